@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 use std::ffi::c_char;
+use std::path::Path;
 
 use glam::DAffine3;
 use surfrecon::align::{OrientedPoints, PlacedCloud};
@@ -136,6 +137,13 @@ impl ScanSource for Source {
             Source::Scan { set, index } => ScanSource::crs(&set.set.scans[*index]),
             // Its image alone could tell, which is made when it is needed.
             Source::Made(_) => Ok(None),
+        }
+    }
+
+    fn file(&self) -> Option<&Path> {
+        match self {
+            Source::Scan { set, index } => set.set.scans[*index].file(),
+            _ => None,
         }
     }
 

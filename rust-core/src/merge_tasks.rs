@@ -9,7 +9,7 @@ use merge::disk::{self, Kept, Stage, Together, versions};
 use merge::{MergeParams, MergeReport, ScanSource};
 use mesh::sink::MeshSink;
 
-use crate::merge_to_file::memory;
+use crate::merge_to_file::{memory, refuse_what_is_read};
 
 /// Where a merge works that processes do together.
 #[derive(Clone, Copy, Debug)]
@@ -77,6 +77,7 @@ pub fn merge_tasks_to_file(
     progress: &Progress<'_>,
 ) -> Result<MergeReport> {
     check_file_in_pieces(path, write)?;
+    refuse_what_is_read(sources, path)?;
     let versions = folder.versions(sources, params, progress)?;
     let together = folder.together(params, &versions)?;
     let put = |sink: &mut dyn MeshSink| disk::put_together(sources, params, together, sink, progress);

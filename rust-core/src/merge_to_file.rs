@@ -34,7 +34,7 @@ pub struct IntoFile {
 ///
 /// # Errors
 /// As [`merge::run`]; a name that does not end in .ply, text as the encoding; a workspace that is no folder; too little memory, with the
-/// least that does; files that can't be written. Then neither file nor anything else is left, and a file that was there is untouched.
+/// least that does; a scan is read from the file; files that can't be written. Then neither file nor anything else is left, and a file that was there is untouched.
 pub fn merge_to_file(
     sources: &[&dyn ScanSource],
     path: &Path,
@@ -44,6 +44,7 @@ pub fn merge_to_file(
 ) -> Result<MergeReport> {
     params.validate()?;
     check_file_in_pieces(path, &into.write)?;
+    refuse_what_is_read(sources, path)?;
     if into.keep && into.workspace.is_none() {
         return Err(Error::input("what is kept needs a workspace: give a folder"));
     }
@@ -55,6 +56,22 @@ pub fn merge_to_file(
     let merge = |sink: &mut dyn MeshSink| merge::disk::run(sources, params, workspace, sink, progress);
     let report = write_mesh_in_pieces(path, &into.write, merge, progress)?;
     Ok(MergeReport { in_files: true, ..report })
+}
+
+/// Refuses a path whose file a scan is read from.
+///
+/// # Errors
+/// It is.
+pub fn refuse_what_is_read(sources: &[&dyn ScanSource], path: &Path) -> Result<()> {
+    let Ok(there) = path.canonicalize() else { return Ok(()) };
+    let is_there = |file: &Path| file.canonicalize().is_ok_and(|file| file == there);
+    match sources.iter().find(|scan| scan.file().is_some_and(is_there)) {
+        Some(scan) => {
+            let (path, scan) = (path.display(), scan.name());
+            Err(Error::input(format!("{path}: scan {scan} is read from it: give the output another name")))
+        }
+        None => Ok(()),
+    }
 }
 
 /// The folder to work in.

@@ -195,3 +195,24 @@ fn cancelled_anywhere_it_leaves_nothing() {
     }
     assert!(checks > 100 && names(folder.path()) == ["surface.ply"] && names(workspace.path()).is_empty(), "{checks}");
 }
+
+#[test]
+fn what_is_read_is_never_written_over() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    let meshes = [Shape::Sphere { radius: 1.0 }, Shape::Torus { major: 1.0, minor: 0.3 }].map(|shape| shape.mesh(20));
+    for (name, mesh) in ["first.ply", "second.ply"].iter().zip(&meshes) {
+        write_mesh(&path(name), mesh, &[], &WriteOptions::default(), &Progress::none()).unwrap();
+    }
+    let set = surfrecon::import::open_many(&[path("first.ply"), path("second.ply")]).unwrap();
+    let sources: Vec<&dyn ScanSource> = set.scans.iter().map(|scan| scan as &dyn ScanSource).collect();
+    let before = std::fs::read(path("second.ply")).unwrap();
+    let (other, params) = (folder.path().join(".").join("second.ply"), MergeParams { voxel: Some(0.1), ..params() });
+    for output in [path("second.ply"), other] {
+        let refused = merge_to_file(&sources, &output, &params, &IntoFile::default(), &Progress::none()).unwrap_err();
+        let expected = "scan second is read from it: give the output another name";
+        assert!(refused.to_string().ends_with(expected), "{refused}");
+    }
+    assert!(std::fs::read(path("second.ply")).unwrap() == before);
+    merge_to_file(&sources, &path("third.ply"), &params, &IntoFile::default(), &Progress::none()).unwrap();
+}

@@ -1,6 +1,7 @@
 //! Scans as Python hands them over.
 
 use std::borrow::{Borrow, Cow};
+use std::path::Path;
 use std::sync::Arc;
 
 use glam::DAffine3;
@@ -57,6 +58,13 @@ impl ScanSource for Source {
                 PlacedMesh { name: name.clone(), mesh, world_from_mesh: *world_from_mesh }.crs()
             }
             Source::Cloud { cloud, .. } => Ok(cloud.crs.clone()),
+        }
+    }
+
+    fn file(&self) -> Option<&Path> {
+        match self {
+            Source::File(scan) => scan.file(),
+            _ => None,
         }
     }
 

@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 use std::hash::Hasher as _;
+use std::path::Path;
 
 use bytemuck::NoUninit;
 use glam::{DAffine3, DVec3};
@@ -75,6 +76,11 @@ pub trait ScanSource: Sync {
             ..TriMesh::default()
         };
         named(self.name(), OrientedPoints::of_mesh(&mesh, surface.world_from_surface))
+    }
+
+    /// The file that it is read from whenever it is loaded; `None` if it is in memory.
+    fn file(&self) -> Option<&Path> {
+        None
     }
 
     /// Where its samples lie, whether it can be merged or not.

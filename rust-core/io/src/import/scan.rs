@@ -264,6 +264,10 @@ impl ScanSource for Scan {
         Scan::crs(self)
     }
 
+    fn file(&self) -> Option<&Path> {
+        Some(&self.path)
+    }
+
     fn load(&self, loading: &Loading, progress: &Progress<'_>) -> Result<OrientedSurface> {
         match self.read_with(&progress.unseen())? {
             Content::RangeImage(image) => OrientedSurface::from_range_image(&image, loading, progress),

@@ -154,7 +154,7 @@ impl Stored {
     /// # Errors
     /// It is not there, or not whole.
     pub fn open<T: AnyBitPattern + NoUninit>(path: &Path) -> Result<(Self, Vec<T>)> {
-        let mut file = File::open(path).map_err(|error| Error::io(path, error))?;
+        let mut file = File::open(path).map_err(|error| unread(path, error))?;
         let mut tail = [Tail::zeroed()];
         let length = file.metadata().map_err(|error| Error::io(path, error))?.len();
         let begin = length.checked_sub(size_of::<Tail>() as u64).ok_or_else(|| damaged(path))?;
@@ -173,7 +173,7 @@ impl Stored {
     /// # Errors
     /// It is not there.
     pub fn again(path: &Path) -> Result<Self> {
-        let file = File::open(path).map_err(|error| Error::io(path, error))?;
+        let file = File::open(path).map_err(|error| unread(path, error))?;
         Ok(Stored { path: path.to_owned(), file: Mutex::new(file) })
     }
 
@@ -212,7 +212,20 @@ fn read_at(file: &mut File, offset: u64, bytes: &mut [u8]) -> std::io::Result<()
 
 /// A file that is not what was written.
 pub fn damaged(path: &Path) -> Error {
-    Error::format(path, "the file", "is damaged: remove the workspace and merge again")
+    Error::format(path, "checksum", format!("the file is damaged: {}", anew(path)))
+}
+
+/// A file that can't be read.
+fn unread(path: &Path, error: std::io::Error) -> Error {
+    match error.kind() {
+        std::io::ErrorKind::NotFound => Error::input(format!("{}: the file is gone: {}", path.display(), anew(path))),
+        _ => Error::io(path, error),
+    }
+}
+
+/// What to do where a file is not what it was.
+fn anew(path: &Path) -> String {
+    format!("remove the folder {} and merge, or plan, again", path.parent().unwrap_or(Path::new(".")).display())
 }
 
 #[cfg(test)]
