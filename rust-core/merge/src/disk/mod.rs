@@ -87,11 +87,18 @@ pub fn run(
             return merge(Tasks { sources, versions: places(sources), params, setting, portions: 1 }, sink, progress);
         };
         refuse_twins(sources.len(), versions)?;
-        let (folder, _lock) = kept_folder(workspace.folder, params)?;
+        let KeptFolder { path: folder, lock, is_new } = kept_folder(workspace.folder, params)?;
         let setting = Setting { stays, ..Setting::of(&folder, workspace.memory) };
+        let planned = stages::plan_mark(&setting);
         let tasks = Tasks { sources, versions: versions.to_vec(), params, setting, portions: 1 };
-        tasks.begin()?;
-        let report = merge(tasks, sink, progress)?;
+        let merged = tasks.begin().and_then(|()| merge(tasks, sink, progress));
+        if merged.is_err() && is_new && !planned.exists() {
+            // Nobody has a use for it.
+            drop(lock);
+            let _ = std::fs::remove_dir_all(&folder);
+            return merged;
+        }
+        let report = merged?;
         if !stays {
             std::fs::remove_dir_all(&folder).map_err(|error| Error::io(&folder, error))?;
         }
@@ -191,22 +198,30 @@ pub fn put_together(
     })
 }
 
-/// The folder of what merges leave for each other, and what nobody else has as long as it is held.
-fn kept_folder(folder: &Path, params: &MergeParams) -> Result<(PathBuf, File)> {
+/// The folder of what merges leave for each other.
+struct KeptFolder {
+    path: PathBuf,
+    /// What nobody else has as long as it is held.
+    lock: File,
+    /// Whether it was not there before.
+    is_new: bool,
+}
+
+fn kept_folder(folder: &Path, params: &MergeParams) -> Result<KeptFolder> {
     let mut hasher = FxHasher::default();
     // Of the threads nothing depends.
     let params = MergeParams { threads: 0, ..*params };
     (format!("{params:?}"), env!("CARGO_PKG_VERSION"), cfg!(target_endian = "big")).hash(&mut hasher);
     let folder = folder.join(format!("surfrecon-merge-{:016x}", hasher.finish()));
     let failed = |error| Error::io(&folder, error);
-    if let Err(error) = std::fs::create_dir(&folder)
-        && error.kind() != ErrorKind::AlreadyExists
-    {
-        return Err(failed(error));
-    }
+    let is_new = match std::fs::create_dir(&folder) {
+        Ok(()) => true,
+        Err(error) if error.kind() == ErrorKind::AlreadyExists => false,
+        Err(error) => return Err(failed(error)),
+    };
     let lock = File::create(folder.join("lock")).map_err(failed)?;
     match lock.try_lock() {
-        Ok(()) => Ok((folder, lock)),
+        Ok(()) => Ok(KeptFolder { path: folder, lock, is_new }),
         Err(TryLockError::WouldBlock) => Err(Error::input(format!(
             "{}: another merge is at work here: wait for it, or choose another workspace",
             folder.display()

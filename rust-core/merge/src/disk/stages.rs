@@ -405,6 +405,11 @@ const SCANS: &str = "scans";
 /// What the file is called that has the side of the blocks.
 const CUT: &str = "cut";
 
+/// The mark of a merge that is planned.
+pub fn plan_mark(setting: &Setting<'_>) -> PathBuf {
+    setting.mark(&mark(Stage::Plan), 0)
+}
+
 /// What the marks of a stage's tasks are called.
 fn mark(stage: Stage) -> String {
     format!("done-{}", stage.name())

@@ -257,15 +257,14 @@ fn a_merge_that_is_stopped_goes_on_from_what_is_complete() {
     assert_eq!(folder.path().read_dir().unwrap().count(), 1);
 
     // What is damaged is told; two are not at work at once.
-    let left =
-        || folder.path().read_dir().unwrap().map(|file| file.unwrap().path()).find(|path| path.is_dir()).unwrap();
+    let left = || folder.path().read_dir().unwrap().map(|file| file.unwrap().path()).find(|path| path.is_dir());
     let segment = || {
-        let mut files = left().read_dir().unwrap().map(|file| file.unwrap().path());
+        let mut files = left()?.read_dir().unwrap().map(|file| file.unwrap().path());
         files.find(|path| path.file_name().unwrap().to_str().unwrap().starts_with("segment-"))
     };
     let is_stopped_with = |checks| go_on(checks).is_err() && segment().is_some();
     assert!((1..100).any(|checks| is_stopped_with(10 * checks)));
-    let (_, lock) = kept_folder(folder.path(), &params).unwrap();
+    let lock = kept_folder(folder.path(), &params).unwrap().lock;
     let text = go_on(u64::MAX).unwrap_err().to_string();
     assert!(text.contains("another merge is at work"), "{text}");
     drop(lock);

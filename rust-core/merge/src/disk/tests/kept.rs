@@ -131,6 +131,28 @@ fn versions_are_one_a_scan() {
     assert_eq!(folder.path().read_dir().unwrap().count(), 0);
 }
 
+#[test]
+fn what_is_refused_leaves_no_folder_and_what_was_begun_stays() {
+    let scans = scans(Shape::Sphere { radius: 1.0 }, 30);
+    let sources: Vec<&dyn ScanSource> = scans.iter().map(|scan| scan as &dyn ScanSource).collect();
+    let versions: Vec<u64> = (0..9).collect();
+    let folder = tempfile::tempdir().unwrap();
+    let run = |memory: u64, progress: &Progress<'_>| {
+        let kept = Some(Kept { versions: &versions, stays: true });
+        let workspace = Workspace { folder: folder.path(), memory, kept };
+        let params = MergeParams { voxel: Some(0.05), threads: 1, ..MergeParams::default() };
+        run(&sources, &params, workspace, &mut TriMesh::default(), progress)
+    };
+    let left = || folder.path().read_dir().unwrap().count();
+    assert!(matches!(run(1, &Progress::none()), Err(Error::OutOfMemory(_))));
+    assert!(run(1 << 30, &Progress::cancel_after(0)).is_err());
+    assert_eq!(left(), 0);
+    assert!((1..200).any(|checks| run(1 << 30, &Progress::cancel_after(checks)).is_err() && left() == 1));
+    run(1 << 30, &Progress::none()).unwrap();
+    assert!(matches!(run(1, &Progress::none()), Err(Error::OutOfMemory(_)) | Ok(_)));
+    assert_eq!(left(), 1);
+}
+
 /// Merges in a folder that has what merges before have left, in small blocks.
 fn merged_again(
     folder: &std::path::Path,
