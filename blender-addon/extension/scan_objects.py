@@ -150,6 +150,22 @@ def range_image(obj, mesh, matrix, camera, row, column):
     return image
 
 
+def sensor_of(obj, depsgraph, in_world):
+    """Where the rays of a range image start, in the world or in the object's own frame; `None` where nothing tells or
+    they are parallel.
+    """
+    if not is_range_image(obj):
+        return None
+    matrix = np.array(obj.evaluated_get(depsgraph).matrix_world, np.float64) if in_world else np.eye(4)
+    with convert.Placed(obj, depsgraph) as mesh:
+        try:
+            seen = None if mesh is None or len(mesh.vertices) == 0 else seen_by(obj, mesh)
+            return None if seen is None else range_image(obj, mesh, matrix, *seen).sensor
+        except (Refused, surfrecon.InputError):
+            # Its vertices are points all the same.
+            return None
+
+
 def grid_lost(obj):
     """What to say of a range image that is no longer one vertex a pixel."""
     if len(obj.modifiers) > 0:

@@ -1636,7 +1636,13 @@ srf_status srf_image_triangulate(const srf_image *image,
                                  const srf_progress *progress,
                                  srf_mesh **out_mesh);
 
-// The valid pixels of an image as points, with normals and the image's colours and place in the world. O(pixels).
+// Where the rays of an image start, in the world.
+// image       not NULL
+// out_sensor  room for 3 doubles: the place, or three NaN where rays are parallel; not NULL
+// returns     SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
+srf_status srf_image_sensor(const srf_image *image, double *out_sensor);
+
+// The valid pixels of an image as points, with normals, the image's colours and place in the world, and where its rays start. O(pixels).
 // image      not NULL
 // progress   NULL for none
 // out_cloud  receives a new handle on SRF_OK only; not NULL
@@ -1717,6 +1723,14 @@ srf_status srf_cloud_arrays(const srf_cloud *cloud,
                             srf_array *out_normals,
                             srf_array *out_colours,
                             srf_array *out_intensities);
+
+// Where all points of a cloud were seen from, in its own frame: known of those of range images whose rays start at one place, and of
+// what files say. srf_reconstructor_create() heeds it.
+// cloud       not NULL
+// out_sensor  room for 3 doubles: the place, or three NaN where it is not known; not NULL
+// returns     SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
+srf_status srf_cloud_sensor(const srf_cloud *cloud,
+                            double *out_sensor);
 
 // Where a cloud stands in the world.
 // cloud      not NULL
@@ -3261,7 +3275,8 @@ srf_status srf_reconstruct_report_init_sized(srf_reconstruct_report *report,
 // sensors            3 SRF_TYPE_F64 or SRF_TYPE_F32 a place, one place or one a point: where the points were seen from, in the cloud's
 //                    frame; go before the normals. Open surfaces then span no jumps, over which sensors looked from one point past
 //                    it at another, and no gaps and holes through which points were seen. Three NaN where that is not known of a
-//                    point, whose normal counts then. NULL for none. With neither, closed surfaces are turned outwards, open ones up
+//                    point, whose normal counts then. NULL for what srf_cloud_sensor() says. With neither, closed surfaces are turned
+//                    outwards, open ones up
 // out_reconstructor  receives a new handle on SRF_OK only; not NULL
 // returns            SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_reconstructor_create(const srf_cloud *cloud,

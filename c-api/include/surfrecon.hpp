@@ -865,6 +865,14 @@ public:
         return View<float>(view);
     }
 
+    // Where all points were seen from, in its own frame; three NaN where that is not known.
+    std::array<double, 3> sensor() const
+    {
+        std::array<double, 3> place{};
+        check(srf_cloud_sensor(get(), place.data()));
+        return place;
+    }
+
     Pose pose() const
     {
         Pose pose;
@@ -990,6 +998,14 @@ public:
         Pose pose;
         check(srf_image_camera(get(), nullptr, &pose));
         return pose;
+    }
+
+    // Where its rays start, in the world; three NaN where they are parallel.
+    std::array<double, 3> sensor() const
+    {
+        std::array<double, 3> place{};
+        check(srf_image_sensor(get(), place.data()));
+        return place;
     }
 
     void set_pose(const Pose &world_from_sensor) { check(srf_image_set_pose(get(), &world_from_sensor)); }
@@ -1295,7 +1311,7 @@ private:
 class Reconstructor : public detail::Handle<srf_reconstructor, srf_reconstructor_free> {
 public:
     explicit Reconstructor(const Cloud &cloud) : Handle(make(cloud, nullptr)), points_(cloud.positions().size()) {}
-    // Places that the points were seen from, in the cloud's frame: one, or one a point.
+    // Places that the points were seen from, in the cloud's frame, instead of its own sensor: one, or one a point.
     template <typename Real>
     Reconstructor(const Cloud &cloud, View<Real, 3> sensors) : points_(cloud.positions().size())
     {

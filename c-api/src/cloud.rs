@@ -1,5 +1,6 @@
 //! Points without connectivity.
 
+use glam::DVec3;
 use surfrecon::PointCloud;
 
 use crate::array::{self, Borrowed, srf_array};
@@ -56,7 +57,7 @@ pub unsafe extern "C" fn srf_cloud_create(
             one_a_point(name, count.unwrap_or(positions.len()), positions.len())?;
         }
         let world_from_cloud = pose::read("world_from_cloud", world_from_cloud)?;
-        let cloud = PointCloud { positions, normals, colour, intensity, world_from_cloud, crs: None };
+        let cloud = PointCloud { positions, normals, colour, intensity, sensor: None, world_from_cloud, crs: None };
         handle::give("out_cloud", out_cloud, cloud)
     })
 }
@@ -92,6 +93,19 @@ pub unsafe extern "C" fn srf_cloud_arrays(
         give("out_normals", out_normals, array::points_f32(cloud.normals.as_deref().unwrap_or_default()))?;
         give("out_colours", out_colours, array::colours(cloud.colour.as_deref().unwrap_or_default()))?;
         give("out_intensities", out_intensities, array::values_f32(cloud.intensity.as_deref().unwrap_or_default()))
+    })
+}
+
+/// Where all points of a cloud were seen from, in its own frame: known of those of range images whose rays start at one place, and of
+/// what files say. srf_reconstructor_create() heeds it.
+/// cloud       not NULL
+/// out_sensor  room for 3 doubles: the place, or three NaN where it is not known; not NULL
+/// returns     SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_cloud_sensor(cloud: *const srf_cloud, out_sensor: *mut f64) -> srf_status {
+    guard(|| {
+        let sensor = handle::get("cloud", cloud)?.sensor.unwrap_or(DVec3::NAN);
+        pointer::copy_out("out_sensor", out_sensor, &sensor.to_array())
     })
 }
 

@@ -402,7 +402,19 @@ pub unsafe extern "C" fn srf_image_triangulate(
     })
 }
 
-/// The valid pixels of an image as points, with normals and the image's colours and place in the world. O(pixels).
+/// Where the rays of an image start, in the world.
+/// image       not NULL
+/// out_sensor  room for 3 doubles: the place, or three NaN where rays are parallel; not NULL
+/// returns     SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_image_sensor(image: *const srf_image, out_sensor: *mut f64) -> srf_status {
+    guard(|| {
+        let sensor = handle::get("image", image)?.image.sensor().unwrap_or(DVec3::NAN);
+        pointer::copy_out("out_sensor", out_sensor, &sensor.to_array())
+    })
+}
+
+/// The valid pixels of an image as points, with normals, the image's colours and place in the world, and where its rays start. O(pixels).
 /// image      not NULL
 /// progress   NULL for none
 /// out_cloud  receives a new handle on SRF_OK only; not NULL

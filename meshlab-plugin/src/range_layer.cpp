@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <set>
 #include <utility>
 
@@ -189,6 +190,19 @@ surfrecon::Image range_image(const MeshModel &layer, Frame frame)
         }
     }
     return image_of(layer, found, facing(layer, found), pose);
+}
+
+std::array<double, 3> sensor(const MeshModel &layer)
+{
+    if (camera_of(layer) != nullptr && has_grid(layer)) {
+        try {
+            return range_image(layer, Frame::layer).sensor();
+        } catch (const MLException &) {
+            // It is no range image any more.
+        }
+    }
+    const double unknown = std::numeric_limits<double>::quiet_NaN();
+    return {unknown, unknown, unknown};
 }
 
 void remove_vertices(MeshModel &layer, const std::vector<bool> &gone)

@@ -5,6 +5,8 @@
 
 #include <surfrecon.hpp>
 
+#include <array>
+
 #include "compat.h"
 #include "layer.h"
 
@@ -22,6 +24,9 @@ bool has_grid(const MeshModel &layer);
 // see, or too few vertices are left to tell, they are taken to be seen from where its surface faces. Throws MLException, with the
 // layer's name, where pixels are taken twice.
 surfrecon::Image range_image(const MeshModel &layer, Frame frame);
+
+// Where the rays of a layer's range image start, in the layer's frame; three NaN where they are parallel or nothing tells.
+std::array<double, 3> sensor(const MeshModel &layer);
 
 // Takes vertices, by their place in the layer, out of it, and the faces at them. A range image stays one: it still knows how its pixels
 // see and how it was moved, and if it had all of its triangles, it has all of those that are left.

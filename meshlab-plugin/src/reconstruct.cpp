@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The vertices of a layer become a surface through them.
+#include <array>
+#include <cmath>
+
 #include "filter.h"
 #include "layer.h"
 #include "parameters.h"
+#include "range_layer.h"
 
 namespace srf {
 namespace {
@@ -32,7 +36,10 @@ Outputs run(Job &job)
     const surfrecon::Cloud cloud = surfrecon::Cloud::create(
         View<double, 3>(flat.positions.data(), count), View<float, 3>(directions.data(), directions.size() / 3),
         View<std::uint8_t, 4>(colours.data(), colours.size() / 4));
-    const auto [surface, report] = surfrecon::Reconstructor(cloud).surface(params, job.progress());
+    const std::array<double, 3> seen_from = sensor(*layer);
+    const surfrecon::Reconstructor points = std::isnan(seen_from[0]) ? surfrecon::Reconstructor(cloud)
+                                                                     : surfrecon::Reconstructor(cloud, View<double, 3>(seen_from.data(), 1));
+    const auto [surface, report] = points.surface(params, job.progress());
 
     const std::string label = layer->label().toStdString() + " surface";
     const surfrecon::Pose pose = placement(*layer);
@@ -75,6 +82,7 @@ extern const Filter reconstruct_filter = {
     "Makes a surface through the <b>vertices of the current layer</b>, whatever faces it has, over their 3D Delaunay "
     "tetrahedralization: closed or open, manifold, through every point the sampling lets it reach. No points are made, and none moved "
     "unless they carry noise, which <i>Smoothing</i> is about; outliers, copies and vertices that are no finite numbers are left out and counted. The custom vertex attribute <i>source_point</i> says which point each vertex was.<br>"
+    "Of a range image that the import filter made it is known from where it was seen: the surface is turned there, and where it is open it spans no jumps.<br>"
     "The layer is not changed.<br><br>"
     "See:<br><i>A. Rodr\u00edguez, J. M. Espadero, D. L\u00f3pez, L. Pastor</i><br>"
     "<b>\"Delaunay surface reconstruction from scattered points\"</b><br>DGCI 2000, LNCS 1953",

@@ -238,6 +238,22 @@ def test_a_surface_through_points(c):
         same(np.flatnonzero(dropped == numbers[reason]), indices.astype(np.int64))
 
 
+def test_a_surface_through_the_points_of_an_image(c):
+    x, y = np.meshgrid(np.arange(40.0), np.arange(40.0))
+    points = np.stack([x, y, 100 + np.where(x < 20, 0, 12.0) + y**2 / 64], 2)
+    image = surfrecon.RangeImage.from_points(points, viewing=("from", (20, 20, -1000)))
+    image.world_from_sensor = POSE
+    cloud = c.image_to_cloud(c.image(image))
+    of_image, of_cloud = np.zeros(3), np.zeros(3)
+    c.image_sensor(c.image(image), out_sensor=of_image)
+    c.cloud_sensor(cloud, out_sensor=of_cloud)
+    same(of_image, image.sensor)
+    same(of_cloud, image.to_cloud().sensor)
+    reconstructor, dropped = c.reconstructor_create(cloud, None), np.zeros(1600, np.uint8)
+    mesh, _ = c.reconstructor_surface(reconstructor, c.struct("reconstruct_params"), out_dropped=dropped)
+    same_mesh(c, mesh, surfrecon.reconstruct(image.to_cloud()).mesh)
+
+
 def test_clusters(c):
     mesh = shapes.torus(detail=24)
     points = mesh.positions

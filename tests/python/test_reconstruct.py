@@ -96,6 +96,27 @@ def test_turning_to_a_place_only_turns():
     assert ((normals * corners.mean(axis=1)).sum(axis=1) < 0).all()
 
 
+def test_a_range_image_s_points_know_their_sensor():
+    x, y = np.meshgrid(np.arange(40.0), np.arange(40.0)) + 0.2 * np.random.default_rng(1).random((2, 40, 40))
+    # The right half lies twenty behind the left one.
+    points = np.stack([x, y, 100 + np.where(x < 20, 0, 20.0) + y**2 / 64], 2).astype(np.float32)
+    image = surfrecon.RangeImage.from_points(points, viewing=("from", (20, 20, -1000)))
+    image.world_from_sensor = [[1, 0, 0, 5], [0, 1, 0, 6], [0, 0, 1, 7], [0, 0, 0, 1]]
+    assert np.allclose(image.sensor, (25, 26, -993))
+    cloud = image.to_cloud()
+    assert np.array_equal(cloud.sensor, (20, 20, -1000)) and np.array_equal(cloud.positions, points.reshape(-1, 3))
+    assert np.array_equal(cloud.world_from_cloud, image.world_from_sensor) and len(cloud.normals) == 1600
+    assert np.allclose(cloud.transformed(surfrecon.Similarity(np.diag([2, 2, 2, 1.0]))).sensor, (40, 40, -2000))
+    known = surfrecon.reconstruct(cloud).mesh
+    told = surfrecon.reconstruct(cloud.positions, sensors=(20, 20, -1000)).mesh
+    assert np.array_equal(known.triangles, told.triangles)
+    # Without normals it would also be turned the other way.
+    unknown = surfrecon.reconstruct(cloud.positions, toward=(20, 20, -1000)).mesh
+    assert not np.array_equal(known.triangles, unknown.triangles)
+    parallel = surfrecon.RangeImage.from_points(points)
+    assert parallel.sensor is None and parallel.to_cloud().sensor is None
+
+
 def test_points_in_one_plane_are_triangulated_in_it():
     u, v = np.meshgrid(np.arange(30.0), np.arange(20.0))
     keep = ~((u > 10) & (u < 18) & (v > 6) & (v < 14))

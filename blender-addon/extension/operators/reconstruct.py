@@ -12,6 +12,7 @@ from ..job import JobOperator
 from ..kept import Kept, fingerprint
 from ..properties import draw_others, given, option
 from ..running import Refused, gathered
+from ..scan_objects import sensor_of
 from ..scene import SCANS, dress, link, put_forward
 
 REPORT = "surfrecon_reconstruct"
@@ -20,6 +21,14 @@ PARAMETERS = {p.name: p for p in surfrecon.parameters("reconstruct")}
 
 # Points that the preview goes through.
 PREVIEW_POINTS = 10_000
+
+
+def one_a_point(sensors, parts):
+    """(n, 3): where the points of each part were seen from, NaN where that is not known; `None` if it is of none."""
+    if all(sensor is None for sensor in sensors):
+        return None
+    known = [np.nan if sensor is None else sensor for sensor in sensors]
+    return np.concatenate([np.broadcast_to(k, part.shape) for k, part in zip(known, parts, strict=True)])
 
 
 class SURFRECON_OT_reconstruct(JobOperator, bpy.types.Operator):
@@ -32,7 +41,8 @@ class SURFRECON_OT_reconstruct(JobOperator, bpy.types.Operator):
     __annotations__ = {name: option(parameter) for name, parameter in PARAMETERS.items()} | {
         "toward_camera": BoolProperty(
             name="Toward the camera",
-            description="Turn the surface to the camera. Otherwise closed surfaces are turned outwards, open ones up",
+            description="Turn the surface to the camera. Otherwise that of range images is turned to their sensors,"
+            " closed surfaces outwards, open ones up",
             default=False,
         ),
     }
@@ -67,16 +77,17 @@ class SURFRECON_OT_reconstruct(JobOperator, bpy.types.Operator):
         if self.pose.determinant() == 0:
             raise Refused(f'"{self.names[0]}" is flattened by a scale of 0')
         read = yield from gathered(
-            context, objects, lambda obj, depsgraph: convert.points_of_object(obj, depsgraph, several)
+            context, objects, lambda *of: (*convert.points_of_object(*of, several), sensor_of(*of, several))
         )
-        parts, colours = zip(*read, strict=True)
+        parts, colours, sensors = zip(*read, strict=True)
         colour = None if any(c is None for c in colours) else np.concatenate(colours)
         self.points, self.toward = np.concatenate(parts), self.camera(context)
+        self.sensors = one_a_point(sensors, parts)
         # The redo panel's sliders carve anew the same tetrahedra.
         reconstructor = Kept.get(
             self.bl_idname,
-            fingerprint(self.points, colour, self.toward),
-            lambda: surfrecon.Reconstructor(self.points, colour=colour, toward=self.toward),
+            fingerprint(self.points, colour, self.sensors, self.toward),
+            lambda: surfrecon.Reconstructor(self.points, colour=colour, sensors=self.sensors, toward=self.toward),
         )
         return surfrecon.Job.surface(reconstructor, **given(self, PARAMETERS))
 
@@ -90,8 +101,9 @@ class SURFRECON_OT_reconstruct(JobOperator, bpy.types.Operator):
 
     def preview(self, context):
         """The same through fewer points."""
-        fewer = self.points[:: max(len(self.points) // PREVIEW_POINTS, 1)]
-        reconstructor = surfrecon.Reconstructor(fewer, toward=self.toward)
+        step = max(len(self.points) // PREVIEW_POINTS, 1)
+        sensors = None if self.sensors is None else self.sensors[::step]
+        reconstructor = surfrecon.Reconstructor(self.points[::step], sensors=sensors, toward=self.toward)
         return surfrecon.Job.surface(reconstructor, closure=self.closure, threads=1)
 
     def preview_mesh(self, result):
@@ -100,7 +112,7 @@ class SURFRECON_OT_reconstruct(JobOperator, bpy.types.Operator):
 
     def finish(self, context, result):
         """Puts the surface beside the points."""
-        self.points = self.toward = None
+        self.points = self.sensors = self.toward = None
         mesh = convert.mesh_from_result(f"{self.names[0]} surface", result.mesh)
         made = bpy.data.objects.new(mesh.name, mesh)
         made.matrix_world = self.pose

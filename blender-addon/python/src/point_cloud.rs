@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use numpy::PyArray1;
 use pyo3::prelude::*;
 
 use crate::arrays;
@@ -51,6 +52,12 @@ impl PointCloud {
     fn intensity<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
         let Some(intensity) = &self.cloud.intensity else { return Ok(None) };
         arrays::view(py, &self.cloud, intensities, intensity.len()).map(Some)
+    }
+
+    /// (3,) float64: where all points were seen from, in the cloud's own frame; ``None`` where that is not known.
+    #[getter]
+    fn sensor<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyAny>> {
+        self.cloud.sensor.map(|sensor| PyArray1::from_slice(py, &sensor.to_array()).into_any())
     }
 
     /// 4 x 4 float64: places the cloud in the world.

@@ -22,6 +22,7 @@ use crate::errors::{guarded, input_error, parameter_error, to_python};
 use crate::memory_folder::Place;
 use crate::mesh::{Mesh, ending_of, provenance_of};
 use crate::params::params;
+use crate::point_cloud::PointCloud;
 use crate::progress::Watch;
 use crate::projection;
 use crate::similarity::Given;
@@ -340,6 +341,12 @@ impl RangeImage {
         Ok(PyArray1::from_vec(py, points).reshape([rows, cols, 3])?.into_any())
     }
 
+    /// (3,) float64: where its rays start, in the world; ``None`` where they are parallel.
+    #[getter]
+    fn sensor<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyAny>> {
+        self.image().sensor().map(|sensor| PyArray1::from_slice(py, &sensor.to_array()).into_any())
+    }
+
     /// (rows, cols, 3) float64 in the world, NaN where invalid, newly computed.
     fn world_points<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let image = self.image();
@@ -512,6 +519,17 @@ impl RangeImage {
     fn to_mesh(&self, py: Python<'_>, faces: bool) -> PyResult<Mesh> {
         let image = self.image();
         Watch::new(None).run(py, move |progress| to_mesh(&image, faces, progress)).map(Mesh::from)
+    }
+
+    /// The valid pixels as a ``PointCloud``, row after row, in the sensor's frame: with normals, colours, the pose, and where the rays
+    /// start, by which ``reconstruct`` tells jumps.
+    ///
+    /// Raises:
+    ///     InputError: coordinates too large to be computed with.
+    fn to_cloud(&self, py: Python<'_>) -> PyResult<PointCloud> {
+        let image = self.image();
+        let cloud = Watch::new(None).run(py, move |progress| image.to_point_cloud(progress))?;
+        Ok(PointCloud { cloud: Arc::new(cloud) })
     }
 
     /// What a host keeps beside the vertices of ``to_mesh``: how pixels see, and where some of the vertices were.

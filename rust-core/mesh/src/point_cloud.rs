@@ -15,6 +15,8 @@ pub struct PointCloud {
     pub colour: Option<Vec<[u8; 4]>>,
     /// Strength of the returned signal, in the file's own unit.
     pub intensity: Option<Vec<f32>>,
+    /// Where all points were seen from, in the cloud's own frame; `None` where that is not known, or it was not one place.
+    pub sensor: Option<DVec3>,
     /// Places the cloud in the world.
     pub world_from_cloud: DAffine3,
     /// The system of the world that it is placed in; `None` where that is not known.

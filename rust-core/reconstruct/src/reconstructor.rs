@@ -75,7 +75,7 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
     /// Takes a cloud. O(1): the points are tetrahedralized for the first surface.
     ///
     /// # Errors
-    /// Attributes of another length than the points.
+    /// Attributes of another length than the points; a sensor that isn't finite.
     pub fn new(cloud: C) -> Result<Self> {
         let points = cloud.borrow();
         Crs::lengths(points.crs.as_ref())?;
@@ -89,7 +89,9 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
                 return Err(Error::input(format!("{length} {name} for {count} points: give one a point")));
             }
         }
-        Ok(Reconstructor { cloud, sensors: Vec::new(), toward: None, prepared: None, is_kept: true })
+        let sensors: Vec<DVec3> = points.sensor.into_iter().collect();
+        magnitude::points("sensor origin", &sensors)?;
+        Ok(Reconstructor { cloud, sensors, toward: None, prepared: None, is_kept: true })
     }
 
     /// The cloud.
@@ -97,8 +99,8 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
         self.cloud.borrow()
     }
 
-    /// Says where the points were seen from, in the cloud's frame: one place for all, or one a point, three NaN where that is not
-    /// known. Parts of the surface are then turned towards it; where points carry noise it also tells the sides of thin walls
+    /// Says where the points were seen from, in the cloud's frame, instead of the cloud's own sensor: one place for all, or one a point,
+    /// three NaN where that is not known. Parts of the surface are then turned towards it; where points carry noise it also tells the sides of thin walls
     /// apart, and what is inside. Open surfaces span no jumps, over which sensors looked from one point past it at another, and
     /// no gaps and holes through which points were seen. Goes before the cloud's normals, which count where it is not known.
     ///

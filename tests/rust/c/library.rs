@@ -165,6 +165,7 @@ functions! {
     srf_image_attributes(image: Handle, colours: *mut Array, intensities: *mut Array, confidences: *mut Array) -> i32;
     srf_triangulate_params_init_sized(params: *mut TriangulateParams, size: usize) -> i32;
     srf_image_triangulate(image: Handle, params: *const TriangulateParams, progress: *const Watch, out: *mut Handle) -> i32;
+    srf_image_sensor(image: Handle, out: *mut f64) -> i32;
     srf_image_to_cloud(image: Handle, progress: *const Watch, out: *mut Handle) -> i32;
     srf_frame_init_sized(frame: *mut Frame, size: usize) -> i32;
     srf_left_out_init_sized(left_out: *mut LeftOut, size: usize) -> i32;
@@ -177,6 +178,7 @@ functions! {
     srf_cloud_create(positions: *const Array, normals: *const Array, colours: *const Array, intensities: *const Array, pose: *const [f64; 16], out: *mut Handle) -> i32;
     srf_cloud_free(cloud: Handle) -> i32;
     srf_cloud_arrays(cloud: Handle, positions: *mut Array, normals: *mut Array, colours: *mut Array, intensities: *mut Array) -> i32;
+    srf_cloud_sensor(cloud: Handle, out: *mut f64) -> i32;
     srf_cloud_pose(cloud: Handle, out: *mut [f64; 16]) -> i32;
     srf_plane_params_init_sized(params: *mut PlaneParams, size: usize) -> i32;
     srf_plane_init_sized(plane: *mut Plane, size: usize) -> i32;

@@ -15,7 +15,7 @@ base::stages! {
 
 impl RangeImage {
     /// The valid pixels as a cloud, in the sensor's frame and placed in the world by the image's pose, with normals
-    /// (zero where a pixel has too few neighbours) and colours.
+    /// (zero where a pixel has too few neighbours), colours, and the sensor where rays fan out from one.
     ///
     /// # Errors
     /// An attribute of the wrong length, more than 2^32 - 2 pixels, or a coordinate larger than [`magnitude::LARGEST`];
@@ -43,6 +43,7 @@ impl RangeImage {
             colour: self.colour.as_ref().map(|c| grid.pixels.iter().map(|&p| c[p as usize]).collect()),
             intensity: self.intensity.as_ref().map(|v| grid.pixels.iter().map(|&p| v[p as usize]).collect()),
             positions: grid.positions,
+            sensor: self.projection().eye(),
             world_from_cloud: self.world_from_sensor,
             crs: self.crs.clone(),
         })

@@ -294,6 +294,11 @@ impl RangeImage {
         self.projection.ray(index / self.cols, index % self.cols, self.point_in_sensor(index))
     }
 
+    /// Where its rays start, in the world; `None` where they are parallel.
+    pub fn sensor(&self) -> Option<DVec3> {
+        self.projection.eye().map(|eye| self.world_from_sensor.transform_point3(eye))
+    }
+
     /// The system that its own coordinates are in: the world's, where its pose is the identity.
     pub fn crs_of_frame(&self) -> Option<Crs> {
         self.crs.clone().filter(|_| self.world_from_sensor == DAffine3::IDENTITY)
@@ -417,6 +422,10 @@ mod tests {
         for (k, &i) in valid.iter().enumerate() {
             assert_eq!(cloud.world_from_cloud.transform_point3(cloud.positions[k]), image.point_in_world(i));
             assert_eq!(cloud.colour.as_ref().unwrap()[k][0], i as u8);
+        }
+        for projection in projections(20, 20) {
+            let image = render(20, 20, projection, sphere(ahead(&projection), 0.25));
+            assert_eq!(image.to_point_cloud(&Progress::none()).unwrap().sensor, projection.eye(), "{projection:?}");
         }
         image.colour = Some(vec![[0; 4]; 399]);
         assert!(image.to_point_cloud(&Progress::none()).unwrap_err().to_string().contains("colours"));

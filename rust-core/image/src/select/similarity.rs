@@ -273,7 +273,7 @@ pub fn scale_image(image: &mut RangeImage, scale: f64) -> Result<()> {
     Ok(())
 }
 
-/// Multiplies the points of a cloud in its own frame.
+/// Multiplies the points of a cloud, and where they were seen from, in its own frame.
 ///
 /// # Errors
 /// Points that become too large.
@@ -281,8 +281,9 @@ pub fn scale_cloud(cloud: &mut PointCloud, scale: f64) -> Result<()> {
     if scale == 1.0 {
         return Ok(());
     }
-    cloud.positions.iter_mut().for_each(|at| *at *= scale);
-    finite("point", &cloud.positions)
+    cloud.positions.iter_mut().chain(&mut cloud.sensor).for_each(|at| *at *= scale);
+    finite("point", &cloud.positions)?;
+    finite("sensor", cloud.sensor.as_slice())
 }
 
 /// Multiplies the vertices of a mesh in its own frame, and its attributes that are lengths.

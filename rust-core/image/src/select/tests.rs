@@ -180,6 +180,7 @@ fn meshes_and_clouds_keep_order_and_attributes() {
         colour: Some((0..count).map(|k| [k as u8; 4]).collect()),
         intensity: Some((0..count).map(|k| k as f32).collect()),
         positions: whole.positions,
+        sensor: Some(DVec3::Z),
         world_from_cloud: up,
     };
     assert_eq!(region.removed().of_cloud(&mut cloud, &Progress::none()).unwrap(), gone);
@@ -245,6 +246,10 @@ fn similarities_move_samples_as_they_move_places() {
     assert_eq!(mesh.rounding_room, Some(0.01));
     assert_eq!(mesh.vertex_attributes[0].data, mesh::AttributeData::F32(vec![0.02; whole.positions.len()]));
     assert_eq!(mesh.vertex_attributes[1], whole.vertex_attributes[1]);
+    let mut cloud = PointCloud { positions: whole.positions.clone(), sensor: Some(DVec3::X), ..PointCloud::default() };
+    both.of_cloud(&mut cloud).unwrap();
+    let sensor = cloud.world_from_cloud.transform_point3(cloud.sensor.unwrap());
+    assert!(sensor.distance(both.of_place(DVec3::X)) < 1e-15, "{sensor}");
     let mut same = whole.clone();
     Similarity::IDENTITY.of_mesh(&mut same).unwrap();
     assert_eq!(same, whole);

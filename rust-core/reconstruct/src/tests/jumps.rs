@@ -6,6 +6,7 @@ use super::{as_set, check, cloud, random};
 use crate::{ReconstructParams, Reconstructed, Reconstructor};
 use base::progress::Progress;
 use mesh::check::MeshReport;
+use mesh::point_cloud::PointCloud;
 
 /// Far above.
 const SENSOR: DVec3 = DVec3::new(30.0, 30.0, 1e5);
@@ -59,6 +60,21 @@ fn what_lies_behind_is_not_joined_at_the_silhouette() {
     // A jump has two ends.
     let of_one_half: Vec<DVec3> = points.iter().map(|p| if p.x < 29.5 { SENSOR } else { DVec3::NAN }).collect();
     assert_eq!(shape(&seen(&points, &of_one_half)), shape(&joined));
+}
+
+#[test]
+fn a_cloud_knows_its_sensor() {
+    let own =
+        |sensor| crate::run(&PointCloud { sensor, ..cloud(step()) }, &ReconstructParams::default(), &Progress::none());
+    assert!(own(Some(SENSOR)).unwrap().mesh == made(&step(), &[SENSOR], 0).mesh);
+    assert!(own(None).unwrap().mesh == made(&step(), &[], 0).mesh);
+    let text = own(Some(DVec3::NAN)).unwrap_err().to_string();
+    assert!(text.contains("sensor origin"), "{text}");
+    // What is said of each point goes before it.
+    let mut reconstructor = Reconstructor::new(PointCloud { sensor: Some(SENSOR), ..cloud(step()) }).unwrap();
+    reconstructor.seen_from(vec![DVec3::NAN; step().len()]).unwrap();
+    let unseen = reconstructor.surface(&ReconstructParams::default(), &Progress::none()).unwrap();
+    assert!(unseen.mesh == made(&step(), &[], 0).mesh);
 }
 
 #[test]

@@ -147,6 +147,10 @@ pub(super) fn an_image_and_its_cloud() {
         assert_eq!((positions.count, normals.count), (valid, valid));
         api.ok((api.srf_cloud_pose)(cloud, &mut pose));
         assert_eq!(pose, moved);
+        let (mut own, mut placed) = ([9.0; 3], [9.0; 3]);
+        api.ok((api.srf_cloud_sensor)(cloud, own.as_mut_ptr()));
+        api.ok((api.srf_image_sensor)(image, placed.as_mut_ptr()));
+        assert_eq!((own, &placed[..]), ([0.0; 3], &moved[12..15]), "rays start in the origin");
         for end in [(api.srf_mesh_free)(surface), (api.srf_cloud_free)(cloud), (api.srf_image_free)(image)] {
             api.ok(end);
         }

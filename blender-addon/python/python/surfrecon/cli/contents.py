@@ -97,17 +97,6 @@ def points(scan: _native.Scan, content: Content) -> tuple[Any, Any]:
     return content.positions, scan.world_from_sensor
 
 
-def sensor(content: Content) -> Any:
-    """The place from which all of the `points` were seen, if there is one: where the rays of a range image start."""
-    if not isinstance(content, _native.RangeImage):
-        return None
-    way, place = content.projection.get("viewing", ("from", (0.0, 0.0, 0.0)))
-    if content.projection["kind"] == "orthographic" or way == "parallel":
-        return None
-    pose = content.world_from_sensor
-    return pose[:3, :3] @ place + pose[:3, 3]
-
-
 def points_in_world(scan: _native.Scan, content: Content) -> Any:
     """(n, 3): samples, points or vertices."""
     found, pose = points(scan, content)

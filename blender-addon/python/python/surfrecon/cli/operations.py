@@ -247,7 +247,8 @@ def reconstruct(work: Work) -> Made:
     scan, content = contents.one(work)
     points, pose = contents.points(scan, content)
     with work.showing() as shown:
-        sensors = contents.sensor(content)
+        # Those of range images lie in the world; clouds know their own.
+        sensors = content.sensor if isinstance(content, _native.RangeImage) else None
         found = _native.reconstruct(points, sensors=sensors, progress=shown, **work.given("reconstruct"))
     report = found.report
     used = f"{'closed' if report.closed else 'open'}, through {report.used:,} of {report.points:,} points"

@@ -87,6 +87,8 @@ impl Sink {
             intensity.iter_mut().for_each(|list| retain(list, &kept));
         }
         let world_from_cloud: DAffine3 = scan.world_from_sensor;
-        Ok(Content::Points(PointCloud { positions, normals, colour, intensity, world_from_cloud, crs: None }))
+        // Writers who know of none leave it at the origin.
+        let sensor = Some(header.viewpoint).filter(|viewpoint| *viewpoint != DVec3::ZERO);
+        Ok(Content::Points(PointCloud { positions, normals, colour, intensity, sensor, world_from_cloud, crs: None }))
     }
 }

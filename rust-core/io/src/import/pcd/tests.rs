@@ -99,10 +99,18 @@ fn three_encodings_hold_the_same() {
         let Content::Points(cloud) = damage::read(parse, &make(1), &scan()).unwrap() else { panic!("no cloud") };
         assert_eq!(cloud.positions.len(), 5);
         assert_eq!(cloud.positions[1], DVec3::new(1.5, 2e6, 3.0));
+        assert_eq!(cloud.sensor, Some(DVec3::new(0.5, 0.0, 0.0)));
         assert_eq!(cloud.colour.as_ref().unwrap()[1], [255, 128, 0, 255]);
         damage::endure(parse, &organized, &scan());
         damage::endure(parse, &make(1), &scan());
     }
+}
+
+#[test]
+fn a_viewpoint_that_nobody_set_is_no_sensor() {
+    let unset = String::from_utf8(ascii(1)).unwrap().replace("VIEWPOINT 0.5", "VIEWPOINT 0");
+    let Content::Points(cloud) = damage::read(parse, unset.as_bytes(), &scan()).unwrap() else { panic!("no cloud") };
+    assert_eq!((cloud.positions.len(), cloud.sensor), (5, None));
 }
 
 #[test]

@@ -324,6 +324,7 @@ fn point_cloud(vertices: Vertices<DVec3>, scan: &Scan) -> Content {
         intensity: attributes.take_float("intensity"),
         normals: attributes.normals,
         colour: attributes.colour,
+        sensor: None,
         world_from_cloud: scan.world_from_sensor,
         crs: None,
     };
