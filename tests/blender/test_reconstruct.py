@@ -171,3 +171,39 @@ def test_the_operator_can_be_adjusted_and_undone(extension):
     assert operator.bl_options == {"REGISTER", "UNDO", "PRESET"}
     names = {p.name for p in surfrecon.parameters("reconstruct")} | {"threshold", "topology", "closure"}
     assert names <= set(bpy.ops.surfrecon.reconstruct.get_rna_type().properties.keys())
+
+
+def add_scan(extension, name, points, viewing):
+    image = surfrecon.RangeImage.from_points(points.astype(np.float32), viewing=viewing)
+    obj = extension.scan_objects.object_from_range_image(name, image, 1.0, False)
+    bpy.context.collection.objects.link(obj)
+    obj.select_set(True)
+    bpy.context.view_layer.objects.active = obj
+    bpy.context.view_layer.update()
+    return obj
+
+
+def test_range_images_know_their_sensors(extension):
+    x, y = np.meshgrid(np.arange(40.0), np.arange(40.0)) + 0.2 * np.random.default_rng(1).random((2, 40, 40))
+    points = np.stack([x, y, 100 + np.where(x < 20, 0, 20.0) + y**2 / 64], 2)
+    scan = add_scan(extension, "scan", points, ("from", (20, 20, -1000)))
+    # Where it stands changes nothing of what is made in its own frame.
+    scan.location = (5, 6, 7)
+    bpy.context.view_layer.update()
+    vertices = np.array([v.co[:] for v in scan.data.vertices])
+    bpy.ops.surfrecon.reconstruct()
+
+    def triangles():
+        return np.array([p.vertices[:] for p in bpy.context.object.data.polygons])
+
+    expected = surfrecon.reconstruct(vertices, sensors=(20, 20, -1000)).mesh
+    assert np.array_equal(triangles(), expected.triangles)
+    # Of parallel rays nothing is known; of several objects each point has its own.
+    select(scan)
+    add_scan(extension, "parallel", points + (100, 0, 0), ("parallel", (0, 0, 1)))
+    bpy.ops.surfrecon.reconstruct()
+    sensors = np.concatenate([np.full((1600, 3), (25.0, 26, -993)), np.full((1600, 3), np.nan)])
+    both = np.concatenate([vertices + (5, 6, 7), vertices + (100, 0, 0)])
+    assert len(bpy.context.object.data.vertices) == 3200
+    known = surfrecon.reconstruct(both, sensors=sensors).mesh
+    assert np.array_equal(triangles(), known.triangles)
