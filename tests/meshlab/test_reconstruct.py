@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import surfrecon
-from conftest import RECONSTRUCT, matrix, scalars
+from conftest import IMPORT, RECONSTRUCT, matrix, scalars
 
 
 def sphere(count):
@@ -108,3 +108,17 @@ def test_huge_coordinates_are_points_too(document, factor):
     document.add(1e30 * sphere(200), name="far")
     document.run(RECONSTRUCT, factor=factor)
     assert document.current.face_number() == 2 * 200 - 4
+
+
+def test_an_imported_range_image_knows_its_sensor(document, tmp_path):
+    x, y = np.meshgrid(np.arange(40.0), np.arange(40.0)) + 0.2 * np.random.default_rng(1).random((2, 40, 40))
+    points = np.stack([x, y, 100 + np.where(x < 20, 0, 20.0) + y**2 / 64], 2).astype(np.float32)
+    image = surfrecon.RangeImage.from_points(points, viewing=("from", (0, 0, 0)))
+    image.world_from_sensor = [[1, 0, 0, 5], [0, 1, 0, 6], [0, 0, 1, 7], [0, 0, 0, 1]]
+    surfrecon.write_scans(tmp_path / "scan.e57", [image])
+    document.run(IMPORT, file=str(tmp_path / "scan.e57"))
+    vertices = document.current.vertex_matrix()
+    document.run(RECONSTRUCT)
+    expected = surfrecon.reconstruct(vertices, sensors=(0, 0, 0)).mesh
+    assert np.array_equal(document.current.face_matrix(), expected.triangles)
+    assert not np.array_equal(surfrecon.reconstruct(vertices, toward=(0, 0, 0)).mesh.triangles, expected.triangles)
