@@ -92,7 +92,7 @@ def test_what_can_not_be_is_told(scans, workspace, tmp_path):
     refused(surfrecon.InputError, "max_memory and workspace are for merges in files", files="never", workspace=none)
     refused(MemoryError, "merging in files needs 12 MB at least, .* 1 MB are given", max_memory=10**6)
     refused(surfrecon.InputError, "max_memory must be >= 0", max_memory=-1)
-    refused(TypeError, "cannot be interpreted as an integer", max_memory="much")
+    refused(TypeError, "max_memory must be a whole number of bytes, got 'much'", max_memory="much")
     refused(MemoryError, "a voxel of 1e-7 .* fits|a voxel of 0.0000001 .* fits", voxel=1e-7, files="if_needed")
     with surfrecon.Context(memory_limit=10**7):
         refused(MemoryError, "10 MB are allowed", files="if_needed", workspace=workspace)

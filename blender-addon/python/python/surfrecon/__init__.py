@@ -20,6 +20,7 @@ from ._errors import (
     ParameterError,
     SurfreconError,
 )
+from ._merging import merge, merge_to_file
 from ._native import (
     Aligner,
     Alignment,
@@ -65,8 +66,6 @@ from ._native import (
     memory_in_use,
     memory_limit,
     memory_peak,
-    merge,
-    merge_to_file,
     nearest_triangles,
     open,
     parameters,

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from .. import _native
-from ..distributed.plan import MOST_TASKS
+from ..distributed.checks import MOST_TASKS
 from . import operations
 from .options import Own, Row, rows
 from .requests import Request, UsageError

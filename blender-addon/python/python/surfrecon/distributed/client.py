@@ -7,10 +7,10 @@ import uuid
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from .._arguments import function, is_url, whole
 from .._errors import Cancelled, InputError
 from .._reports import MergeReport
 from .plan import Plan, Progress
-from .storage import is_url
 
 __all__ = ["merge"]
 
@@ -69,10 +69,16 @@ def merge(
         InputError: there is no worker, or one has no limit of memory and ``max_memory`` is not given; scans that can't
             be used.
         ParameterError, FormatError, FileError, OutOfMemoryError: as of ``surfrecon.merge_to_file``, on any worker.
+        TypeError: an argument of another kind; an option that there is not.
         Cancelled: ``progress`` returned ``False``. The workspace keeps what is done: the same call goes on.
     """
     if keep and tasks is None:
         raise InputError("what is kept is of merges of as many tasks: give tasks")
+    if not hasattr(client, "scheduler_info"):
+        raise TypeError(f"client must be a dask.distributed.Client, got {client!r}")
+    if whole("retries", retries) < 0:
+        raise InputError(f"retries must be >= 0, got {retries}")
+    function("progress", progress)
     threads, memory = _workers(client)
     if max_memory is None and memory is None:
         raise InputError("a worker has no limit of memory: give max_memory, the bytes that a task may take")

@@ -12,9 +12,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from .. import _native
+from .._arguments import function, is_url
 from .._errors import FileError, FormatError, InputError
 from .._report import jsonable
-from .storage import Storage, is_url, read_text, remove_file, write_text
+from .checks import check, check_made, check_names, name_of
+from .storage import Storage, read_text, remove_file, write_text
 
 __all__ = ["Plan", "Stage"]
 
@@ -34,22 +36,6 @@ _READS = {
 # What nobody wants any more once a stage has begun.
 _SPENT = {"look": ("segment-",), "colours": ("votes-",), "build": ("block-", "left-"), "write": ("labels-",)}
 WRITE = "write"
-# Of a stage.
-MOST_TASKS = 100_000
-_KEYS = (
-    "surfrecon",
-    "paths",
-    "reading",
-    "scans",
-    "options",
-    "workspace",
-    "name",
-    "output",
-    "written",
-    "tasks",
-    "keep",
-    "max_memory",
-)
 
 Progress = Callable[[str, float], object]
 
@@ -123,6 +109,7 @@ class Plan:
             InputError: scans that can't be used, a workspace that is no folder; an output that is a scan, has no folder
                 or another ending.
             ParameterError: an option out of its range.
+            TypeError: an argument of another kind; an option that there is not.
             FormatError, FileError: a file that can't be read or written.
         """
         path = None if path is None else os.fspath(path)
@@ -132,8 +119,16 @@ class Plan:
         except TypeError:
             raise InputError("scans are given by the names of files and folders, which each process opens") from None
         output = os.fspath(output)
-        _check(tasks, max_memory, encoding, options)
-        _check_names(paths, output)
+        check(
+            tasks=tasks,
+            keep=keep,
+            max_memory=max_memory,
+            encoding=encoding,
+            part_triangles=part_triangles,
+            provenance=provenance,
+            options=options,
+        )
+        check_names(paths, output)
         workspace = os.fspath(workspace) if workspace is not None else os.path.dirname(path or output) or "."
         if keep and is_url(workspace):
             raise InputError(f"{workspace}: what is kept for another merge is kept in a folder, not in an object store")
@@ -143,22 +138,22 @@ class Plan:
             raise InputError(f"{paths[0] if paths else 'no file'}: there is no scan to merge")
         if os.path.realpath(output) in {os.path.realpath(scan.path) for scan in opened}:
             raise InputError(f"{output} is a scan: give the surface another name")
-        same = {"surfrecon": _native.__version__, "reading": reading, "tasks": tasks, "keep": keep}
-        scans_are = _stamps(opened)
-        decisive = {name: value for name, value in options.items() if name != "threads"}
-        of_scans = None if keep else scans_are
-        digest = hashlib.sha256(json.dumps(jsonable([same, of_scans, decisive]), sort_keys=True).encode()).hexdigest()
-        name = f"surfrecon-merge-{digest[:16]}"
-        storage = Storage.of(workspace, name)
+        content: dict[str, Any] = {
+            "surfrecon": _native.__version__,
+            "reading": reading,
+            "tasks": int(tasks),
+            "keep": bool(keep),
+            "scans": _stamps(opened),
+            "options": options,
+        }
+        content["name"] = name_of(content)
+        storage = Storage.of(workspace, content["name"])
         storage.make()
         # Workers may have another working folder.
         path = path or (f"{storage.place}.json" if is_url(workspace) else f"{os.path.abspath(storage.place)}.json")
         folder = None if is_url(path) else os.path.dirname(os.path.abspath(path))
-        content = same | {
-            "name": name,
-            "scans": scans_are,
+        content |= {
             "paths": [_named(one, folder) for one in paths],
-            "options": options,
             "workspace": _named(workspace, folder),
             "output": _named(output, folder),
             "written": {"encoding": encoding, "part_triangles": part_triangles, "provenance": provenance},
@@ -179,18 +174,16 @@ class Plan:
 
         Raises:
             FileError: it can't be read.
-            FormatError: it is no plan, or that of another version, whose files this one does not understand.
+            FormatError: it is no plan, one that was changed after it was made, or that of another version, whose files
+                this one does not understand.
         """
         path = os.fspath(path)
         try:
             content = json.loads(read_text(path))
-        except ValueError as problem:
-            raise FormatError(f"{path}: this is no plan of a merge: {problem}") from None
-        if not isinstance(content, dict) or any(key not in content for key in _KEYS):
-            raise FormatError(f"{path}: this is no plan of a merge")
-        if content["surfrecon"] != _native.__version__:
-            made, here = content["surfrecon"], _native.__version__
-            raise FormatError(f"{path}: planned by surfrecon {made}, which {here} does not go on with: plan it anew")
+        except ValueError as failed:
+            raise FormatError(f"{path}: this is no plan of a merge: {failed}") from None
+        if (problem := check_made(content)) is not None:
+            raise FormatError(f"{path}: {problem}")
         return cls(path, content)
 
     @property
@@ -255,6 +248,7 @@ class Plan:
             OutOfMemoryError: less memory than a task takes at least.
             Cancelled: ``progress`` said so; what other tasks left stays.
         """
+        function("progress", progress)
         stage, first = self._stage_of(number)
         if (figures := self._made(stage, number)) is not None:
             return figures
@@ -360,44 +354,9 @@ class Plan:
                 [self._placed(path) for path in self._content["paths"]], **self._content["reading"]
             )
         before, now = self._content["scans"], jsonable(_stamps(self._scans))
-        for planned, found in zip(before, now, strict=False):
-            if planned != found:
-                raise InputError(f"{found[1]}: scan {found[0]} has changed since {self.path} was planned: plan it anew")
-        if len(before) != len(now):
-            raise InputError(
-                f"{self.path}: planned for {len(before)} scans, and there are {len(now)} now: plan it anew"
-            )
+        if (what := _changed(before, now)) is not None:
+            raise InputError(f"{what} since {self.path} was planned: plan it anew")
         return self._scans
-
-
-def _check(tasks: int, max_memory: int | None, encoding: str | None, options: Mapping[str, Any]) -> None:
-    """Refuses what no merge has, before anything is planned."""
-    if not 1 <= tasks <= MOST_TASKS:
-        raise InputError(f"tasks must lie between 1 and {MOST_TASKS}, got {tasks}")
-    if max_memory is not None and not (isinstance(max_memory, int) and max_memory > 0):
-        raise InputError(f"max_memory must be bytes > 0, got {max_memory!r}")
-    if encoding not in (None, "binary", "binary_double"):
-        raise InputError(f"the surface is written piece by piece, in binary: encoding {encoding!r} is none")
-    known = {one.name: one for one in _native.parameters() if one.operation in ("merge", "triangulate")}
-    for name, value in options.items():
-        if name != "threads" and name not in known:
-            raise TypeError(f"merge() got an unexpected keyword argument {name!r}")
-        if name != "threads" and value is not None:
-            known[name].check(value)
-
-
-def _check_names(paths: Iterable[str], output: str) -> None:
-    """Refuses what only the last task would otherwise."""
-    for path in paths:
-        if is_url(path):
-            raise InputError(f"{path}: scans are files; only the workspace and the plan may be URLs")
-    if is_url(output):
-        raise InputError(f"{output}: the surface is a file; only the workspace and the plan may be URLs")
-    if not output.lower().endswith(".ply"):
-        raise InputError(f"{output}: the surface is written piece by piece, which only .ply is")
-    folder = os.path.dirname(output)
-    if folder and not os.path.isdir(folder):
-        raise InputError(f"{output}: there is no folder {folder}")
 
 
 def _named(path: str, folder: str | None) -> str:
@@ -407,6 +366,10 @@ def _named(path: str, folder: str | None) -> str:
     whole = os.path.abspath(path)
     inside = folder is not None and os.path.commonpath([folder, whole]) == folder
     return os.path.relpath(whole, folder) if inside else whole
+
+
+# Of a stamp the first entries, which tell which scan it is.
+_IS_NAME = 3
 
 
 def _stamps(scans: _native.ScanSet) -> list[list[Any]]:
@@ -420,6 +383,20 @@ def _stamps(scans: _native.ScanSet) -> list[list[Any]]:
         pose = hashlib.sha256(scan.world_from_sensor.tobytes()).hexdigest()[:16]
         found.append([scan.name, os.path.basename(path), scan.part, *files[path], pose])
     return found
+
+
+def _changed(before: list[list[Any]], now: list[list[Any]]) -> str | None:
+    """What became of scans, by their stamps: the first that is gone, came, or is another."""
+    for these, those, became in ((before, now, "is gone"), (now, before, "came")):
+        others = {tuple(stamp[:_IS_NAME]) for stamp in those}
+        different = [stamp for stamp in these if tuple(stamp[:_IS_NAME]) not in others]
+        if different:
+            more = f", and {len(different) - 1} more," if len(different) > 1 else ""
+            return f"{different[0][1]}: scan {different[0][0]} {became}{more}"
+    for planned, found in zip(before, now, strict=False):
+        if planned != found:
+            return f"{found[1]}: scan {found[0]} has changed"
+    return None if len(before) == len(now) else f"{len(before)} scans became {len(now)}"
 
 
 def _stamp(path: str) -> list[int]:

@@ -11,9 +11,10 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from typing import Any
 
+from .._arguments import is_url
 from .._errors import FileError, InputError
 
-__all__ = ["Storage", "is_url", "read_text", "remove_file", "write_text"]
+__all__ = ["Storage", "read_text", "remove_file", "write_text"]
 
 # Marks that a task is done: handed over last.
 _MARK = "done-"
@@ -187,11 +188,6 @@ def _failures(place: str) -> Iterator[None]:
         yield
     except Exception as problem:
         raise FileError(f"{place}: {getattr(problem, 'strerror', None) or problem}") from None
-
-
-def is_url(path: str) -> bool:
-    """Whether fsspec is asked for it."""
-    return "://" in path
 
 
 def _files(url: str) -> tuple[Any, str]:

@@ -1,0 +1,68 @@
+"""Checks of arguments: an error names the argument, what it must be and what was given."""
+
+from __future__ import annotations
+
+import operator
+from typing import Any
+
+from . import _native
+
+__all__ = ["flag", "function", "is_url", "of_table", "whole", "wrong_kind"]
+
+
+def is_url(path: str) -> bool:
+    """Whether fsspec is asked for it."""
+    return "://" in path
+
+
+def flag(name: str, value: object) -> None:
+    """Checks what is on or off.
+
+    Raises:
+        TypeError: it is neither.
+    """
+    # NumPy's own are taken as well.
+    if not isinstance(value, bool) and str(getattr(value, "dtype", "")) != "bool":
+        raise wrong_kind(name, "True or False", value)
+
+
+def function(name: str, value: Any) -> None:
+    """Checks what is called, if it is given.
+
+    Raises:
+        TypeError: it can't be called.
+    """
+    if value is not None and not callable(value):
+        raise wrong_kind(name, "a function or None", value)
+
+
+def whole(name: str, value: Any, unit: str = "") -> int:
+    """A whole number, of Python or NumPy.
+
+    Raises:
+        TypeError: it is none.
+    """
+    try:
+        return operator.index(value)
+    except TypeError:
+        raise wrong_kind(name, f"a whole number{unit}", value) from None
+
+
+def of_table(name: str, value: object, *operations: str) -> None:
+    """Checks a parameter of the core.
+
+    Raises:
+        TypeError: there is no such parameter of these operations, or it is of another kind.
+        ParameterError: it is out of its range.
+    """
+    for row in _native.parameters():
+        if row.name == name and row.operation in operations:
+            if value is not None:
+                row.check(value)
+            return
+    raise TypeError(f"{operations[0]}() got an unexpected keyword argument {name!r}")
+
+
+def wrong_kind(name: str, allowed: str, value: object) -> TypeError:
+    """What is said of a value of another kind."""
+    return TypeError(f"{name} must be {allowed}, got {value!r}")
