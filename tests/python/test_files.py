@@ -403,3 +403,15 @@ def test_files_with_several_names_are_left_alone(tmp_path):
     with pytest.raises(surfrecon.InputError, match=r"2 names \(hard links\)"):
         surfrecon.Mesh(2 * np.eye(3), [[0, 1, 2]]).write(tmp_path / "b.ply")
     assert (tmp_path / "a.ply").samefile(tmp_path / "b.ply") and (tmp_path / "b.ply").read_bytes() == before
+
+
+def test_images_of_a_list_that_have_no_names_of_their_own_are_told_how_to_get_one(tmp_path):
+    images = torus_scans(pixels=10)[:2]
+    for name in ("", "twice", "a/b"):
+        for image in images:
+            image.name = name
+        with pytest.raises(surfrecon.InputError) as problem:
+            surfrecon.write_scans(tmp_path / "scans.conf", images)
+        assert f'"{name}": each image needs a name of its own' in str(problem.value)
+        assert "image.name = " in str(problem.value)
+    assert not list(tmp_path.iterdir())

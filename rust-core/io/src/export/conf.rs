@@ -53,7 +53,7 @@ pub fn write_scan_list(
     let options = options.into();
     let mut names = HashSet::new();
     if let Some(image) = images.iter().find(|i| !is_file_name(&i.name) || !names.insert(i.name.to_lowercase())) {
-        let problem = "each image needs a name of its own that can be a file's";
+        let problem = "each image needs a name of its own that can be a file's: give it one (image.name = ...)";
         return Err(Error::input(format!("{:?}: {problem}", image.name)));
     }
     let folder = path.parent().unwrap_or(Path::new(""));
