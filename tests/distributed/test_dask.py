@@ -116,8 +116,12 @@ def test_errors_come_back_as_they_are(client, scans, workspace, tmp_path):
     given = {"client": client, "workspace": workspace, "tasks": 1, "retries": 0}
     with pytest.raises(surfrecon.ParameterError, match="voxel must be"):
         distributed.merge(scans, tmp_path / "surface.ply", voxel=-1.0, **given)
-    for wrong in ({"tasks": 0}, {"max_memory": 0}, {"max_memory": "1GB"}):
-        with pytest.raises(surfrecon.InputError, match=f"{next(iter(wrong))} must"):
+    for wrong, kind in (
+        ({"tasks": 0}, surfrecon.InputError),
+        ({"max_memory": 0}, surfrecon.InputError),
+        ({"max_memory": "1GB"}, TypeError),
+    ):
+        with pytest.raises(kind, match=f"{next(iter(wrong))} must"):
             distributed.merge(scans, tmp_path / "surface.ply", **given | wrong)
     with pytest.raises(surfrecon.OutOfMemoryError, match="needs 12 MB at least"):
         distributed.merge(scans, tmp_path / "surface.ply", max_memory=1000, **given)

@@ -1,11 +1,13 @@
 """A workspace in an object store: a local server that speaks S3's protocol."""
 
+import json
 import os
 import tempfile
 
 import fsspec
 import pytest
 import surfrecon
+from command_line import run
 from conftest import OPTIONS
 from surfrecon import distributed
 
@@ -44,3 +46,18 @@ def test_what_a_server_refuses_is_told(bucket, scans, tmp_path, monkeypatch):
     fsspec.get_filesystem_class("s3").clear_instance_cache()
     with pytest.raises(surfrecon.FileError, match=plan.folder):
         plan.run(0)
+
+
+def test_the_command_line_writes_plans_to_urls(scans, by_one, tmp_path):
+    url, surface = f"file://{tmp_path}/merge.json", tmp_path / "surface.ply"
+    given = ["--voxel", str(OPTIONS["voxel"]), "--tasks", "1", "--workspace", tmp_path, "--surface", surface]
+    made = run("plan", scans, "-o", url, "--json", *given)
+    assert made.returncode == 0, made.stderr
+    assert [output["path"] for output in json.loads(made.stdout)["outputs"]] == [url]
+    done = run("task", url)
+    assert done.returncode == 0, done.stderr
+    # But for the provenance that the header has.
+    assert surface.read_bytes().split(b"end_header")[1] == by_one.split(b"end_header")[1]
+    # Outputs of other commands are files.
+    refused = run("merge", scans, "-o", f"file://{tmp_path}/merged.ply")
+    assert refused.returncode == 1 and f"there is no folder file://{tmp_path}" in refused.stderr

@@ -264,3 +264,23 @@ def test_the_command_line_and_batches(scans, at_once, tmp_path):
     manifest.write_text(manifest.read_text().replace(', workspace = "scratch"', ""))
     assert "up to date" in run("batch", manifest).stderr
     assert not (tmp_path / "b.ply").exists()
+
+
+def test_the_command_line_tells_of_merging_in_files_where_memory_is_short(tmp_path):
+    surfrecon.write_scans(tmp_path / "scans.conf", shapes.torus_scans(pixels=500))
+    (tmp_path / "scratch").mkdir()
+    hint = "--workspace DIR (workspace) merges in files, into a .ply file, with the cells as they are"
+    merge = ["merge", "scans.conf", "--threads", "1", "-o"]
+    coarser = run(*merge, "coarser.ply", "--max-memory", "22M", "--json", cwd=tmp_path)
+    assert coarser.returncode == 0, coarser.stderr
+    told = f"the cells were made coarser, to fit into memory: {hint}"
+    assert f"surfrecon: merge: {told}" in coarser.stderr.splitlines()
+    assert told in json.loads(coarser.stdout)["notes"]
+    refused = run(*merge, "refused.ply", "--max-memory", "22M", "--voxel", "0.0137", cwd=tmp_path)
+    assert refused.returncode == 1
+    assert "not enough memory: a voxel of 0.0137" in refused.stderr and refused.stderr.rstrip().endswith(f"; {hint}")
+    # It does what it promises; and who has memory, or has done so, is told nothing.
+    for given in (["--max-memory", "22M", "--workspace", "scratch"], []):
+        enough = run(*merge, "whole.ply", *given, "--json", cwd=tmp_path)
+        assert enough.returncode == 0 and "--workspace" not in enough.stderr, enough.stderr
+        assert json.loads(enough.stdout)["report"]["voxel"] < json.loads(coarser.stdout)["report"]["voxel"]

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from .. import _native
+from .._arguments import is_url
 from ..distributed.checks import MOST_TASKS
 from . import operations
 from .options import Own, Row, rows
@@ -38,6 +39,12 @@ class Command:
     meshes: bool = False
     # Whether it may leave its output out.
     output_is_optional: bool = False
+    # Whether its output may be a URL that fsspec knows.
+    urls: bool = False
+
+    def is_file(self, output: str) -> bool:
+        """Whether its output is a file, by its name."""
+        return not (self.urls and is_url(output))
 
     def groups(self) -> list[tuple[str, list[Row]]]:
         """Its options: a title and rows, for each group."""
@@ -243,6 +250,7 @@ COMMANDS = {
                 ),
             ),
             ("json",),
+            urls=True,
         ),
         Command(
             "sculpt",

@@ -11,7 +11,7 @@ from typing import Any, Literal
 import numpy as np
 
 from .. import _native
-from .._errors import InputError
+from .._errors import InputError, OutOfMemoryError
 from .._report import Report
 from ..distributed import Plan
 from . import contents, inputs, record
@@ -117,15 +117,25 @@ def _tell_outside(work: Work, path: str, scans: Sequence[_native.Scan]) -> None:
         )
 
 
+# What the core says of cells that grew.
+_COARSER = "coarser, to fit into memory"
+_IN_FILES = "--workspace DIR (workspace) merges in files, into a .ply file, with the cells as they are"
+
+
 def merge(work: Work) -> Made:
     """Merges scans to one surface."""
     scans = work.open()
     if "workspace" in work.request.parameters:
         return _merge_to_file(work, scans)
     options = work.given("merge", "triangulate") | work.request.of("measure")
-    with work.showing() as shown:
-        result = _native.merge(scans, progress=shown, **options)
+    try:
+        with work.showing() as shown:
+            result = _native.merge(scans, progress=shown, **options)
+    except OutOfMemoryError as problem:
+        raise OutOfMemoryError(f"{problem}; {_IN_FILES}") from None
     report: Report = result.report
+    if result.report.voxel_reason == _COARSER:
+        work.notes.append(f"the cells were made coarser, to fit into memory: {_IN_FILES}")
     lines = [_counts(result.mesh), _cells(report)]
     if result.distances is not None:
         distances = _summary(result.distances)

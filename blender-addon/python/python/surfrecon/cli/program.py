@@ -174,7 +174,8 @@ def _performed(work: Work) -> tuple[dict[str, Any], Made]:
     request, began = work.request, time.monotonic()
     command = COMMANDS[request.command]
     command.check(request)
-    if request.output is not None:
+    is_file = request.output is not None and command.is_file(request.output)
+    if request.output is not None and is_file:
         refuse_unwritable(request.output)
     made = command.run(work)
     written: list[str] = []
@@ -187,5 +188,6 @@ def _performed(work: Work) -> tuple[dict[str, Any], Made]:
     if request.output is not None and made.write is not None:
         with work.showing() as shown:
             made.write(request.output, shown, record.provenance(work))
-    outputs = [inputs.hashed(path) for path in written] if work.hashes else [inputs.named(path) for path in written]
+    hashes = work.hashes and is_file
+    outputs = [inputs.hashed(path) if hashes else inputs.named(path) for path in written]
     return record.finished(work, made, outputs, time.monotonic() - began), made
