@@ -1,4 +1,5 @@
-//! Stage 9: holes up to a length, in windows: those whose surroundings have something in common are closed together, with what lies around them in memory. \[MI04, sec. 3.4\]
+//! Stage 9: holes up to a length, in windows: those whose surroundings have something in common are closed together, with what lies around
+//! them in memory. \[MI04, sec. 3.4\]
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,5 @@
-//! Hands the surface over, at once where it is one in memory, else tile by tile: where each of its vertices and triangles belongs is known.
+//! Hands the surface over, at once where it is one in memory, else tile by tile: where each of its vertices and triangles belongs is
+//! known.
 
 use std::sync::Mutex;
 
