@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use super::colour::Member;
 use super::field::Bundles;
 use super::tally::Tally;
+use super::{MergeParams, MergeReport};
 use base::error::Result;
 use base::progress::Progress;
 use mesh::srgb;
@@ -50,12 +51,30 @@ pub struct Pair {
     differences: [i16; 3],
 }
 
+/// Measures the factors that make the scans equally bright, where that is asked for and any is coloured, and says them in the report.
+///
+/// # Errors
+/// Cancelled.
+pub fn tell(
+    bundles: &Bundles,
+    coloured: bool,
+    params: &MergeParams,
+    report: &mut MergeReport,
+    progress: &Progress<'_>,
+) -> Result<()> {
+    if params.match_exposure && coloured {
+        report.colour_gains = measure(bundles, report.scans, progress)?;
+        progress.lap("colours");
+    }
+    Ok(())
+}
+
 /// The factors for red, green and blue that make the scans equally bright; empty if they are, or none overlap. O(tallies +
 /// scans).
 ///
 /// # Errors
 /// Cancelled.
-pub fn measure(bundles: &Bundles, scans: usize, progress: &Progress<'_>) -> Result<Vec<[f64; 3]>> {
+fn measure(bundles: &Bundles, scans: usize, progress: &Progress<'_>) -> Result<Vec<[f64; 3]>> {
     let each = || bundles.list.par_iter().map(|bundle| &bundle.list);
     let sample = Sample::of(each().map(|list| shared(list).count()).sum(), scans);
     let of_bundle = |list: &Vec<Tally>| {

@@ -119,11 +119,8 @@ impl<'a> Memory<'a> {
     }
 
     fn colours(&mut self, progress: &Progress<'_>) -> Result<()> {
-        if self.params.match_exposure && self.found().coloured {
-            self.report.colour_gains = gains::measure(&self.bundles, self.sources.len(), progress)?;
-            progress.lap("colours");
-        }
-        Ok(())
+        let coloured = self.found().coloured;
+        gains::tell(&self.bundles, coloured, self.params, &mut self.report, progress)
     }
 
     fn label(&mut self, progress: &Progress<'_>) -> Result<()> {

@@ -101,11 +101,8 @@ impl<'a> Again<'a> {
     }
 
     fn colours(&mut self, progress: &Progress<'_>) -> Result<()> {
-        if self.params.match_exposure && self.found().coloured {
-            self.report.colour_gains = gains::measure(&self.bundles, self.scans.len(), progress)?;
-            progress.lap("colours");
-        }
-        Ok(())
+        let coloured = self.found().coloured;
+        gains::tell(&self.bundles, coloured, self.params, &mut self.report, progress)
     }
 
     fn label(&mut self, progress: &Progress<'_>) -> Result<()> {
