@@ -9,6 +9,7 @@ use rustc_hash::{FxBuildHasher, FxHashMap};
 use super::crossing::{BundleKey, Crossing};
 use super::lattice::{BRICK, BRICK_BITS};
 use super::lines;
+use super::numbers::Roll;
 use super::tally::{self, Tally};
 use base::error::Result;
 use base::progress::Progress;
@@ -90,12 +91,12 @@ impl Buckets {
         list
     }
 
-    /// Adds up the crossings of whole scans, of `scans` in all, where they are more than `kept`, and so many that each
+    /// Adds up the crossings of whole scans, some of those of the roll, where they are more than `kept`, and so many that each
     /// tally is met a few times only, however many there are.
     ///
     /// # Errors
     /// Cancelled.
-    pub fn add_up_many(&mut self, kept: u64, scans: usize, progress: &Progress<'_>) -> Result<()> {
+    pub fn add_up_many(&mut self, kept: u64, roll: &Roll<'_>, progress: &Progress<'_>) -> Result<()> {
         if self.held <= kept.max(self.store.len.load(Relaxed) / 2) {
             return Ok(());
         }
@@ -105,7 +106,7 @@ impl Buckets {
             let tallies = lines::tallies(&chunks);
             let added = lock(&self.store.bundles).entry(*key).or_default().clone();
             let mut added = lock(&added);
-            added.sample.extend(chunks.iter().flatten().filter(|c| in_sample(key, c, scans)));
+            added.sample.extend(chunks.iter().flatten().filter(|c| in_sample(key, c, roll)));
             let before = added.tallies.len() as u64;
             tally::add_up(&mut added.tallies, &tallies);
             self.store.len.fetch_add(added.tallies.len() as u64 - before, Relaxed);
@@ -131,21 +132,15 @@ fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
 
 /// Crossings that a worker keeps one by one.
 pub const MANY: u64 = 1 << 20;
-/// Where there are more than [`MANY`], overlaps are measured on one line in so many, between so many pairs of scans.
+/// Where there are more than [`MANY`], overlaps are measured on one line in so many.
 const SAMPLED_LINES: u64 = 64;
-const SAMPLED_PAIRS: usize = 256;
 
-/// Whether overlaps are measured by this crossing, of so many scans, where crossings are many: the line decides, and the scan.
-pub fn in_sample(key: &BundleKey, crossing: &Crossing, scans: usize) -> bool {
+/// Whether overlaps are measured by this crossing where crossings are many: the line decides, and the scan.
+pub fn in_sample(key: &BundleKey, crossing: &Crossing, roll: &Roll<'_>) -> bool {
     let place = (key.axis, key.across, crossing.line());
     // The upper bits of this hash are the mixed ones.
     let is_line = FxBuildHasher.hash_one(place) >> 32 & (SAMPLED_LINES - 1) == 0;
-    is_line && crossing.scan() as usize % sampled_of(scans) < 2
-}
-
-/// Of so many scans that follow each other two are looked at.
-pub fn sampled_of(scans: usize) -> usize {
-    scans.div_ceil(SAMPLED_PAIRS).max(2)
+    is_line && roll.place(crossing.scan()).is_some_and(|place| roll.is_sampled(place))
 }
 
 /// The crossings of one scan, by bundle.

@@ -8,6 +8,9 @@
 
 use bytemuck::{Pod, Zeroable};
 use mesh::srgb;
+use rustc_hash::FxHashMap;
+
+use super::numbers::Roll;
 
 /// Members kept of an edge: two highlights among them are outvoted.
 pub const KEPT: usize = 4;
@@ -115,8 +118,8 @@ fn mixed(bits: u64) -> u64 {
 /// What the light of each scan is multiplied by; nothing where scans agree.
 #[derive(Default)]
 pub struct Gains {
-    /// In units of 1 / 2^16.
-    of_scan: Vec<[u32; 3]>,
+    /// By the scan's number, in units of 1 / 2^16.
+    of_scan: FxHashMap<u32, [u32; 3]>,
 }
 
 const ONE: f64 = 65_536.0;
@@ -124,16 +127,33 @@ const ONE: f64 = 65_536.0;
 const BRIGHTEST: u64 = 1 << 20;
 
 impl Gains {
-    /// From factors.
-    pub fn new(factors: &[[f64; 3]]) -> Self {
-        Gains { of_scan: factors.iter().map(|of| of.map(|factor| (factor * ONE).round() as u32)).collect() }
+    /// From the factors of each scan of the roll, or none.
+    pub fn new(factors: &[[f64; 3]], roll: &Roll<'_>) -> Self {
+        let of_scan = |(&number, of): (&u32, &[f64; 3])| (number, of.map(|factor| (factor * ONE).round() as u32));
+        Gains { of_scan: roll.numbers().iter().zip(factors).map(of_scan).collect() }
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.of_scan.is_empty()
+    }
+
+    /// Those of the scan of a number.
+    pub fn of(&self, number: u32) -> Option<[u32; 3]> {
+        self.of_scan.get(&number).copied()
+    }
+
+    /// Whether they agree on all scans that both know, and on whether there are any.
+    pub fn agree_with(&self, other: &Gains) -> bool {
+        let is_same = |(number, of): (&u32, &[u32; 3])| other.of_scan.get(number).is_none_or(|known| known == of);
+        self.is_empty() == other.is_empty() && self.of_scan.iter().all(is_same)
     }
 
     /// The light of a member as all scans would have it.
     #[inline]
     pub fn equalized(&self, member: &Member) -> [u64; 3] {
         let light = member.colour.map(|byte| u64::from(srgb::light(byte)));
-        match self.of_scan.get(member.scan as usize) {
+        match self.of_scan.get(&member.scan) {
             None => light,
             Some(gains) => [0, 1, 2].map(|i| ((light[i] * u64::from(gains[i]) + (1 << 15)) >> 16).min(BRIGHTEST)),
         }

@@ -8,7 +8,7 @@ use super::lattice::BRICK_BITS;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Crossing {
-    /// Line within the bundle (bits 0 to 9), flags of the paper's fusing (10, 11), number of the scan (from 12 on).
+    /// Line within the bundle (bits 0 to 9), flags of the paper's fusing (10, 11), number of the scan ([`super::numbers`], from 12 on).
     packed: u32,
     /// Cell along the line.
     pub cell: i32,

@@ -7,11 +7,12 @@ use super::budget;
 use super::bundles::{Buckets, ScanCrossings, join};
 use super::discretize::discretize;
 use super::lattice::Lattice;
+use super::numbers::Roll;
 use super::overlap::OverlapDistances;
 use super::{MEASURING, MergeParams, MergeReport, VoxelReason};
 use base::error::{Error, Result};
 use base::progress::Progress;
-use image::source::{Loading, OrientedSurface, ScanSource};
+use image::source::{Loading, OrientedSurface};
 use image::triangulate::TriangulateParams;
 
 /// At least so many mean distances of neighbouring samples. Coarser cells lose what clean scans show (docs/decisions.md), finer
@@ -69,14 +70,13 @@ pub struct Known {
     scans: FxHashMap<u64, Tried>,
 }
 
-/// The size of a cell as given or, by default, as measured on the scans; what decided it. What is `known` of scans of these
-/// `versions` is not found out again.
+/// The size of a cell as given or, by default, as measured on the scans; what decided it. What is `known` of scans of their versions
+/// is not found out again.
 ///
 /// # Errors
 /// As [`voxel`].
 pub fn choose_cell(
-    sources: &[&dyn ScanSource],
-    versions: &[u64],
+    roll: &Roll<'_>,
     params: &MergeParams,
     known: &mut Known,
     report: &mut MergeReport,
@@ -85,20 +85,19 @@ pub fn choose_cell(
     progress.stage(MEASURING, 1);
     (report.voxel, report.voxel_reason) = match params.voxel {
         Some(voxel) => (voxel, VoxelReason::Given),
-        None => voxel(sources, versions, &params.triangulation, known, progress)?,
+        None => voxel(roll, &params.triangulation, known, progress)?,
     };
     progress.lap("measure");
     Ok(())
 }
 
-/// The finest cell that up to eight scans, spread through the list, support, and what decided: the spacing of their samples,
+/// The finest cell that up to eight scans, spread through the order, support, and what decided: the spacing of their samples,
 /// their noise, or how far scans that overlap lie from each other.
 ///
 /// # Errors
 /// A scan can't be loaded; no scan has a triangle; cancelled.
 pub fn voxel(
-    sources: &[&dyn ScanSource],
-    versions: &[u64],
+    roll: &Roll<'_>,
     triangulation: &TriangulateParams,
     known: &mut Known,
     progress: &Progress<'_>,
@@ -106,31 +105,30 @@ pub fn voxel(
     if known.triangulation != *triangulation {
         *known = Known { triangulation: *triangulation, ..Known::default() };
     }
-    let count = sources.len().min(SCANS);
-    // The first of each pair lies where the list is cut into as many parts as there are pairs.
-    let mut numbers: Vec<usize> = (0..count).map(|i| i / 2 * 2 * sources.len() / count + i % 2).collect();
-    let scans = Scans { sources, versions, triangulation, progress };
+    let mut places = looked_at(roll);
+    let versions = &roll.versions;
+    let scans = Scans { roll, triangulation, progress };
     // All before the first with a triangle are empty.
     let mut trial = None;
-    for &number in &numbers {
-        scans.find_out(&[number], trial, known)?;
-        trial = known.scans[&versions[number]].own;
+    for &place in &places {
+        scans.find_out(&[place], trial, known)?;
+        trial = known.scans[&versions[place]].own;
         if trial.is_some() {
             break;
         }
     }
-    scans.find_out(&numbers, trial, known)?;
-    let is_empty = |known: &Known, number: usize| known.scans[&versions[number]].told.spacing.1 == 0;
+    scans.find_out(&places, trial, known)?;
+    let is_empty = |known: &Known, place: usize| known.scans[&versions[place]].told.spacing.1 == 0;
     // Any other that isn't empty, where all of these are.
-    let mut others = (0..sources.len()).filter(|number| !numbers.contains(number)).collect::<Vec<_>>().into_iter();
+    let mut others = (0..roll.len()).filter(|place| !places.contains(place)).collect::<Vec<_>>().into_iter();
     while trial.is_none()
-        && numbers.iter().all(|&number| is_empty(known, number))
-        && let Some(number) = others.next()
+        && places.iter().all(|&place| is_empty(known, place))
+        && let Some(place) = others.next()
     {
-        scans.find_out(&[number], None, known)?;
-        numbers.push(number);
+        scans.find_out(&[place], None, known)?;
+        places.push(place);
     }
-    let found: Vec<&Tried> = numbers.iter().map(|&number| &known.scans[&versions[number]]).collect();
+    let found: Vec<&Tried> = places.iter().map(|&place| &known.scans[&versions[place]]).collect();
     let samples: u64 = found.iter().map(|scan| scan.told.spacing.1).sum();
     let mean = |sum: f64| sum / samples as f64;
     let spacing = mean(found.iter().map(|scan| scan.told.spacing.0).sum());
@@ -145,11 +143,11 @@ pub fn voxel(
     let noise = mean(found.iter().map(|scan| scan.told.noise * scan.told.spacing.1 as f64).sum());
     let distance = match &trial {
         Some(trial) => {
-            let crossings = found.iter().zip(0..).filter_map(|(scan, i)| {
+            let crossings = found.iter().zip(&places).filter_map(|(scan, &place)| {
                 let (grid, crossings) = scan.crossings.as_ref()?;
-                (grid == trial).then_some((i, crossings))
+                (grid == trial).then_some((roll.numbers()[place], crossings))
             });
-            let distances = OverlapDistances::measure(&join(crossings), None, progress)?;
+            let distances = OverlapDistances::measure(&join(crossings), roll, false, progress)?;
             distances.quantile(0.5).map_or(0.0, |cells| cells * trial.lattice.voxel)
         }
         None => 0.0,
@@ -161,6 +159,18 @@ pub fn voxel(
     ];
     let (cell, reason) = wanted.into_iter().reduce(|a, b| if b.0 > a.0 { b } else { a }).expect("three");
     Ok((rounded(cell), reason))
+}
+
+/// The places of the scans that are read: all, or of each part of the order the one of the smallest number and the one after it, so that a
+/// scan that comes or goes seldom changes which these are.
+pub fn looked_at(roll: &Roll<'_>) -> Vec<usize> {
+    if roll.len() <= SCANS {
+        return (0..roll.len()).collect();
+    }
+    let parts = SCANS / 2;
+    let border = |part: usize| part * roll.len() / parts;
+    let first = |part: usize| (border(part)..border(part + 1) - 1).min_by_key(|&place| roll.numbers()[place]);
+    (0..parts).filter_map(first).flat_map(|first| [first, first + 1]).collect()
 }
 
 /// To three digits: so a scan more or less, or one that is turned, seldom changes what all others come to; and the cell that was
@@ -178,30 +188,30 @@ impl Known {
 
 /// A list of scans to find something out of.
 struct Scans<'a, 'p> {
-    sources: &'a [&'a dyn ScanSource],
-    versions: &'a [u64],
+    roll: &'a Roll<'a>,
     triangulation: &'a TriangulateParams,
     progress: &'a Progress<'p>,
 }
 
 impl Scans<'_, '_> {
-    /// Finds out what is not known of scans of these numbers; their crossings with a grid, or with their own where none is given.
-    fn find_out(&self, numbers: &[usize], trial: Option<Trial>, known: &mut Known) -> Result<()> {
-        let is_known = |number: &&usize| {
-            let scan = known.scans.get(&self.versions[**number]);
+    /// Finds out what is not known of scans at these places; their crossings with a grid, or with their own where none is given.
+    fn find_out(&self, places: &[usize], trial: Option<Trial>, known: &mut Known) -> Result<()> {
+        let version = |place: usize| self.roll.versions[place];
+        let is_known = |place: &&usize| {
+            let scan = known.scans.get(&version(**place));
             let is_in_grid = |scan: &Tried| scan.crossings.as_ref().is_some_and(|of| Some(of.0) == trial);
             scan.is_some_and(|scan| trial.is_none() || scan.own.is_none() || is_in_grid(scan))
         };
-        let missing: Vec<usize> = numbers.iter().filter(|number| !is_known(number)).copied().collect();
-        let found = missing.into_par_iter().map(|number| Ok((self.versions[number], self.try_scan(number, trial)?)));
+        let missing: Vec<usize> = places.iter().filter(|place| !is_known(place)).copied().collect();
+        let found = missing.into_par_iter().map(|place| Ok((version(place), self.try_scan(place, trial)?)));
         known.scans.extend(found.collect::<Result<Vec<_>>>()?);
         Ok(())
     }
 
-    fn try_scan(&self, number: usize, trial: Option<Trial>) -> Result<Tried> {
+    fn try_scan(&self, place: usize, trial: Option<Trial>) -> Result<Tried> {
         self.progress.check()?;
         let loading = Loading { triangulation: *self.triangulation, cell: 0.0 };
-        let surface = self.sources[number].load(&loading, self.progress)?;
+        let surface = self.roll.sources[place].load(&loading, self.progress)?;
         let told = Told::by(&surface);
         let own = Trial::of(&surface, &told);
         let Some(trial) = own.and(trial.or(own)) else { return Ok(Tried { told, own, crossings: None }) };

@@ -8,6 +8,7 @@ use rayon::prelude::*;
 
 use super::colour::Member;
 use super::field::Bundles;
+use super::numbers::Roll;
 use super::tally::Tally;
 use super::{MergeParams, MergeReport};
 use base::error::Result;
@@ -43,8 +44,8 @@ const SURE: f64 = 4.0;
 const STEPS: usize = 500;
 const ACCURACY: f64 = 1e-10;
 
-/// Two scans at the same place: scans, of them the first less, and for each channel by how much the logarithm of the first one's light
-/// is the larger.
+/// Two scans at the same place: their numbers, of them the first less, and for each channel by how much the logarithm of the first one's
+/// light is the larger.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Pair {
     scans: [u32; 2],
@@ -57,13 +58,14 @@ pub struct Pair {
 /// Cancelled.
 pub fn tell(
     bundles: &Bundles,
+    roll: &Roll<'_>,
     coloured: bool,
     params: &MergeParams,
     report: &mut MergeReport,
     progress: &Progress<'_>,
 ) -> Result<()> {
     if params.match_exposure && coloured {
-        report.colour_gains = measure(bundles, report.scans, progress)?;
+        report.colour_gains = measure(bundles, roll, progress)?;
         progress.lap("colours");
     }
     Ok(())
@@ -74,21 +76,24 @@ pub fn tell(
 ///
 /// # Errors
 /// Cancelled.
-fn measure(bundles: &Bundles, scans: usize, progress: &Progress<'_>) -> Result<Vec<[f64; 3]>> {
+fn measure(bundles: &Bundles, roll: &Roll<'_>, progress: &Progress<'_>) -> Result<Vec<[f64; 3]>> {
     let each = || bundles.list.par_iter().map(|bundle| &bundle.list);
-    let sample = Sample::of(each().map(|list| shared(list).count()).sum(), scans);
+    let sample = Sample::of(each().map(|list| shared(list).count()).sum(), roll.len());
     let of_bundle = |list: &Vec<Tally>| {
         progress.check()?;
         Ok(sample.pairs(list))
     };
-    solve(each().map(of_bundle).collect::<Result<Vec<_>>>()?.concat(), scans, progress)
+    solve(each().map(of_bundle).collect::<Result<Vec<_>>>()?.concat(), roll, progress)
 }
 
-/// The same from pairs of a [`Sample`] of all tallies, in any order.
+/// The same, of the scans of the roll in order, from pairs of a [`Sample`] of all tallies, in any order.
 ///
 /// # Errors
 /// Cancelled.
-pub fn solve(mut pairs: Vec<Pair>, scans: usize, progress: &Progress<'_>) -> Result<Vec<[f64; 3]>> {
+pub fn solve(mut pairs: Vec<Pair>, roll: &Roll<'_>, progress: &Progress<'_>) -> Result<Vec<[f64; 3]>> {
+    let scans = roll.len();
+    let place = |number: u32| roll.place(number).expect("it is of a scan of the roll") as u32;
+    pairs.iter_mut().for_each(|pair| pair.scans = pair.scans.map(place));
     pairs.par_sort_unstable();
     progress.check()?;
     if pairs.is_empty() {

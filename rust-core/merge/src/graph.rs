@@ -3,8 +3,10 @@
 
 use super::close::Room;
 use super::lattice::Lattice;
+use super::numbers::Places;
 use super::tile::Tiles;
 use super::whole::Whole;
+use super::write::Besides;
 use super::{MergeParams, MergeReport, close, components, dump, noise, refuse_nothing, write};
 use base::error::Result;
 use base::progress::Progress;
@@ -75,6 +77,8 @@ pub struct Built<T> {
     pub coloured: bool,
     /// The system that the scans lie in.
     pub crs: Option<Crs>,
+    /// Where the scans of the vertices stand in their order.
+    pub places: Places,
     /// Figures so far.
     pub report: MergeReport,
 }
@@ -113,7 +117,7 @@ pub fn finish(
     Out { sink, room }: Out<'_>,
     progress: &Progress<'_>,
 ) -> Result<MergeReport> {
-    let Built { tiles, lattice, reach, coloured, crs, mut report } = graph.finished()?;
+    let Built { tiles, lattice, reach, coloured, crs, places, mut report } = graph.finished()?;
     report.artificial_intersections = tiles.artificial();
     report.noise = noise::typical(&tiles, progress)?;
     let chosen = components::choose(&tiles, reach, params.min_component_share, &mut report, progress)?;
@@ -123,7 +127,7 @@ pub fn finish(
     dump::parts(&whole)?;
     close::close(&mut whole, &lattice, params, room, &mut report, progress)?;
     progress.lap("holes");
-    report.faces = write::write(whole, coloured, crs, sink, progress)?;
+    report.faces = write::write(whole, Besides { coloured, crs, places }, sink, progress)?;
     progress.lap("write");
     report.seconds = progress.seconds();
     Ok(report)

@@ -15,11 +15,12 @@ use super::budget::Budget;
 use super::bundles::{Buckets, Store};
 use super::discretize::discretize;
 use super::lattice::Lattice;
+use super::numbers::Roll;
 use super::{DISCRETIZING, MergeParams, MergeReport, Setup, VoxelReason};
 use base::error::{Error, Result};
 use base::progress::Progress;
 use image::range_image::noise::Noise;
-use image::source::{Loading, Measured, ScanSource};
+use image::source::{Loading, Measured};
 
 /// What stage 1 found in all scans.
 pub struct Discretized {
@@ -39,7 +40,7 @@ pub struct Discretized {
 
 /// What one worker found in scans that were counted from one base.
 pub struct Group {
-    /// Their numbers.
+    /// Their places in the roll.
     pub scans: Vec<usize>,
     /// What it found.
     pub found: Discretized,
@@ -56,7 +57,7 @@ struct Failure {
 
 /// The work on a list of scans.
 pub struct Intake<'a, 'p> {
-    sources: &'a [&'a dyn ScanSource],
+    roll: &'a Roll<'a>,
     params: &'a MergeParams,
     setup: &'a Setup,
     /// Where crossings are added up, by the grid they are counted in.
@@ -76,16 +77,16 @@ pub struct Intake<'a, 'p> {
 /// # Errors
 /// As [`Intake::take_all`]; no scan has a triangle.
 pub fn find_crossings(
-    sources: &[&dyn ScanSource],
+    roll: &Roll<'_>,
     params: &MergeParams,
     setup: &Setup,
     report: &mut MergeReport,
     progress: &Progress<'_>,
 ) -> Result<Discretized> {
-    let scans = in_cells_that_fit(sources.len(), params, setup, report, |budget| {
-        progress.stage(DISCRETIZING, sources.len() as u64);
-        let intake = Intake::new(sources, params, setup, budget, progress);
-        let (lattice, groups) = intake.take_all((0..sources.len()).collect())?;
+    let scans = in_cells_that_fit(roll.len(), params, setup, report, |budget| {
+        progress.stage(DISCRETIZING, roll.len() as u64);
+        let intake = Intake::new(roll, params, setup, budget, progress);
+        let (lattice, groups) = intake.take_all((0..roll.len()).collect())?;
         let lattice = lattice.ok_or_else(super::nothing_to_merge)?;
         Ok(groups.into_iter().fold(Discretized::none(lattice), |mut all, mut group| {
             all.add(&group.found);
@@ -159,14 +160,14 @@ impl Discretized {
 impl<'a, 'p> Intake<'a, 'p> {
     /// Of the cells of `budget`.
     pub fn new(
-        sources: &'a [&'a dyn ScanSource],
+        roll: &'a Roll<'a>,
         params: &'a MergeParams,
         setup: &'a Setup,
         budget: &'a Budget,
         progress: &'a Progress<'p>,
     ) -> Self {
         Intake {
-            sources,
+            roll,
             params,
             setup,
             stores: Mutex::default(),
@@ -278,7 +279,7 @@ impl<'a, 'p> Intake<'a, 'p> {
         groups: &mut Vec<Group>,
         is_again: bool,
     ) -> Result<bool> {
-        let source = self.sources[scan];
+        let (source, number) = (self.roll.sources[scan], self.roll.numbers()[scan]);
         let surface = source
             .load(&Loading { triangulation: self.params.triangulation, cell: self.budget.voxel }, self.progress)?;
         self.progress.check()?;
@@ -297,15 +298,15 @@ impl<'a, 'p> Intake<'a, 'p> {
             groups.push(Group { scans: Vec::new(), found, near });
         }
         let Group { scans, found, .. } = groups.last_mut().expect("one was just pushed");
-        discretize(&surface, source.name(), scan as u32, &lattice, &mut found.buckets[0], self.progress)?;
+        discretize(&surface, source.name(), number, &lattice, &mut found.buckets[0], self.progress)?;
         if !self.are_apart {
-            found.buckets[0].add_up_many(self.setup.kept, self.sources.len(), self.progress)?;
+            found.buckets[0].add_up_many(self.setup.kept, self.roll, self.progress)?;
         }
         scans.push(scan);
         found.triangles += surface.triangles.len() as u64;
         found.full_trust = surface.confidence.iter().fold(found.full_trust, |a, &b| a.max(b));
         found.coloured |= surface.colour.is_some();
-        found.images.extend(surface.measured.map(|measured| (scan as u32, measured)));
+        found.images.extend(surface.measured.map(|measured| (number, measured)));
         self.progress.advance(1).map(|()| true)
     }
 }
@@ -317,7 +318,7 @@ mod tests {
 
     use glam::DAffine3;
 
-    use super::super::{OrientedSurface, PlacedMesh, run};
+    use super::super::{OrientedSurface, PlacedMesh, ScanSource, run};
     use super::*;
     use mesh::shapes::Shape;
 

@@ -5,6 +5,7 @@ use super::field::Bundles;
 use super::fuse::{self, Labelled, Reaches};
 use super::graph::{Built, Graph, Stage};
 use super::intake::{self, Discretized};
+use super::numbers::Roll;
 use super::overlap::OverlapDistances;
 use super::sight::{self, Votes};
 use super::tile::Tile;
@@ -17,8 +18,10 @@ use base::progress::Progress;
 
 /// A merge at work.
 pub struct Memory<'a> {
-    /// The scans, from the first stage on by number.
+    /// The scans as they were given.
     sources: Vec<&'a dyn ScanSource>,
+    /// They in order, from the first stage on.
+    roll: Roll<'a>,
     params: &'a MergeParams,
     setup: &'a Setup,
     pub report: MergeReport,
@@ -39,6 +42,7 @@ impl<'a> Memory<'a> {
     pub fn new(sources: &[&'a dyn ScanSource], params: &'a MergeParams, setup: &'a Setup) -> Self {
         Memory {
             sources: sources.to_vec(),
+            roll: Roll::default(),
             params,
             setup,
             report: MergeReport { scans: sources.len(), ..MergeReport::default() },
@@ -66,18 +70,16 @@ impl<'a> Memory<'a> {
     fn plan(&mut self, progress: &Progress<'_>) -> Result<()> {
         let (sources, params) = (&self.sources, self.params);
         let order = numbers::in_order(sources, |at| sources[at].content(&params.triangulation, progress), progress)?;
-        let sources: Vec<&dyn ScanSource> = order.iter().map(|&place| sources[place]).collect();
-        let versions: Vec<u64> = order.iter().map(|&place| place as u64).collect();
-        self.report.scan_names = sources.iter().map(|scan| scan.name().to_owned()).collect();
+        let versions: Vec<u64> = (0..sources.len() as u64).collect();
+        self.roll = Roll::new(sources, &versions, &order);
+        self.report.scan_names = self.roll.names();
         let nothing = &mut defaults::Known::default();
-        defaults::choose_cell(&sources, &versions, params, nothing, &mut self.report, progress)?;
-        self.sources = sources;
-        Ok(())
+        defaults::choose_cell(&self.roll, params, nothing, &mut self.report, progress)
     }
 
     fn collect(&mut self, progress: &Progress<'_>) -> Result<()> {
-        let Memory { sources, params, setup, report, .. } = self;
-        let mut found = intake::find_crossings(sources, params, setup, report, progress)?;
+        let Memory { roll, params, setup, report, .. } = self;
+        let mut found = intake::find_crossings(roll, params, setup, report, progress)?;
         report.intersections = found.buckets.iter().map(|buckets| buckets.len).sum();
         report.working_bytes = found.buckets.iter().map(Buckets::bytes).sum();
         self.raw = bundles::gather(std::mem::take(&mut found.buckets));
@@ -90,7 +92,7 @@ impl<'a> Memory<'a> {
     fn overlap(&mut self, progress: &Progress<'_>) -> Result<()> {
         progress.stage(FUSING, self.raw.len() as u64);
         let are_sampled = self.report.intersections > self.setup.kept;
-        let distances = OverlapDistances::measure(&self.raw, are_sampled.then_some(self.sources.len()), progress)?;
+        let distances = OverlapDistances::measure(&self.raw, &self.roll, are_sampled, progress)?;
         self.reaches = Some(Reaches::of(&distances, self.params, &mut self.report));
         progress.lap("overlap");
         Ok(())
@@ -107,7 +109,7 @@ impl<'a> Memory<'a> {
         let Discretized { images, lattice, .. } = self.found();
         progress.stage(LOOKING, images.len() as u64);
         let tolerance = self.reaches().tolerance(self.report.voxel);
-        self.votes = sight::ask(&self.bundles, &self.sources, images, lattice, tolerance, progress)?;
+        self.votes = sight::ask(&self.bundles, &self.roll, images, lattice, tolerance, progress)?;
         Ok(())
     }
 
@@ -120,14 +122,14 @@ impl<'a> Memory<'a> {
 
     fn colours(&mut self, progress: &Progress<'_>) -> Result<()> {
         let coloured = self.found().coloured;
-        gains::tell(&self.bundles, coloured, self.params, &mut self.report, progress)
+        gains::tell(&self.bundles, &self.roll, coloured, self.params, &mut self.report, progress)
     }
 
     fn label(&mut self, progress: &Progress<'_>) -> Result<()> {
         let bundles = self.take_bundles();
         let bricks = bundles.labelled_bricks();
         progress.stage(LABELLING, bricks.len() as u64);
-        let gains = colour::Gains::new(&self.report.colour_gains);
+        let gains = colour::Gains::new(&self.report.colour_gains, &self.roll);
         let found = fuse::label_nodes(&bundles, bricks, &self.reaches().rule(), &gains, progress)?;
         let split =
             |(brick, found): ([i32; 3], Labelled)| found.map(|(labels, vertices)| ((brick, labels), (brick, vertices)));
@@ -174,19 +176,20 @@ impl Graph for Memory<'_> {
 
     fn finished(&mut self) -> Result<Built<Vec<Tile>>> {
         let (tiles, report) = (std::mem::take(&mut self.tiles), std::mem::take(&mut self.report));
-        built(tiles, &self.sources, self.found(), self.reaches(), report)
+        built(tiles, &self.roll, self.found(), self.reaches(), report)
     }
 }
 
 /// What tiles in memory are of.
 pub fn built(
     tiles: Vec<Tile>,
-    sources: &[&dyn ScanSource],
+    roll: &Roll<'_>,
     found: &Discretized,
     reaches: Reaches,
     mut report: MergeReport,
 ) -> Result<Built<Vec<Tile>>> {
     report.working_bytes = report.working_bytes.max(tiles.iter().map(|tile| tile.surface.bytes()).sum());
     let &Discretized { lattice, coloured, .. } = found;
-    Ok(Built { tiles, lattice, reach: reaches.reach, coloured, crs: common_crs(sources)?, report })
+    let (crs, places) = (common_crs(&roll.sources)?, roll.places());
+    Ok(Built { tiles, lattice, reach: reaches.reach, coloured, crs, places, report })
 }

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use super::bundles::{RawBundle, in_sample};
 use super::crossing::Crossing;
 use super::lines::for_each_line;
+use super::numbers::Roll;
 use base::error::Result;
 use base::progress::Progress;
 
@@ -22,7 +23,7 @@ const PARTS: usize = 8;
 /// Lines more oblique than this say little about the distance along the normal.
 const LEAST_NORMAL: f32 = 0.5;
 
-/// Distances along the normal between the crossings of scans that follow each other in number, with the same sign: of each
+/// Distances along the normal between the crossings of scans that follow each other in order, with the same sign: of each
 /// the nearest, so that they do not shrink as scans are added.
 #[derive(Clone, Debug)]
 pub struct OverlapDistances {
@@ -63,10 +64,10 @@ impl BundleDistances {
         self.crossings == 0.0
     }
 
-    /// Measures a bundle; `sampled` as in [`OverlapDistances::measure`].
-    pub fn measure(raw: &RawBundle, sampled: Option<usize>) -> Self {
+    /// Measures a bundle; `are_sampled` as in [`OverlapDistances::measure`].
+    pub fn measure(raw: &RawBundle, roll: &Roll<'_>, are_sampled: bool) -> Self {
         let mut counts = Counts::none();
-        counts.count(raw, sampled);
+        counts.count(raw, roll, are_sampled);
         let pairs = (0..).zip(counts.pairs).filter(|bin| bin.1 > 0.0).collect();
         BundleDistances { pairs, crossings: counts.crossings }
     }
@@ -104,16 +105,16 @@ impl OverlapDistances {
         counts.crossings += bundle.crossings;
     }
 
-    /// Measures all lines or, of so many scans that crossings were added up, the sample that was kept of them. O(crossings).
+    /// Measures all lines or, where crossings were so many that they were added up, the sample that was kept of them. O(crossings).
     ///
     /// # Errors
     /// Cancelled.
-    pub fn measure(bundles: &[RawBundle], sampled: Option<usize>, progress: &Progress<'_>) -> Result<Self> {
+    pub fn measure(bundles: &[RawBundle], roll: &Roll<'_>, are_sampled: bool, progress: &Progress<'_>) -> Result<Self> {
         bundles
             .par_iter()
             .try_fold(Self::none, |mut all, raw| {
                 progress.check()?;
-                all.of_axis[raw.key.axis as usize].count(raw, sampled);
+                all.of_axis[raw.key.axis as usize].count(raw, roll, are_sampled);
                 Ok(all)
             })
             .try_reduce(Self::none, |mut a, b| {
@@ -140,20 +141,21 @@ impl OverlapDistances {
 
 impl Counts {
     /// Counts the pairs of a bundle.
-    fn count(&mut self, raw: &RawBundle, sampled: Option<usize>) {
+    fn count(&mut self, raw: &RawBundle, roll: &Roll<'_>, are_sampled: bool) {
         let sample;
-        let chunks = match sampled {
-            None => &raw.found.chunks[..],
-            Some(scans) => {
-                let rest = raw.found.chunks.iter().flatten().copied();
-                let rest = rest.filter(|c| in_sample(&raw.key, c, scans));
-                sample = [raw.found.added.sample.iter().copied().chain(rest).collect()];
-                &sample[..]
-            }
+        let chunks = if are_sampled {
+            let rest = raw.found.chunks.iter().flatten().copied();
+            let rest = rest.filter(|c| in_sample(&raw.key, c, roll));
+            sample = [raw.found.added.sample.iter().copied().chain(rest).collect()];
+            &sample[..]
+        } else {
+            &raw.found.chunks[..]
         };
         for_each_line(chunks, |_, line| {
             line.retain(|c| c.normal.abs() >= LEAST_NORMAL);
             self.crossings += line.len() as f64;
+            let place = |c: &Crossing| roll.place(c.scan()).expect("it is of a scan of the roll") as u32;
+            line.iter_mut().for_each(|c| *c = c.of_scan(place(c)));
             // Stable: within a scan they stay in order along the line.
             line.sort_by_key(|c| (c.enters(), c.scan()));
             let of_scan: Vec<&[Crossing]> =

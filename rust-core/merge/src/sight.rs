@@ -15,14 +15,15 @@ use super::crossing::OnLine;
 use super::field::Bundles;
 use super::lattice::{ACROSS, BRICK, BRICK_BITS, Lattice};
 use super::lines::{SortedBundle, sort_tallies};
+use super::numbers::Roll;
 use super::tally::Tally;
 use base::error::Result;
 use base::progress::Progress;
 use image::range_image::noise::Noise;
 use image::sight::{LinesOfSight, Seen};
-use image::source::{Measured, ScanSource};
+use image::source::Measured;
 
-/// At most so many scans vote, spread evenly over all: more would tell the same.
+/// At most so many scans vote, those of the smallest numbers, which is as good as by chance: more would tell the same.
 const MOST_VOTERS: usize = 256;
 /// What fewer scans see through stays.
 const LEAST_THROUGH: u16 = 2;
@@ -47,7 +48,7 @@ impl Votes {
 /// A scan can't be loaded any more; cancelled.
 pub fn ask(
     bundles: &Bundles,
-    sources: &[&dyn ScanSource],
+    roll: &Roll<'_>,
     images: &[(u32, Measured)],
     lattice: &Lattice,
     tolerance: f64,
@@ -61,7 +62,7 @@ pub fn ask(
         bundles.list.iter().map(|bundle| bundle.list.iter().map(|_| Votes::default()).collect()).collect();
     voters.par_iter().with_max_len(1).try_for_each(|&(scan, noise)| {
         progress.advance(1)?;
-        let Some(sight) = lines_of_sight(sources[scan as usize], noise, progress)? else { return Ok(()) };
+        let Some(sight) = lines_of_sight(roll, scan, noise, progress)? else { return Ok(()) };
         (bundles.list.iter().zip(&votes)).try_for_each(|(bundle, votes)| {
             progress.check()?;
             look(&sight, bundle, lattice, tolerance, |tally, seen| {
@@ -100,22 +101,28 @@ pub fn drop_seen_through(bundles: Bundles, votes: Vec<Vec<Votes>>, progress: &Pr
 
 /// The numbers of the scans that vote, with their noise; none where they are too few.
 pub fn voters(images: &[(u32, Measured)]) -> Vec<(u32, &Noise)> {
-    let noises: Vec<_> =
+    let mut noises: Vec<_> =
         images.iter().filter(|image| image.1.has_lines_of_sight).map(|(scan, image)| (*scan, &image.noise)).collect();
     // One has it, others see through.
     if noises.len() <= usize::from(LEAST_THROUGH) {
         return Vec::new();
     }
-    let count = noises.len().min(MOST_VOTERS);
-    (0..count).map(|i| noises[i * noises.len() / count]).collect()
+    noises.truncate(MOST_VOTERS);
+    noises
 }
 
-/// A scan made to be asked what it sees.
+/// A scan, by its number, made to be asked what it sees.
 ///
 /// # Errors
 /// It can't be loaded any more; cancelled.
-pub fn lines_of_sight(source: &dyn ScanSource, noise: &Noise, progress: &Progress<'_>) -> Result<Option<LinesOfSight>> {
-    match source.image(progress)? {
+pub fn lines_of_sight(
+    roll: &Roll<'_>,
+    number: u32,
+    noise: &Noise,
+    progress: &Progress<'_>,
+) -> Result<Option<LinesOfSight>> {
+    let place = roll.place(number).expect("it is of a scan of the roll");
+    match roll.sources[place].image(progress)? {
         Some(image) => LinesOfSight::new(&image, noise.clone(), progress),
         None => Ok(None),
     }
@@ -180,6 +187,7 @@ pub(crate) mod tests {
     use image::RangeImage;
     use image::range_image::test_images::as_point_grid;
     use image::range_image::{Samples, Viewing};
+    use image::source::{Loading, ScanSource};
     use mesh::TriMesh;
     use mesh::shapes::Shape;
     use scan::{Camera, ScanParams};
@@ -216,6 +224,21 @@ pub(crate) mod tests {
             image
         };
         (0..count).map(look).collect()
+    }
+
+    #[test]
+    fn one_more_or_less_changes_one_voter() {
+        let loading = Loading { triangulation: Default::default(), cell: 0.0 };
+        let frame = &frames(1, [0.0; 2], |_| cuboids(&[FLOOR]))[0];
+        let measured = frame.load(&loading, &Progress::none()).unwrap().measured.unwrap();
+        let images: Vec<(u32, Measured)> = (0..300).map(|scan| (7 * scan, measured.clone())).collect();
+        let of = |gone: usize| {
+            let left: Vec<_> = images.iter().enumerate().filter(|of| of.0 != gone).map(|of| of.1.clone()).collect();
+            voters(&left).iter().map(|voter| voter.0).collect::<std::collections::BTreeSet<_>>()
+        };
+        let all = of(usize::MAX);
+        assert_eq!(all.len(), MOST_VOTERS);
+        assert!((0..300).all(|gone| of(gone).difference(&all).count() <= 1));
     }
 
     fn merged(frames: &[RangeImage]) -> Merged {

@@ -8,6 +8,7 @@ use rustc_hash::FxHashMap;
 
 use super::extract::{Case, Surface};
 use super::numbering::{NONE, Numbered};
+use super::numbers::Places;
 use super::tile::Tiles;
 use super::whole::Whole;
 use super::{bare_colours, near_colours, passes};
@@ -16,6 +17,17 @@ use base::progress::Progress;
 use mesh::sink::{MeshOutline, MeshSink};
 use mesh::{AttributeData, Crs, Extent};
 
+/// What is told of a surface besides.
+#[derive(Default)]
+pub struct Besides {
+    /// Whether any scan has colours.
+    pub coloured: bool,
+    /// The system that it lies in.
+    pub crs: Option<Crs>,
+    /// Where the scans of its vertices stand in their order.
+    pub places: Places,
+}
+
 /// Writes the surface, with colours if any scan has them: vertices that no scan has a colour of take one of those beside them. Returns the
 /// number of triangles of each case.
 ///
@@ -23,30 +35,29 @@ use mesh::{AttributeData, Crs, Extent};
 /// A tile can't be read; the sink's; cancelled.
 pub fn write<T: Tiles>(
     mut whole: Whole<T>,
-    coloured: bool,
-    crs: Option<Crs>,
+    besides: Besides,
     sink: &mut dyn MeshSink,
     progress: &Progress<'_>,
 ) -> Result<[u64; 3]> {
     if let Some(mut surface) = whole.take_surface(progress)? {
-        if coloured {
+        if besides.coloured {
             near_colours::fill_in(&mut surface, progress)?;
         }
-        return at_once(surface, coloured, crs, sink, progress);
+        return at_once(surface, besides, sink, progress);
     }
-    let colours = if coloured { Some(bare_colours::fill_in(&whole, progress)?) } else { None };
-    in_pieces(&whole, colours.as_ref(), crs, sink, progress)
+    let colours = if besides.coloured { Some(bare_colours::fill_in(&whole, progress)?) } else { None };
+    in_pieces(&whole, colours.as_ref(), besides, sink, progress)
 }
 
 fn at_once(
-    surface: Surface,
-    coloured: bool,
-    crs: Option<Crs>,
+    mut surface: Surface,
+    Besides { coloured, crs, places }: Besides,
     sink: &mut dyn MeshSink,
     progress: &Progress<'_>,
 ) -> Result<[u64; 3]> {
     let mut counts = [0; 3];
     passes::each(surface.cases.len(), progress, |t| counts[surface.cases[t] as usize] += 1)?;
+    passes::each(surface.scan.len(), progress, |v| surface.scan[v] = places.told(surface.scan[v]))?;
     let mut mesh = surface.into_mesh(coloured, progress)?;
     mesh.crs = crs;
     sink.whole(mesh, progress)?;
@@ -57,13 +68,13 @@ fn at_once(
 fn in_pieces<T: Tiles>(
     whole: &Whole<T>,
     colours: Option<&FxHashMap<u32, [u8; 4]>>,
-    crs: Option<Crs>,
+    Besides { crs, places, .. }: Besides,
     sink: &mut dyn MeshSink,
     progress: &Progress<'_>,
 ) -> Result<[u64; 3]> {
     let mut removed: Vec<u64> = whole.changes.removed.iter().copied().collect();
     removed.sort_unstable();
-    let out = Out { whole, colours, removed, sink: Mutex::new(sink) };
+    let out = Out { whole, colours, places, removed, sink: Mutex::new(sink) };
     let mut extent = Extent::default();
     whole.each_vertex(progress, |_, place, _| extent.add(place))?;
     let outline = MeshOutline {
@@ -86,6 +97,7 @@ fn in_pieces<T: Tiles>(
 struct Out<'a, T> {
     whole: &'a Whole<T>,
     colours: Option<&'a FxHashMap<u32, [u8; 4]>>,
+    places: Places,
     /// Triangles that are gone, rising.
     removed: Vec<u64>,
     sink: Mutex<&'a mut dyn MeshSink>,
@@ -140,7 +152,8 @@ impl<T: Tiles> Out<'_, T> {
         let moved = |v: u32| changes.moved.get(&v);
         let positions: Vec<_> =
             list.iter().map(|&(at, v)| moved(v).map_or(surface.positions[at], |moved| moved.0)).collect();
-        let scan: Vec<i32> = list.iter().map(|&(at, v)| moved(v).map_or(surface.scan[at], |moved| moved.1)).collect();
+        let scan = |&(at, v): &(usize, u32)| moved(v).map_or(surface.scan[at], |moved| moved.1);
+        let scan: Vec<i32> = list.iter().map(|of| self.places.told(scan(of))).collect();
         let mut attributes = vec![
             AttributeData::F32(list.iter().map(|&(at, _)| surface.confidence[at]).collect()),
             AttributeData::F32(list.iter().map(|&(at, _)| surface.noise[at]).collect()),

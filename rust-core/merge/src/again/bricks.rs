@@ -5,9 +5,10 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::Renewed;
 use crate::anomalies::BrickSurface;
+use crate::colour::Gains;
 use crate::field::{Bundles, Rule};
 use crate::lattice::Lattice;
-use crate::{BrickVertices, LABELLING, Labels, colour, fuse, tiles};
+use crate::{BrickVertices, LABELLING, Labels, fuse, tiles};
 use base::error::Result;
 use base::progress::Progress;
 
@@ -19,7 +20,7 @@ pub struct Bricks {
     /// Vertices on the edges from inside to outside.
     pub vertices: BrickVertices,
     /// What they were found by.
-    basis: Option<(Lattice, Rule, Vec<[f64; 3]>)>,
+    basis: Option<(Lattice, Rule, Gains)>,
     /// Bricks where what is left of bundles has changed since then.
     changed: FxHashSet<[i32; 3]>,
     /// What the labels make of each brick; nothing of some.
@@ -44,14 +45,15 @@ impl Bricks {
         &mut self,
         bundles: &Bundles,
         rule: Rule,
-        gains: &[[f64; 3]],
+        gains: Gains,
         lattice: &Lattice,
         progress: &Progress<'_>,
     ) -> Result<()> {
-        let basis = (*lattice, rule, gains.to_vec());
         let bricks = bundles.labelled_bricks();
-        // Votes come from bricks beside a brick, at most.
-        let is_known = self.basis.as_ref() == Some(&basis);
+        // Where a scan is new or gone the bundles have changed; votes come from bricks beside a brick, at most.
+        let is_known = self.basis.as_ref().is_some_and(|(of_lattice, of_rule, of_gains)| {
+            (of_lattice, of_rule) == (lattice, &rule) && of_gains.agree_with(&gains)
+        });
         let todo: Vec<[i32; 3]> = match is_known {
             true => {
                 bricks.par_iter().copied().filter(|&brick| around(brick).any(|at| self.changed.contains(&at))).collect()
@@ -60,7 +62,7 @@ impl Bricks {
         };
         self.renewed = Renewed { bricks: todo.len(), of: bricks.len() };
         progress.stage(LABELLING, todo.len() as u64);
-        let found = fuse::label_nodes(bundles, todo, &rule, &colour::Gains::new(gains), progress)?;
+        let found = fuse::label_nodes(bundles, todo, &rule, &gains, progress)?;
         let gone: Vec<[i32; 3]> =
             self.labels.keys().filter(|brick| bricks.binary_search(brick).is_err()).copied().collect();
         for (brick, labelled) in found.into_iter().chain(gone.into_iter().map(|brick| (brick, None))) {
@@ -76,7 +78,7 @@ impl Bricks {
             set(&mut self.labels, brick, labels);
             set(&mut self.vertices, brick, vertices);
         }
-        self.basis = Some(basis);
+        self.basis = Some((*lattice, rule, gains));
         self.changed.clear();
         Ok(())
     }

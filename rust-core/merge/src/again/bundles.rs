@@ -12,6 +12,7 @@ use crate::crossing::BundleKey;
 use crate::fuse::Reaches;
 use crate::lattice::Lattice;
 use crate::lines::SortedBundle;
+use crate::numbers::Roll;
 use crate::overlap::{BundleDistances, OverlapDistances};
 use crate::{FUSING, MergeParams, MergeReport, Setup, field, lines};
 use base::error::Result;
@@ -22,13 +23,16 @@ use base::progress::Progress;
 pub struct Bundles {
     /// The grid they are counted in.
     lattice: Option<Lattice>,
-    /// Versions of the scans by their numbers.
-    versions: Vec<u64>,
-    /// Scans there were where distances are measured on a sample.
-    sampled: Option<usize>,
+    /// What the scans are that they are of.
+    members: FxHashSet<Member>,
+    /// Whether distances are measured on a sample.
+    are_sampled: bool,
     /// By key.
     pub(super) all: FxHashMap<BundleKey, Bundle>,
 }
+
+/// A scan: its version, its number, and whether distances from it are measured.
+type Member = (u64, u32, bool);
 
 /// What is kept of a bundle.
 pub(super) struct Bundle {
@@ -53,49 +57,46 @@ impl Bundles {
     pub fn renew(
         &mut self,
         scans: &Scans,
-        versions: &[u64],
+        roll: &Roll<'_>,
         lattice: &Lattice,
         setup: &Setup,
         report: &mut MergeReport,
         progress: &Progress<'_>,
     ) -> Result<()> {
-        let sampled = (report.intersections > setup.kept).then_some(versions.len());
-        let is_known = |version: &u64| scans.get(*version).is_some();
-        if self.lattice != Some(*lattice) || !self.versions.iter().all(is_known) {
+        let are_sampled = report.intersections > setup.kept;
+        let is_known = |member: &Member| scans.get(member.0).is_some();
+        if self.lattice != Some(*lattice) || !self.members.iter().all(is_known) || self.are_sampled != are_sampled {
             // Others may still show what was there.
             self.all.values_mut().for_each(Bundle::clear);
-            self.versions.clear();
+            self.members.clear();
             self.lattice = Some(*lattice);
         }
-        let keys = self.changed(scans, versions, sampled);
+        let member =
+            |place: usize| (roll.versions[place], roll.numbers()[place], !are_sampled || roll.is_sampled(place));
+        let members = (0..roll.len()).map(member).collect();
+        let keys = self.changed(scans, &members);
         progress.stage(FUSING, keys.len() as u64);
         let renewed = keys.into_par_iter().map(|key| {
             progress.advance(1)?;
-            let numbers = (0..).zip(versions);
+            let numbers = roll.numbers().iter().zip(&roll.versions);
             let chunks =
-                numbers.filter_map(|(number, &version)| scans.get(version)?.crossings.of(&key, number)).collect();
+                numbers.filter_map(|(&number, &version)| scans.get(version)?.crossings.of(&key, number)).collect();
             let raw = RawBundle { key, found: Found { chunks, ..Found::default() } };
-            let distances = BundleDistances::measure(&raw, sampled);
+            let distances = BundleDistances::measure(&raw, roll, are_sampled);
             Ok((key, distances, Arc::new(lines::sort(key, Vec::new(), raw.found.chunks))))
         });
         for (key, distances, sorted) in renewed.collect::<Result<Vec<_>>>()? {
             self.all.entry(key).or_insert_with(|| Bundle::none(key)).set(sorted, distances);
         }
-        (self.versions, self.sampled) = (versions.to_vec(), sampled);
+        (self.members, self.are_sampled) = (members, are_sampled);
         report.working_bytes = report.intersections * size_of::<crate::crossing::Crossing>() as u64;
         Ok(())
     }
 
-    /// The bundles in which scans have crossings that have changed, or their numbers; all, where distances are measured on another
-    /// sample.
-    fn changed(&self, scans: &Scans, versions: &[u64], sampled: Option<usize>) -> BTreeSet<BundleKey> {
-        let numbered = |versions: &[u64]| -> FxHashSet<(usize, u64)> { versions.iter().copied().enumerate().collect() };
-        let (mut before, now) = (numbered(&self.versions), numbered(versions));
-        if self.sampled != sampled {
-            before = before.difference(&now).copied().collect();
-        }
-        let of_scan = |&(_, version): &(usize, u64)| scans.get(version).map(|scan| scan.crossings.keys());
-        before.symmetric_difference(&now).filter_map(of_scan).flatten().collect()
+    /// The bundles in which scans have crossings that have changed, or what they count for.
+    fn changed(&self, scans: &Scans, members: &FxHashSet<Member>) -> BTreeSet<BundleKey> {
+        let of_scan = |member: &Member| scans.get(member.0).map(|scan| scan.crossings.keys());
+        self.members.symmetric_difference(members).filter_map(of_scan).flatten().collect()
     }
 
     /// How far what is known of the scans is heard.

@@ -6,12 +6,13 @@ use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::bundles::{Bundle, Bundles};
+use crate::LOOKING;
 use crate::crossing::BundleKey;
 use crate::intake::Discretized;
 use crate::lattice::{ACROSS, Lattice};
 use crate::lines::SortedBundle;
+use crate::numbers::Roll;
 use crate::sight::{self, is_through, look};
-use crate::{LOOKING, ScanSource};
 use base::error::Result;
 use base::progress::Progress;
 use image::sight::{LinesOfSight, Seen};
@@ -47,8 +48,7 @@ impl Looks {
     pub fn look(
         &mut self,
         bundles: &mut Bundles,
-        sources: &[&dyn ScanSource],
-        versions: &[u64],
+        roll: &Roll<'_>,
         found: &Discretized,
         tolerance: f64,
         progress: &Progress<'_>,
@@ -57,10 +57,10 @@ impl Looks {
         progress.stage(LOOKING, voters.len() as u64);
         let sights = voters.par_iter().with_max_len(1).map(|&(scan, noise)| {
             progress.advance(1)?;
-            let version = versions[scan as usize];
+            let version = roll.version(scan);
             let sight = match self.asked.get(&version) {
                 Some(known) => known.clone(),
-                None => sight::lines_of_sight(sources[scan as usize], noise, progress)?.map(Arc::new),
+                None => sight::lines_of_sight(roll, scan, noise, progress)?.map(Arc::new),
             };
             Ok((version, sight))
         });

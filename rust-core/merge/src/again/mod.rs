@@ -21,6 +21,7 @@ mod stages;
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
+use super::numbers::Roll;
 use super::{MergeParams, Merged, Setup, defaults, numbers, started};
 use base::error::{Error, Result};
 use base::progress::Progress;
@@ -125,8 +126,8 @@ struct Kept {
 }
 
 impl Kept {
-    /// The scans in the order of their numbers.
-    fn in_order<'a>(&mut self, scans: &[Versioned<'a>], progress: &Progress<'_>) -> Result<Vec<Versioned<'a>>> {
+    /// The roll of scans.
+    fn roll<'a>(&mut self, scans: &[Versioned<'a>], progress: &Progress<'_>) -> Result<Roll<'a>> {
         let sources: Vec<&dyn ScanSource> = scans.iter().map(|scan| scan.scan).collect();
         let found = std::sync::Mutex::new(std::mem::take(&mut self.contents));
         let known = || found.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
@@ -139,7 +140,8 @@ impl Kept {
         };
         let order = numbers::in_order(&sources, content, progress);
         self.contents = std::mem::take(&mut *known());
-        Ok(order?.into_iter().map(|place| scans[place]).collect())
+        let versions: Vec<u64> = scans.iter().map(|scan| scan.version).collect();
+        Ok(Roll::new(&sources, &versions, &order?))
     }
 
     /// Forgets the scans of other versions.

@@ -9,11 +9,12 @@ use crate::bundles::ScanCrossings;
 use crate::crossing::OnLine;
 use crate::intake::{Discretized, Group, Intake, in_cells_that_fit};
 use crate::lattice::{ACROSS, BRICK_BITS, Lattice};
+use crate::numbers::Roll;
 use crate::{DISCRETIZING, MergeParams, MergeReport, Setup, nothing_to_merge};
 use base::error::Result;
 use base::progress::Progress;
 use glam::DVec3;
-use image::source::{Measured, ScanSource};
+use image::source::Measured;
 
 /// Scans by their versions.
 #[derive(Default)]
@@ -44,18 +45,17 @@ impl Scans {
     /// That of the first scan that can't be loaded, or counted in cells; no scan has a triangle; cancelled.
     pub fn take(
         &mut self,
-        sources: &[&dyn ScanSource],
-        versions: &[u64],
+        roll: &Roll<'_>,
         params: &MergeParams,
         setup: &Setup,
         report: &mut MergeReport,
         progress: &Progress<'_>,
     ) -> Result<Discretized> {
-        let list = List { sources, versions, params, setup };
+        let list = List { roll, params, setup };
         let found =
-            in_cells_that_fit(sources.len(), params, setup, report, |budget| self.take_in(&list, budget, progress))?;
+            in_cells_that_fit(roll.len(), params, setup, report, |budget| self.take_in(&list, budget, progress))?;
         found.tell(report);
-        report.intersections = versions.iter().map(|version| self.all[version].crossings.len()).sum();
+        report.intersections = roll.versions.iter().map(|version| self.all[version].crossings.len()).sum();
         Ok(found)
     }
 
@@ -63,6 +63,7 @@ impl Scans {
         if self.voxel != budget.voxel {
             *self = Scans { voxel: budget.voxel, all: FxHashMap::default() };
         }
+        let versions = &list.roll.versions;
         loop {
             budget.begin_keeping(self.all.values().map(|scan| scan.crossings.len()).sum());
             let first = self.first(list)?;
@@ -71,23 +72,23 @@ impl Scans {
                 Some(Scan { found: Some(found), .. }) => first.is_some_and(|(_, lattice)| found.lattice != lattice),
                 Some(_) => false,
             };
-            let todo: BTreeSet<usize> = (0..list.versions.len()).filter(|&scan| is_new(&list.versions[scan])).collect();
-            let known = list.versions.iter().enumerate().filter(|(scan, _)| !todo.contains(scan));
+            let todo: BTreeSet<usize> = (0..versions.len()).filter(|&scan| is_new(&versions[scan])).collect();
+            let known = versions.iter().enumerate().filter(|(scan, _)| !todo.contains(scan));
             known.for_each(|(_, version)| self.all[version].foresee(budget));
             progress.stage(DISCRETIZING, todo.len() as u64);
-            let intake = Intake::new(list.sources, list.params, list.setup, budget, progress).of_some(first);
+            let intake = Intake::new(list.roll, list.params, list.setup, budget, progress).of_some(first);
             let (lattice, groups) = intake.take_all(todo.clone())?;
             todo.iter().for_each(|&scan| {
-                self.all.insert(list.versions[scan], Scan::empty());
+                self.all.insert(versions[scan], Scan::empty());
             });
             for group in groups {
-                self.all.insert(list.versions[group.scans[0]], group.into());
+                self.all.insert(versions[group.scans[0]], group.into());
             }
             let lattice = lattice.ok_or_else(nothing_to_merge)?;
             // Where a new scan comes before the others, these may have been counted from another base.
             let mut all = Discretized::none(lattice);
             let mut is_one = true;
-            for (number, version) in (0..).zip(list.versions) {
+            for (&number, version) in list.roll.numbers().iter().zip(versions) {
                 if let Some(found) = &self.all[version].found {
                     is_one &= found.lattice == lattice;
                     all.add(found);
@@ -95,6 +96,7 @@ impl Scans {
                 }
             }
             if is_one {
+                all.images.sort_unstable_by_key(|image| image.0);
                 return Ok(all);
             }
         }
@@ -103,7 +105,7 @@ impl Scans {
     /// The first scan that is known to have a triangle, and the grid that it would have others counted in.
     fn first(&self, list: &List<'_>) -> Result<Option<(usize, Lattice)>> {
         let near = |(scan, version): (usize, &u64)| Some((scan, self.all.get(version)?.near?));
-        let Some((scan, near)) = list.versions.iter().enumerate().find_map(near) else { return Ok(None) };
+        let Some((scan, near)) = list.roll.versions.iter().enumerate().find_map(near) else { return Ok(None) };
         Ok(Some((scan, Lattice::new(self.voxel, near, list.setup.corner)?)))
     }
 
@@ -118,10 +120,9 @@ impl Scans {
     }
 }
 
-/// The scans to merge, in the order of their numbers.
+/// The scans to merge, and how.
 struct List<'a> {
-    sources: &'a [&'a dyn ScanSource],
-    versions: &'a [u64],
+    roll: &'a Roll<'a>,
     params: &'a MergeParams,
     setup: &'a Setup,
 }

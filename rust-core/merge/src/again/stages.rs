@@ -4,16 +4,19 @@ use super::{Kept, Versioned};
 use crate::fuse::Reaches;
 use crate::graph::{Built, Graph, Stage};
 use crate::intake::Discretized;
+use crate::numbers::Roll;
 use crate::tile::Tile;
-use crate::{BUILDING, MergeParams, MergeReport, ScanSource, Setup, defaults, dump, field, gains, memory, tiles};
+use crate::{BUILDING, MergeParams, MergeReport, Setup, colour, defaults, dump, field, gains, memory, tiles};
 use base::error::Result;
 use base::progress::Progress;
 
 /// A merge at work, with what is kept.
 pub struct Again<'a> {
     kept: &'a mut Kept,
-    /// The scans, from the first stage on by number.
+    /// The scans as they were given.
     scans: Vec<Versioned<'a>>,
+    /// They in order, from the first stage on.
+    roll: Roll<'a>,
     params: &'a MergeParams,
     setup: &'a Setup,
     report: MergeReport,
@@ -34,6 +37,7 @@ impl<'a> Again<'a> {
         Again {
             kept,
             scans: scans.to_vec(),
+            roll: Roll::default(),
             params,
             setup,
             report: MergeReport { scans: scans.len(), ..MergeReport::default() },
@@ -52,46 +56,34 @@ impl<'a> Again<'a> {
         self.reaches.expect("scans are compared")
     }
 
-    fn sources(&self) -> Vec<&'a dyn ScanSource> {
-        self.scans.iter().map(|scan| scan.scan).collect()
-    }
-
-    fn versions(&self) -> Vec<u64> {
-        self.scans.iter().map(|scan| scan.version).collect()
-    }
-
     fn plan(&mut self, progress: &Progress<'_>) -> Result<()> {
-        self.scans = self.kept.in_order(&self.scans, progress)?;
-        let (sources, versions) = (self.sources(), self.versions());
-        self.report.scan_names = sources.iter().map(|scan| scan.name().to_owned()).collect();
-        let known = &mut self.kept.known;
-        defaults::choose_cell(&sources, &versions, self.params, known, &mut self.report, progress)
+        self.roll = self.kept.roll(&self.scans, progress)?;
+        self.report.scan_names = self.roll.names();
+        defaults::choose_cell(&self.roll, self.params, &mut self.kept.known, &mut self.report, progress)
     }
 
     fn collect(&mut self, progress: &Progress<'_>) -> Result<()> {
-        let (sources, versions) = (self.sources(), self.versions());
-        let Again { kept, params, setup, report, .. } = self;
-        self.found = Some(kept.scans.take(&sources, &versions, params, setup, report, progress)?);
+        let Again { kept, roll, params, setup, report, .. } = self;
+        self.found = Some(kept.scans.take(roll, params, setup, report, progress)?);
         progress.lap("discretize");
         Ok(())
     }
 
     /// How far scans lie from each other is kept bundle by bundle, as what they come to is.
     fn overlap(&mut self, progress: &Progress<'_>) -> Result<()> {
-        let (versions, lattice) = (self.versions(), self.found().lattice);
-        let Again { kept, params, setup, report, .. } = self;
-        kept.bundles.renew(&kept.scans, &versions, &lattice, setup, report, progress)?;
+        let lattice = self.found().lattice;
+        let Again { kept, roll, params, setup, report, .. } = self;
+        kept.bundles.renew(&kept.scans, roll, &lattice, setup, report, progress)?;
         self.reaches = Some(kept.bundles.reaches(params, report));
         progress.lap("sort");
         Ok(())
     }
 
     fn look(&mut self, progress: &Progress<'_>) -> Result<()> {
-        let (sources, versions) = (self.sources(), self.versions());
         let tolerance = self.reaches().tolerance(self.report.voxel);
         let Kept { looks, bundles, bricks, .. } = &mut *self.kept;
         let found = self.found.as_ref().expect("scans are collected");
-        bricks.note(looks.look(bundles, &sources, &versions, found, tolerance, progress)?);
+        bricks.note(looks.look(bundles, &self.roll, found, tolerance, progress)?);
         Ok(())
     }
 
@@ -102,17 +94,18 @@ impl<'a> Again<'a> {
 
     fn colours(&mut self, progress: &Progress<'_>) -> Result<()> {
         let coloured = self.found().coloured;
-        gains::tell(&self.bundles, coloured, self.params, &mut self.report, progress)
+        gains::tell(&self.bundles, &self.roll, coloured, self.params, &mut self.report, progress)
     }
 
     fn label(&mut self, progress: &Progress<'_>) -> Result<()> {
-        let (rule, lattice, versions) = (self.reaches().rule(), self.found().lattice, self.versions());
-        let Again { kept, report, bundles, .. } = self;
-        kept.bricks.label(bundles, rule, &report.colour_gains, &lattice, progress)?;
+        let (rule, lattice) = (self.reaches().rule(), self.found().lattice);
+        let Again { kept, roll, report, bundles, .. } = self;
+        let gains = colour::Gains::new(&report.colour_gains, roll);
+        kept.bricks.label(bundles, rule, gains, &lattice, progress)?;
         report.count_fused(&kept.bricks.vertices);
         dump::labels(&kept.bricks.labels, &lattice)?;
         progress.lap("label");
-        kept.forget_others(&versions);
+        kept.forget_others(&roll.versions);
         Ok(())
     }
 
@@ -152,6 +145,6 @@ impl Graph for Again<'_> {
 
     fn finished(&mut self) -> Result<Built<Vec<Tile>>> {
         let (tiles, report) = (std::mem::take(&mut self.tiles), std::mem::take(&mut self.report));
-        memory::built(tiles, &self.sources(), self.found(), self.reaches(), report)
+        memory::built(tiles, &self.roll, self.found(), self.reaches(), report)
     }
 }

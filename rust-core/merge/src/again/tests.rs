@@ -173,6 +173,16 @@ fn nothing_is_loaded_twice_and_little_is_done_where_little_has_changed() {
     (patches[7], versions[7]) = (patch(7, 0.2), 20);
     let (loaded, renewed) = merge(&patches, &versions);
     assert!(loaded <= 2 && renewed.bricks > 0 && 5 * renewed.bricks < renewed.of, "{loaded} {renewed:?}");
+    // What goes or comes in the middle of the order, or at its begin, leaves the rest as it was.
+    for place in [7, 0, 12] {
+        let gone = (patches.remove(place), versions.remove(place));
+        let (loaded, renewed) = merge(&patches, &versions);
+        assert!(loaded == 0 && 5 * renewed.bricks < renewed.of, "{loaded} {renewed:?}");
+        patches.insert(place, gone.0);
+        versions.insert(place, gone.1);
+        let (loaded, renewed) = merge(&patches, &versions);
+        assert!(loaded <= 2 && renewed.bricks > 0 && 5 * renewed.bricks < renewed.of, "{loaded} {renewed:?}");
+    }
 }
 
 #[test]

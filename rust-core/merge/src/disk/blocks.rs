@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
+use rustc_hash::FxHashSet;
 
 use super::files::{Columns, Place, Stored};
 use super::segments::Collected;
@@ -16,6 +17,7 @@ use crate::field;
 use crate::gains;
 use crate::lattice::{ACROSS, BRICK_BITS, ROWS};
 use crate::lines::{self, SortedBundle};
+use crate::numbers::Roll;
 use crate::tally::Tally;
 use base::error::Result;
 use base::progress::Progress;
@@ -43,6 +45,8 @@ struct Entry {
     brick: [i32; 3],
     unused: u32,
     lists: [Place; 3],
+    /// The numbers of the scans that colours are of, rising.
+    scans: Place,
 }
 
 /// What files of blocks are called, and those of what is left of them.
@@ -120,11 +124,11 @@ impl Blocks {
         self.files.get(&block).map_or(Ok(Vec::new()), |file| file.read(|_| true))
     }
 
-    /// The factors that make the scans, of which there are so many, equally bright; empty if they are.
+    /// The factors that make the scans equally bright; empty if they are.
     ///
     /// # Errors
     /// A file can't be read; cancelled.
-    pub fn gains(&self, scans: usize, progress: &Progress<'_>) -> Result<Vec<[f64; 3]>> {
+    pub fn gains(&self, roll: &Roll<'_>, progress: &Progress<'_>) -> Result<Vec<[f64; 3]>> {
         let list = self.list();
         let each = |block: &[i32; 3]| {
             progress.check()?;
@@ -133,10 +137,10 @@ impl Blocks {
         };
         let count = |block: &[i32; 3]| Ok(each(block)?.map(|list| gains::shared(&list).count()).sum::<usize>());
         let count: usize = list.par_iter().with_max_len(1).map(count).sum::<Result<usize>>()?;
-        let sample = gains::Sample::of(count, scans);
+        let sample = gains::Sample::of(count, roll.len());
         let pairs = |block: &[i32; 3]| Ok(each(block)?.flat_map(|list| sample.pairs(&list)).collect::<Vec<_>>());
         let found = list.par_iter().with_max_len(1).map(pairs).collect::<Result<Vec<_>>>()?;
-        gains::solve(found.concat(), scans, progress)
+        gains::solve(found.concat(), roll, progress)
     }
 
     /// Follows from what there is in the bricks of a block and those around it: what [`Blocks::bundles_around`] gives.
@@ -144,6 +148,24 @@ impl Blocks {
         let files = self.cut.around(block, 1).filter_map(|beside| self.files.get(&beside));
         let near = files.flat_map(|file| &file.table).filter(|entry| self.cut.is_near(entry.brick, block, 1));
         Key::of(&near.map(|entry| (entry.brick, entry.lists.map(|list| list.content))).collect::<Vec<_>>())
+    }
+
+    /// The numbers of the scans that colours in these bricks are of, rising.
+    ///
+    /// # Errors
+    /// A file can't be read.
+    pub fn scans_around(&self, block: [i32; 3]) -> Result<Vec<u32>> {
+        let mut scans = FxHashSet::default();
+        for file in self.cut.around(block, 1).filter_map(|beside| self.files.get(&beside)) {
+            let mut near = file.table.iter().filter(|entry| self.cut.is_near(entry.brick, block, 1)).peekable();
+            if near.peek().is_some() {
+                let stored = Stored::again(&file.path)?;
+                near.try_for_each(|entry| stored.get(&entry.scans).map(|list: Vec<u32>| scans.extend(list)))?;
+            }
+        }
+        let mut scans: Vec<u32> = scans.into_iter().collect();
+        scans.sort_unstable();
+        Ok(scans)
     }
 
     /// What there is on lines through a block and the bricks around it, as far as these bricks: with how far it is from each tally
@@ -203,7 +225,11 @@ pub fn write(path: &Path, bricks: &BTreeMap<[i32; 3], BrickTallies>) -> Result<(
     let mut file = Columns::new(path)?;
     let mut table = Vec::new();
     for (&brick, [x, y, z]) in bricks {
-        table.push(Entry { brick, unused: 0, lists: [file.put(x)?, file.put(y)?, file.put(z)?] });
+        let members = [x, y, z].into_iter().flatten().flat_map(|tally| tally.members().iter());
+        let mut scans: Vec<u32> = members.map(|member| member.scan).collect::<FxHashSet<_>>().into_iter().collect();
+        scans.sort_unstable();
+        let lists = [file.put(x)?, file.put(y)?, file.put(z)?];
+        table.push(Entry { brick, unused: 0, lists, scans: file.put(&scans)? });
     }
     file.finish(&table)
 }

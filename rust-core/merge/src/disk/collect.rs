@@ -13,6 +13,7 @@ use crate::bundles::{self, Buckets};
 use crate::discretize::discretize;
 use crate::intake::Discretized;
 use crate::lattice::Lattice;
+use crate::numbers::Roll;
 use crate::{DISCRETIZING, nothing_to_merge};
 use base::error::Result;
 use base::progress::Progress;
@@ -24,10 +25,7 @@ const STAYS: u64 = 1 << 18;
 
 /// What collecting needs to know of all scans.
 pub struct Collecting<'a> {
-    /// By number.
-    pub sources: &'a [&'a dyn ScanSource],
-    /// By number.
-    pub versions: &'a [u64],
+    pub roll: &'a Roll<'a>,
     pub triangulation: TriangulateParams,
     pub grid: Grid,
     /// What segments follow from besides their scans.
@@ -45,17 +43,17 @@ pub fn collect(
     setting: &Setting<'_>,
     progress: &Progress<'_>,
 ) -> Result<Vec<Key>> {
-    let Collecting { sources, versions, grid: Grid { lattice, samples, .. }, basis, .. } = *collecting;
-    let range = portion.range(sources.len());
+    let Collecting { roll, grid: Grid { lattice, samples, .. }, basis, .. } = *collecting;
+    let range = portion.range(roll.len());
     progress.stage(DISCRETIZING, range.len() as u64);
     let mut keys = Vec::new();
     let mut done = FxHashSet::default();
     let mut crossings = 0;
     for (segment, about) in Segment::all(basis, lattice, setting)? {
+        // Where two were at the same work their segments have the same scans.
         let is_of = |member: &Member| {
-            let number = member.number as usize;
-            // Where two were at the same work their segments have the same scans.
-            range.contains(&number) && versions[number] == member.version && !done.contains(&member.number)
+            roll.place(member.number).is_some_and(|place| range.contains(&place) && *member == Member::of(roll, place))
+                && !done.contains(&member.number)
         };
         if segment.members.iter().all(is_of) {
             keys.push(segment.key());
@@ -63,7 +61,7 @@ pub fn collect(
             done.extend(about.scans);
         }
     }
-    let todo: Vec<usize> = range.filter(|&scan| !done.contains(&(scan as u32))).collect();
+    let todo: Vec<usize> = range.filter(|&place| !done.contains(&roll.numbers()[place])).collect();
     progress.advance(done.len() as u64)?;
     let workers = setting.workers(samples)?.min(todo.len());
     let (next, last) = (AtomicUsize::new(0), AtomicUsize::new(usize::MAX));
@@ -156,18 +154,19 @@ struct Worker<'a> {
 impl Worker<'_> {
     /// Loads a scan and finds its crossings.
     fn take(&mut self, scan: usize, progress: &Progress<'_>) -> Result<()> {
-        let Shared { collecting: Collecting { sources, grid, .. }, loading, setting, .. } = self.shared;
-        let surface = sources[scan].load(loading, progress)?;
+        let Shared { collecting: Collecting { roll, grid, .. }, loading, setting, .. } = self.shared;
+        let (source, number) = (roll.sources[scan], roll.numbers()[scan]);
+        let surface = source.load(loading, progress)?;
         progress.check()?;
-        discretize(&surface, sources[scan].name(), scan as u32, &grid.lattice, &mut self.buckets, progress)?;
+        discretize(&surface, source.name(), number, &grid.lattice, &mut self.buckets, progress)?;
         let mut found = Discretized::none(grid.lattice);
         found.triangles = surface.triangles.len() as u64;
         found.full_trust = surface.confidence.iter().fold(0.0, |a, &b| a.max(b));
         found.coloured = found.triangles > 0 && surface.colour.is_some();
         if found.triangles > 0 {
-            found.images.extend(surface.measured.map(|measured| (scan as u32, measured)));
+            found.images.extend(surface.measured.map(|measured| (number, measured)));
         }
-        self.about.add(&About { scans: vec![scan as u32], intersections: 0, found });
+        self.about.add(&About { scans: vec![number], intersections: 0, found });
         // Where segments stay for another merge, it goes without those of which a scan has changed.
         if self.buckets.bytes() > if setting.stays { setting.held.min(STAYS) } else { setting.held } {
             self.spill(progress)?;
@@ -177,8 +176,7 @@ impl Worker<'_> {
 
     /// Writes what is held to a segment.
     fn spill(&mut self, progress: &Progress<'_>) -> Result<()> {
-        let Shared { collecting: Collecting { sources, versions, grid, basis, .. }, setting, keys, crossings, .. } =
-            self.shared;
+        let Shared { collecting: Collecting { roll, grid, basis, .. }, setting, keys, crossings, .. } = self.shared;
         let buckets = std::mem::take(&mut self.buckets);
         let mut about = std::mem::replace(&mut self.about, About::none(grid.lattice));
         if about.scans.is_empty() {
@@ -188,9 +186,9 @@ impl Worker<'_> {
         let raw = bundles::gather(vec![buckets]);
         // More than those of all segments so far there will be.
         let are_few = crossings.fetch_add(about.intersections, Relaxed) + about.intersections <= setting.kept;
-        let member = |&number: &u32| Member { number, unused: 0, version: versions[number as usize] };
-        let members: Vec<Member> = about.scans.iter().map(member).collect();
-        let whose = Whose { members: &members, basis: *basis, scans: sources.len() };
+        let members: Vec<Member> =
+            about.scans.iter().filter_map(|&number| Some(Member::of(roll, roll.place(number)?))).collect();
+        let whose = Whose { members: &members, basis: *basis, roll };
         let key = segments::write(raw, &about, &whose, setting, are_few, progress)?;
         keys.lock().unwrap_or_else(std::sync::PoisonError::into_inner).push(key);
         Ok(())

@@ -76,7 +76,7 @@ impl BlockLabels {
     /// A file can't be read or written; cancelled.
     pub fn label(
         blocks: &Blocks,
-        (rule, gains): (&Rule, &[[f64; 3]]),
+        (rule, gains): (&Rule, &Gains),
         portion: Portion,
         setting: &Setting<'_>,
         progress: &Progress<'_>,
@@ -88,16 +88,19 @@ impl BlockLabels {
         list.dedup();
         let list = portion.every(list);
         progress.stage(LABELLING, list.len() as u64);
-        let basis = Key::of(&format!("{rule:?} {gains:?}"));
-        let gains = Gains::new(gains);
+        let basis = Key::of(&format!("{rule:?}"));
         let label = |block: [i32; 3]| {
-            let key = Key::of(&(basis, block, blocks.key_around(block)));
+            let of_gains: Vec<_> = match gains.is_empty() {
+                true => Vec::new(),
+                false => blocks.scans_around(block)?.into_iter().map(|scan| (scan, gains.of(scan))).collect(),
+            };
+            let key = Key::of(&(basis, block, blocks.key_around(block), of_gains));
             let path = setting.path(KIND, key);
             if !path.exists() {
                 let bundles = blocks.bundles_around(block)?;
                 let mut bricks = bundles.labelled_bricks();
                 bricks.retain(|&brick| cut.is_near(brick, block, 0));
-                let found = fuse::label_nodes(&bundles, bricks, rule, &gains, progress)?;
+                let found = fuse::label_nodes(&bundles, bricks, rule, gains, progress)?;
                 LabelFile::write(&path, &found)?;
             }
             progress.advance(1)?;

@@ -13,13 +13,13 @@ use super::setting::{Key, Named, Portion, Setting};
 use crate::LOOKING;
 use crate::intake::Discretized;
 use crate::lattice::{BRICK, BRICK_BITS, Lattice};
+use crate::numbers::Roll;
 use crate::sight::{self, is_through, lines_of_sight};
 use base::error::Result;
 use base::progress::Progress;
 use glam::DVec3;
 use image::range_image::noise::Noise;
 use image::sight::{LinesOfSight, Seen};
-use image::source::ScanSource;
 
 /// What a scan sees at a tally: nothing, a surface, or through it.
 type Vote = u8;
@@ -49,8 +49,8 @@ struct Asked {
 pub struct Voters<'a> {
     /// Numbers and noise.
     list: Vec<(u32, &'a Noise)>,
-    /// Of all scans.
-    versions: &'a [u64],
+    /// All scans.
+    roll: &'a Roll<'a>,
     /// What votes follow from besides scan and block.
     basis: Key,
     lattice: &'a Lattice,
@@ -60,9 +60,9 @@ pub struct Voters<'a> {
 
 impl<'a> Voters<'a> {
     /// `basis` is what crossings follow from.
-    pub fn new(found: &'a Discretized, versions: &'a [u64], basis: Key, tolerance: f64) -> Self {
+    pub fn new(found: &'a Discretized, roll: &'a Roll<'a>, basis: Key, tolerance: f64) -> Self {
         let basis = Key::of(&(basis, tolerance.to_bits()));
-        Voters { list: sight::voters(&found.images), versions, basis, lattice: &found.lattice, tolerance }
+        Voters { list: sight::voters(&found.images), roll, basis, lattice: &found.lattice, tolerance }
     }
 
     /// The files of all of them.
@@ -70,8 +70,8 @@ impl<'a> Voters<'a> {
         self.list.iter().map(|voter| self.path(voter.0, setting)).collect()
     }
 
-    fn path(&self, scan: u32, setting: &Setting<'_>) -> PathBuf {
-        setting.path(KIND, Key::of(&(self.basis, self.versions[scan as usize])))
+    fn path(&self, number: u32, setting: &Setting<'_>) -> PathBuf {
+        setting.path(KIND, Key::of(&(self.basis, self.roll.version(number))))
     }
 
     /// Asks a portion of them about all blocks, as far as they were not asked.
@@ -81,7 +81,6 @@ impl<'a> Voters<'a> {
     pub fn look(
         &self,
         blocks: &Blocks,
-        sources: &[&dyn ScanSource],
         portion: Portion,
         setting: &Setting<'_>,
         progress: &Progress<'_>,
@@ -109,7 +108,7 @@ impl<'a> Voters<'a> {
                 let now: Vec<_> = rest.by_ref().take(rayon::current_num_threads()).collect();
                 let load = |(scan, noise, ballot, open): (u32, &Noise, Ballot, Vec<[i32; 3]>)| {
                     progress.advance(1)?;
-                    let sight = lines_of_sight(sources[scan as usize], noise, progress)?;
+                    let sight = lines_of_sight(self.roll, scan, noise, progress)?;
                     Ok(Asking { path: self.path(scan, setting), sight, ballot, open })
                 };
                 batch.extend(now.into_par_iter().with_max_len(1).map(load).collect::<Result<Vec<_>>>()?);
@@ -185,7 +184,7 @@ impl<'a> Voters<'a> {
         let open = |&(scan, _): &(u32, _)| {
             let mut ballot = Ballot::open(&self.path(scan, setting))?;
             ballot.asked.retain(|_, asked| asked.votes.count::<Vote>() > 0);
-            Ok((self.versions[scan as usize], ballot))
+            Ok((self.roll.version(scan), ballot))
         };
         let ballots: Vec<(u64, Ballot)> = self.list.iter().map(open).collect::<Result<_>>()?;
         let drop = |block: [i32; 3]| {

@@ -13,6 +13,7 @@ use crate::crossing::{BundleKey, Crossing};
 use crate::intake::Discretized;
 use crate::lattice::{ACROSS, BRICK_BITS, Lattice};
 use crate::lines;
+use crate::numbers::Roll;
 use crate::overlap::{BundleDistances, OverlapDistances};
 use crate::remove::remove_fine_details;
 use crate::tally::{self, Tally};
@@ -31,7 +32,7 @@ pub struct Collected {
 
 /// What was found out of some scans, but for their crossings.
 pub struct About {
-    /// Their numbers.
+    /// The numbers of those that were looked at, also of those that have none.
     pub scans: Vec<u32>,
     /// How many crossings there are.
     pub intersections: u64,
@@ -110,9 +111,18 @@ pub struct Segment {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Pod, Zeroable)]
 pub struct Member {
     pub number: u32,
-    pub unused: u32,
+    /// Whether samples for overlaps are taken of it.
+    pub is_sampled: u32,
     /// What it is.
     pub version: u64,
+}
+
+impl Member {
+    /// The scan at a place of the roll.
+    pub fn of(roll: &Roll<'_>, place: usize) -> Self {
+        let (number, version) = (roll.numbers()[place], roll.versions[place]);
+        Member { number, is_sampled: roll.is_sampled(place).into(), version }
+    }
 }
 
 /// What a segment is called.
@@ -158,8 +168,8 @@ pub struct Whose<'a> {
     pub members: &'a [Member],
     /// What segments follow from besides their scans.
     pub basis: Key,
-    /// How many scans there are in all.
-    pub scans: usize,
+    /// All scans that there are.
+    pub roll: &'a Roll<'a>,
 }
 
 /// Writes crossings of whole scans to a segment, whose key it gives; if `are_few`, overlaps are measured by all of them.
@@ -169,7 +179,7 @@ pub struct Whose<'a> {
 pub fn write(
     raw: Vec<RawBundle>,
     about: &About,
-    &Whose { members, basis, scans }: &Whose<'_>,
+    &Whose { members, basis, roll }: &Whose<'_>,
     setting: &Setting<'_>,
     are_few: bool,
     progress: &Progress<'_>,
@@ -190,7 +200,7 @@ pub fn write(
         for RawBundle { key, found } in list {
             let before = sample.len();
             let all = found.chunks.iter().flatten().copied();
-            sample.extend(all.filter(|crossing| are_few || in_sample(&key, crossing, scans)));
+            sample.extend(all.filter(|crossing| are_few || in_sample(&key, crossing, roll)));
             if sample.len() > before {
                 sampled.push(Row { across: key.across, count: (sample.len() - before) as u32 });
             }
@@ -331,13 +341,13 @@ impl Collected {
         self.all(SAMPLE, |entry| (entry.axis, entry.block)).len()
     }
 
-    /// How far the scans lie from each other, of which there are so many.
+    /// How far the scans lie from each other.
     ///
     /// # Errors
     /// A segment can't be read; cancelled.
-    pub fn distances(&self, scans: usize, kept: u64, progress: &Progress<'_>) -> Result<OverlapDistances> {
+    pub fn distances(&self, roll: &Roll<'_>, kept: u64, progress: &Progress<'_>) -> Result<OverlapDistances> {
         let rows = self.all(SAMPLE, |entry| (entry.axis, entry.block));
-        let sampled = (self.about.intersections > kept).then_some(scans);
+        let are_sampled = self.about.intersections > kept;
         let of_row = |(axis, row): (u32, [i32; 3])| {
             progress.advance(1)?;
             let mut bundles: BTreeMap<[i32; 2], Vec<Vec<Crossing>>> = BTreeMap::new();
@@ -347,14 +357,14 @@ impl Collected {
                 let list: Vec<Crossing> = stored.get(&entry.list)?;
                 for (across, list) in by_bundle(&stored.get(&entry.bundles)?, &list) {
                     let key = BundleKey { axis: axis as u8, across };
-                    let is_told = |crossing: &Crossing| sampled.is_none_or(|scans| in_sample(&key, crossing, scans));
+                    let is_told = |crossing: &Crossing| !are_sampled || in_sample(&key, crossing, roll);
                     bundles.entry(across).or_default().push(list.iter().copied().filter(is_told).collect());
                 }
             }
             let measured = bundles.into_iter().map(|(across, chunks)| {
                 let key = BundleKey { axis: axis as u8, across };
                 let raw = RawBundle { key, found: Found { chunks, added: Added::default() } };
-                BundleDistances::measure(&raw, sampled)
+                BundleDistances::measure(&raw, roll, are_sampled)
             });
             Ok((axis as u8, measured.collect::<Vec<_>>()))
         };

@@ -17,11 +17,12 @@ use super::room;
 use super::segments::{self, About, Collected, Segment};
 use super::setting::{self, Cut, Key, Named, Portion, Setting};
 use super::tiles::{self, TileFile};
-use crate::bundles::sampled_of;
+use crate::colour::Gains;
 use crate::fuse::Reaches;
 use crate::graph::{Built, Graph, Stage};
 use crate::intake::Discretized;
 use crate::lattice::Lattice;
+use crate::numbers::Roll;
 use crate::overlap::OverlapDistances;
 use crate::{FUSING, MergeParams, MergeReport, VoxelReason, defaults, numbers};
 use base::error::{Error, Result};
@@ -40,22 +41,19 @@ pub struct Tasks<'a> {
 }
 
 /// What was found out before scans are collected.
-struct Planned {
+struct Planned<'a> {
     grid: Grid,
     reason: VoxelReason,
     cut: Cut,
-    /// Places of the scans in the list, by number.
+    /// The scans, as places in the list.
     order: Vec<usize>,
-    /// What scans are, by number.
-    versions: Vec<u64>,
+    roll: Roll<'a>,
     /// What crossings follow from besides the scans.
     basis: Key,
 }
 
 /// What scans come to, but for their crossings.
-struct Known<'a> {
-    /// The scans by number.
-    sources: Vec<&'a dyn ScanSource>,
+struct Known {
     about: About,
     reaches: Reaches,
     report: MergeReport,
@@ -115,7 +113,7 @@ impl<'a> Tasks<'a> {
         }
         let planned = self.planned()?;
         let Known { about, reaches, report, .. } = self.compared(&planned)?;
-        let voters = Voters::new(&about.found, &planned.versions, planned.basis, reaches.tolerance(report.voxel));
+        let voters = Voters::new(&about.found, &planned.roll, planned.basis, reaches.tolerance(report.voxel));
         let segments: Vec<Key> = self.all(Stage::Collect)?;
         let left = self.files(Stage::Drop)?.into_iter().filter(|named| named.note > 0).collect();
         let mut used: FxHashSet<PathBuf> = voters.paths(&self.setting).into_iter().collect();
@@ -188,18 +186,17 @@ impl<'a> Tasks<'a> {
         Ok(files)
     }
 
-    fn plan(&self, progress: &Progress<'_>) -> Result<Planned> {
+    fn plan(&self, progress: &Progress<'_>) -> Result<Planned<'a>> {
         let Tasks { sources, versions, params, setting, .. } = self;
         let content = |place: usize| sources[place].content(&params.triangulation, progress);
         let order = numbers::in_order(sources, content, progress)?;
-        let sources: Vec<&dyn ScanSource> = order.iter().map(|&place| sources[place]).collect();
-        let versions: Vec<u64> = order.iter().map(|&place| versions[place]).collect();
+        let roll = Roll::new(sources, versions, &order);
         let mut report = MergeReport::default();
-        defaults::choose_cell(&sources, &versions, params, &mut defaults::Known::default(), &mut report, progress)?;
+        defaults::choose_cell(&roll, params, &mut defaults::Known::default(), &mut report, progress)?;
         let loading = Loading { triangulation: params.triangulation, cell: report.voxel };
-        let grid = Grid::of_first(&sources, &loading, setting.corner, progress)?;
+        let grid = Grid::of_first(&roll.sources, &loading, setting.corner, progress)?;
         setting.workers(grid.samples)?;
-        room::foresee(&sources, &loading, &grid, setting, progress)?;
+        room::foresee(&roll.sources, &loading, &grid, setting, progress)?;
         // What is there is cut as it is.
         let cut = match setting.recall::<i32>(CUT, 0)? {
             Some(side) => Cut { side: side.first().copied().unwrap_or(setting.cut.side) },
@@ -207,15 +204,15 @@ impl<'a> Tasks<'a> {
         };
         setting.keep(CUT, 0, &[cut.side])?;
         let reason = report.voxel_reason;
-        Ok(Planned { grid, reason, cut, order, versions, basis: self.basis(&grid, cut) })
+        Ok(Planned { grid, reason, cut, order, roll, basis: self.basis(&grid, cut) })
     }
 
     fn basis(&self, Grid { lattice: Lattice { voxel, base }, .. }: &Grid, cut: Cut) -> Key {
         let triangulation = format!("{:?}", self.params.triangulation);
-        Key::of(&(voxel.to_bits(), base, triangulation, cut.side, sampled_of(self.sources.len())))
+        Key::of(&(voxel.to_bits(), base, triangulation, cut.side))
     }
 
-    fn planned(&self) -> Result<Planned> {
+    fn planned(&self) -> Result<Planned<'a>> {
         let numbers: Vec<f64> = self.all(Stage::Plan)?;
         if self.setting.stays && !self.are_marks_true()? {
             let folder = self.setting.folder.display();
@@ -230,30 +227,25 @@ impl<'a> Tasks<'a> {
             let folder = self.setting.folder.display();
             return Err(Error::input(format!("{folder}: this merge was planned for {before} scans, not for {now}")));
         }
-        planned.versions = planned.order.iter().map(|&place| self.versions[place]).collect();
+        planned.roll = Roll::new(self.sources, &self.versions, &planned.order);
         planned.basis = self.basis(&planned.grid, planned.cut);
         Ok(planned)
     }
 
-    fn in_order(&self, planned: &Planned) -> Vec<&'a dyn ScanSource> {
-        planned.order.iter().map(|&place| self.sources[place]).collect()
-    }
-
-    fn collect(&self, planned: &Planned, portion: Portion, progress: &Progress<'_>) -> Result<Vec<Key>> {
-        let &Planned { grid, basis, ref versions, .. } = planned;
-        let sources = self.in_order(planned);
+    fn collect(&self, planned: &Planned<'_>, portion: Portion, progress: &Progress<'_>) -> Result<Vec<Key>> {
+        let &Planned { grid, basis, ref roll, .. } = planned;
         let triangulation = self.params.triangulation;
-        let collecting = Collecting { sources: &sources, versions, triangulation, grid, basis };
+        let collecting = Collecting { roll, triangulation, grid, basis };
         let found = collect::collect(&collecting, portion, &self.setting, progress)?;
         progress.lap("discretize");
         Ok(found)
     }
 
-    fn collected(&self, planned: &Planned) -> Result<Collected> {
+    fn collected(&self, planned: &Planned<'_>) -> Result<Collected> {
         Collected::open(&self.all(Stage::Collect)?, planned.basis, planned.grid.lattice, &self.setting)
     }
 
-    fn overlap(&self, planned: &Planned, progress: &Progress<'_>) -> Result<Vec<f64>> {
+    fn overlap(&self, planned: &Planned<'_>, progress: &Progress<'_>) -> Result<Vec<f64>> {
         let mut collected = self.collected(planned)?;
         if collected.about.intersections <= self.setting.kept {
             collected = self.collected_whole(collected, planned, progress)?;
@@ -262,7 +254,7 @@ impl<'a> Tasks<'a> {
             return Err(crate::nothing_to_merge());
         }
         progress.stage(FUSING, collected.rows() as u64);
-        let distances = collected.distances(self.sources.len(), self.setting.kept, progress)?.to_numbers();
+        let distances = collected.distances(&planned.roll, self.setting.kept, progress)?.to_numbers();
         progress.lap("overlap");
         let mut numbers = vec![distances.len() as f64];
         numbers.extend(distances);
@@ -271,7 +263,12 @@ impl<'a> Tasks<'a> {
     }
 
     /// What was collected, with whole samples of overlaps: those of a merge before, of more scans, may not be whole.
-    fn collected_whole(&self, collected: Collected, planned: &Planned, progress: &Progress<'_>) -> Result<Collected> {
+    fn collected_whole(
+        &self,
+        collected: Collected,
+        planned: &Planned<'_>,
+        progress: &Progress<'_>,
+    ) -> Result<Collected> {
         let mut others = collected.segments.iter().filter(|segment| !segment.is_whole).peekable();
         if others.peek().is_none() {
             return Ok(collected);
@@ -285,7 +282,7 @@ impl<'a> Tasks<'a> {
         self.collected(planned)
     }
 
-    fn fuse(&self, planned: &Planned, portion: Portion, progress: &Progress<'_>) -> Result<Vec<Named>> {
+    fn fuse(&self, planned: &Planned<'_>, portion: Portion, progress: &Progress<'_>) -> Result<Vec<Named>> {
         self.all::<f64>(Stage::Overlap)?;
         let collected = self.collected(planned)?;
         let files = Blocks::fuse(&collected, portion, &self.setting, progress)?;
@@ -294,7 +291,7 @@ impl<'a> Tasks<'a> {
     }
 
     /// What is known once scans have been compared.
-    fn compared(&self, planned: &Planned) -> Result<Known<'a>> {
+    fn compared(&self, planned: &Planned<'_>) -> Result<Known> {
         let numbers: Vec<f64> = self.all(Stage::Overlap)?;
         let told = |numbers: &[f64]| {
             let (&count, rest) = numbers.split_first()?;
@@ -304,10 +301,9 @@ impl<'a> Tasks<'a> {
         };
         let told = told(&numbers).ok_or_else(|| damaged(&self.setting.mark(&mark(Stage::Overlap), 0)));
         let (distances, about) = told?;
-        let sources = self.in_order(planned);
         let mut report = MergeReport {
-            scans: sources.len(),
-            scan_names: sources.iter().map(|scan| scan.name().to_owned()).collect(),
+            scans: planned.roll.len(),
+            scan_names: planned.roll.names(),
             voxel: planned.grid.lattice.voxel,
             voxel_reason: planned.reason,
             intersections: about.intersections,
@@ -315,28 +311,28 @@ impl<'a> Tasks<'a> {
         };
         about.found.tell(&mut report);
         let reaches = Reaches::of(&distances, self.params, &mut report);
-        Ok(Known { sources, about, reaches, report })
+        Ok(Known { about, reaches, report })
     }
 
-    fn look(&self, planned: &Planned, portion: Portion, progress: &Progress<'_>) -> Result<()> {
+    fn look(&self, planned: &Planned<'_>, portion: Portion, progress: &Progress<'_>) -> Result<()> {
         let blocks = Blocks::open(&self.files(Stage::Fuse)?, &self.setting)?;
         if portion.number == 0 {
             self.setting.spend(&[segments::KIND])?;
         }
-        let Known { sources, about, reaches, report } = self.compared(planned)?;
+        let Known { about, reaches, report } = self.compared(planned)?;
         let tolerance = reaches.tolerance(report.voxel);
-        let voters = Voters::new(&about.found, &planned.versions, planned.basis, tolerance);
-        voters.look(&blocks, &sources, portion, &self.setting, progress)?;
+        let voters = Voters::new(&about.found, &planned.roll, planned.basis, tolerance);
+        voters.look(&blocks, portion, &self.setting, progress)?;
         progress.lap("sight");
         Ok(())
     }
 
-    fn drop(&self, planned: &Planned, portion: Portion, progress: &Progress<'_>) -> Result<Vec<Named>> {
+    fn drop(&self, planned: &Planned<'_>, portion: Portion, progress: &Progress<'_>) -> Result<Vec<Named>> {
         self.all::<u8>(Stage::Look)?;
         let blocks = Blocks::open(&self.files(Stage::Fuse)?, &self.setting)?;
         let Known { about, reaches, report, .. } = self.compared(planned)?;
         let tolerance = reaches.tolerance(report.voxel);
-        let voters = Voters::new(&about.found, &planned.versions, planned.basis, tolerance);
+        let voters = Voters::new(&about.found, &planned.roll, planned.basis, tolerance);
         let files = voters.drop_seen_through(&blocks, portion, &self.setting, progress)?;
         progress.lap("sight");
         Ok(files)
@@ -347,26 +343,26 @@ impl<'a> Tasks<'a> {
         Blocks::open(&self.files(Stage::Drop)?, &self.setting)
     }
 
-    fn colours(&self, planned: &Planned, progress: &Progress<'_>) -> Result<Vec<[f64; 3]>> {
+    fn colours(&self, planned: &Planned<'_>, progress: &Progress<'_>) -> Result<Vec<[f64; 3]>> {
         let blocks = self.left()?;
         self.setting.spend(&[looks::KIND])?;
         if !self.params.match_exposure || !self.compared(planned)?.about.found.coloured {
             return Ok(Vec::new());
         }
-        let gains = blocks.gains(self.sources.len(), progress)?;
+        let gains = blocks.gains(&planned.roll, progress)?;
         progress.lap("colours");
         Ok(gains)
     }
 
-    fn label(&self, planned: &Planned, portion: Portion, progress: &Progress<'_>) -> Result<Vec<Named>> {
+    fn label(&self, planned: &Planned<'_>, portion: Portion, progress: &Progress<'_>) -> Result<Vec<Named>> {
         let gains: Vec<[f64; 3]> = self.all(Stage::Colours)?;
-        let rule = self.compared(planned)?.reaches.rule();
+        let (rule, gains) = (self.compared(planned)?.reaches.rule(), Gains::new(&gains, &planned.roll));
         let files = BlockLabels::label(&self.left()?, (&rule, &gains), portion, &self.setting, progress)?;
         progress.lap("label");
         Ok(files)
     }
 
-    fn build(&self, planned: &Planned, portion: Portion, progress: &Progress<'_>) -> Result<Vec<Named>> {
+    fn build(&self, planned: &Planned<'_>, portion: Portion, progress: &Progress<'_>) -> Result<Vec<Named>> {
         let labels = BlockLabels::open(&self.files(Stage::Label)?, &self.setting)?;
         if portion.number == 0 {
             self.setting.spend(&[blocks::KIND, blocks::LEFT])?;
@@ -387,7 +383,7 @@ impl Graph for Tasks<'_> {
     fn finished(&mut self) -> Result<Built<Vec<TileFile>>> {
         let planned = self.planned()?;
         self.setting.cut = planned.cut;
-        let Known { sources, about, reaches, mut report } = self.compared(&planned)?;
+        let Known { about, reaches, mut report } = self.compared(&planned)?;
         report.colour_gains = self.all(Stage::Colours)?;
         let noted = |stage| Ok(self.files(stage)?.iter().map(|named| u64::from(named.note)).sum());
         (report.seen_through, report.fused_intersections) = (noted(Stage::Drop)?, noted(Stage::Label)?);
@@ -395,7 +391,8 @@ impl Graph for Tasks<'_> {
         // Nothing else is needed any more.
         self.setting.spend(&[labels::KIND])?;
         let Discretized { lattice, coloured, .. } = about.found;
-        Ok(Built { tiles, lattice, reach: reaches.reach, coloured, crs: common_crs(&sources)?, report })
+        let (crs, places) = (common_crs(&planned.roll.sources)?, planned.roll.places());
+        Ok(Built { tiles, lattice, reach: reaches.reach, coloured, crs, places, report })
     }
 }
 
@@ -415,7 +412,7 @@ fn mark(stage: Stage) -> String {
     format!("done-{}", stage.name())
 }
 
-impl Planned {
+impl Planned<'_> {
     fn to_numbers(&self) -> Vec<f64> {
         let Planned { grid: Grid { lattice: Lattice { voxel, base }, samples, crossings }, reason, cut, order, .. } =
             self;
@@ -436,7 +433,7 @@ impl Planned {
             reason: *VoxelReason::ALL.get(reason as usize)?,
             cut: Cut { side: side as i32 },
             order: order.iter().map(|&place| place as usize).collect(),
-            versions: Vec::new(),
+            roll: Roll::default(),
             basis: Key::default(),
         })
     }

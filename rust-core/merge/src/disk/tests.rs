@@ -203,7 +203,7 @@ fn nothing_is_left_of_a_merge_that_is_cancelled_or_fails() {
 }
 
 /// Scans that count how often they are loaded.
-struct Counted<'a>(&'a RangeImage, &'a AtomicU32);
+struct Counted<'a>(&'a dyn ScanSource, &'a AtomicU32);
 
 impl ScanSource for Counted<'_> {
     fn name(&self) -> &str {

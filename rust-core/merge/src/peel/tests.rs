@@ -7,9 +7,11 @@ use super::*;
 use crate::close::{self, Room};
 use crate::components::Chosen;
 use crate::extract::Case;
+use crate::numbers::Places;
 use crate::tile::{Share, Tile};
 use crate::whole::Whole;
-use crate::{MergeParams, MergeReport, parts, write};
+use crate::write::{self, Besides};
+use crate::{MergeParams, MergeReport, parts};
 use mesh::{TriMesh, check};
 
 /// Squares along each side of a sheet.
@@ -107,7 +109,8 @@ fn closed(sheets: &[Sheet], first: usize) -> ([u64; 2], Vec<[[u64; 3]; 3]>) {
     let mut found = MergeReport::default();
     close::close(&mut whole, &lattice, &params, Room::ALL, &mut found, &progress).unwrap();
     let mut mesh = TriMesh::default();
-    write::write(whole, false, None, &mut mesh, &progress).unwrap();
+    let besides = Besides { places: Places([(0, 0)].into_iter().collect()), ..Besides::default() };
+    write::write(whole, besides, &mut mesh, &progress).unwrap();
     let corner = |v: u32| mesh.positions[v as usize].to_array().map(f64::to_bits);
     let mut triangles: Vec<_> = mesh.triangles.iter().map(|t| t.map(corner)).collect();
     triangles.sort_unstable();

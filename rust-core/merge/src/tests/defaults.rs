@@ -3,6 +3,7 @@
 use super::noise::noisy_patch;
 use super::*;
 use crate::defaults;
+use crate::numbers::Roll;
 
 /// Six scans of a plane with samples a unit apart, lifted by so much one way or the other.
 fn patches(sigma: f64, off: f64) -> Vec<RangeImage> {
@@ -70,6 +71,25 @@ fn the_cell_has_three_digits() {
 }
 
 #[test]
+fn a_scan_that_goes_seldom_changes_which_are_looked_at() {
+    let scans: Vec<_> = (0..100).map(|i| noisy_patch(i, 0.0, 0.0)).collect();
+    let names = |gone: usize| {
+        let left = scans.iter().enumerate().filter(|scan| scan.0 != gone);
+        let sources: Vec<&dyn ScanSource> = left.map(|scan| scan.1 as &dyn ScanSource).collect();
+        let places: Vec<usize> = (0..sources.len()).collect();
+        let roll = Roll::new(&sources, &vec![0; sources.len()], &places);
+        let looked_at = defaults::looked_at(&roll);
+        assert!(looked_at.is_sorted() && looked_at.len() == 8);
+        // Spread over the order.
+        assert!((0..4).all(|part| (25 * part..25 * part + 25).contains(&looked_at[2 * part])), "{looked_at:?}");
+        looked_at.into_iter().map(|place| roll.names()[place].clone()).collect::<Vec<_>>()
+    };
+    let all = names(usize::MAX);
+    let changed = (0..100).filter(|&gone| names(gone) != all).count();
+    assert!((8..25).contains(&changed), "{changed}");
+}
+
+#[test]
 fn empty_scans_however_many_do_not_decide() {
     let empty = |i: usize| {
         let values = vec![f64::NAN; 4];
@@ -99,7 +119,12 @@ fn layers_far_apart_and_large_triangles_choose_no_fine_cell_and_no_endless_one()
         .extend([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|[x, y]| DVec3::new(3e6 * x, 3e6 * y, -2.0)));
     mesh.triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
     let scan = PlacedMesh { name: "ground".to_owned(), mesh: &mesh, world_from_mesh: DAffine3::IDENTITY };
-    let found =
-        defaults::voxel(&[&scan], &[0], &Default::default(), &mut Default::default(), &Progress::none()).unwrap();
+    let found = defaults::voxel(
+        &Roll::new(&[&scan], &[0], &[0]),
+        &Default::default(),
+        &mut Default::default(),
+        &Progress::none(),
+    )
+    .unwrap();
     assert!(found.0 < 0.3, "{found:?}");
 }

@@ -93,10 +93,21 @@ fn scans_come_and_go_and_what_they_have_no_part_in_stays() {
         another.world_from_sensor.translation.y += 0.01;
         scans.push((2, another));
         assert!(run(&scans, 2) == 2 || is_sampled);
-        let gone = scans.remove(4);
-        run(&scans, 1);
-        scans.insert(9, gone);
-        run(&scans, 1);
+        for place in [4, 0, 12] {
+            let before = [names("segment"), names("block"), names("labels"), names("tile")];
+            let gone = scans.remove(place);
+            assert!(run(&scans, 1) == 1 || is_sampled, "without {place}");
+            let [segments, blocks, labels, tiles] = before;
+            let (renewed, of) = new("block", &blocks);
+            assert!(is_sampled || 2 * renewed < of, "{renewed} of {of} blocks without {place}");
+            assert!(is_sampled || new("segment", &segments) == (0, scans.len()));
+            for (kind, before) in [("labels", labels), ("tile", tiles)] {
+                let (renewed, of) = new(kind, &before);
+                assert!(is_sampled || 4 * renewed <= 3 * of, "{renewed} of {of} {kind} without {place}");
+            }
+            scans.insert((place + 5) % scans.len(), gone);
+            assert!(run(&scans, 1) <= 2 || is_sampled, "{place} again");
+        }
         // So many go that overlaps are measured by all crossings again.
         scans.truncate(2);
         run(&scans, 2);
@@ -200,6 +211,57 @@ fn what_scans_see_through_is_asked_of_those_and_there_where_it_changed() {
     assert!(seen_through.len() > 2, "{seen_through:?}");
 }
 
+#[test]
+fn of_a_thousand_scans_one_goes_or_comes_anywhere() {
+    // Squares that overlap with those beside them, so many that overlaps are measured between some scans only.
+    let (side, loaded) = (40, AtomicU32::new(0));
+    let square = |k: usize| {
+        let corner = |x: f64, y: f64| {
+            DVec3::new((k % side) as f64 * 8.0 + x, (k / side) as f64 * 8.0 + y, 0.01 * (k % 7) as f64)
+        };
+        let corners = vec![corner(0.1, 0.2), corner(12.1, 0.2), corner(12.1, 12.2), corner(0.1, 12.2)];
+        TriMesh::new(corners, vec![[0, 1, 2], [0, 2, 3]])
+    };
+    let meshes: Vec<TriMesh> = (0..1_100).map(square).collect();
+    let placed =
+        |k: usize| PlacedMesh { name: format!("{k:04}"), mesh: &meshes[k], world_from_mesh: DAffine3::IDENTITY };
+    let scans: Vec<PlacedMesh<'_>> = (0..meshes.len()).map(placed).collect();
+    let counted: Vec<Counted<'_>> = scans.iter().map(|scan| Counted(scan, &loaded)).collect();
+    let params = MergeParams { voxel: Some(1.0), max_hole_length: Some(0.0), ..MergeParams::default() };
+    let folder = tempfile::tempdir().unwrap();
+    let mut here: Vec<usize> = (0..meshes.len()).collect();
+    for step in 0..4 {
+        match step {
+            1 => drop(here.remove(500)),
+            2 => drop(here.remove(0)),
+            3 => here.insert(700, 500),
+            _ => {}
+        }
+        let sources: Vec<&dyn ScanSource> = here.iter().map(|&k| &counted[k] as &dyn ScanSource).collect();
+        loaded.store(0, Relaxed);
+        let setting = Setting {
+            folder: folder.path(),
+            cut: Cut { side: 1 },
+            held: 0,
+            memory: 1 << 30,
+            kept: 0,
+            corner: [0; 3],
+            stays: true,
+            has_all: true,
+        };
+        let versions = here.iter().map(|&k| k as u64).collect();
+        let tasks = Tasks { sources: &sources, versions, params: &params, setting, portions: 1 };
+        tasks.begin().unwrap();
+        let mut mesh = TriMesh::default();
+        let report = merge(tasks, &mut mesh, &Progress::none()).unwrap();
+        let loads = loaded.load(Relaxed);
+        // Beside four that tell how much there is: the one that is new, and the one whose overlap with the one before it counts now.
+        assert!(step == 0 || loads <= 6, "{loads} loads in step {step}");
+        assert!(report.overlap_residual.is_some());
+        assert!(without_cost(Merged { mesh, report }) == in_memory(&sources, &params, 0), "step {step}");
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(12))]
     // Scans of a triangle or two, so that what changes lies in a block or two.
@@ -219,18 +281,21 @@ proptest! {
         for round in 0..=others.len() {
             if round > 0 {
                 let (which, corners) = &others[round - 1];
-                // The first says where cells lie.
-                let place = 1 + which.index(meshes.len() - 1);
+                let place = which.index(meshes.len());
                 meshes[place] = triangle(corners.chunks(3).map(at).collect());
                 versions[place] += 1000;
             }
-            let scans: Vec<PlacedMesh<'_>> = meshes
-                .iter()
-                .enumerate()
-                .map(|(k, mesh)| PlacedMesh { name: format!("{k:03}"), mesh, world_from_mesh: DAffine3::IDENTITY })
-                .collect();
+            // In each round another is not there.
+            let here = || (0..meshes.len()).filter(|place| place % (others.len() + 2) != round);
+            let scan = |k: usize| PlacedMesh {
+                name: format!("{k:03}"),
+                mesh: &meshes[k],
+                world_from_mesh: DAffine3::IDENTITY,
+            };
+            let scans: Vec<PlacedMesh<'_>> = here().map(scan).collect();
             let sources: Vec<&dyn ScanSource> = scans.iter().map(|scan| scan as &dyn ScanSource).collect();
-            let found = merged_again(folder.path(), &sources, versions.clone(), &params, side);
+            let versions = here().map(|k| versions[k]).collect();
+            let found = merged_again(folder.path(), &sources, versions, &params, side);
             prop_assert!(found == in_memory(&sources, &params, u64::MAX), "round {round}, blocks of {side}");
         }
     }
