@@ -30,6 +30,25 @@ pub struct Collecting<'a> {
     pub grid: Grid,
     /// What segments follow from besides their scans.
     pub basis: Key,
+    /// Segments of merges before that are used, as [`usable`] gave them.
+    pub known: &'a [Key],
+}
+
+/// The segments that merges before have left of these scans, no scan in two of them. They are chosen once, so that tasks agree on them
+/// wherever their portions begin.
+///
+/// # Errors
+/// A file can't be read.
+pub fn usable(roll: &Roll<'_>, basis: Key, lattice: Lattice, setting: &Setting<'_>) -> Result<Vec<Key>> {
+    let mut taken = FxHashSet::default();
+    let mut keys = Vec::new();
+    for (segment, _) in Segment::all(basis, lattice, setting)? {
+        if segment.members.iter().all(|member| member.is_of(roll) && !taken.contains(&member.number)) {
+            taken.extend(segment.members.iter().map(|member| member.number));
+            keys.push(segment.key());
+        }
+    }
+    Ok(keys)
 }
 
 /// Finds the crossings of a portion of the scans, as far as no segment has them; each worker holds `held` bytes of them at most, and those
@@ -49,20 +68,28 @@ pub fn collect(
     let mut keys = Vec::new();
     let mut done = FxHashSet::default();
     let mut crossings = 0;
-    for (segment, about) in Segment::all(basis, lattice, setting)? {
-        // Where two were at the same work their segments have the same scans.
-        let is_of = |member: &Member| {
-            roll.place(member.number).is_some_and(|place| range.contains(&place) && *member == Member::of(roll, place))
-                && !done.contains(&member.number)
-        };
+    let is_own = |member: &Member| roll.place(member.number).is_some_and(|place| range.contains(&place));
+    let (known, new): (Vec<_>, Vec<_>) =
+        Segment::all(basis, lattice, setting)?.into_iter().partition(|of| collecting.known.contains(&of.0.key()));
+    for (segment, about) in known {
+        if segment.members.first().is_some_and(is_own) {
+            keys.push(segment.key());
+            crossings += about.intersections;
+        }
+        done.extend(about.scans);
+    }
+    // What a task has left that was stopped, or another one at the same work.
+    for (segment, about) in new {
+        let is_of = |member: &Member| is_own(member) && member.is_of(roll) && !done.contains(&member.number);
         if segment.members.iter().all(is_of) {
             keys.push(segment.key());
             crossings += about.intersections;
             done.extend(about.scans);
         }
     }
+    let all = range.len();
     let todo: Vec<usize> = range.filter(|&place| !done.contains(&roll.numbers()[place])).collect();
-    progress.advance(done.len() as u64)?;
+    progress.advance((all - todo.len()) as u64)?;
     let workers = setting.workers(samples)?.min(todo.len());
     let (next, last) = (AtomicUsize::new(0), AtomicUsize::new(usize::MAX));
     let shared = Shared {

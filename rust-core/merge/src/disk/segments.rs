@@ -123,6 +123,11 @@ impl Member {
         let (number, version) = (roll.numbers()[place], roll.versions[place]);
         Member { number, is_sampled: roll.is_sampled(place).into(), version }
     }
+
+    /// Whether it is a scan of the roll, and counts for the same.
+    pub fn is_of(&self, roll: &Roll<'_>) -> bool {
+        roll.place(self.number).is_some_and(|place| *self == Member::of(roll, place))
+    }
 }
 
 /// What a segment is called.

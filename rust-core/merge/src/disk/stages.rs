@@ -98,7 +98,9 @@ impl<'a> Tasks<'a> {
     }
 
     fn forget_marks(&self) -> Result<()> {
-        setting::remove(&self.setting.mark(SCANS, 0))?;
+        for kind in [SCANS, KNOWN] {
+            setting::remove(&self.setting.mark(kind, 0))?;
+        }
         let mut marks = Stage::ALL.iter().map(|&stage| self.setting.files(&mark(stage)));
         marks.try_for_each(|files| files?.iter().try_for_each(|path| setting::remove(path)))
     }
@@ -203,8 +205,10 @@ impl<'a> Tasks<'a> {
             None => setting.cut,
         };
         setting.keep(CUT, 0, &[cut.side])?;
+        let basis = self.basis(&grid, cut);
+        setting.keep(KNOWN, 0, &collect::usable(&roll, basis, grid.lattice, setting)?)?;
         let reason = report.voxel_reason;
-        Ok(Planned { grid, reason, cut, order, roll, basis: self.basis(&grid, cut) })
+        Ok(Planned { grid, reason, cut, order, roll, basis })
     }
 
     fn basis(&self, Grid { lattice: Lattice { voxel, base }, .. }: &Grid, cut: Cut) -> Key {
@@ -235,7 +239,8 @@ impl<'a> Tasks<'a> {
     fn collect(&self, planned: &Planned<'_>, portion: Portion, progress: &Progress<'_>) -> Result<Vec<Key>> {
         let &Planned { grid, basis, ref roll, .. } = planned;
         let triangulation = self.params.triangulation;
-        let collecting = Collecting { roll, triangulation, grid, basis };
+        let known: Vec<Key> = self.setting.recall(KNOWN, 0)?.unwrap_or_default();
+        let collecting = Collecting { roll, triangulation, grid, basis, known: &known };
         let found = collect::collect(&collecting, portion, &self.setting, progress)?;
         progress.lap("discretize");
         Ok(found)
@@ -398,6 +403,9 @@ impl Graph for Tasks<'_> {
 
 /// What the file is called that tells of which scans marks are.
 const SCANS: &str = "scans";
+
+/// What the file is called that says which segments of merges before are used.
+const KNOWN: &str = "known";
 
 /// What the file is called that has the side of the blocks.
 const CUT: &str = "cut";
