@@ -47,12 +47,17 @@ def test_a_cluster_makes_what_one_process_makes(client, scans, by_one, workspace
 
 def test_what_was_merged_before_is_merged_again(client, scans, by_one, workspace, tmp_path):
     # The same plan, at once, to another file: neither Dask nor workers take the one for the other.
-    given = {"client": client, "workspace": workspace, "tasks": 3, **OPTIONS}
-    for name in ("a.ply", "b.ply", "a.ply"):
-        distributed.merge(scans, tmp_path / name, **given)
+    given = {"client": client, "tasks": 3, **OPTIONS}
+    for name, place in (("a.ply", workspace), ("b.ply", f"file://{workspace}"), ("a.ply", workspace)):
+        distributed.merge(scans, tmp_path / name, workspace=place, **given)
         assert (tmp_path / name).read_bytes() == by_one
         if name == "b.ply":
             (tmp_path / "a.ply").unlink()
+
+
+def test_the_memory_of_one_process_is_no_workspace(client, scans, tmp_path):
+    with pytest.raises(surfrecon.InputError, match="memory://work: that is one process's memory"):
+        distributed.merge(scans, tmp_path / "a.ply", client=client, workspace="memory://work", **OPTIONS)
 
 
 @pytest.mark.parametrize(

@@ -28,7 +28,7 @@ def test_tasks_hand_over_their_files(bucket, scans, by_one, tmp_path):
             files.invalidate_cache()
             names = {name.rsplit("/", 1)[-1].split("-")[0] for name in files.ls(plan.folder, detail=False)}
             if stage.name == "build":
-                assert names == {"cut", "done", "labels", "tile"}
+                assert names == {"cut", "done", "known", "labels", "tile"}
         assert not [name for name in os.listdir(scratch) if name.startswith("surfrecon-task-")]
         plan.remove()
     assert (tmp_path / "surface.ply").read_bytes() == by_one
@@ -46,6 +46,22 @@ def test_what_a_server_refuses_is_told(bucket, scans, tmp_path, monkeypatch):
     fsspec.get_filesystem_class("s3").clear_instance_cache()
     with pytest.raises(surfrecon.FileError, match=plan.folder):
         plan.run(0)
+
+
+def test_what_is_damaged_there_is_named_as_it_is_called_there(bucket, scans, tmp_path):
+    given = {"tasks": 1, **OPTIONS}
+    plan = distributed.Plan.make(tmp_path / "plan.json", scans, tmp_path / "surface.ply", workspace=bucket, **given)
+    plan.run(0)
+    plan.run(1)
+    files = fsspec.filesystem("s3")
+    files.invalidate_cache()
+    segment = next(name for name in files.ls(plan.folder, detail=False) if "/segment-" in name)
+    files.pipe_file(segment, b"x" + files.cat_file(segment)[1:])
+    with pytest.raises(
+        surfrecon.FormatError, match=f"{plan.folder}/segment-.*damaged: remove the folder {plan.folder} "
+    ):
+        plan.run(2)
+    plan.remove()
 
 
 def test_the_command_line_writes_plans_to_urls(scans, by_one, tmp_path):

@@ -79,6 +79,10 @@ def merge(
     if whole("retries", retries) < 0:
         raise InputError(f"retries must be >= 0, got {retries}")
     function("progress", progress)
+    if isinstance(workspace, str) and workspace.startswith("memory://"):
+        raise InputError(
+            f"{workspace}: that is one process's memory, which workers do not share: give a folder or an object store"
+        )
     threads, memory = _workers(client)
     if max_memory is None and memory is None:
         raise InputError("a worker has no limit of memory: give max_memory, the bytes that a task may take")

@@ -16,7 +16,7 @@ from .._arguments import function, is_url
 from .._errors import FileError, FormatError, InputError
 from .._report import jsonable
 from .checks import check, check_made, check_names, name_of
-from .storage import Storage, read_text, remove_file, write_text
+from .storage import Storage, plain, read_text, remove_file, write_text
 
 __all__ = ["Plan", "Stage"]
 
@@ -129,7 +129,7 @@ class Plan:
             options=options,
         )
         check_names(paths, output)
-        workspace = os.fspath(workspace) if workspace is not None else os.path.dirname(path or output) or "."
+        workspace = plain(os.fspath(workspace)) if workspace is not None else os.path.dirname(path or output) or "."
         if keep and is_url(workspace):
             raise InputError(f"{workspace}: what is kept for another merge is kept in a folder, not in an object store")
         reading = dict(reading or {})

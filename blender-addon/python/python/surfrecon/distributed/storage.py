@@ -10,16 +10,27 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from typing import Any
+from urllib.parse import urlsplit
+from urllib.request import url2pathname
 
 from .._arguments import is_url
-from .._errors import FileError, InputError
+from .._errors import FileError, FormatError, InputError
 
-__all__ = ["Storage", "read_text", "remove_file", "write_text"]
+__all__ = ["Storage", "plain", "read_text", "remove_file", "write_text"]
 
 # Marks that a task is done: handed over last.
 _MARK = "done-"
 # What nobody has finished.
 _UNFINISHED = "unfinished-"
+
+
+# A folder is one whatever it is called.
+_FOLDERS = ("file://", "local://")
+
+
+def plain(workspace: str) -> str:
+    """A workspace as it is called here: ``/disk`` of ``file:///disk``."""
+    return url2pathname(urlsplit(workspace).path) if workspace.startswith(_FOLDERS) else workspace
 
 
 class Storage(ABC):
@@ -121,7 +132,11 @@ class Remote(Storage):
         with tempfile.TemporaryDirectory(prefix="surfrecon-task-", dir=scratch) as folder:
             for name in names:
                 _linked(os.path.join(fetched, name), os.path.join(folder, name))
-            yield folder
+            try:
+                yield folder
+            except (FormatError, InputError) as problem:
+                # Of a copy nobody knows anything.
+                raise type(problem)(str(problem).replace(folder, self.place)) from None
             new = [name for name in os.listdir(folder) if name not in names and not name.startswith(_UNFINISHED)]
             with _failures(self.place):
                 for name in sorted(new, key=lambda name: (name.startswith(_MARK), name)):
