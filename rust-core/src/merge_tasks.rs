@@ -64,7 +64,7 @@ pub fn merge_task(
 }
 
 /// Writes the surface into a PLY file once all tasks are done: its bytes are those of [`merge_to_file`](crate::merge_to_file). The folder of
-/// the tasks stays as it is.
+/// the tasks stays as it is; one that is kept loses the marks of what is done, and what another merge has no use for.
 ///
 /// # Errors
 /// As [`merge_task`] and [`merge_to_file`](crate::merge_to_file).
@@ -81,5 +81,7 @@ pub fn merge_tasks_to_file(
     let versions = folder.versions(sources, params, progress)?;
     let together = folder.together(params, &versions)?;
     let put = |sink: &mut dyn MeshSink| disk::put_together(sources, params, together, sink, progress);
-    Ok(MergeReport { in_files: true, ..write_mesh_in_pieces(path, write, put, progress)? })
+    let report = write_mesh_in_pieces(path, write, put, progress)?;
+    disk::end(sources, params, together)?;
+    Ok(MergeReport { in_files: true, ..report })
 }

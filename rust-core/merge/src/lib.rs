@@ -125,8 +125,9 @@ base::stages! {
     FUSING = "fusing intersections", 0.1;
     LOOKING = "looking through", 0.05;
     LABELLING = "labelling nodes", 0.05;
-    BUILDING = "building the surface", 0.2;
+    BUILDING = "building the surface", 0.17;
     CLOSING = "closing holes", 0.05;
+    WRITING = "writing the surface", 0.03;
 }
 
 /// Merges the scans into one surface.

@@ -11,7 +11,7 @@ use super::numbering::{NONE, Numbered};
 use super::numbers::Places;
 use super::tile::Tiles;
 use super::whole::Whole;
-use super::{bare_colours, near_colours, passes};
+use super::{WRITING, bare_colours, near_colours, passes};
 use base::error::Result;
 use base::progress::Progress;
 use mesh::sink::{MeshOutline, MeshSink};
@@ -39,6 +39,7 @@ pub fn write<T: Tiles>(
     sink: &mut dyn MeshSink,
     progress: &Progress<'_>,
 ) -> Result<[u64; 3]> {
+    progress.stage(WRITING, whole.tiles.count() as u64);
     if let Some(mut surface) = whole.take_surface(progress)? {
         if besides.coloured {
             near_colours::fill_in(&mut surface, progress)?;
@@ -86,7 +87,7 @@ fn in_pieces<T: Tiles>(
     };
     out.to_sink(|sink| sink.begin(&outline))?;
     let tile = |i: usize| {
-        progress.check()?;
+        progress.advance(1)?;
         out.tile(&whole.tile(i)?)
     };
     let counts = (0..whole.tiles.count()).into_par_iter().with_max_len(1).map(tile).collect::<Result<Vec<_>>>()?;

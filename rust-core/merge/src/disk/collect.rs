@@ -15,7 +15,7 @@ use crate::intake::Discretized;
 use crate::lattice::Lattice;
 use crate::numbers::Roll;
 use crate::{DISCRETIZING, nothing_to_merge};
-use base::error::Result;
+use base::error::{Error, Result};
 use base::progress::Progress;
 use image::source::{Loading, ScanSource};
 use image::triangulate::TriangulateParams;
@@ -185,6 +185,11 @@ impl Worker<'_> {
         let (source, number) = (roll.sources[scan], roll.numbers()[scan]);
         let surface = source.load(loading, progress)?;
         progress.check()?;
+        // It may be larger than those that were looked at before.
+        setting.workers(surface.positions.len()).map_err(|error| match error {
+            Error::OutOfMemory(text) => Error::OutOfMemory(format!("{}: {text}", source.name())),
+            error => error,
+        })?;
         discretize(&surface, source.name(), number, &grid.lattice, &mut self.buckets, progress)?;
         let mut found = Discretized::none(grid.lattice);
         found.triangles = surface.triangles.len() as u64;

@@ -176,8 +176,8 @@ pub fn run_task(
     })
 }
 
-/// Hands the surface to `sink` once all tasks are done: the same as [`super::run`] gives. The folder stays as it is; one that is kept loses the
-/// marks of what is done, and what another merge has no use for.
+/// Hands the surface to `sink` once all tasks are done: the same as [`run`] gives. The folder stays as it is; once the surface is in its
+/// place, [`end`] tidies it up.
 ///
 /// # Errors
 /// As [`run_task`]; the sink's.
@@ -192,10 +192,16 @@ pub fn put_together(
     started(sources, params, progress, || {
         let mut tasks = together.tasks(sources, params);
         let room = tasks.setting.room();
-        let report = graph::finish(&mut tasks, params, Out { sink, room }, progress)?;
-        tasks.end()?;
-        Ok(report)
+        graph::finish(&mut tasks, params, Out { sink, room }, progress)
     })
+}
+
+/// Once the surface is in its place: a folder that is kept loses the marks of what is done, and what another merge has no use for.
+///
+/// # Errors
+/// A file can't be read or removed.
+pub fn end(sources: &[&dyn ScanSource], params: &MergeParams, together: Together<'_>) -> Result<()> {
+    together.tasks(sources, params).end()
 }
 
 /// The folder of what merges leave for each other.
@@ -211,7 +217,7 @@ fn kept_folder(folder: &Path, params: &MergeParams) -> Result<KeptFolder> {
     let mut hasher = FxHasher::default();
     // Of the threads nothing depends.
     let params = MergeParams { threads: 0, ..*params };
-    (format!("{params:?}"), env!("CARGO_PKG_VERSION"), cfg!(target_endian = "big")).hash(&mut hasher);
+    format!("{params:?}").hash(&mut hasher);
     let folder = folder.join(format!("surfrecon-merge-{:016x}", hasher.finish()));
     let failed = |error| Error::io(&folder, error);
     let is_new = match std::fs::create_dir(&folder) {

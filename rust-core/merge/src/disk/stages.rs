@@ -78,13 +78,31 @@ impl<'a> Tasks<'a> {
     /// Begins with what merges before have left: of the marks those are no more true that were of other scans.
     ///
     /// # Errors
-    /// A file can't be read, written or removed.
+    /// Another version has left it; a file can't be read, written or removed.
     pub fn begin(&self) -> Result<()> {
+        self.refuse_other_versions()?;
         if self.are_marks_true()? {
             return Ok(());
         }
         self.forget_marks()?;
         self.setting.keep(SCANS, 0, &[self.scans()])
+    }
+
+    /// What files mean may be another thing to another version.
+    fn refuse_other_versions(&self) -> Result<()> {
+        let (folder, path) = (self.setting.folder.display(), self.setting.folder.join(VERSION));
+        let here =
+            format!("{}{}", env!("CARGO_PKG_VERSION"), if cfg!(target_endian = "big") { " (big-endian)" } else { "" });
+        match std::fs::read_to_string(&path) {
+            Ok(version) if version == here => Ok(()),
+            Ok(version) => Err(Error::input(format!(
+                "{folder}: this was kept by surfrecon {version}, which {here} does not go on with: remove the folder, or choose another workspace"
+            ))),
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
+                std::fs::write(&path, &here).map_err(|error| Error::io(&path, error))
+            }
+            Err(error) => Err(Error::io(&path, error)),
+        }
     }
 
     fn scans(&self) -> Key {
@@ -400,6 +418,9 @@ impl Graph for Tasks<'_> {
         Ok(Built { tiles, lattice, reach: reaches.reach, coloured, crs, places, report })
     }
 }
+
+/// What the file is called that tells which version has made the others.
+const VERSION: &str = "version";
 
 /// What the file is called that tells of which scans marks are.
 const SCANS: &str = "scans";

@@ -89,7 +89,10 @@ def check_names(paths: Iterable[str], output: str) -> None:
 
 def name_of(content: Mapping[str, Any]) -> str:
     """What the merge of a plan is called, by all that decides what its tasks leave; if it keeps, for any scans."""
-    same = {name: content[name] for name in ("surfrecon", "reading", "tasks", "keep")}
+    same = {name: content[name] for name in ("reading", "tasks", "keep")}
+    if not content["keep"]:
+        # Of another version's merge nothing is of use; what it keeps its folder tells.
+        same["surfrecon"] = content["surfrecon"]
     decisive = {name: value for name, value in content["options"].items() if name != "threads"}
     scans = None if content["keep"] else content["scans"]
     text = json.dumps(jsonable([same, scans, decisive]), sort_keys=True)
