@@ -41,7 +41,8 @@ fn a_hole() {
     let squares = (0..count * count).filter(is_there).map(square);
     let triangles = squares.flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
     let sheet = TriMesh::new((0..count * count).map(point).collect(), triangles);
-    let found = whole_and_in_blocks(&[sheet.clone()], &MergeParams { max_hole_length: Some(60.0), ..params() });
+    let found =
+        whole_and_in_blocks(std::slice::from_ref(&sheet), &MergeParams { max_hole_length: Some(60.0), ..params() });
     assert_eq!(found.report.holes[0], 1, "{:?}", found.report);
     let open = whole_and_in_blocks(&[sheet], &MergeParams { max_hole_length: Some(0.0), ..params() });
     assert!(open.mesh.triangles.len() < found.mesh.triangles.len());
