@@ -56,7 +56,8 @@ def test_what_is_damaged_there_is_named_as_it_is_called_there(bucket, scans, tmp
     files = fsspec.filesystem("s3")
     files.invalidate_cache()
     segment = next(name for name in files.ls(plan.folder, detail=False) if "/segment-" in name)
-    files.pipe_file(segment, b"x" + files.cat_file(segment)[1:])
+    whole = files.cat_file(segment)
+    files.pipe_file(segment, bytes(len(whole) - 64) + whole[-64:])
     with pytest.raises(
         surfrecon.FormatError, match=f"{plan.folder}/segment-.*damaged: remove the folder {plan.folder} "
     ):
