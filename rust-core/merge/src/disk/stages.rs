@@ -93,16 +93,20 @@ impl<'a> Tasks<'a> {
         let (folder, path) = (self.setting.folder.display(), self.setting.folder.join(VERSION));
         let here =
             format!("{}{}", env!("CARGO_PKG_VERSION"), if cfg!(target_endian = "big") { " (big-endian)" } else { "" });
-        match std::fs::read_to_string(&path) {
-            Ok(version) if version == here => Ok(()),
-            Ok(version) => Err(Error::input(format!(
-                "{folder}: this was kept by surfrecon {version}, which {here} does not go on with: remove the folder, or choose another workspace"
-            ))),
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
-                std::fs::write(&path, &here).map_err(|error| Error::io(&path, error))
-            }
-            Err(error) => Err(Error::io(&path, error)),
+        let there = match std::fs::read_to_string(&path) {
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => String::new(),
+            there => there.map_err(|error| Error::io(&path, error))?,
+        };
+        if there.is_empty() {
+            // Who was stopped at it has left nothing else yet.
+            return std::fs::write(&path, &here).map_err(|error| Error::io(&path, error));
         }
+        if there != here {
+            return Err(Error::input(format!(
+                "{folder}: this was kept by surfrecon {there}, which {here} does not go on with: remove the folder, or choose another workspace"
+            )));
+        }
+        Ok(())
     }
 
     fn scans(&self) -> Key {
