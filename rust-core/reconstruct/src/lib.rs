@@ -13,6 +13,7 @@
 //! | 5 | `certain`, `grow`, `hinge`, `best`, `border`, `fans` | open surfaces, which divide nothing: from what is certain over the rest |
 //! |   | `lines` | what lines of sight say of facets: where sensors are known, jumps and what was seen through stay open |
 //! |   | `handles`, `join`, `gather`, `lids` | handles that samples force; parts joined; through samples passed by; small loops closed |
+//! |   | `gaps` | large facets that bound no gap |
 //! | 6 | `orient` | outward, or as normals or sensors say |
 //!
 //! With `topology = free` stages 2 to 5 give way to `carve`, the paper's own. `space` has them in their order. Samples that
@@ -62,6 +63,7 @@ mod fans;
 mod gather;
 mod grow;
 mod handles;
+mod gaps;
 mod hinge;
 mod join;
 mod lids;
@@ -229,7 +231,16 @@ fn close(
     canonical(&mut triangles, progress)?;
     let before = triangles.len();
     if params.closure == Closure::Open {
-        triangles.retain(|&triangle| complex.perimeter(triangle) <= scale.allowed(triangle));
+        let mut left_out = Vec::new();
+        triangles.retain(|&triangle| {
+            let is_allowed = complex.perimeter(triangle) <= scale.allowed(triangle);
+            if !is_allowed {
+                left_out.push(triangle);
+            }
+            is_allowed
+        });
+        let sizes = |triangle| [complex.perimeter(triangle), scale.allowed(triangle)];
+        gaps::close_small(&mut triangles, &left_out, sizes, params.closure, progress)?;
     }
     // What the repair could not mend, and vertices where gaps meet.
     fans::keep_largest(&mut triangles, complex.points.len(), |triangle| complex.perimeter(triangle), progress)?;

@@ -393,10 +393,15 @@ fn no_plane(samples: &Samples) -> Error {
 }
 
 fn no_surface(params: &ReconstructParams) -> Error {
-    let remedy = match (params.topology, params.closure) {
-        (Topology::Free, _) => "raise the factor, or let the topology be manifold",
-        (_, Closure::Auto) => "give samples of a surface",
-        _ => "let the closure be auto",
+    if params.topology == Topology::Free {
+        return Error::input(
+            "no surface was found: where a facet is above the threshold, as some always are among points at random, the carving of a free topology \
+             breaks in, and nothing was left; raise the factor, or let the topology be manifold",
+        );
+    }
+    let remedy = match params.closure {
+        Closure::Auto => "give samples of a surface",
+        Closure::Closed | Closure::Open => "let the closure be auto",
     };
     Error::input(format!(
         "no surface was found: the points fill a volume or lie along curves, or are too noisy for what was asked; {remedy}"

@@ -6,7 +6,7 @@ mod flat;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::{Closure, Found, ReconstructParams, ReconstructReport, TRUSTED, Threshold, Topology, fans, spacing};
+use super::{Closure, Found, ReconstructParams, ReconstructReport, TRUSTED, Threshold, Topology, fans, gaps, spacing};
 use base::error::{Error, Result};
 use base::progress::Progress;
 use geom::delaunay2::Delaunay2;
@@ -46,7 +46,7 @@ impl Plane {
         let mut triangles = match params.threshold {
             Threshold::Global => {
                 (report.threshold, report.rounds) = global_threshold(&perimeters, trusted, progress)?;
-                self.kept(&perimeters, |_| report.threshold, progress)?
+                self.kept(samples, &perimeters, |_| report.threshold, params, progress)?
             }
             Threshold::Local => {
                 report.threshold = 3.0 * trusted;
@@ -55,7 +55,7 @@ impl Plane {
                 }
                 let spacings = self.spacings.as_ref().expect("just made");
                 let allowed = |t: [u32; 3]| trusted * t.map(|v| spacings[v as usize]).into_iter().sum::<f64>();
-                self.kept(&perimeters, allowed, progress)?
+                self.kept(samples, &perimeters, allowed, params, progress)?
             }
         };
         if params.topology == Topology::Manifold {
@@ -65,16 +65,25 @@ impl Plane {
         Ok(Found { triangles, enclosed: vec![false; samples.len()], is_outward: true })
     }
 
-    /// The triangles whose perimeters are allowed.
+    /// The triangles whose perimeters are allowed, and with a manifold topology those that bound no gap.
     fn kept(
         &self,
+        samples: &[DVec3],
         perimeters: &[f64],
         allowed: impl Fn([u32; 3]) -> f64,
+        params: &ReconstructParams,
         progress: &Progress<'_>,
     ) -> Result<Vec<[u32; 3]>> {
-        let mut kept = Vec::new();
+        let (mut kept, mut left_out) = (Vec::new(), Vec::new());
         for range in progress.ranges(self.triangles.len()) {
-            kept.extend(range?.filter(|&t| perimeters[t] <= allowed(self.triangles[t])).map(|t| self.triangles[t]));
+            for t in range? {
+                let triangle = self.triangles[t];
+                if perimeters[t] <= allowed(triangle) { kept.push(triangle) } else { left_out.push(triangle) }
+            }
+        }
+        if params.topology == Topology::Manifold {
+            let sizes = |triangle| [perimeter(samples, triangle), allowed(triangle)];
+            gaps::close_small(&mut kept, &left_out, sizes, params.closure, progress)?;
         }
         Ok(kept)
     }

@@ -199,3 +199,55 @@ fn any_parts_are_joined_within_the_limit_only_and_stay_manifold() {
     let counts = [joined, apart, beyond].map(|count| count.get());
     assert!(counts.iter().all(|&count| count > 0), "joined, apart, apart as they must be: {counts:?}");
 }
+
+/// Holes of three edges, where a facet is left out beside others that are not.
+fn lone_facets(mesh: &TriMesh) -> usize {
+    let edges: Vec<[u32; 2]> = mesh.triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]).collect();
+    let known: std::collections::HashSet<[u32; 2]> = edges.iter().copied().collect();
+    let border: std::collections::HashMap<u32, u32> =
+        edges.iter().filter(|[from, to]| !known.contains(&[*to, *from])).map(|&[from, to]| (from, to)).collect();
+    border.keys().filter(|from| border[&border[&border[from]]] == **from).count() / 3
+}
+
+/// What three samples bound is no gap in the sampling, however the threshold has it; nor what few do where gaps may be closed.
+#[test]
+fn samples_at_random_leave_no_small_holes() {
+    let mut random = random(21);
+    let flat: Vec<DVec3> = (0..6000).map(|_| DVec3::new(100.0 * random(), 100.0 * random(), 0.0)).collect();
+    let bent: Vec<DVec3> = flat.iter().map(|p| p.with_z(3.0 * (0.1 * p.x).sin())).collect();
+    let ball = level_set(6000, 1.2, |p| p.length_squared() - 1.0, 5);
+    for (points, is_ball) in [(&flat, false), (&bent, false), (&ball, true)] {
+        let params = ReconstructParams { closure: Closure::Open, ..Default::default() };
+        let (made, report) = reconstruct(points.clone(), &params);
+        assert!(report.is_manifold() && report.components == 1, "{report}");
+        assert_eq!(lone_facets(&made.mesh), 0, "{report}");
+        // It still leaves gaps open that more samples bound, and closes none by what else it has.
+        assert_eq!(made.report.used, points.len());
+        let (_, report) = reconstruct(points.clone(), &ReconstructParams::default());
+        assert_eq!(report.boundary_loops, usize::from(!is_ball), "{report}");
+    }
+}
+
+#[test]
+fn a_hole_of_more_samples_stays_open() {
+    let mut random = random(22);
+    let around = |p: &DVec3| p.truncate().distance(DVec2::splat(50.0)) > 6.0;
+    let sheet: Vec<DVec3> =
+        (0..6000).map(|_| DVec3::new(100.0 * random(), 100.0 * random(), 0.0)).filter(around).collect();
+    for closure in [Closure::Auto, Closure::Open] {
+        let (made, _) = reconstruct(sheet.clone(), &ReconstructParams { closure, ..Default::default() });
+        let covers = |t: usize| {
+            let corners = made.mesh.corners(t);
+            corners.iter().sum::<DVec3>().truncate().distance(DVec2::splat(150.0)) < 3.0 * 2.0
+        };
+        assert!(!(0..made.mesh.triangles.len()).any(covers), "{closure:?}");
+    }
+}
+
+#[test]
+fn a_free_topology_that_carved_all_away_says_so() {
+    let params = ReconstructParams { topology: Topology::Free, ..Default::default() };
+    let points = level_set(6000, 1.2, |p| p.length_squared() - 1.0, 5);
+    let text = run(&cloud(points), &params, &Progress::none()).unwrap_err().to_string();
+    assert!(text.contains("carving of a free topology") && text.contains("raise the factor"), "{text}");
+}
