@@ -1182,12 +1182,13 @@ typedef struct {
   // Whether the points are of a closed surface; only with a manifold topology. A value of srf_closure, default
   // SRF_CLOSURE_AUTO.
   uint64_t closure;
-  // Points are moved to the surface that those within this distance tell, at least the 16 nearest, and those far from
-  // any surface are left out. Too small a value leaves noise and outliers. > 0. SRF_FROM_DATA, the default: where noise
-  // is more than 0.2 spacings, that at which points are best foretold by the others; else points stay.
+  // Points are moved to the surface that those within this distance tell, and those far from any surface are left out.
+  // Less than the distance to the 16 nearest points counts as that distance. > 0. SRF_FROM_DATA, the default: where
+  // noise is more than 0.2 spacings, that at which points are best foretold by the others; else points stay.
   double smooth;
-  // The surface goes through the points as they are, whatever noise they carry and whatever Smoothing says. Off: points
-  // that carry noise are smoothed first. 1 or 0, default 0.
+  // The surface goes through the points as they are, whatever noise they carry and whatever Smoothing says. Of points
+  // that carry none also through outliers. Off: points that carry noise are smoothed first, and outliers around others
+  // left out. 1 or 0, default 0.
   uint64_t interpolate;
 } srf_reconstruct_params;
 
@@ -1725,7 +1726,8 @@ srf_status srf_cloud_arrays(const srf_cloud *cloud,
                             srf_array *out_intensities);
 
 // Where all points of a cloud were seen from, in its own frame: known of those of range images whose rays start at one place, and of
-// what files say. srf_reconstructor_create() heeds it.
+// what files say; a VIEWPOINT of a PCD file at the origin says nothing, since it stands there where nobody set it.
+// srf_reconstructor_create() heeds it.
 // cloud       not NULL
 // out_sensor  room for 3 doubles: the place, or three NaN where it is not known; not NULL
 // returns     SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
@@ -3275,7 +3277,7 @@ srf_status srf_reconstruct_report_init_sized(srf_reconstruct_report *report,
 // sensors            3 SRF_TYPE_F64 or SRF_TYPE_F32 a place, one place or one a point: where the points were seen from, in the cloud's
 //                    frame; go before the normals. Open surfaces then span no jumps, over which sensors looked from one point past
 //                    it at another, and no gaps and holes through which points were seen. Three NaN where that is not known of a
-//                    point, whose normal counts then. NULL for what srf_cloud_sensor() says. With neither, closed surfaces are turned
+//                    point, whose normal counts then; a jump is told only between points whose sensors are all known. NULL for what srf_cloud_sensor() says. With neither, closed surfaces are turned
 //                    outwards, open ones up
 // out_reconstructor  receives a new handle on SRF_OK only; not NULL
 // returns            SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.

@@ -97,7 +97,8 @@ pub unsafe extern "C" fn srf_cloud_arrays(
 }
 
 /// Where all points of a cloud were seen from, in its own frame: known of those of range images whose rays start at one place, and of
-/// what files say. srf_reconstructor_create() heeds it.
+/// what files say; a VIEWPOINT of a PCD file at the origin says nothing, since it stands there where nobody set it.
+/// srf_reconstructor_create() heeds it.
 /// cloud       not NULL
 /// out_sensor  room for 3 doubles: the place, or three NaN where it is not known; not NULL
 /// returns     SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.

@@ -64,12 +64,13 @@ pub struct srf_reconstruct_params {
     /// Whether the points are of a closed surface; only with a manifold topology. A value of srf_closure, default
     /// SRF_CLOSURE_AUTO.
     pub closure: u64,
-    /// Points are moved to the surface that those within this distance tell, at least the 16 nearest, and those far from
-    /// any surface are left out. Too small a value leaves noise and outliers. > 0. SRF_FROM_DATA, the default: where noise
-    /// is more than 0.2 spacings, that at which points are best foretold by the others; else points stay.
+    /// Points are moved to the surface that those within this distance tell, and those far from any surface are left out.
+    /// Less than the distance to the 16 nearest points counts as that distance. > 0. SRF_FROM_DATA, the default: where
+    /// noise is more than 0.2 spacings, that at which points are best foretold by the others; else points stay.
     pub smooth: f64,
-    /// The surface goes through the points as they are, whatever noise they carry and whatever Smoothing says. Off: points
-    /// that carry noise are smoothed first. 1 or 0, default 0.
+    /// The surface goes through the points as they are, whatever noise they carry and whatever Smoothing says. Of points
+    /// that carry none also through outliers. Off: points that carry noise are smoothed first, and outliers around others
+    /// left out. 1 or 0, default 0.
     pub interpolate: u64,
 }
 

@@ -5,6 +5,7 @@
 //! | 0 | `prepare` | points -> samples in an order of their own, equal ones once |
 //! |   | `seen` | from which side they were seen, where sensors or normals say |
 //! |   | `noise`, `smooth` | how much noise they carry; where that is much, samples on the surface they tell, without outliers |
+//! |   | `isolated` | whether samples without noise have outliers, which are left out then |
 //! | 1 | `geom::delaunay3` | samples -> tetrahedra |
 //! | 2 | `basins` | tetrahedra -> basins of empty space, the gates between them (the paper's erosion included) |
 //! | 3 | `separate` | basins -> inside and outside |
@@ -12,8 +13,8 @@
 //! | 4 | `manifold`, `dig` | a surface between the two that is manifold and meets the samples |
 //! | 5 | `certain`, `grow`, `hinge`, `best`, `border`, `fans` | open surfaces, which divide nothing: from what is certain over the rest |
 //! |   | `lines` | what lines of sight say of facets: where sensors are known, jumps and what was seen through stay open |
-//! |   | `handles`, `join`, `gather`, `lids` | handles that samples force; parts joined; through samples passed by; small loops closed |
 //! |   | `gaps` | large facets that bound no gap |
+//! |   | `handles`, `join`, `gather`, `lids` | handles that samples force; parts joined; through samples passed by; small loops closed |
 //! | 6 | `orient` | outward, or as normals or sensors say |
 //!
 //! With `topology = free` stages 2 to 5 give way to `carve`, the paper's own. `space` has them in their order. Samples that
@@ -34,9 +35,11 @@
 mod types;
 
 // 0. samples
+mod isolated;
 mod noise;
 mod patch;
 mod prepare;
+mod scales;
 mod seeds;
 mod seen;
 mod smooth;
@@ -60,10 +63,10 @@ mod best;
 mod border;
 mod certain;
 mod fans;
+mod gaps;
 mod gather;
 mod grow;
 mod handles;
-mod gaps;
 mod hinge;
 mod join;
 mod lids;

@@ -51,14 +51,42 @@ impl Noise {
     }
 }
 
+/// What was measured, and how.
+#[derive(Default)]
+pub(super) struct Measured {
+    pub(super) noise: Noise,
+    /// What the seeds say of it.
+    pub(super) looks: Vec<Option<Look>>,
+    /// Neighbours that this was seen from.
+    pub(super) count: usize,
+    /// Over all samples, if there was need for it.
+    pub(super) tree: Option<KdTree>,
+}
+
+/// What is seen around a sample.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Look {
+    /// Noise, in spacings.
+    pub(super) spacings: f64,
+    pub(super) spacing: f64,
+    radius: f64,
+}
+
+impl Look {
+    /// Whether what is around the sample looks like a surface with noise, not like a volume.
+    pub(super) fn is_telling(&self) -> bool {
+        self.spacings * self.spacing <= WITHIN * self.radius
+    }
+}
+
 /// Measures it on samples in the order of the curve; where there is noise, on each side of them by itself. Cost: that of a few hundred small fits; where there is noise, also a
 /// tree over all samples.
-pub(super) fn measure(samples: &[DVec3], fronts: &Fronts, progress: &Progress<'_>) -> Result<Noise> {
+pub(super) fn measure(samples: &[DVec3], fronts: &Fronts, progress: &Progress<'_>) -> Result<Measured> {
     if samples.len() < LEAST {
-        return Ok(Noise::default());
+        return Ok(Measured::default());
     }
     let seeds: Vec<usize> = seeds(samples.len()).collect();
-    let quick = over(&seeds, progress, |seed, _, nearest| {
+    let looks = over(&seeds, progress, |seed, _, nearest| {
         let window = seed.saturating_sub(WINDOW)..(seed + WINDOW).min(samples.len());
         nearest.extend(window.map(|i| (samples[i].distance_squared(samples[seed]), samples[i])));
         let count = FEWEST.min(nearest.len());
@@ -67,33 +95,46 @@ pub(super) fn measure(samples: &[DVec3], fronts: &Fronts, progress: &Progress<'_
         nearest.truncate(count);
         look(samples[seed], nearest)
     })?;
-    if quick.0.spacings() <= INTERPOLATED {
-        return Ok(quick.0);
+    let noise = usual(&looks).0;
+    if noise.spacings() <= INTERPOLATED {
+        return Ok(Measured { noise, looks, count: FEWEST, tree: None });
     }
     let tree = KdTree::try_new(samples, progress)?;
     let mut count = FEWEST;
     loop {
-        let (noise, radius) = over(&seeds, progress, |seed, few: &mut Few, nearest| {
-            tree.nearest_few(samples[seed], count, f64::INFINITY, few);
-            // What was seen from the other side is of another surface, however near.
-            let near = few.iter().filter(|&(i, _)| !fronts.is_behind(i as usize, fronts.at(seed)));
-            nearest.extend(near.map(|(i, squared)| (squared, samples[i as usize])));
-            look(samples[seed], nearest)
-        })?;
+        let looks = around(samples, &seeds, &tree, count, fronts, progress)?;
+        let (noise, radius) = usual(&looks);
         if noise.deviation <= WITHIN * radius || 2 * count > MOST {
-            return Ok(noise);
+            return Ok(Measured { noise, looks, count, tree: Some(tree) });
         }
         count *= 2;
     }
 }
 
-/// Medians of what is seen at the seeds: noise, and the radius it was seen within.
+/// What is seen around seeds among so many of the nearest samples.
+pub(super) fn around(
+    samples: &[DVec3],
+    seeds: &[usize],
+    tree: &KdTree,
+    count: usize,
+    fronts: &Fronts,
+    progress: &Progress<'_>,
+) -> Result<Vec<Option<Look>>> {
+    over(seeds, progress, |seed, few: &mut Few, nearest| {
+        tree.nearest_few(samples[seed], count, f64::INFINITY, few);
+        // What was seen from the other side is of another surface, however near.
+        let near = few.iter().filter(|&(i, _)| !fronts.is_behind(i as usize, fronts.at(seed)));
+        nearest.extend(near.map(|(i, squared)| (squared, samples[i as usize])));
+        look(samples[seed], nearest)
+    })
+}
+
 fn over(
     seeds: &[usize],
     progress: &Progress<'_>,
-    look: impl Fn(usize, &mut Few, &mut Vec<(f64, DVec3)>) -> Option<[f64; 3]> + Sync,
-) -> Result<(Noise, f64)> {
-    let seen = seeds
+    look: impl Fn(usize, &mut Few, &mut Vec<(f64, DVec3)>) -> Option<Look> + Sync,
+) -> Result<Vec<Option<Look>>> {
+    seeds
         .par_iter()
         .with_min_len(16)
         .map_init(<(Few, Vec<(f64, DVec3)>)>::default, |(few, nearest), &seed| {
@@ -101,19 +142,22 @@ fn over(
             nearest.clear();
             Ok(look(seed, few, nearest))
         })
-        .collect::<Result<Vec<Option<[f64; 3]>>>>()?;
-    let median = |which: usize| {
-        let mut values: Vec<f64> = seen.iter().flatten().map(|seen| seen[which]).collect();
+        .collect()
+}
+
+/// Medians of what is seen at the seeds: noise, and the radius it was seen within.
+fn usual(looks: &[Option<Look>]) -> (Noise, f64) {
+    let median = |which: fn(&Look) -> f64| {
+        let mut values: Vec<f64> = looks.iter().flatten().map(which).collect();
         values.sort_unstable_by(f64::total_cmp);
         values.get(values.len() / 2).copied().unwrap_or(0.0)
     };
     // Noise in spacings first: both may differ over the cloud.
-    let spacing = median(1);
-    Ok((Noise { deviation: median(0) * spacing, spacing }, median(2)))
+    let spacing = median(|look| look.spacing);
+    (Noise { deviation: median(|look| look.spacings) * spacing, spacing }, median(|look| look.radius))
 }
 
-/// Noise in spacings, spacing and radius as seen around a sample.
-fn look(seed: DVec3, nearest: &[(f64, DVec3)]) -> Option<[f64; 3]> {
+fn look(seed: DVec3, nearest: &[(f64, DVec3)]) -> Option<Look> {
     let count = nearest.len();
     let half = count.div_ceil(2);
     if half <= 6 {
@@ -137,5 +181,5 @@ fn look(seed: DVec3, nearest: &[(f64, DVec3)]) -> Option<[f64; 3]> {
         sorted.sort_unstable_by(f64::total_cmp);
         square = sorted[..half].iter().map(|offset| offset * offset).sum::<f64>() / half as f64;
     }
-    Some([square.sqrt() * consistency(half) / spacing, spacing, radius])
+    Some(Look { spacings: square.sqrt() * consistency(half) / spacing, spacing, radius })
 }

@@ -60,6 +60,11 @@ impl Frame {
         if side == 0.0 { DVec3::ZERO } else { side.signum() * across }
     }
 
+    /// Extent across the surface by the largest along it.
+    pub(super) fn thickness(&self) -> f64 {
+        self.extent[2] / self.extent[0]
+    }
+
     /// Radius of the disk over which samples are spread as these are.
     pub(super) fn radius(&self) -> f64 {
         2.0 * (self.extent[0] * self.extent[1]).sqrt()

@@ -15,8 +15,9 @@ use rayon::prelude::*;
 use super::noise::{self, INTERPOLATED, Noise};
 use super::patch::{Frame, Quadric, Weighted};
 use super::prepare::{Samples, prepare};
+use super::scales::{Scale, Scales};
 use super::seen::{Fronts, Seen, Sighted};
-use super::{Dropped, ReconstructParams};
+use super::{Dropped, ReconstructParams, isolated};
 use base::error::{Error, Result};
 use base::progress::Progress;
 use geom::neighbours::{Few, KdTree};
@@ -112,31 +113,43 @@ pub(super) fn smoothed(
     progress: &Progress<'_>,
 ) -> Result<(Samples, Smoothing)> {
     let fronts = Fronts::of(Sighted { samples: &samples, seen }, progress)?;
-    let noise = noise::measure(&samples.points, &fronts, progress)?;
+    let measured = noise::measure(&samples.points, &fronts, progress)?;
+    let noise = measured.noise;
     let radius = match smooth {
         // Farther than the points reach there is nothing that tells.
         Smooth::Within(radius) => Some((radius * samples.factor).min(extent(&samples.points))),
         Smooth::AsNoiseAsks | Smooth::Never => None,
     };
-    if radius.is_none() && noise.spacings() <= INTERPOLATED {
+    let mut tree = measured.tree;
+    let is_clean = radius.is_none() && noise.spacings() <= INTERPOLATED;
+    let is_left = samples.points.len() < 4
+        || is_clean
+            && (smooth == Smooth::Never || !isolated::are_around(&samples.points, noise.spacing, &mut tree, progress)?);
+    if is_left {
         return Ok((samples, Smoothing { noise, ..Smoothing::default() }));
     }
-    if samples.points.len() < 4 {
-        return Ok((samples, Smoothing { noise, ..Smoothing::default() }));
-    }
-    // What is to be smoothed out counts as noise, even where it was not taken for it.
-    let asked = radius.map_or(0.0, |radius| radius / TO_DEVIATION);
-    let assumed = Noise { deviation: noise.deviation.max(asked), ..noise };
-    let mut is_outlier = lonely(&samples.points, progress)?;
-    let kept = Kept::new(&samples.points, &fronts, &is_outlier, assumed, progress)?;
-    let radius = match radius {
-        Some(radius) => radius,
+    let tree = match tree {
+        Some(tree) => tree,
+        None => KdTree::try_new(&samples.points, progress)?,
+    };
+    let scales = Scales::of(&samples.points, &fronts, noise, (&measured.looks, measured.count), &tree, progress)?;
+    let (mut is_outlier, few) = lonely(&samples.points, &scales, &tree, progress)?;
+    drop(tree);
+    // Of clean points the smallest neighbourhoods say which lie off the surface.
+    let given = if is_clean { Some(few) } else { radius };
+    let lengths = Lengths { noise, few, given };
+    let kept = Kept::new(&samples.points, &fronts, &scales, &is_outlier, lengths, progress)?;
+    let radius = match given {
+        Some(radius) => radius.max(few),
         None => kept.best_radius(progress)?,
     };
     let patches = Patches::fit(&kept, radius, progress)?;
     drop(kept);
-    let mut places = patches.moved_all(&samples.points, &fronts, &mut is_outlier, progress)?;
-    drop(patches);
+    let mut places = patches.moved_all(&samples.points, &fronts, &scales, &mut is_outlier, progress)?;
+    drop((patches, scales));
+    if is_clean {
+        return Ok((samples.without(&is_outlier), Smoothing { noise, ..Smoothing::default() }));
+    }
     let given = samples.factor;
     if is_outlier.iter().filter(|is| !**is).count() < 3 {
         if smooth == Smooth::Never {
@@ -171,17 +184,47 @@ fn nothing_left(radius: f64, count: usize) -> Error {
     ))
 }
 
+/// Lengths that depend on how samples lie, from place to place.
+#[derive(Clone, Copy)]
+struct Lengths {
+    noise: Noise,
+    /// Distance within which a sample usually has [`FEW`] neighbours: no radius is smaller.
+    few: f64,
+    /// The radius that is asked for, whatever the noise.
+    given: Option<f64>,
+}
+
+impl Lengths {
+    /// What counts as noise: also what is to be smoothed out, even where it was not taken for noise.
+    fn deviation(&self, scale: Scale) -> f64 {
+        let asked = self.given.map_or(0.0, |given| self.radius(given, scale) / TO_DEVIATION);
+        (self.noise.deviation * scale.deviation).max(asked)
+    }
+
+    /// A radius that is tried or given.
+    fn radius(&self, radius: f64, scale: Scale) -> f64 {
+        if self.given.is_some() {
+            return radius.max(self.few * scale.spacing);
+        }
+        (radius * scale.spacing).max(DEVIATIONS * self.noise.deviation * scale.deviation)
+    }
+
+    /// Radius of neighbourhoods of few samples, at least.
+    fn start(&self, scale: Scale) -> f64 {
+        (START * self.deviation(scale)).max(SPACINGS * self.noise.spacing * scale.spacing)
+    }
+}
+
 /// The samples that are no outliers at first sight.
 struct Kept {
-    noise: Noise,
+    lengths: Lengths,
     samples: Vec<DVec3>,
     fronts: Fronts,
+    scales: Scales,
     tree: KdTree,
     /// Over every so many-th of them: from it places are found to begin with.
     sparse: KdTree,
     stride: usize,
-    /// Radius of neighbourhoods in it, at least.
-    start: f64,
 }
 
 /// What is used again from sample to sample.
@@ -197,26 +240,28 @@ impl Kept {
     fn new(
         samples: &[DVec3],
         fronts: &Fronts,
+        scales: &Scales,
         is_outlier: &[bool],
-        noise: Noise,
+        lengths: Lengths,
         progress: &Progress<'_>,
     ) -> Result<Self> {
         let fronts = fronts.kept(|sample| !is_outlier[sample]);
+        let scales = scales.kept(|sample| !is_outlier[sample]);
         let kept = samples.iter().zip(is_outlier).filter(|(_, is)| !**is).map(|(sample, _)| *sample);
         let samples: Vec<DVec3> = kept.collect();
         let tree = KdTree::try_new(&samples, progress)?;
-        let start = (START * noise.deviation).max(SPACINGS * noise.spacing);
-        let around = std::f64::consts::PI * (start / noise.spacing).powi(2);
-        let stride = if noise.spacing > 0.0 { ((around / TO_START) as usize).max(1) } else { 1 };
+        let spacing = lengths.noise.spacing;
+        let around = std::f64::consts::PI * (lengths.start(Scale::USUAL) / spacing).powi(2);
+        let stride = if spacing > 0.0 { ((around / TO_START) as usize).max(1) } else { 1 };
         let every: Vec<DVec3> = samples.iter().copied().step_by(stride).collect();
         let sparse = KdTree::try_new(&every, progress)?;
-        Ok(Kept { noise, samples, fronts, tree, sparse, stride, start })
+        Ok(Kept { lengths, samples, fronts, scales, tree, sparse, stride })
     }
 
     /// The radius at which samples are best foretold by those around them, themselves left out: the larger it is, the more of
     /// the noise is gone, until the surface goes, too.
     fn best_radius(&self, progress: &Progress<'_>) -> Result<f64> {
-        let noise = self.noise;
+        let noise = self.lengths.noise;
         let mut radius = (DEVIATIONS * noise.deviation).max(SPACINGS * noise.spacing);
         let mut tried: Vec<(f64, f64)> = Vec::new();
         let mut least = f64::INFINITY;
@@ -246,9 +291,11 @@ impl Kept {
             let i = (2 * k + 1) * self.samples.len() / (2 * count);
             let place = self.samples[i];
             // From the place on the surface: samples chosen around this one would agree with it too well.
-            let to = self.patch(place, self.fronts.at(i), Some(i), radius, room);
-            let most = HIGH * self.noise.deviation;
-            let off = to.map_or(most, |to| to.place.distance(place).min(most));
+            let to = self.patch(i, true, radius, room);
+            let most = HIGH * self.lengths.noise.deviation;
+            // So that those in places of much noise do not decide alone.
+            let scale = self.scales.at(i).deviation;
+            let off = to.map_or(most, |to| (to.place.distance(place) / scale).min(most));
             Ok(off * off)
         };
         let squares: Vec<f64> =
@@ -256,19 +303,15 @@ impl Kept {
         Ok(squares.iter().sum::<f64>() / count as f64)
     }
 
-    /// The surface where a sample comes to, of those around it that were seen from no other side than `front`; `None` where
+    /// The surface where a sample comes to, of those around it that were seen from no other side, itself left out or not; `None` where
     /// nothing is around it.
-    fn patch(
-        &self,
-        from: DVec3,
-        mut front: DVec3,
-        without: Option<usize>,
-        radius: f64,
-        room: &mut Room,
-    ) -> Option<Patch> {
-        let high = HIGH * self.noise.deviation;
-        let mut place = from;
+    fn patch(&self, sample: usize, is_left_out: bool, radius: f64, room: &mut Room) -> Option<Patch> {
+        let scale = self.scales.at(sample);
+        let high = HIGH * self.lengths.deviation(scale);
+        let without = is_left_out.then_some(sample);
+        let (mut place, mut front) = (self.samples[sample], self.fronts.at(sample));
         for round in 0..MOST_ROUNDS {
+            let radius = if round < SPARSE { self.lengths.start(scale) } else { self.lengths.radius(radius, scale) };
             let (frame, reach) = self.around(place, front, radius, without, round < SPARSE, room)?;
             front = frame.front(room.front);
             // The first time the sample's own height is all that is known of its side.
@@ -277,7 +320,7 @@ impl Kept {
             let height = quadric.height([0.0; 3]);
             place = frame.above(height);
             if round + 1 >= ROUNDS && height.abs() <= SETTLED * high {
-                let crowd = counted / (reach * reach);
+                let crowd = counted * scale.spacing.powi(2) / (reach * reach);
                 return (counted >= SUPPORT * all).then_some(Patch { place, frame, quadric, crowd, front });
             }
         }
@@ -294,8 +337,8 @@ impl Kept {
         is_sparse: bool,
         room: &mut Room,
     ) -> Option<(Frame, f64)> {
-        let (tree, stride, mut reach) =
-            if is_sparse { (&self.sparse, self.stride, self.start) } else { (&self.tree, 1, radius) };
+        let (tree, stride) = if is_sparse { (&self.sparse, self.stride) } else { (&self.tree, 1) };
+        let mut reach = radius;
         tree.nearest_few(place, MANY, reach, &mut room.few);
         if room.few.len() < FEW {
             tree.nearest_few(place, FEW, f64::INFINITY, &mut room.few);
@@ -348,16 +391,15 @@ fn level(height: f64) -> f64 {
 /// Samples moved between two looks at the progress.
 const BLOCK: usize = 64;
 
-/// Of each sample, whether it is much further from its neighbours than they are from theirs.
-fn lonely(samples: &[DVec3], progress: &Progress<'_>) -> Result<Vec<bool>> {
-    let tree = KdTree::try_new(samples, progress)?;
+/// Of each sample, whether it is much further from its neighbours than they are from theirs; and how far these usually are.
+fn lonely(samples: &[DVec3], scales: &Scales, tree: &KdTree, progress: &Progress<'_>) -> Result<(Vec<bool>, f64)> {
     let mut reaches = vec![0.0; samples.len()];
     let with_itself = FEW + 1;
     reaches.par_iter_mut().zip(samples).with_min_len(BLOCK).enumerate().try_for_each_init(
         Few::default,
         |few, (i, (reach, sample))| {
             tree.nearest_few(*sample, with_itself, f64::INFINITY, few);
-            *reach = few.furthest().unwrap_or(0.0).sqrt();
+            *reach = few.furthest().unwrap_or(0.0).sqrt() / scales.at(i).spacing;
             if i.is_multiple_of(BLOCK) { progress.advance(BLOCK as u64) } else { Ok(()) }
         },
     )?;
@@ -375,7 +417,7 @@ fn lonely(samples: &[DVec3], progress: &Progress<'_>) -> Result<Vec<bool>> {
             if i.is_multiple_of(BLOCK) { progress.check() } else { Ok(()) }
         },
     )?;
-    Ok(is_lonely)
+    Ok((is_lonely, usual))
 }
 
 #[cfg(test)]

@@ -47,12 +47,12 @@ base::params! {
         topology: Topology = choice("Topology", Topology::CHOICES),
         /// Whether the points are of a closed surface; only with a manifold topology.
         closure: Closure = choice("Closure", Closure::CHOICES),
-        /// Points are moved to the surface that those within this distance tell, at least the 16 nearest, and those far from any surface are left out. Too small a value leaves noise and outliers.
+        /// Points are moved to the surface that those within this distance tell, and those far from any surface are left out. Less than the distance to the 16 nearest points counts as that distance.
         smooth: Option<f64> = length("Smoothing")
             .from_data("where noise is more than 0.2 spacings, that at which points are best foretold by the others; else points stay")
             .above(0.0).since("0.2"),
-        /// The surface goes through the points as they are, whatever noise they carry and whatever Smoothing says.
-        interpolate: bool = flag("Through points as they are").off("points that carry noise are smoothed first").since("0.2"),
+        /// The surface goes through the points as they are, whatever noise they carry and whatever Smoothing says. Of points that carry none also through outliers.
+        interpolate: bool = flag("Through points as they are").off("points that carry noise are smoothed first, and outliers around others left out").since("0.2"),
     }
 }
 
@@ -108,7 +108,8 @@ pub struct ReconstructReport {
     pub noise: f64,
     /// Side of a square of the surface that has one point, as measured.
     pub spacing: f64,
-    /// Radius within which the surface was smoothed; 0 if it goes through the points.
+    /// Radius within which the surface was smoothed; 0 if it goes through the points. Where points that carry noise lie much closer together
+    /// or further apart than usual, it was so many times smaller or larger there.
     pub smoothing: f64,
     /// Root mean square of the distances by which smoothing moved the points on the surface.
     pub moved: f64,

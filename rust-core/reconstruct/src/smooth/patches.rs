@@ -8,8 +8,9 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::super::patch::{Frame, Quadric};
+use super::super::scales::{Scale, Scales};
 use super::super::seen::Fronts;
-use super::{BLOCK, HIGH, Kept, Room, SETTLED, level};
+use super::{BLOCK, HIGH, Kept, Lengths, Room, SETTLED, level};
 use base::error::Result;
 use base::progress::Progress;
 use geom::neighbours::KdTree;
@@ -18,7 +19,8 @@ use geom::neighbours::KdTree;
 const APART: f64 = 0.22;
 const WITHIN: f64 = 0.5;
 
-/// Samples that have a patch in common, at least: patches take several times the memory of a sample.
+/// Samples that have a patch in common, at least: patches take several times the memory of a sample. In the smallest neighbourhoods each has its
+/// own, or there would be none near some.
 const LEAST_SHARED: usize = 2;
 
 /// Patches that are asked where a place is to go, at most; there are sixteen on average.
@@ -51,23 +53,24 @@ pub(super) struct Patches {
     patches: Vec<Patch>,
     /// Over their places.
     tree: KdTree,
-    /// How far from its place a patch says something.
-    within: f64,
-    /// Deviation of the noise.
-    deviation: f64,
+    lengths: Lengths,
+    /// Within which they were fitted.
+    radius: f64,
 }
 
 impl Patches {
     /// Fits patches to samples.
     pub(super) fn fit(kept: &Kept, radius: f64, progress: &Progress<'_>) -> Result<Self> {
-        let shared = if kept.noise.spacing > 0.0 { (APART * radius / kept.noise.spacing).powi(2) as usize } else { 1 };
+        let (apart, spacing) = (APART * kept.lengths.radius(radius, Scale::USUAL), kept.lengths.noise.spacing);
+        let shared = if spacing > 0.0 { (apart / spacing).powi(2) as usize } else { 1 };
+        let least = if kept.lengths.given.is_some() && radius <= kept.lengths.few { 1 } else { LEAST_SHARED };
         // Neighbours on the curve are neighbours in space.
-        let seeds: Vec<usize> = (0..kept.samples.len()).step_by(shared.max(LEAST_SHARED)).collect();
+        let seeds: Vec<usize> = (0..kept.samples.len()).step_by(shared.max(least)).collect();
         let mut found = vec![None; seeds.len()];
         found.par_iter_mut().zip(&seeds).with_min_len(16).try_for_each_init(
             Room::default,
             |room, (patch, &seed)| {
-                *patch = kept.patch(kept.samples[seed], kept.fronts.at(seed), None, radius, room);
+                *patch = kept.patch(seed, false, radius, room);
                 progress.check()
             },
         )?;
@@ -78,7 +81,7 @@ impl Patches {
         patches.retain(|patch| patch.crowd >= THIN * usual);
         let places: Vec<DVec3> = patches.iter().map(|patch| patch.place).collect();
         let tree = KdTree::try_new(&places, progress)?;
-        Ok(Patches { patches, tree, within: WITHIN * radius, deviation: kept.noise.deviation })
+        Ok(Patches { patches, tree, lengths: kept.lengths, radius })
     }
 
     /// Where samples come to; those that belong to no surface become outliers. Advances `progress` by their number.
@@ -86,6 +89,7 @@ impl Patches {
         &self,
         samples: &[DVec3],
         fronts: &Fronts,
+        scales: &Scales,
         is_outlier: &mut [bool],
         progress: &Progress<'_>,
     ) -> Result<Vec<DVec3>> {
@@ -97,7 +101,7 @@ impl Patches {
                     progress.advance(BLOCK as u64)?;
                 }
                 if !*is_outlier {
-                    match self.moved(*place, fronts.at(i), room) {
+                    match self.moved(*place, fronts.at(i), scales.at(i), room) {
                         Some(to) => *place = to,
                         None => *is_outlier = true,
                     }
@@ -109,11 +113,12 @@ impl Patches {
     }
 
     /// Where a sample that was seen from the side of `front` comes to; `None` if that is too far away, or nowhere.
-    fn moved(&self, from: DVec3, front: DVec3, room: &mut Room) -> Option<DVec3> {
-        let high = HIGH * self.deviation;
+    fn moved(&self, from: DVec3, front: DVec3, scale: Scale, room: &mut Room) -> Option<DVec3> {
+        let (deviation, within) = (self.lengths.deviation(scale), WITHIN * self.lengths.radius(self.radius, scale));
+        let high = HIGH * deviation;
         let mut place = from;
         for round in 0..MOST_ROUNDS {
-            self.tree.nearest_few(place, ASKED, self.within, &mut room.few);
+            self.tree.nearest_few(place, ASKED, within, &mut room.few);
             // The first time the sample's own height is all that is known of its side.
             let high = if round == 0 { 2.0 * high } else { high };
             let (mut step, mut weights) = (DVec3::ZERO, 0.0);
@@ -123,7 +128,7 @@ impl Patches {
                     continue;
                 }
                 let (above, normal) = patch.quadric.above(&patch.frame, place);
-                let far = 1.0 - squared / (self.within * self.within);
+                let far = 1.0 - squared / (within * within);
                 let weight = far * far * level(above / high);
                 step -= normal * (above * weight);
                 weights += weight;
@@ -134,7 +139,7 @@ impl Patches {
             step /= weights;
             place += step;
             if round + 1 >= ROUNDS && step.length() <= SETTLED * high {
-                return (from.distance(place) <= FAR * self.deviation).then_some(place);
+                return (from.distance(place) <= FAR * deviation).then_some(place);
             }
         }
         None

@@ -1,3 +1,6 @@
+mod isolated;
+mod uneven;
+
 use glam::DVec3;
 
 use crate::noise;
@@ -56,6 +59,11 @@ fn with_outliers(mut points: Vec<DVec3>, share: f64) -> Vec<DVec3> {
         points.push(low + size * DVec3::new(random(), random(), random()));
     }
     points
+}
+
+/// In the order of samples.
+fn sorted(points: &[DVec3]) -> Vec<DVec3> {
+    crate::prepare::prepare(points, &Progress::none()).unwrap().points
 }
 
 fn reconstruct(points: Vec<DVec3>) -> (Reconstructed, MeshReport) {
