@@ -165,18 +165,21 @@ def test_reconstruct(folder, tmp_path, name):
     assert json.loads(done.stdout)["report"]["closed"] and surfrecon.read(tmp_path / "a.glb").check().is_closed
 
 
-def test_reconstruct_knows_the_place_of_a_sensor(tmp_path):
-    x, y = np.meshgrid(np.arange(20.0), np.arange(20.0))
+@pytest.mark.parametrize("command", [["reconstruct", "--closure", "open"], ["cluster", "--vertices", "80"]])
+def test_surfaces_of_points_know_the_place_of_a_sensor(tmp_path, command):
+    x, y = np.meshgrid(np.arange(20.0), np.arange(20.0)) + 0.3 * np.random.default_rng(1).random((2, 20, 20))
     # Above the sensor, which is moved and turned by a quarter.
     image = surfrecon.RangeImage.from_points(np.stack([x, y, 30 + 0.02 * x**2], 2), viewing=("from", (0, 0, 0)))
     image.world_from_sensor = [[0, -1, 0, 30], [1, 0, 0, 0], [0, 0, 1, -50], [0, 0, 0, 1]]
     surfrecon.write_scans(tmp_path / "a.e57", [image])
-    done = run("reconstruct", tmp_path / "a.e57", "-o", tmp_path / "a.ply", "--closure", "open")
+    done = run(command[0], tmp_path / "a.e57", "-o", tmp_path / "a.ply", *command[1:])
     assert done.returncode == 0, done.stderr
     mesh = surfrecon.read(tmp_path / "a.ply")
     a, b, c = mesh.positions[mesh.triangles.T]
     # Of an open surface the other side is up.
     assert (np.cross(b - a, c - a)[:, 2] < 0).mean() > 0.9
+    points = image.world_points()[image.valid]
+    assert np.abs(mesh.bounds - [points.min(0), points.max(0)]).max() < 0.5
 
 
 def test_cluster(folder, tmp_path):

@@ -207,3 +207,46 @@ def test_a_busy_reconstructor_says_so():
     with pytest.raises(surfrecon.Cancelled):
         reconstructor.surface(progress=again)
     assert "another surface" in told[0]
+
+
+def test_places_and_colours_that_are_none_are_named():
+    points = np.random.default_rng(0).normal(size=(100, 3))
+    nan = np.nan
+    with pytest.raises(surfrecon.InputError, match=r"sensor origin lies at \(NaN, NaN, NaN\), .* or no sensor where"):
+        surfrecon.reconstruct(points, sensors=[nan] * 3)
+    some = np.full((100, 3), nan)
+    some[3] = (0, nan, 1)
+    with pytest.raises(surfrecon.InputError, match=r"sensor origin 3 lies at \(0, NaN, 1\), .* or three NaN where"):
+        surfrecon.reconstruct(points, sensors=some)
+    with pytest.raises(surfrecon.InputError, match=r"toward.* finite coordinates .* got \(NaN, 0, 0\)"):
+        surfrecon.reconstruct(points, toward=(nan, 0, 0))
+    with pytest.raises(surfrecon.InputError, match=r"colour: floats must be from 0 to 1, got 255; .*uint8"):
+        surfrecon.reconstruct(points, colour=np.full((100, 3), 255.0))
+    with pytest.raises(surfrecon.InputError, match=r"got -0\.5"):
+        surfrecon.reconstruct(points, colour=np.full((100, 3), -0.5))
+    white = surfrecon.reconstruct(points, colour=np.full((100, 3), 1.0)).mesh
+    assert (white.vertex_attributes["colour"] == 255).all()
+
+
+def test_what_are_no_points_says_what_to_give():
+    depths = 2 + 0.1 * np.random.default_rng(0).random((9, 9))
+    image = surfrecon.RangeImage.pinhole(depths, focal=(9, 9), centre=(4, 4))
+    for call in (surfrecon.reconstruct, surfrecon.Reconstructor):
+        with pytest.raises(TypeError, match=r"got a RangeImage: give its \.to_cloud\(\)"):
+            call(image)
+        with pytest.raises(TypeError, match=r"got a Mesh: give its \.positions"):
+            call(image.triangulate())
+    with pytest.raises(TypeError, match=r"got a RangeImage: give its \.triangulate\(\), or its \.to_cloud\(\)"):
+        surfrecon.cluster(image, vertices=20)
+
+
+def test_outliers_around_clean_points_are_left_out_unless_all_are_wanted():
+    rng = np.random.default_rng(2)
+    points = rng.normal(size=(5000, 3))
+    points /= np.linalg.norm(points, axis=1)[:, None]
+    points = np.concatenate([points, rng.uniform(-1, 1, (250, 3))])
+    found = surfrecon.reconstruct(points)
+    outliers = found.dropped["outlier"]
+    assert len(outliers) > 150 and (outliers < 5000).sum() < 5 and found.report.closed
+    assert abs(np.linalg.norm(found.mesh.positions, axis=1) - 1).max() < 0.2
+    assert len(surfrecon.reconstruct(points, interpolate=True).dropped["outlier"]) == 0

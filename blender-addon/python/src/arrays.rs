@@ -118,10 +118,10 @@ pub fn marks(value: &Bound<'_, PyAny>, what: &str) -> PyResult<(Vec<bool>, Vec<u
     copy::<bool>(&numbers(&array, what, "b", &shape)?, "bool")
 }
 
-/// Colours of shape (..., 3) or (..., 4): bytes as they are, floats as shares of 255; alpha 255 where it is missing.
+/// Colours of shape (..., 3) or (..., 4): bytes as they are, floats from 0 to 1 as shares of 255; alpha 255 where it is missing.
 ///
 /// # Errors
-/// `TypeError` for other types, `InputError` for another shape.
+/// `TypeError` for other types, `InputError` for another shape, and for floats that are not from 0 to 1.
 pub fn colours(value: &Bound<'_, PyAny>, what: &str, elements: &[Extent]) -> PyResult<Vec<[u8; 4]>> {
     let mut shape = elements.to_vec();
     shape.push(None);
@@ -132,7 +132,14 @@ pub fn colours(value: &Bound<'_, PyAny>, what: &str, elements: &[Extent]) -> PyR
     }
     let bytes: Vec<u8> = if dtype_kind(&array)? == "f" {
         let (floats, _) = copy::<f32>(&array, "float32")?;
-        floats.iter().map(|&x| (x * 255.0).round().clamp(0.0, 255.0) as u8).collect()
+        let of_255 = |x: f32| (x * 255.0).round();
+        // What is no number is black.
+        if let Some(&x) = floats.iter().find(|&&x| !x.is_nan() && !(0.0..=255.0).contains(&of_255(x))) {
+            return Err(input_error(format!(
+                "{what}: floats must be from 0 to 1, got {x}; give 0 to 255 as bytes (uint8), and clip what is brighter than white"
+            )));
+        }
+        floats.iter().map(|&x| of_255(x) as u8).collect()
     } else {
         let size: usize = array.getattr("dtype")?.getattr("itemsize")?.extract()?;
         if size != 1 {

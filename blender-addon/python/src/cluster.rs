@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use surfrecon::cluster::{ClusterParams, Clustered as Core, Resolution};
@@ -13,6 +14,7 @@ use crate::errors::{input_error, to_python};
 use crate::mesh::Mesh;
 use crate::params::{params, params_but, whole};
 use crate::progress::Watch;
+use crate::range_image::RangeImage;
 use crate::reconstruct::cloud_of;
 use crate::report;
 
@@ -59,6 +61,11 @@ enum Dense {
 impl Dense {
     /// A mesh, or what [`cloud_of`] takes.
     fn of(given: &Bound<'_, PyAny>) -> PyResult<Self> {
+        if given.is_instance_of::<RangeImage>() {
+            return Err(PyTypeError::new_err(
+                "mesh must be a Mesh, a PointCloud or (n, 3) real numbers, got a RangeImage: give its .triangulate(), or its .to_cloud()",
+            ));
+        }
         match given.cast::<Mesh>() {
             Ok(mesh) => Ok(Dense::Mesh(mesh.get().mesh.clone())),
             Err(_) => Ok(Dense::Points(cloud_of(given)?)),

@@ -54,7 +54,8 @@ impl PointCloud {
         arrays::view(py, &self.cloud, intensities, intensity.len()).map(Some)
     }
 
-    /// (3,) float64: where all points were seen from, in the cloud's own frame; ``None`` where that is not known.
+    /// (3,) float64: where all points were seen from, in the cloud's own frame; ``None`` where that is not known. Of PCD files it is their
+    /// VIEWPOINT, unless that is the origin, which stands there where nobody set it.
     #[getter]
     fn sensor<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyAny>> {
         self.cloud.sensor.map(|sensor| PyArray1::from_slice(py, &sensor.to_array()).into_any())

@@ -3,6 +3,7 @@
 use std::sync::{Arc, MutexGuard};
 use std::time::Duration;
 
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use surfrecon::reconstruct::{Reason, ReconstructParams, Reconstructed as Core, Reconstructor as CoreReconstructor};
@@ -15,6 +16,7 @@ use crate::mesh::Mesh;
 use crate::params::params;
 use crate::point_cloud::PointCloud;
 use crate::progress::Watch;
+use crate::range_image::RangeImage;
 use crate::report;
 
 type Shared = Arc<Exclusive<CoreReconstructor<Arc<CoreCloud>>>>;
@@ -29,8 +31,8 @@ type Shared = Arc<Exclusive<CoreReconstructor<Arc<CoreCloud>>>>;
 ///         then. The surface is turned towards it, whatever the normals. Without normals and sensors closed surfaces are turned
 ///         outwards, open ones up. Where points carry noise, sensors and normals also tell the sides of thin walls apart, and
 ///         what is inside; normals whose signs change from point to point say nothing of that. Open surfaces span no jumps, over
-///         which sensors looked from one point past it at another, and no gaps and holes through which points were seen. Default: the
-///         cloud's.
+///         which sensors looked from one point past it at another, and no gaps and holes through which points were seen; a jump is told
+///         only between points whose sensors are all known. Default: the cloud's.
 ///     toward: (3,): the surface is turned towards this place, whatever normals and sensors say; the points need not have been
 ///         seen from there.
 #[doc = include_str!("params/reconstruct.txt")]
@@ -179,6 +181,15 @@ impl SurfaceCall {
 pub fn cloud_of(points: &Bound<'_, PyAny>) -> PyResult<Arc<CoreCloud>> {
     if let Ok(cloud) = points.cast::<PointCloud>() {
         return Ok(cloud.get().cloud.clone());
+    }
+    for (is_it, kind, remedy) in [
+        (points.is_instance_of::<RangeImage>(), "RangeImage", "give its .to_cloud()"),
+        (points.is_instance_of::<Mesh>(), "Mesh", "give its .positions"),
+    ] {
+        if is_it {
+            let text = format!("points must be a PointCloud or (n, 3) real numbers, got a {kind}: {remedy}");
+            return Err(PyTypeError::new_err(text));
+        }
     }
     let (coordinates, _) = arrays::floats(points, "points", &[None, Some(3)])?;
     Ok(Arc::new(CoreCloud { positions: arrays::vectors(coordinates), ..CoreCloud::default() }))

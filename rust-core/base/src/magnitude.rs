@@ -75,6 +75,12 @@ pub fn points(what: &str, points: &[DVec3]) -> Result<()> {
             Shown(largest)
         )));
     };
+    if !points[i].is_finite() {
+        return Err(Error::input(format!(
+            "{what} {i} lies at {}: coordinates must be finite numbers",
+            shown(points[i])
+        )));
+    }
     Err(Error::input(format!(
         "{what} {i} lies at {}: coordinates must be finite and at most {LARGEST:e}, or products of them overflow; use a \
          larger unit",

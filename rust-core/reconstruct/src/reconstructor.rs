@@ -90,7 +90,7 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
             }
         }
         let sensors: Vec<DVec3> = points.sensor.into_iter().collect();
-        magnitude::points("sensor origin", &sensors)?;
+        check_sensors(&sensors, count)?;
         Ok(Reconstructor { cloud, sensors, toward: None, prepared: None, is_kept: true })
     }
 
@@ -102,7 +102,8 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
     /// Says where the points were seen from, in the cloud's frame, instead of the cloud's own sensor: one place for all, or one a point,
     /// three NaN where that is not known. Parts of the surface are then turned towards it; where points carry noise it also tells the sides of thin walls
     /// apart, and what is inside. Open surfaces span no jumps, over which sensors looked from one point past it at another, and
-    /// no gaps and holes through which points were seen. Goes before the cloud's normals, which count where it is not known.
+    /// no gaps and holes through which points were seen. A jump is told only between points whose sensors are all known: where
+    /// those of every second point are not, there are none. Goes before the cloud's normals, which count where it is not known.
     ///
     /// # Errors
     /// Neither one place nor one a point; a coordinate that isn't finite.
@@ -112,14 +113,8 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
             let given = sensors.len();
             return Err(Error::input(format!("{given} sensor origins for {points} points: give one, or one a point")));
         }
-        let is_known = |sensor: &DVec3| points == 1 || sensors.len() == 1 || !sensor.is_nan_mask().all();
-        if sensors.iter().all(is_known) {
-            magnitude::points("sensor origin", &sensors)?;
-        } else {
-            let known = |sensor: &DVec3| if is_known(sensor) { *sensor } else { DVec3::ZERO };
-            magnitude::points("sensor origin", &sensors.iter().map(known).collect::<Vec<_>>())?;
-        }
-        self.sensors = if sensors.iter().any(is_known) { sensors } else { Vec::new() };
+        check_sensors(&sensors, points)?;
+        self.sensors = if sensors.iter().all(is_unknown) { Vec::new() } else { sensors };
         // The points are smoothed by them.
         self.prepared = None;
         Ok(())
@@ -131,7 +126,7 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
     /// # Errors
     /// A coordinate that isn't finite.
     pub fn turn_toward(&mut self, place: DVec3) -> Result<()> {
-        magnitude::points("place to turn to", &[place])?;
+        magnitude::place("toward, the place that the surface is turned to,", place)?;
         self.toward = Some(place);
         Ok(())
     }
@@ -378,6 +373,32 @@ impl Prepared {
         progress.lap("tetrahedralize");
         Ok(Prepared { samples, smooth: Smooth::of(params), smoothing, shape, seconds: progress.seconds() })
     }
+}
+
+/// What stands for a sensor that is not known, where there is one a point.
+fn is_unknown(sensor: &DVec3) -> bool {
+    sensor.is_nan_mask().all()
+}
+
+/// Refuses sensors that are nowhere, or too far away to be computed with.
+fn check_sensors(sensors: &[DVec3], points: usize) -> Result<()> {
+    let is_each = sensors.len() > 1 && sensors.len() == points;
+    let is_place = |sensor: &DVec3| sensor.is_finite() || (is_each && is_unknown(sensor));
+    if let Some(i) = sensors.iter().position(|sensor| !is_place(sensor)) {
+        let number = if sensors.len() > 1 { format!(" {i}") } else { String::new() };
+        let remedy = if is_each {
+            "three finite coordinates, or three NaN where it is not known"
+        } else {
+            "three finite coordinates, or no sensor where it is not known"
+        };
+        let at = magnitude::shown(sensors[i]);
+        return Err(Error::input(format!("sensor origin{number} lies at {at}, which is no place: give {remedy}")));
+    }
+    if !is_each || !sensors.iter().any(is_unknown) {
+        return magnitude::points("sensor origin", sensors);
+    }
+    let known = |sensor: &DVec3| if is_unknown(sensor) { DVec3::ZERO } else { *sensor };
+    magnitude::points("sensor origin", &sensors.iter().map(known).collect::<Vec<_>>())
 }
 
 /// Why there is no surface through samples that span no plane.

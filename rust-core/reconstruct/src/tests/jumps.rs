@@ -69,7 +69,7 @@ fn a_cloud_knows_its_sensor() {
     assert!(own(Some(SENSOR)).unwrap().mesh == made(&step(), &[SENSOR], 0).mesh);
     assert!(own(None).unwrap().mesh == made(&step(), &[], 0).mesh);
     let text = own(Some(DVec3::NAN)).unwrap_err().to_string();
-    assert!(text.contains("sensor origin"), "{text}");
+    assert!(text.contains("sensor origin lies at (NaN, NaN, NaN)") && text.contains("or no sensor"), "{text}");
     // What is said of each point goes before it.
     let mut reconstructor = Reconstructor::new(PointCloud { sensor: Some(SENSOR), ..cloud(step()) }).unwrap();
     reconstructor.seen_from(vec![DVec3::NAN; step().len()]).unwrap();
@@ -148,4 +148,22 @@ fn the_same_for_any_threads_and_any_order() {
         points.swap(i, (random() * (i + 1) as f64) as usize);
     }
     assert!(as_set(&one) == as_set(&made(&points, &vec![SENSOR; points.len()], 2).mesh), "another order");
+}
+
+#[test]
+fn sensors_that_are_nowhere_are_named() {
+    let points = step();
+    let mut reconstructor = Reconstructor::new(cloud(points.clone())).unwrap();
+    let mut sensors = vec![DVec3::NAN; points.len()];
+    reconstructor.seen_from(sensors.clone()).unwrap();
+    sensors[7] = DVec3::new(1.0, f64::NAN, 0.0);
+    let text = reconstructor.seen_from(sensors.clone()).unwrap_err().to_string();
+    assert!(text.contains("sensor origin 7 lies at (1, NaN, 0)") && text.contains("three NaN"), "{text}");
+    sensors[7] = DVec3::splat(1e80);
+    let text = reconstructor.seen_from(sensors).unwrap_err().to_string();
+    assert!(text.contains("sensor origin 7 lies at (1e80") && text.contains("larger unit"), "{text}");
+    let text = reconstructor.seen_from(vec![DVec3::NAN]).unwrap_err().to_string();
+    assert!(text.contains("or no sensor where it is not known") && !text.contains("unit"), "{text}");
+    let text = reconstructor.turn_toward(DVec3::new(f64::NAN, 0.0, 0.0)).unwrap_err().to_string();
+    assert!(text.contains("toward") && text.contains("finite"), "{text}");
 }

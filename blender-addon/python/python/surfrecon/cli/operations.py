@@ -272,7 +272,9 @@ def cluster(work: Work) -> Made:
     options, levels = work.given("cluster"), work.request.parameters.get("levels")
     is_mesh = isinstance(content, _native.Mesh)
     dense: Any
-    dense, pose = (content, scan.world_from_sensor) if is_mesh else contents.points(scan, content)
+    # Which knows where the rays start, by which surfaces of points tell jumps.
+    points = content.to_cloud() if isinstance(content, _native.RangeImage) else content
+    dense, pose = (content, scan.world_from_sensor) if is_mesh else contents.points(scan, points)
     with work.showing() as shown:
         if levels is None:
             found = [_native.cluster(dense, progress=shown, **options)]

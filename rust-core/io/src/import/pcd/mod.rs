@@ -1,7 +1,8 @@
 //! PCD, the format of the Point Cloud Library: text, binary, and compressed binary (LZF, one field after the other).
 //!
 //! A file with a `HEIGHT` above 1 is organized: a range image whose rays start at `VIEWPOINT`; points with a coordinate
-//! that isn't finite, and those at exactly (0, 0, 0), are invalid pixels. Otherwise it is a cloud. Besides x, y, z are
+//! that isn't finite, and those at exactly (0, 0, 0), are invalid pixels. Otherwise it is a cloud, whose sensor is `VIEWPOINT` unless
+//! that is the origin: writers put that there where they know none. Besides x, y, z are
 //! read: `rgb` or `rgba` (packed into a float or a whole number), `intensity`, and normals of clouds.
 //!
 //! *What is refused*: sizes that the bytes of the file can't hold, also after unpacking (LZF makes at most 88 bytes out
