@@ -182,6 +182,8 @@ impl Cells {
                     break;
                 }
                 self.exchange(start as u32, stop as u32 - 1);
+                // Before a chunk is passed by its ranks, which say nothing of a cell that was exchanged.
+                (start, stop) = (start + 1, stop - 1);
             }
             *end = stop;
         }
@@ -253,4 +255,37 @@ fn out_of_memory(cells: usize) -> Error {
         "a tetrahedralization of about {cells} cells would take {:.1} GB; reduce the number of points",
         cells as f64 * 32.0 / 1e9
     ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Wherever a few cells are not in use, also beside the borders of chunks that are passed at once.
+    #[test]
+    fn what_is_not_in_use_is_gone() {
+        let edges = [0, 1, 1022, 1023, 1024, 1025, 2046, 2047, 2048, 3070, 3071];
+        let sets = edges.iter().flat_map(|&a| edges.iter().map(move |&b| [a, b]));
+        for unused in sets {
+            for ghost in [None, Some(3071), Some(1024)] {
+                let cells = Cells::with_room(3 * CHUNK).unwrap();
+                let mut free = Vec::new();
+                assert!(cells.supply(&mut free, 3 * CHUNK));
+                for cell in 0..3 * CHUNK as u32 {
+                    let last = if ghost == Some(cell) { GHOST } else { 3 };
+                    cells.set(cell, [0, 1, 2, last], [cell << 2; 4]);
+                }
+                let mut free = unused.to_vec();
+                free.dedup();
+                let ghosts = usize::from(ghost.is_some_and(|ghost| !free.contains(&ghost)));
+                let used = 3 * CHUNK - free.len();
+                let (compact, finite) = cells.compact(&free, &[0, 1, 2, 3], &Progress::none()).unwrap();
+                assert_eq!((compact.len(), finite), (used, used - ghosts), "{unused:?}, ghost {ghost:?}");
+                for (number, cell) in compact.iter().enumerate() {
+                    let last = if number < finite { 3 } else { super::super::INFINITE };
+                    assert_eq!((cell.vertices, cell.neighbours), ([0, 1, 2, last], [number as u32; 4]));
+                }
+            }
+        }
+    }
 }
