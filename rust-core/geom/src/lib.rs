@@ -12,6 +12,7 @@
 //! | `predicates` | exact signs of determinants |
 //! | `span` | whether points span a line, a plane or space |
 //! | `triangles` | do two triangles cross |
+//! | `twice` | numbers of twice the precision of doubles |
 //! | `wide` | determinants of integers of 62 bits |
 
 pub mod bvh;
@@ -24,4 +25,5 @@ pub mod neighbours;
 pub mod predicates;
 pub mod span;
 pub mod triangles;
+pub mod twice;
 mod wide;

@@ -5,13 +5,14 @@
 
 use glam::DVec3;
 
+use super::slivers;
 use geom::delaunay3::{Cell, INFINITE};
 
 /// Vertices of the facet opposite to each slot, counter-clockwise seen from outside the cell.
 pub(super) const FACETS: [[usize; 3]; 4] = [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]];
 
-/// A cell is taken as flat if its volume is less than this share of that of a box over its edges: what is computed of its
-/// circumscribed ball would be rounding error. Decides on sizes only, never on topology.
+/// A cell is taken as flat if its volume is less than this share of that of a box over its edges: what doubles tell of its circumscribed
+/// ball may be rounding error. Decides on sizes only, never on topology.
 const FLAT: f64 = 1e-10;
 
 /// The place of a number that is one of four, without a branch: any place is as likely as the others.
@@ -155,7 +156,12 @@ impl Complex<'_> {
         let volume = u.dot(vw);
         // Also for NaN.
         if !(volume.abs() > FLAT * (uu * vv * ww).sqrt()) {
-            // All but on one circle: any ball will do, the smallest says least.
+            if let Some((centre, sides)) = slivers::ball([a, b, c, d]) {
+                // Infinite ones are those of cells outside the hull.
+                let radius = (centre.length() as f32).min(f32::MAX);
+                return (centre, radius, (0..4).fold(0, |bits, i| bits | u8::from(sides[i]) << order[i]));
+            }
+            // In a plane: any ball will do, the smallest says least.
             let radius = (0..4).map(|slot| self.bounding(self.facet(cell, slot))).fold(0.0, f64::max);
             return (DVec3::ZERO, radius as f32, 0b1111);
         }

@@ -7,6 +7,7 @@
 //! |   | `noise`, `smooth` | how much noise they carry; where that is much, samples on the surface they tell, without outliers |
 //! |   | `isolated` | whether samples without noise have outliers, which are left out then |
 //! | 1 | `geom::delaunay3` | samples -> tetrahedra |
+//! |   | `balls`, `slivers` | the circumscribed balls of these, however flat |
 //! | 2 | `basins` | tetrahedra -> basins of empty space, the gates between them (the paper's erosion included) |
 //! | 3 | `separate` | basins -> inside and outside |
 //! |   | `cut` | or, of samples that carry noise, cells -> inside and outside |
@@ -46,6 +47,7 @@ mod smooth;
 
 mod balls;
 mod complex;
+mod slivers;
 
 // 2. basins and gates
 mod basins;

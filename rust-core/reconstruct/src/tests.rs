@@ -4,6 +4,7 @@ use proptest::prelude::*;
 mod jumps;
 mod open;
 mod pinned;
+mod rounded;
 mod seen;
 mod shapes;
 
