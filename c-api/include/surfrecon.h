@@ -216,8 +216,9 @@ typedef enum {
 // Whether the points are of a closed surface; only with a manifold topology.
 typedef enum {
   // Closed if a closed surface goes through more than half of the points at once, or through 5 % at once and 99 % in the
-  // end. Else open: grown from the most certain facet on, parts joined over facets up to 4 times as large as the
-  // threshold, or 16 times where they continue a part smoothly, small holes closed; what lies further apart stays apart.
+  // end, unless sensors saw it from one side only. Else open: grown from the most certain facet on, parts joined over
+  // facets up to 4 times as large as the threshold, or 16 times where they continue a part smoothly, small holes closed;
+  // what lies further apart stays apart.
   SRF_CLOSURE_AUTO = 1,
   // Gaps in the sampling are spanned by large facets.
   SRF_CLOSURE_CLOSED = 2,
@@ -3276,9 +3277,10 @@ srf_status srf_reconstruct_report_init_sized(srf_reconstruct_report *report,
 //                    carry noise they also tell the sides of thin walls apart, and what is inside
 // sensors            3 SRF_TYPE_F64 or SRF_TYPE_F32 a place, one place or one a point: where the points were seen from, in the cloud's
 //                    frame; go before the normals. Open surfaces then span no jumps, over which sensors looked from one point past
-//                    it at another, and no gaps and holes through which points were seen. Three NaN where that is not known of a
-//                    point, whose normal counts then; a jump is told only between points whose sensors are all known. NULL for what srf_cloud_sensor() says. With neither, closed surfaces are turned
-//                    outwards, open ones up
+//                    it at another, and no gaps and holes through which points were seen; what was seen from one side only is
+//                    closed only if that is asked for. Three NaN where that is not known of a point, whose normal counts then; a
+//                    jump is told only between points whose sensors are all known. NULL for what srf_cloud_sensor() says. With
+//                    neither, closed surfaces are turned outwards, open ones up
 // out_reconstructor  receives a new handle on SRF_OK only; not NULL
 // returns            SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_reconstructor_create(const srf_cloud *cloud,

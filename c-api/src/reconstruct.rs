@@ -136,9 +136,10 @@ pub unsafe extern "C" fn srf_reconstruct_report_init_sized(
 ///                    carry noise they also tell the sides of thin walls apart, and what is inside
 /// sensors            3 SRF_TYPE_F64 or SRF_TYPE_F32 a place, one place or one a point: where the points were seen from, in the cloud's
 ///                    frame; go before the normals. Open surfaces then span no jumps, over which sensors looked from one point past
-///                    it at another, and no gaps and holes through which points were seen. Three NaN where that is not known of a
-///                    point, whose normal counts then; a jump is told only between points whose sensors are all known. NULL for what srf_cloud_sensor() says. With neither, closed surfaces are turned
-///                    outwards, open ones up
+///                    it at another, and no gaps and holes through which points were seen; what was seen from one side only is
+///                    closed only if that is asked for. Three NaN where that is not known of a point, whose normal counts then; a
+///                    jump is told only between points whose sensors are all known. NULL for what srf_cloud_sensor() says. With
+///                    neither, closed surfaces are turned outwards, open ones up
 /// out_reconstructor  receives a new handle on SRF_OK only; not NULL
 /// returns            SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]

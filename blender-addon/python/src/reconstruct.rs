@@ -31,8 +31,9 @@ type Shared = Arc<Exclusive<CoreReconstructor<Arc<CoreCloud>>>>;
 ///         then. The surface is turned towards it, whatever the normals. Without normals and sensors closed surfaces are turned
 ///         outwards, open ones up. Where points carry noise, sensors and normals also tell the sides of thin walls apart, and
 ///         what is inside; normals whose signs change from point to point say nothing of that. Open surfaces span no jumps, over
-///         which sensors looked from one point past it at another, and no gaps and holes through which points were seen; a jump is told
-///         only between points whose sensors are all known. Default: the cloud's.
+///         which sensors looked from one point past it at another, and no gaps and holes through which points were seen; what was
+///         seen from one side only is closed only if that is asked for. A jump is told only between points whose sensors are all
+///         known. Default: the cloud's.
 ///     toward: (3,): the surface is turned towards this place, whatever normals and sensors say; the points need not have been
 ///         seen from there.
 #[doc = include_str!("params/reconstruct.txt")]

@@ -102,8 +102,9 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
     /// Says where the points were seen from, in the cloud's frame, instead of the cloud's own sensor: one place for all, or one a point,
     /// three NaN where that is not known. Parts of the surface are then turned towards it; where points carry noise it also tells the sides of thin walls
     /// apart, and what is inside. Open surfaces span no jumps, over which sensors looked from one point past it at another, and
-    /// no gaps and holes through which points were seen. A jump is told only between points whose sensors are all known: where
-    /// those of every second point are not, there are none. Goes before the cloud's normals, which count where it is not known.
+    /// no gaps and holes through which points were seen; what was seen from one side only is closed only if that is asked for. A jump is told
+    /// only between points whose sensors are all known: where those of every second point are not, there are none. Goes before the cloud's
+    /// normals, which count where it is not known.
     ///
     /// # Errors
     /// Neither one place nor one a point; a coordinate that isn't finite.

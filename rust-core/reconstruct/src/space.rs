@@ -5,6 +5,7 @@ use glam::DVec3;
 use super::balls::Balls;
 use super::complex::Complex;
 use super::manifold::{Separated, Solid};
+use super::one_sided::is_one_sided;
 use super::seen::{Fronts, Sighted};
 use super::{Closure, Found, ReconstructParams, ReconstructReport, Topology, carve_freely, close, open, separate};
 use base::error::Result;
@@ -81,7 +82,7 @@ impl Space {
             report.repaired[0] = separated.repaired;
             progress.stage(stages[1], 1);
             let mut solid = Solid::again(complex, separated);
-            let mut closed = enclose(&mut solid, &mut balls, params, report, progress)?;
+            let mut closed = enclose(&mut solid, sighted, &mut balls, params, report, progress)?;
             if closed.is_none() {
                 is_outward = false;
                 foresee(complex, BYTES_OPEN)?;
@@ -106,6 +107,7 @@ fn foresee(complex: Complex<'_>, [each_cell, each_point]: [f64; 2]) -> Result<()
 /// `balls`, which only an open one needs, are given back.
 fn enclose<'a>(
     solid: &mut Solid<'a>,
+    sighted: Sighted<'_>,
     balls: &mut Option<Balls>,
     params: &ReconstructParams,
     report: &mut ReconstructReport,
@@ -114,16 +116,18 @@ fn enclose<'a>(
     let samples = solid.complex.points.len();
     let on_surface = solid.on_surface(progress)?;
     let missed = on_surface.iter().filter(|is_on| !**is_on).count();
-    let certain = params.closure == Closure::Closed || 2 * missed < samples;
-    let possible = params.closure == Closure::Auto && (samples - missed) as f64 >= MET * samples as f64;
-    if !certain && !possible {
+    let is_certain = params.closure == Closure::Closed || 2 * missed < samples;
+    let is_possible = params.closure == Closure::Auto && (samples - missed) as f64 >= MET * samples as f64;
+    if !is_certain && !is_possible {
         return Ok(None);
     }
     *balls = None;
-    let before = (!certain).then(|| (solid.clone(), report.clone()));
+    let may_be_one_sided = params.closure == Closure::Auto && !sighted.seen.sensors.is_empty();
+    let before = (!is_certain || may_be_one_sided).then(|| (solid.clone(), report.clone()));
     let found = close(solid, on_surface, params, report, progress)?;
     if let Some(before) = before
-        && used(&found, samples) < ENCLOSED * samples as f64
+        && (!is_certain && used(&found, samples) < ENCLOSED * samples as f64
+            || may_be_one_sided && is_one_sided(solid.complex, &found, sighted, progress)?)
     {
         (*solid, *report) = before;
         return Ok(None);

@@ -2,8 +2,9 @@
 
 use glam::DVec3;
 
-use super::{as_set, check, cloud, random};
-use crate::{ReconstructParams, Reconstructed, Reconstructor};
+use super::open::ball_on_a_sheet;
+use super::{as_set, check, cloud, plate, random, sphere, torus};
+use crate::{Closure, ReconstructParams, Reconstructed, Reconstructor};
 use base::progress::Progress;
 use mesh::check::MeshReport;
 use mesh::point_cloud::PointCloud;
@@ -166,4 +167,36 @@ fn sensors_that_are_nowhere_are_named() {
     assert!(text.contains("or no sensor where it is not known") && !text.contains("unit"), "{text}");
     let text = reconstructor.turn_toward(DVec3::new(f64::NAN, 0.0, 0.0)).unwrap_err().to_string();
     assert!(text.contains("toward") && text.contains("finite"), "{text}");
+}
+
+/// Whatever else is closed of it: what lies under the sheet nobody saw.
+#[test]
+fn what_was_seen_from_one_side_gets_no_lid() {
+    let (points, _) = ball_on_a_sheet(78);
+    assert!(made(&points, &[], 0).report.closed);
+    let above = DVec3::new(0.0, 0.0, 1e5);
+    for sensor in [above, -above, DVec3::new(300.0, 200.0, 400.0)] {
+        let one = vec![sensor];
+        assert!(!made(&points, &one, 0).report.closed, "seen from {sensor}");
+        // Of a few it is not known.
+        let mut each = vec![sensor; points.len()];
+        each.iter_mut().step_by(3).for_each(|sensor| *sensor = DVec3::NAN);
+        assert!(!made(&points, &each, 0).report.closed, "most seen from {sensor}");
+    }
+    let asked_for = ReconstructParams { closure: Closure::Closed, ..Default::default() };
+    let mut reconstructor = Reconstructor::new(cloud(points.clone())).unwrap();
+    reconstructor.seen_from(vec![above]).unwrap();
+    let closed = reconstructor.surface(&asked_for, &Progress::none()).unwrap();
+    assert!(closed.report.closed);
+}
+
+/// A place that somebody names for all points of an object, to have it turned there: no one can have seen its far side from there.
+#[test]
+fn whole_objects_are_closed_wherever_their_sensor_is_said_to_be() {
+    for points in [sphere(3000, DVec3::ONE, 2.0), torus(6000, 3.0, 1.0, 1), plate(6000, 0.25)] {
+        for sensor in [DVec3::Z * 9.0, DVec3::X * 1e4, DVec3::new(5.0, 4.0, 3.0), DVec3::splat(0.5)] {
+            let made = made(&points, &[sensor], 0);
+            assert!(made.report.closed, "{} points, {sensor}: {:?}", points.len(), made.report);
+        }
+    }
 }

@@ -90,7 +90,7 @@ fn in_space<T>(points: &[DVec3], look: impl FnOnce(Complex<'_>) -> Result<T>) ->
 
 /// A sheet of `side` by `side` samples with a ball of 300 on it, which is all that they enclose at once; and the share of all
 /// that what is enclosed at once meets.
-fn ball_on_a_sheet(side: i32) -> (Vec<DVec3>, f64) {
+pub(super) fn ball_on_a_sheet(side: i32) -> (Vec<DVec3>, f64) {
     let mut random = random(3);
     let mut points = sphere(300, DVec3::Z * 5.0, 5.0);
     points.extend((0..side * side).map(|i| {
