@@ -2,9 +2,6 @@
 
 import json
 import os
-import re
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -160,72 +157,6 @@ def test_cancelled_at_any_tick_it_leaves_nothing(scans, workspace, tmp_path):
             break
         ticks += 1
     assert ticks > 2
-
-
-FULL = """
-import os, sys, surfrecon
-folder = sys.argv[1]
-scans = surfrecon.open(os.path.join(folder, "scans.conf"))
-for given in ({"workspace": os.path.join(folder, "workspace")}, {}):
-    try:
-        surfrecon.merge_to_file(scans, os.path.join(folder, "small", "surface.ply"), voxel=0.01, **given)
-    except surfrecon.FileError as problem:
-        print(problem)
-    print(os.listdir(os.path.join(folder, "small")), os.listdir(os.path.join(folder, "workspace")))
-"""
-
-
-@pytest.mark.skipif(sys.platform != "linux" or os.geteuid() != 0, reason="only root mounts file systems")
-def test_a_full_disk_is_told_with_the_bytes_that_were_wanted(scans, workspace, tmp_path):
-    small = tmp_path / "small"
-    small.mkdir()
-    if subprocess.run(["mount", "-t", "tmpfs", "-o", "size=1m", "tmpfs", small], capture_output=True).returncode != 0:
-        pytest.skip("mount refuses: a container without that right")
-    try:
-        surfrecon.write_scans(tmp_path / "scans.conf", scans)
-        done = subprocess.run([sys.executable, "-c", FULL, tmp_path], capture_output=True, text=True, check=True)
-    finally:
-        subprocess.run(["umount", small], check=True)
-    file, nothing, kept, nothing_again = done.stdout.splitlines()
-    assert "surface.ply: the disk has no room for the" in file
-    assert "MB of this file" in file
-    # Before the work begins.
-    assert re.search(r"intersections, which take \d+ MB to \d+ MB; 1 MB are free: free some, choose another", kept)
-    assert nothing == nothing_again == "[] []"
-
-
-def mounted(folder, option):
-    """Whether that could be done."""
-    mount = ["mount", "-t", "tmpfs", "-o", option, "tmpfs", folder]
-    return subprocess.run(mount, capture_output=True).returncode == 0
-
-
-@pytest.mark.skipif(sys.platform != "linux" or os.geteuid() != 0, reason="only root mounts file systems")
-@pytest.mark.parametrize("keep", [False, True])
-def test_a_disk_that_is_full_at_any_write_loses_nothing(scans, at_once, tmp_path, keep):
-    small, path, size, full = tmp_path / "small", tmp_path / "surface.ply", 64, 0
-    small.mkdir()
-    if not mounted(small, f"size={size}k"):
-        pytest.skip("mount refuses: a container without that right")
-    given = {"max_memory": LEAST, "workspace": small, "keep": keep, **OPTIONS}
-    try:
-        while True:
-            try:
-                surfrecon.merge_to_file(scans, path, **given)
-                break
-            except surfrecon.FileError as problem:
-                full += 1
-                assert str(small) in str(problem) and ("full" in str(problem) or "space" in str(problem)), problem
-                assert not path.exists()
-                left = [entry.name for entry in small.rglob("*")]
-                assert not [name for name in left if name.startswith("unfinished-")]
-                assert keep or not left
-            size = size * 9 // 8 + 4
-            assert mounted(small, f"remount,size={size}k")
-        assert full > 10
-        assert path.read_bytes() == at_once[0]
-    finally:
-        subprocess.run(["umount", small], check=True)
 
 
 def test_the_command_line_and_batches(scans, at_once, tmp_path):
