@@ -1,0 +1,89 @@
+"""Files of others that lie in the workspace, whatever they are called: no merge touches them, however it ends."""
+
+import pytest
+import shapes
+import surfrecon
+from killing import killable, merge_killed, task_killed
+from surfrecon import distributed
+
+OPTIONS = {"voxel": 0.02, "threads": 1, "max_memory": 12_000_000}
+# As a merge calls its own.
+NAMES = ("segment-0", "unfinished-x", "tile-1", "done-plan-000000", "lock", "surfrecon-merge-0/x", "x.json")
+
+
+@pytest.fixture(scope="module")
+def scans(tmp_path_factory):
+    """A list of scans in files."""
+    folder = tmp_path_factory.mktemp("scans")
+    surfrecon.write_scans(folder / "scans.conf", shapes.torus_scans(pixels=60, noise=0.002))
+    return folder / "scans.conf"
+
+
+def looked_at(workspace):
+    """Bytes and times of what is not ours."""
+    paths = [workspace / name for name in NAMES]
+    return {path.name: (path.read_bytes(), path.stat().st_mtime_ns) for path in paths if path.exists()}
+
+
+@pytest.fixture
+def workspace(tmp_path):
+    """A folder that others have files in; at the end, and whenever a test looks, these are as they were."""
+    workspace = tmp_path / "workspace"
+    for name in NAMES:
+        path = workspace / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(f"somebody's {name}")
+    before = looked_at(workspace)
+    yield workspace
+    assert looked_at(workspace) == before
+
+
+def ours(workspace):
+    """What else is there."""
+    return {path.name for path in workspace.iterdir()} - {name.split("/")[0] for name in NAMES}
+
+
+@pytest.mark.parametrize("keep", [False, True])
+def test_a_merge_and_one_that_is_cancelled_leave_them(scans, workspace, tmp_path, keep):
+    given = {"workspace": workspace, "keep": keep, **OPTIONS}
+    cancelled = []
+    for most in (0, 2, 5, 10):
+        ticks = iter([True] * most)
+        try:
+            tick = lambda *_, ticks=ticks: next(ticks, False)  # noqa: E731
+            surfrecon.merge_to_file(surfrecon.open(scans), tmp_path / "a.ply", progress=tick, **given)
+        except surfrecon.Cancelled:
+            cancelled.append(most)
+        assert keep or not ours(workspace)
+    # What is kept of one makes the next shorter.
+    assert cancelled[:2] == [0, 2]
+    for _ in range(2):
+        surfrecon.merge_to_file(surfrecon.open(scans), tmp_path / "a.ply", **given)
+        assert len(ours(workspace)) == keep
+
+
+@killable
+@pytest.mark.parametrize("keep", [False, True])
+def test_a_merge_that_is_killed_leaves_them(scans, workspace, tmp_path, keep):
+    given = {"workspace": workspace, "keep": keep, **OPTIONS}
+    assert merge_killed(scans, tmp_path / "a.ply", 2, **given)
+    merge_killed(scans, tmp_path / "a.ply", 8, **given)
+    surfrecon.merge_to_file(surfrecon.open(scans), tmp_path / "a.ply", **given)
+
+
+@killable
+@pytest.mark.parametrize("keep", [False, True])
+def test_tasks_leave_them(scans, workspace, tmp_path, keep):
+    given = {"workspace": workspace, "keep": keep, "tasks": 2, **OPTIONS}
+    plan = distributed.Plan.make(None, scans, tmp_path / "a.ply", **given)
+    for stage in plan.stages:
+        assert task_killed(plan, stage.tasks.start, 0)
+        for number in stage.tasks:
+            plan.run(number)
+    plan.remove()
+    assert len(ours(workspace)) == keep
+    plan = distributed.Plan.make(None, scans, tmp_path / "b.ply", **given)
+    plan.run(0)
+    plan.clear()
+    plan.remove()
+    assert not ours(workspace)
