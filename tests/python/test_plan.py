@@ -177,6 +177,41 @@ def test_processes_at_once_each_task_twice(scans, by_one, tmp_path):
     assert sorted(os.listdir(tmp_path)) == ["plan.json", "surface.ply"]
 
 
+WRITE = """
+import os, sys, time
+from surfrecon import distributed
+
+plan, last, go = distributed.Plan.read(sys.argv[1]), int(sys.argv[2]), sys.argv[3]
+print("ready", flush=True)
+while not os.path.exists(go):
+    pass
+print(plan.run(last)["report"]["faces"])
+"""
+
+
+@pytest.mark.parametrize("keep", [False])
+def test_two_processes_write_the_surface_at_once(scans, by_one, tmp_path, keep):
+    for attempt in range(6):
+        plan = planned(tmp_path, scans, tasks=2, keep=keep)
+        *before, last = every(plan)
+        for number in before:
+            plan.run(number)
+        go = tmp_path / f"go {attempt}"
+        command = [sys.executable, "-c", WRITE, plan.path, str(last), go]
+        both = [subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) for _ in range(2)]
+        for process in both:
+            assert process.stdout.readline() == "ready\n"
+        go.touch()
+        said = [process.communicate(timeout=60) for process in both]
+        assert [process.returncode for process in both] == [0, 0], said
+        assert said[0] == said[1] and said[0][0].strip() == str(list(by_one[1].faces)), said
+        assert (tmp_path / "surface.ply").read_bytes() == by_one[0]
+        plan.remove()
+        (tmp_path / "surface.ply").unlink()
+        go.unlink()
+    assert os.listdir(tmp_path) == ([plan.name] if keep else [])
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="no process is killed so that it can't clean up")
 def test_it_goes_on_where_it_was_killed(scans, by_one, tmp_path):
     plan = planned(tmp_path, scans, tasks=2)
