@@ -3,9 +3,11 @@
 import sys
 from pathlib import Path
 
+import dask
 import fsspec
 import pytest
 import surfrecon
+from dask.distributed import Client, LocalCluster
 from moto.server import ThreadedMotoServer
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "python"))
@@ -28,6 +30,24 @@ def by_one(scans, tmp_path_factory):
     path = tmp_path_factory.mktemp("one") / "surface.ply"
     surfrecon.merge_to_file(surfrecon.open(scans), path, **OPTIONS)
     return path.read_bytes()
+
+
+@pytest.fixture(scope="module")
+def client():
+    given = {"threads_per_worker": 1, "memory_limit": "600MB", "dashboard_address": None}
+    # A worker that is killed takes nothing but its task along.
+    with dask.config.set({"distributed.scheduler.allowed-failures": 20}):
+        with LocalCluster(n_workers=2, processes=True, **given) as cluster, Client(cluster) as client:
+            client.wait_for_workers(2)
+            yield client
+
+
+@pytest.fixture
+def workspace(tmp_path):
+    folder = tmp_path / "workspace"
+    folder.mkdir()
+    yield folder
+    assert not list(folder.iterdir())
 
 
 @pytest.fixture

@@ -4,30 +4,11 @@ import os
 import signal
 import threading
 
-import dask
 import pytest
 import surfrecon
 from conftest import OPTIONS
 from dask.distributed import Client, LocalCluster
 from surfrecon import distributed
-
-
-@pytest.fixture(scope="module")
-def client():
-    given = {"threads_per_worker": 1, "memory_limit": "600MB", "dashboard_address": None}
-    # A worker that is killed takes nothing but its task along.
-    with dask.config.set({"distributed.scheduler.allowed-failures": 20}):
-        with LocalCluster(n_workers=2, processes=True, **given) as cluster, Client(cluster) as client:
-            client.wait_for_workers(2)
-            yield client
-
-
-@pytest.fixture
-def workspace(tmp_path):
-    folder = tmp_path / "workspace"
-    folder.mkdir()
-    yield folder
-    assert not list(folder.iterdir())
 
 
 def test_a_cluster_makes_what_one_process_makes(client, scans, by_one, workspace, tmp_path):

@@ -4,11 +4,10 @@ import pytest
 import shapes
 import surfrecon
 from killing import killable, merge_killed, task_killed
+from others import looked_at, ours, put
 from surfrecon import distributed
 
 OPTIONS = {"voxel": 0.02, "threads": 1, "max_memory": 12_000_000}
-# As a merge calls its own.
-NAMES = ("segment-0", "unfinished-x", "tile-1", "done-plan-000000", "lock", "surfrecon-merge-0/x", "x.json")
 
 
 @pytest.fixture(scope="module")
@@ -19,28 +18,13 @@ def scans(tmp_path_factory):
     return folder / "scans.conf"
 
 
-def looked_at(workspace):
-    """Bytes and times of what is not ours."""
-    paths = [workspace / name for name in NAMES]
-    return {path.name: (path.read_bytes(), path.stat().st_mtime_ns) for path in paths if path.exists()}
-
-
 @pytest.fixture
 def workspace(tmp_path):
     """A folder that others have files in; at the end, and whenever a test looks, these are as they were."""
     workspace = tmp_path / "workspace"
-    for name in NAMES:
-        path = workspace / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(f"somebody's {name}")
-    before = looked_at(workspace)
+    before = put(workspace)
     yield workspace
     assert looked_at(workspace) == before
-
-
-def ours(workspace):
-    """What else is there."""
-    return {path.name for path in workspace.iterdir()} - {name.split("/")[0] for name in NAMES}
 
 
 @pytest.mark.parametrize("keep", [False, True])

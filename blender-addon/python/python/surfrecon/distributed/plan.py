@@ -240,7 +240,8 @@ class Plan:
             progress: as of ``surfrecon.merge``.
 
         Returns:
-            A few figures: ``stage``, ``task``, ``seconds``; of the last task ``output`` and ``report`` as well.
+            A few figures: ``stage``, ``task``, ``seconds``; of the last task ``output`` and ``report`` as well, which
+            names all scans.
 
         Raises:
             InputError: there is no such task; one before it is not done; scans have changed since they were planned.
