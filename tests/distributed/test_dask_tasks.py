@@ -70,6 +70,20 @@ def test_workers_are_handed_few_bytes(client, scans, by_one, workspace, tmp_path
     assert len(listening.sizes) > 10 and max(listening.sizes) < FEW
 
 
+class Refreshed(Listening):
+    """A client whose own refresh, which asks for no workers, comes between asking for them and the answer."""
+
+    def scheduler_info(self, **given):
+        found = self.client.scheduler_info(**given)
+        self.sizes.append(len(found["workers"]))
+        return dict(found) | {"workers": {}} if len(self.sizes) % 2 else found
+
+
+def test_workers_that_a_refresh_hides_are_found(client):
+    client.wait_for_workers(2)
+    assert tasks_of_dask._workers(Refreshed(client)) == (2, int(0.7 * 600e6))
+
+
 def be_unlucky(folder):
     """On a worker: the first call of each task fails, on whichever worker it is."""
     run = distributed.Plan.run

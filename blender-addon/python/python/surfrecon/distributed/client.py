@@ -18,6 +18,8 @@ __all__ = ["merge"]
 _SHARE = 0.7
 # Tasks of a stage for each thread: fast ones do more.
 _TASKS_A_THREAD = 4
+# How often workers are asked for: the answer has none where the client's own refresh, every two seconds, comes between.
+_ASKED = 3
 
 
 def merge(
@@ -114,7 +116,9 @@ def _whole(path: Any) -> Any:
 
 def _workers(client: Any) -> tuple[int, int | None]:
     """Threads of all workers, and bytes that each may take."""
-    workers = list(client.scheduler_info(n_workers=-1)["workers"].values())
+    workers: list[Any] = []
+    for _ in range(_ASKED):
+        workers = workers or list(client.scheduler_info(n_workers=-1)["workers"].values())
     if not workers:
         raise InputError("the cluster has no worker yet: wait for one with client.wait_for_workers(1)")
     limits = [worker["memory_limit"] / worker["nthreads"] for worker in workers if worker["memory_limit"]]
