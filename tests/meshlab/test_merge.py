@@ -236,7 +236,8 @@ from shapes import torus_scans
 
 pymeshlab.load_plugin(sys.argv[1])
 length = getattr(pymeshlab, "PureValue", None) or pymeshlab.AbsoluteValue
-document = pymeshlab.MeshSet(verbose=False)
+# Its log goes to the standard error.
+document = pymeshlab.MeshSet(verbose=True)
 for image in torus_scans(pixels=160, noise=0.001):
     mesh, pose = image.triangulate(), np.asarray(image.world_from_sensor)
     positions = mesh.positions @ pose[:3, :3].T + pose[:3, 3]
@@ -269,4 +270,5 @@ def test_where_memory_is_short_it_works_in_files(tmp_path):
     done = subprocess.run(program, capture_output=True, text=True, env=environment)
     assert done.returncode == 0, done.stderr
     assert done.stdout.splitlines()[-1] == "False True True"
+    assert done.stderr.count("Memory was short, so the merge worked in temporary files") == 1, done.stderr
     assert not list(tmp_path.iterdir())
