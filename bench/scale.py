@@ -1,7 +1,7 @@
 """Merges of more scans than memory holds, and on more processes than one: in files, beside the same in memory.
 
-Frames of a depth camera in rows over a landscape, each sees a part of what the one beside it sees; a thousand have 3e8
-samples.
+Frames of a depth camera in rows over a landscape of sculptures, which is made while this runs; each sees a part of what
+the one beside it sees. A thousand have 3e8 samples; what 1e9 take is extrapolated from the two largest cases.
 """
 
 import hashlib
@@ -18,21 +18,55 @@ import table
 
 COLUMNS = ["scans", "samples", "blocks", "workers", "threads", "killed", "same_bytes", "replaced_cpu_s"]
 COLUMNS += ["max_memory_mb", "vertices", "cpu_s", "wall_s", "peak_mb", "disk_mb"]
+# The case that is extrapolated: how many samples, what grows with them, and most memory of a tool that is told a limit.
+FAR, FAR_CASE, MOST_MB = 10**9, "1e9 samples, extrapolated", 16_000
+GROWING = ["scans", "blocks", "vertices", "cpu_s", "replaced_cpu_s", "wall_s", "peak_mb", "disk_mb"]
 HERE = Path(__file__).parent
 THREADS = 2
 # Of the camera, in metres: how high it is above the landscape, and how far frames are from each other.
 HEIGHT, APART = 1.6, (0.45, 0.35)
 # Where the landscape lies: at no corner of space, which each block ends at, however large it is.
 PLACE = (3, 3, 3)
+# Of the sculptures, one to a square: the squares' side in metres, after how many they come again, and how steep their
+# sides are. With the hills' slopes the steepest ray meets the ground once.
+SEED, SQUARE, SQUARES, STEEP = 2026, 0.4, 64, 0.7
+
+
+def sculptures():
+    """For each square: centre, radius of the ridge, half its width, roundness, height of the top, if it is a block.
+
+    A ridge without a radius is a dome, if it is round, or a cone; one with a radius is a torus lying down; a block
+    has slanted sides and a flat top. Lengths are in sides of a square, the top in widths.
+    """
+    random = np.random.default_rng(SEED)
+    count = SQUARES**2
+    kind = random.integers(4, size=count)
+    dome, torus, block = kind == 0, kind == 1, kind == 2
+    reach = random.uniform(0.2, 0.45, count)
+    centre = 0.5 + (0.5 - reach) * random.uniform(-1, 1, (2, count))
+    width = np.where(torus, reach * random.uniform(0.25, 0.5, count), reach)
+    top = np.where(block, random.uniform(0.2, 0.8, count), 1)
+    return [*centre, np.where(torus, reach - width, 0), width, (dome | torus).astype(float), top, block]
+
+
+SCULPTURES = sculptures()
 
 
 def heights(x, y):
-    """Hills with folds."""
-    return (
-        0.35 * np.sin(1.3 * x) * np.cos(1.1 * y)
-        + 0.12 * np.sin(4.1 * x + 0.5) * np.sin(3.7 * y)
-        + 0.02 * np.sin(17 * x) * np.cos(19 * y)
-    )
+    """Hills, and sculptures on them."""
+    hills = 0.24 * np.sin(1.3 * x) * np.cos(1.1 * y)
+    x, y = x / SQUARE, y / SQUARE
+    col, row = np.floor(x), np.floor(y)
+    number = (row % SQUARES * SQUARES + col % SQUARES).astype(np.intp)
+    east, north, ridge, width, round_, top, is_block = (column.take(number) for column in SCULPTURES)
+    east, north = np.abs(x - col - east), np.abs(y - row - north)
+    across = np.where(is_block, np.maximum(east, north), np.sqrt(east**2 + north**2))
+    inward = np.maximum(1 - np.abs(across - ridge) / width, 0)
+    return hills + STEEP * SQUARE * width * np.minimum(inward * (1 - 0.5 * round_ * inward), top)
+
+
+# Rays are steep and slopes are not: each round is nearer by a third, at the corners of a frame at least.
+ROUNDS = 8
 
 
 def camera(rows, cols):
@@ -56,7 +90,7 @@ def make(folder, count, rows, cols):
         eye = np.array([APART[0] * (k % wide), APART[1] * (k // wide), HEIGHT])
         names.append(folder / f"{count}-{k:04}.npy")
         depth = np.full(along.shape, HEIGHT)
-        for _ in range(8):  # rays are steep and slopes are not: each round is nearer by a third
+        for _ in range(ROUNDS):
             depth = eye[2] - heights(eye[0] + along * depth, eye[1] + up * depth)
         np.save(names[-1], depth.astype(np.float32))
         pose = np.diag([1.0, -1, -1, 1])
@@ -84,7 +118,7 @@ class Tool:
         return THREADS if self.workers is None else 1
 
 
-# Of the same case the bytes are the same. Less memory, more blocks: blocks of 6, 18 and 63 bricks a side.
+# Of the same case the bytes are the same. Less memory, more blocks: of 6, 18 and 63 bricks a side, as many as come out.
 TOOLS = {
     "surfrecon": Tool(),
     "surfrecon-files-512": Tool(512),
@@ -129,13 +163,33 @@ def cluster_python(record):
     return None
 
 
+def extrapolate(record, is_claimed=True):
+    """Puts rows of 1e9 samples: of each tool the line through its two largest cases, no less than the larger.
+
+    That who is told a limit takes at most MOST_MB of memory is claimed of cases that are large enough to tell.
+    """
+    for tool in dict.fromkeys(row["tool"] for row in record.rows):
+        rows = [row for row in record.rows if row["tool"] == tool and "failed" not in row]
+        if len(rows) < 2:
+            continue
+        less, more = sorted(rows, key=lambda row: row["samples"])[-2:]
+        steps = (FAR - more["samples"]) / (more["samples"] - less["samples"])
+        row = more | {"case": FAR_CASE, "tool": f"{tool}, extrapolated", "samples": FAR, "same_bytes": None}
+        for key in GROWING:
+            if more[key] is not None and less[key] is not None:
+                row[key] = more[key] + max(more[key] - less[key], 0) * steps
+        if is_claimed and row["max_memory_mb"] and row["peak_mb"] > MOST_MB:
+            row["failed"] = f"takes {row['peak_mb']:.0f} MB, more than {MOST_MB}"
+        record.put(row)
+
+
 def main(wanted, record):
     """Runs the cases."""
     size = (60, 80) if wanted.smallest else (480, 640)
     python = cluster_python(record)
     with tempfile.TemporaryDirectory() as folder:
         folder = Path(folder)
-        for count in (6,) if wanted.smallest else (10, 100, 1000):
+        for count in (3, 6) if wanted.smallest else (10, 100, 1000):
             case = f"{count:,} frames"
             run = [name for name in wanted.tools(case, TOOLS) if python or TOOLS[name].workers is None]
             if not run:
@@ -155,4 +209,5 @@ def main(wanted, record):
                 record.put(row | found | {"max_memory_mb": tool.megabytes or 0, "same_bytes": digest == expected})
             for name in names:
                 name.unlink()
+    extrapolate(record, not wanted.smallest)
     table.show(record.rows, {"case": "case", "tool": "tool"} | {key: key for key in COLUMNS})

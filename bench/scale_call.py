@@ -36,6 +36,7 @@ def move(name, by):
 with tempfile.TemporaryDirectory() as workspace, Watched(workspace) as watched:
     cell = {"voxel": asked["voxel"]}
     given = {"max_memory": memory, "workspace": workspace, "threads": threads, **cell}
+    told = {"progress": watched.told}
     if asked["tasks"]:
         plan = distributed.Plan.make(None, names, out, tasks=asked["tasks"], reading={"camera": camera}, **given)
         for stage in plan.stages:
@@ -48,12 +49,16 @@ with tempfile.TemporaryDirectory() as workspace, Watched(workspace) as watched:
         surfrecon.merge_to_file(surfrecon.open(names, camera=camera), out, **given)
         move(middle, -MOVED)
         began = time.process_time()
-        surfrecon.merge_to_file(surfrecon.open(names, camera=camera), out, **given)
+        surfrecon.merge_to_file(surfrecon.open(names, camera=camera), out, **given, **told)
         replaced = time.process_time() - began
     elif memory:
-        surfrecon.merge_to_file(scans, out, **given)
+        surfrecon.merge_to_file(scans, out, **given, **told)
     else:
         surfrecon.merge(scans, threads=threads, **cell).mesh.write(out)
-found = {"peak_mb": most_taken_mb() - before, "disk_mb": watched.most_mb, "blocks": watched.blocks or None}
+found = {
+    "peak_mb": most_taken_mb() - before,
+    "disk_mb": watched.most_mb,
+    "blocks": (watched.blocks or None) if memory else 1,
+}
 found["replaced_cpu_s"] = replaced
 print(json.dumps(found))

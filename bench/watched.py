@@ -31,12 +31,16 @@ class Watched:
         """Takes what a merge says of its progress: blocks are all there when the stage that makes them has ended."""
         if stage != self._stage:
             self._stage = stage
-            self.blocks = max(self.blocks, sum(1 for _ in self.folder.rglob("tile-*")))
+            self._look()
+
+    def _look(self):
+        total, blocks = 0, 0
+        for file in self.folder.rglob("*"):
+            with contextlib.suppress(FileNotFoundError):  # done with since it was listed
+                total += file.stat().st_size
+                blocks += file.name.startswith("tile-")
+        self.most_mb, self.blocks = max(self.most_mb, total / 1e6), max(self.blocks, blocks)
 
     def _watch(self):
         while not self._done.wait(0.05):
-            total = 0
-            for file in self.folder.rglob("*"):
-                with contextlib.suppress(FileNotFoundError):  # done with since it was listed
-                    total += file.stat().st_size
-            self.most_mb = max(self.most_mb, total / 1e6)
+            self._look()

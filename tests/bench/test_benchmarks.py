@@ -10,6 +10,7 @@ import measured
 import pytest
 import record
 import run
+import scale
 
 ROOT = Path(__file__).resolve().parents[2]
 # A Python that has the peers, and a folder with our own programs: tools/run_tests.py names both.
@@ -44,8 +45,8 @@ NOT_OF_ALL = {
     "colour": {"gain_error_pct", "cpu_s", "wall_s", "peak_mb"},
     "blender": {"ms", "blender_minimum_ms", "peak_mb"},
     "cluster": {"genus"},
-    # Blocks are counted between the tasks.
-    "scale": {"blocks", "replaced_cpu_s"},
+    # What is extrapolated was compared with nothing; blocks of a quick merge may be gone before they are seen.
+    "scale": {"same_bytes", "blocks", "replaced_cpu_s"},
     "install": {"tests_passed", "tests_failed", "excused"},
     # Of noise on shapes whose truth is known.
     "scattered": {"noise_spacings", "outlier_pct", "to_truth_rms"},
@@ -85,6 +86,44 @@ def test_smallest_case(name, tmp_path):
     assert WITH[name] <= tools
     if name == "blender":
         assert any(row["blender_minimum_ms"] for row in found["rows"])
+    if name == "scale":
+        check_scale(found["rows"])
+
+
+def check_scale(rows):
+    """Bytes are the same whoever merges, also where a worker is killed, and the memory is what is allowed."""
+    found = [row for row in rows if row["case"] != scale.FAR_CASE]
+    assert all(row["same_bytes"] is True for row in found)
+    for row in found:
+        assert row["killed"] == row["tool"].endswith("-killed"), row
+        assert 0 < row["peak_mb"] <= (row["max_memory_mb"] * 1.1 or math.inf), row
+        assert "-files-" in row["tool"] or row["blocks"] >= 1, row
+    assert any(row["killed"] for row in found)
+    far = {row["tool"] for row in rows if row["case"] == scale.FAR_CASE}
+    assert far == {f"{row['tool']}, extrapolated" for row in found}
+
+
+def test_a_billion_samples_are_extrapolated_from_the_two_largest_cases(tmp_path):
+    rows = new(tmp_path, scale.COLUMNS)
+
+    def put(tool, samples, peak, limit=512):
+        row = dict.fromkeys(scale.COLUMNS) | {"case": f"{samples} samples", "tool": tool, "samples": samples}
+        grown = {key: samples / 1e6 for key in ("scans", "vertices", "cpu_s", "wall_s", "disk_mb")}
+        rows.put(row | grown | {"peak_mb": peak, "max_memory_mb": limit, "same_bytes": True})
+
+    for samples in (10**8, 3 * 10**8, 10**7):
+        put("falls", samples, 100 - samples / 1e7)
+        put("much", samples, samples / 1e4)
+        put("unlimited", samples, samples / 1e4, 0)
+    put("once", 10**8, 5)
+    scale.extrapolate(rows)
+    far = {row["tool"]: row for row in rows.rows if row["case"] == scale.FAR_CASE}
+    assert set(far) == {f"{tool}, extrapolated" for tool in ("falls", "much", "unlimited")}
+    falls, much, unlimited = (far[f"{tool}, extrapolated"] for tool in ("falls", "much", "unlimited"))
+    assert falls["peak_mb"] == 70 and falls["disk_mb"] == falls["cpu_s"] == pytest.approx(1000)
+    assert (falls["samples"], falls["same_bytes"], falls["blocks"]) == (10**9, None, None)
+    assert much["failed"] == "takes 100000 MB, more than 16000"
+    assert "failed" not in falls and "failed" not in unlimited
 
 
 @needs_peers
