@@ -45,7 +45,7 @@ def test_the_memory_of_one_process_is_no_workspace(client, scans, tmp_path):
     "stage", ["plan", "collect", "overlap", "fuse", "look", "drop", "colours", "label", "build", "write"]
 )
 def test_a_worker_killed_in_any_stage_changes_nothing(client, scans, by_one, workspace, tmp_path, stage):
-    client.wait_for_workers(2)
+    client.wait_for_workers(2, timeout=120)
     before = {name: info["pid"] for name, info in workers(client).items()}
     killed = []
 
@@ -71,7 +71,7 @@ def plan_of(workspace):
 
 def workers(client):
     """What the workers say, once they are there again."""
-    client.wait_for_workers(2)
+    client.wait_for_workers(2, timeout=120)
     return {name: {"pid": pid} for name, pid in client.run(os.getpid).items()}
 
 

@@ -80,7 +80,7 @@ class Refreshed(Listening):
 
 
 def test_workers_that_a_refresh_hides_are_found(client):
-    client.wait_for_workers(2)
+    client.wait_for_workers(2, timeout=120)
     assert tasks_of_dask._workers(Refreshed(client)) == (2, int(0.7 * 600e6))
 
 
@@ -107,7 +107,7 @@ def be_lucky():
 @pytest.mark.parametrize("retries", [0, 1])
 def test_each_task_is_tried_again(client, scans, by_one, workspace, tmp_path, retries):
     (tmp_path / "tried").mkdir()
-    client.wait_for_workers(2)
+    client.wait_for_workers(2, timeout=120)
     client.run(be_unlucky, str(tmp_path / "tried"))
     given = {"client": client, "workspace": workspace, "tasks": 2, "retries": retries, **OPTIONS}
     try:
