@@ -189,7 +189,7 @@ print(plan.run(last)["report"]["faces"])
 """
 
 
-@pytest.mark.parametrize("keep", [False])
+@pytest.mark.parametrize("keep", [False, True])
 def test_two_processes_write_the_surface_at_once(scans, by_one, tmp_path, keep):
     for attempt in range(6):
         plan = planned(tmp_path, scans, tasks=2, keep=keep)
