@@ -1,5 +1,6 @@
 """A cluster of processes, and scans in files."""
 
+import contextlib
 import sys
 from pathlib import Path
 
@@ -32,14 +33,22 @@ def by_one(scans, tmp_path_factory):
     return path.read_bytes()
 
 
-@pytest.fixture(scope="module")
-def client():
+@contextlib.contextmanager
+def two_workers():
+    """A client of a cluster of two processes."""
     given = {"threads_per_worker": 1, "memory_limit": "600MB", "dashboard_address": None}
     # A worker that is killed takes nothing but its task along.
     with dask.config.set({"distributed.scheduler.allowed-failures": 20}):
         with LocalCluster(n_workers=2, processes=True, **given) as cluster, Client(cluster) as client:
-            client.wait_for_workers(2)
+            client.wait_for_workers(2, timeout=120)
             yield client
+
+
+@pytest.fixture(scope="module")
+def client():
+    """One whose workers nobody kills."""
+    with two_workers() as client:
+        yield client
 
 
 @pytest.fixture

@@ -6,7 +6,7 @@ import threading
 
 import pytest
 import surfrecon
-from conftest import OPTIONS
+from conftest import OPTIONS, two_workers
 from dask.distributed import Client, LocalCluster
 from surfrecon import distributed
 
@@ -44,22 +44,23 @@ def test_the_memory_of_one_process_is_no_workspace(client, scans, tmp_path):
 @pytest.mark.parametrize(
     "stage", ["plan", "collect", "overlap", "fuse", "look", "drop", "colours", "label", "build", "write"]
 )
-def test_a_worker_killed_in_any_stage_changes_nothing(client, scans, by_one, workspace, tmp_path, stage):
-    client.wait_for_workers(2, timeout=120)
-    before = {name: info["pid"] for name, info in workers(client).items()}
+def test_a_worker_killed_in_any_stage_changes_nothing(scans, by_one, workspace, tmp_path, stage):
     killed = []
+    # Of its own: Dask may not start a killed worker again where the machine has much to do.
+    with two_workers() as client:
+        before = client.run(os.getpid)
 
-    def kill(name, _):
-        # While the tasks of the next stage are about to run: the first that is told of a stage is done.
-        stages = [found.name for found in distributed.plan.Plan.read(plan_of(workspace)).stages]
-        following = stages[min(stages.index(name) + 1, len(stages) - 1)]
-        if not killed and stage in (name, following):
-            killed.append(min(before.values()))
-            threading.Timer(0.02, os.kill, (killed[0], signal.SIGKILL)).start()
+        def kill(name, _):
+            # While the tasks of the next stage are about to run: the first that is told of a stage is done.
+            stages = [found.name for found in distributed.plan.Plan.read(plan_of(workspace)).stages]
+            following = stages[min(stages.index(name) + 1, len(stages) - 1)]
+            if not killed and stage in (name, following):
+                killed.append(min(before.values()))
+                threading.Timer(0.02, os.kill, (killed[0], signal.SIGKILL)).start()
 
-    distributed.merge(
-        scans, tmp_path / "surface.ply", client=client, workspace=workspace, tasks=4, progress=kill, **OPTIONS
-    )
+        distributed.merge(
+            scans, tmp_path / "surface.ply", client=client, workspace=workspace, tasks=4, progress=kill, **OPTIONS
+        )
     assert len(killed) == 1
     assert (tmp_path / "surface.ply").read_bytes() == by_one
 
@@ -67,12 +68,6 @@ def test_a_worker_killed_in_any_stage_changes_nothing(client, scans, by_one, wor
 def plan_of(workspace):
     (found,) = workspace.glob("*.json")
     return found
-
-
-def workers(client):
-    """What the workers say, once they are there again."""
-    client.wait_for_workers(2, timeout=120)
-    return {name: {"pid": pid} for name, pid in client.run(os.getpid).items()}
 
 
 def test_a_merge_that_was_cancelled_goes_on(client, scans, by_one, tmp_path):
