@@ -64,7 +64,7 @@ pub fn merge_task(
 }
 
 /// Writes the surface into a PLY file once all tasks are done: its bytes are those of [`merge_to_file`](crate::merge_to_file). The folder of
-/// the tasks stays as it is; one that is kept loses the marks of what is done, and what another merge has no use for.
+/// the tasks stays as it is; of one that is kept, [`end_merge_tasks`] removes what nobody needs any more.
 ///
 /// # Errors
 /// As [`merge_task`] and [`merge_to_file`](crate::merge_to_file).
@@ -81,7 +81,20 @@ pub fn merge_tasks_to_file(
     let versions = folder.versions(sources, params, progress)?;
     let together = folder.together(params, &versions)?;
     let put = |sink: &mut dyn MeshSink| disk::put_together(sources, params, together, sink, progress);
-    let report = write_mesh_in_pieces(path, write, put, progress)?;
-    disk::end(sources, params, together)?;
-    Ok(MergeReport { in_files: true, ..report })
+    Ok(MergeReport { in_files: true, ..write_mesh_in_pieces(path, write, put, progress)? })
+}
+
+/// Once the surface is written: a folder that is kept loses the marks of what is done, and what another merge has no use for. Others stay as
+/// they are.
+///
+/// # Errors
+/// A file can't be read or removed.
+pub fn end_merge_tasks(
+    sources: &[&dyn ScanSource],
+    params: &MergeParams,
+    folder: TaskFolder<'_>,
+    progress: &Progress<'_>,
+) -> Result<()> {
+    let versions = folder.versions(sources, params, progress)?;
+    disk::end(sources, params, folder.together(params, &versions)?)
 }

@@ -10,7 +10,9 @@ use surfrecon::merge::disk::{LEAST, Stage};
 use surfrecon::merge::{MergeParams, ScanSource};
 use surfrecon::mesh::shapes::Shape;
 use surfrecon::scan::{ScanParams, Turntable, bounds, scan, turntable};
-use surfrecon::{Error, IntoFile, Progress, RangeImage, TaskFolder, merge_task, merge_tasks_to_file, merge_to_file};
+use surfrecon::{
+    Error, IntoFile, Progress, RangeImage, TaskFolder, end_merge_tasks, merge_task, merge_tasks_to_file, merge_to_file,
+};
 
 fn scans() -> Vec<RangeImage> {
     let shape = Shape::Torus { major: 1.0, minor: 0.3 }.mesh(40);
@@ -126,7 +128,13 @@ fn scans_come_and_go_in_a_folder_that_is_kept() {
         for &stage in Stage::ALL {
             (0..stage.tasks(3)).for_each(|number| job.task(stage, number, &Progress::none()).unwrap());
         }
-        assert!(job.surface() == by_one(scans));
+        // As often as it is wanted, until it is said that it is there.
+        let expected = by_one(scans);
+        assert!(job.surface() == expected && job.surface() == expected);
+        let left = || folder.path().read_dir().unwrap().map(|file| file.unwrap().file_name().into_string().unwrap());
+        assert!(left().any(|name| name.starts_with("done-")));
+        end_merge_tasks(&job.sources, &PARAMS, job.folder(), &Progress::none()).unwrap();
+        assert!(!left().any(|name| name.starts_with("done-")) && left().any(|name| name.starts_with("segment-")));
     }
 }
 

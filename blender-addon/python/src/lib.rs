@@ -103,7 +103,7 @@ mod _native {
     #[pymodule_export]
     use crate::merge::{MergeResult, merge};
     #[pymodule_export]
-    use crate::merge_tasks::{_merge_stages, _merge_task, _merge_tasks_to_file};
+    use crate::merge_tasks::{_end_merge_tasks, _merge_stages, _merge_task, _merge_tasks_to_file};
     #[pymodule_export]
     use crate::merge_to_file::{_part_path, merge_to_file};
     #[pymodule_export]

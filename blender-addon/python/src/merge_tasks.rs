@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use surfrecon::merge::MergeParams;
 use surfrecon::merge::disk::Stage;
-use surfrecon::{Progress, TaskFolder, merge_task, merge_tasks_to_file};
+use surfrecon::{Progress, TaskFolder, end_merge_tasks, merge_task, merge_tasks_to_file};
 
 use crate::errors::input_error;
 use crate::memory_folder::Place;
@@ -71,6 +71,27 @@ pub fn _merge_tasks_to_file<'py>(
         merge_tasks_to_file(&as_dyn(sources), &path, params, call.folder(), &write, progress)
     })?;
     merge_report(py, merged)
+}
+
+/// Once it is noted that the surface is written: what is kept loses what nobody needs any more.
+#[pyfunction]
+#[pyo3(signature = (scans, folder, *, tasks, keep = false, has_a_part = false, max_memory = None, **options))]
+#[expect(clippy::too_many_arguments, reason = "Python's keyword arguments")]
+pub fn _end_merge_tasks(
+    py: Python<'_>,
+    scans: &Bound<'_, PyAny>,
+    folder: PathBuf,
+    tasks: u32,
+    keep: bool,
+    has_a_part: bool,
+    max_memory: Option<u64>,
+    options: Option<&Bound<'_, PyDict>>,
+) -> PyResult<()> {
+    let call = TaskCall::new(scans, folder, (tasks, keep, has_a_part), max_memory, options)?;
+    Watch::new(None).run(py, move |progress| {
+        let TaskCall { sources, params, .. } = &call;
+        end_merge_tasks(&as_dyn(sources), params, call.folder(), progress)
+    })
 }
 
 /// What all tasks of a merge take, free of Python.

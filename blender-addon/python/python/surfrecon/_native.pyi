@@ -26,6 +26,7 @@ __all__ = [
     "_merge_stages",
     "_merge_task",
     "_merge_tasks_to_file",
+    "_end_merge_tasks",
     "_part_path",
     "Aligner",
     "Alignment",
@@ -1010,6 +1011,16 @@ def _merge_tasks_to_file(
     progress: _Progress | None = None,
     **options: Any,
 ) -> MergeReport: ...
+def _end_merge_tasks(
+    scans: Iterable[_Mergeable],
+    folder: _Path,
+    *,
+    tasks: int,
+    keep: bool = False,
+    has_a_part: bool = False,
+    max_memory: int | None = None,
+    **options: Any,
+) -> None: ...
 
 @final
 class Clustered:

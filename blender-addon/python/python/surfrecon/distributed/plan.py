@@ -36,8 +36,6 @@ _READS = {
 # What nobody wants any more once a stage has begun.
 _SPENT = {"look": ("segment-",), "colours": ("votes-",), "build": ("block-", "left-"), "write": ("labels-",)}
 WRITE = "write"
-# How often the surface is begun again whose marks another writer has removed.
-_AGAIN = 3
 
 Progress = Callable[[str, float], object]
 
@@ -255,31 +253,15 @@ class Plan:
         stage, first = self._stage_of(number)
         if (figures := self._made(stage, number)) is not None:
             return figures
-        again = _AGAIN if stage == WRITE else 0
-        while True:
-            try:
-                return self._run(stage, first, number, threads, max_memory, scratch, progress)
-            except (FileError, FormatError, InputError) as problem:
-                # Who did the last task at the same time has removed what tasks had left.
-                with suppress(FileError, FormatError):
-                    self._content = Plan.read(self.path)._content
-                if (figures := self._made(stage, number)) is not None:
-                    return figures
-                if not (again and isinstance(problem, InputError) and self._content.get("writing")):
-                    raise
-            again -= 1
-            self._mark_again(threads, max_memory, scratch, progress)
-
-    def _mark_again(self, *given: Any) -> None:
-        """Does all tasks but the last, of which only the marks are gone: they find what was kept.
-
-        Whoever writes a surface from what is kept removes the marks at its end, and may be stopped, or be overtaken by
-        another who writes it, before the plan says that it is written.
-        """
-        with suppress(FileError, InputError):
-            for stage in self.stages[:-1]:
-                for number in stage.tasks:
-                    self._run(stage.name, stage.tasks.start, number, *given)
+        try:
+            return self._run(stage, first, number, threads, max_memory, scratch, progress)
+        except (FileError, FormatError, InputError):
+            # Who did the last task at the same time has removed what tasks had left.
+            with suppress(FileError, FormatError):
+                self._content = Plan.read(self.path)._content
+            if (figures := self._made(stage, number)) is not None:
+                return figures
+            raise
 
     def _run(
         self,
@@ -305,14 +287,12 @@ class Plan:
             self._refuse_early(stage, number - first, folder)
             if stage == WRITE:
                 written = self._content["written"]
-                if self.keep:
-                    self._content = {**self._content, "writing": True}
-                    self._write()
                 report = _native._merge_tasks_to_file(self._opened(), folder, self.output, **written, **call)
                 found |= {"output": self.output, "report": jsonable(report.as_dict())}
                 made = {"file": _stamp(self.output), "report": found["report"]}
                 self._content = {**self._content, "made": made}
                 self._write()
+                _native._end_merge_tasks(self._opened(), folder, **cut, max_memory=limit, **options)
             else:
                 _native._merge_task(self._opened(), folder, stage, number - first, **call)
         return found | {"seconds": round(time.monotonic() - began, 3)}
