@@ -76,7 +76,7 @@ fn even_clouds_are_left_alone_whatever_their_outliers() {
 }
 
 #[test]
-fn usual_lengths_are_multiplied_by_one_and_none_by_more_than_the_limit() {
+fn usual_lengths_are_multiplied_by_one() {
     let lengths = super::super::Lengths { noise: Noise { deviation: 0.7, spacing: 0.3 }, few: 0.5, given: None };
     assert_eq!(lengths.deviation(Scale::USUAL), 0.7);
     assert_eq!(lengths.radius(5.0, Scale::USUAL), 5.0);
