@@ -47,8 +47,8 @@ use crate::sources::{Clouds, Source, as_dyn, sources};
 ///
 /// Returns:
 ///     A ``MergeResult`` with ``mesh`` (in the world; its attributes: ``confidence``; ``noise``, the standard deviation of the samples
-///     along their rays; ``source_scan``; ``interpolated``; ``colour`` if any scan has it; of faces ``hole_fill``), ``report`` and, if
-///     asked for, ``distances``. Colours are averaged in linear light, without highlights where three scans and more have a say;
+///     along their rays; ``source_scan``, the scan of largest weight by its place in ``report.scan_names``, -1 where ``interpolated``;
+///     ``colour`` if any scan has it; of faces ``hole_fill``), ``report`` and, if asked for, ``distances``. Colours are averaged in linear light, without highlights where three scans and more have a say;
 ///     alpha is 0 where no scan has one, which have the nearest one.
 ///
 /// Raises:

@@ -55,7 +55,8 @@ use crate::sources::{Clouds, Source, as_dyn, sources};
 ///     InputError: a name that does not end in ``.ply``; a workspace that is no folder; scans that can't be used.
 ///     FormatError, FileError: a scan that can't be read, files that can't be written; a full disk, with the bytes that were wanted.
 ///     OutOfMemoryError: less memory than it takes at least, 12 MB a thread.
-///     Cancelled: ``progress`` returned ``False``. As after each error no file is left, and the workspace is as it was.
+///     Cancelled: ``progress`` returned ``False``. As after each error no file is left, and the workspace is as it
+///         was, but for what ``keep`` leaves there.
 #[pyfunction]
 // options: merge
 #[pyo3(signature = (scans, path, *, max_memory = None, workspace = None, keep = false, encoding = None, part_triangles = 0, provenance = None, progress = None, **options), text_signature = "(scans, path, *, voxel=None, merge_distance=None, max_hole_length=None, min_component_share=0.0, match_exposure=True, edge_limit=None, grazing_limit=1.5707963267948966, threads=0, max_memory=None, workspace=None, keep=False, encoding=None, part_triangles=0, provenance=None, progress=None)")]

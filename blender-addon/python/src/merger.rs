@@ -143,7 +143,7 @@ impl Merger {
         Ok(())
     }
 
-    /// Merges the scans; options, result and errors as of ``surfrecon.merge``. In files nothing is kept; with ``files="if_needed"``
+    /// Merges the scans; options, result and errors as of ``surfrecon.merge``. What is found in files is not kept; with ``files="if_needed"``
     /// what is kept is given back where it does not fit into memory.
     // options: $self merge
     #[pyo3(signature = (*, measure = false, files = None, max_memory = None, workspace = None, progress = None, **options), text_signature = "($self, *, voxel=None, merge_distance=None, max_hole_length=None, min_component_share=0.0, match_exposure=True, edge_limit=None, grazing_limit=1.5707963267948966, threads=0, measure=False, files=None, max_memory=None, workspace=None, progress=None)")]

@@ -58,7 +58,7 @@ impl VoxelReason {
 pub struct MergeReport {
     /// Scans merged.
     pub scans: usize,
-    /// Names of the scans, in the order of their numbers in the attribute `source_scan`.
+    /// Names of the scans, in their order: the attribute `source_scan` is the place in here, -1 where `interpolated`.
     pub scan_names: Vec<String>,
     /// Triangles of all scans.
     pub input_triangles: u64,

@@ -36,7 +36,8 @@ class MergeReport(Report):
 
     Attributes:
         scans: Scans merged.
-        scan_names: Names of the scans, in the order of their numbers in the attribute ``source_scan``.
+        scan_names: Names of the scans, in their order, not in that of the list: the attribute ``source_scan`` is the
+            place in here, and -1 where ``interpolated``.
         input_triangles: Triangles of all scans.
         voxel: Cell size used.
         voxel_reason: What decided that, in words.

@@ -93,10 +93,11 @@ impl<'a> Tasks<'a> {
         let (folder, path) = (self.setting.folder.display(), self.setting.folder.join(VERSION));
         let here =
             format!("{}{}", env!("CARGO_PKG_VERSION"), if cfg!(target_endian = "big") { " (big-endian)" } else { "" });
-        let there = match std::fs::read_to_string(&path) {
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => String::new(),
+        let there = match std::fs::read(&path) {
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => Vec::new(),
             there => there.map_err(|error| Error::io(&path, error))?,
         };
+        let there: String = String::from_utf8_lossy(&there).trim().chars().take(40).collect();
         if there.is_empty() {
             // Who was stopped at it has left nothing else yet.
             return std::fs::write(&path, &here).map_err(|error| Error::io(&path, error));

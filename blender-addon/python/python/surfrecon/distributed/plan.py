@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from .. import _native
-from .._arguments import function, is_url
+from .._arguments import function, is_url, whole
 from .._errors import FileError, FormatError, InputError
 from .._report import jsonable
 from .checks import check, check_made, check_names, name_of
@@ -250,7 +250,7 @@ class Plan:
             Cancelled: ``progress`` said so; what other tasks left stays.
         """
         function("progress", progress)
-        stage, first = self._stage_of(number)
+        stage, first = self._stage_of(whole("number", number))
         if (figures := self._made(stage, number)) is not None:
             return figures
         try:
@@ -332,7 +332,10 @@ class Plan:
         before = every[place - 1]
         for k, task in enumerate(before.tasks):
             if not os.path.exists(os.path.join(folder, f"done-{before.name}-{k:06}")):
-                raise InputError(f"{self.path}: task {task} ({before.name}) is not done: {stage} needs it first")
+                text = f"{self.path}: task {task} ({before.name}) is not done: {stage} needs it first"
+                if self.keep:
+                    text += "; if it was, another merge has begun in this workspace since: plan this one anew after it"
+                raise InputError(text)
 
     def _stage_of(self, number: int) -> tuple[str, int]:
         for stage in self.stages:
