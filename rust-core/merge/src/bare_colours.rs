@@ -13,7 +13,7 @@ use base::progress::Progress;
 ///
 /// # Errors
 /// A tile can't be read; cancelled.
-pub fn fill_in<T: Tiles>(whole: &Whole<T>, progress: &Progress<'_>) -> Result<FxHashMap<u32, [u8; 4]>> {
+pub fn fill_in<T: Tiles>(whole: &Whole<T>, progress: &Progress<'_>) -> Result<FxHashMap<u64, [u8; 4]>> {
     let mut beside = Beside::default();
     let mut seen = 0;
     whole.each_triangle(progress, |t| beside.add(t))?;
@@ -33,8 +33,8 @@ pub fn fill_in<T: Tiles>(whole: &Whole<T>, progress: &Progress<'_>) -> Result<Fx
 #[derive(Default)]
 struct Beside {
     surface: Surface,
-    place_of: FxHashMap<u32, u32>,
-    vertices: Vec<u32>,
+    place_of: FxHashMap<u64, u32>,
+    vertices: Vec<u64>,
 }
 
 impl Beside {

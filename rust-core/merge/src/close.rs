@@ -8,7 +8,7 @@ use rustc_hash::FxHashMap;
 use super::connected::parts;
 use super::extract::{Row, Surface};
 use super::lattice::Lattice;
-use super::numbering::NONE;
+use super::numbering::{GONE, NONE};
 use super::peel::{self, Attempt, Peeled};
 use super::tile::{Part, Tiles};
 use super::whole::{Changes, Whole, Window};
@@ -80,19 +80,22 @@ impl Room {
 
 /// The sides of triangles that have no second one.
 struct Boundary {
+    /// Ends are places in `vertices`.
     sides: Vec<[u32; 2]>,
-    /// Of the vertices there the places and parts.
-    at: FxHashMap<u32, (DVec3, u32)>,
+    /// Numbers, rising.
+    vertices: Vec<u64>,
+    /// Where they lie, and their parts.
+    at: Vec<(DVec3, u32)>,
 }
 
 /// A vertex of an addition: one there was, or from [`NEW`] on one of its own.
 type Corner = u64;
-const NEW: Corner = 1 << 32;
+const NEW: Corner = 1 << 63;
 
 /// What is added in one place.
 struct Addition {
     /// Additions are in this order.
-    order: u32,
+    order: u64,
     vertices: Surface,
     triangles: Vec<[Corner; 3]>,
 }
@@ -100,7 +103,7 @@ struct Addition {
 /// Closes the holes that `params` name, or up to the default length.
 ///
 /// # Errors
-/// A tile can't be read; nothing is left; more vertices than there are numbers for; cancelled.
+/// A tile can't be read; nothing is left; cancelled.
 pub fn close<T: Tiles>(
     whole: &mut Whole<T>,
     lattice: &Lattice,
@@ -116,19 +119,19 @@ pub fn close<T: Tiles>(
         Some(part) => limit.of_part(&whole.chosen.parts.list[part as usize]),
         None => limit.length(),
     };
-    let limit_of = |vertices: &[u32]| of_part(vertices.first().map(|v| boundary.at[v].1));
-    let (wanted, mut open) = holes::sort_out(&boundary.sides, |v| boundary.at[&v].0, limit_of);
+    let limit_of = |vertices: &[u32]| of_part(vertices.first().map(|&v| boundary.at[v as usize].1));
+    let (wanted, mut open) = holes::sort_out(&boundary.sides, |v| boundary.at[v as usize].0, limit_of);
     let regions: Vec<Bounds> = wanted.iter().map(|hole| holes::region(boundary.bounds(hole))).collect();
     let mut additions = Vec::new();
     let mut rims = BTreeMap::new();
     for batch in batches(&regions, 0.0, lattice.voxel, room, progress)? {
         let window = whole.window(&pick(&regions, &batch), progress)?;
         let holes: Vec<&Vec<u32>> = batch.iter().map(|&hole| &wanted[hole]).collect();
-        open.extend(fill(window, &holes, &mut additions, &mut rims, progress)?);
+        open.extend(fill(window, &boundary, &holes, &mut additions, &mut rims, progress)?);
     }
     open.sort_by_key(|open| open.vertex);
     let closed = additions.len() as u64;
-    whole.add(additions, rims)?;
+    whole.add(additions, rims);
     let next = successors(&boundary.sides);
     boundary.sides.clear();
     let mut stuck: Vec<Vec<u32>> = Vec::new();
@@ -149,27 +152,43 @@ pub fn close<T: Tiles>(
 
 impl Boundary {
     fn of<T: Tiles>(whole: &Whole<T>, progress: &Progress<'_>) -> Result<Self> {
-        let mut boundary = Boundary { sides: Vec::new(), at: FxHashMap::default() };
+        let (mut sides, mut at) = (Vec::new(), FxHashMap::default());
         for i in 0..whole.tiles.count() {
             progress.check()?;
             let numbered = whole.tile(i)?;
             let tile = &numbered.tile;
             for side in tile.surface.boundary.iter().map(|side| side.map(|v| v as usize)) {
                 let ends = side.map(|v| numbered.vertex(v));
-                if ends[0] == NONE {
+                if ends[0] == GONE {
                     continue;
                 }
-                boundary.sides.push(ends);
+                sides.push(ends);
                 for (v, end) in side.into_iter().zip(ends) {
-                    boundary.at.insert(end, (tile.surface.positions[v], whole.chosen.part(i, tile.part_of[v])));
+                    at.insert(end, (tile.surface.positions[v], whole.chosen.part(i, tile.part_of[v])));
                 }
             }
         }
+        let mut vertices: Vec<u64> = at.keys().copied().collect();
+        vertices.sort_unstable();
+        let at = vertices.iter().map(|v| at[v]).collect();
+        let mut boundary = Boundary { sides: Vec::new(), vertices, at };
+        boundary.sides = sides.iter().map(|ends: &[u64; 2]| ends.map(|v| boundary.local(v))).collect();
         Ok(boundary)
     }
 
+    /// Where a vertex is that it has.
+    fn local(&self, vertex: u64) -> u32 {
+        self.vertices.binary_search(&vertex).expect("it is of the boundary") as u32
+    }
+
+    /// Where vertices of it are in a window that has them.
+    fn in_window(&self, window: &Window, vertices: &[u32]) -> Vec<u32> {
+        let local = |&v: &u32| window.local(self.vertices[v as usize]).expect("its triangles are near");
+        vertices.iter().map(local).collect()
+    }
+
     fn bounds(&self, vertices: &[u32]) -> Bounds {
-        Bounds::of(vertices.iter().map(|v| self.at[v].0))
+        Bounds::of(vertices.iter().map(|&v| self.at[v as usize].0))
     }
 }
 
@@ -216,13 +235,13 @@ fn batches(regions: &[Bounds], apart: f64, voxel: f64, room: Room, progress: &Pr
 /// Closes holes in a window; those that can't be closed are returned.
 fn fill(
     mut window: Window,
+    boundary: &Boundary,
     wanted: &[&Vec<u32>],
     additions: &mut Vec<Addition>,
-    rims: &mut BTreeMap<u32, Row>,
+    rims: &mut BTreeMap<u64, Row>,
     progress: &Progress<'_>,
 ) -> Result<Vec<holes::OpenLoop>> {
-    let local = |hole: &&Vec<u32>| hole.iter().map(|&v| window.local(v).expect("its triangles are near")).collect();
-    let wanted: Vec<Vec<u32>> = wanted.iter().map(local).collect();
+    let wanted: Vec<Vec<u32>> = wanted.iter().map(|hole| boundary.in_window(&window, hole)).collect();
     let surface = &mut window.surface;
     let report = holes::close_loops(&mut surface.positions, &mut surface.triangles, &wanted, progress)?;
     surface.adopt_fill(&report);
@@ -234,7 +253,7 @@ fn fill(
         additions.push(Addition::new(order, surface, of_vertices, of_triangles, &window.vertices, rims));
     }
     let open = |mut open: holes::OpenLoop| {
-        open.vertex = window.vertices[open.vertex as usize];
+        open.vertex = boundary.local(window.vertices[open.vertex as usize]);
         open
     };
     Ok(report.open.into_iter().map(open).collect())
@@ -243,18 +262,18 @@ fn fill(
 impl Addition {
     /// Of some vertices and triangles of a surface; others of its vertices have these numbers.
     fn new(
-        order: u32,
+        order: u64,
         surface: &Surface,
         vertices: std::ops::Range<usize>,
         triangles: std::ops::Range<usize>,
-        numbers: &[u32],
-        rims: &mut BTreeMap<u32, Row>,
+        numbers: &[u64],
+        rims: &mut BTreeMap<u64, Row>,
     ) -> Self {
         let mut corner = |v: u32| match numbers.get(v as usize) {
             None => NEW + Corner::from(v) - vertices.start as Corner,
             Some(&number) => {
                 rims.entry(number).or_insert_with(|| surface.row(v as usize));
-                number.into()
+                number
             }
         };
         let mut added = Surface { cases: surface.cases[triangles.clone()].to_vec(), ..Surface::default() };
@@ -266,18 +285,16 @@ impl Addition {
 
 impl<T: Tiles> Whole<T> {
     /// Adds in order; `rims` are the vertices there were.
-    fn add(&mut self, mut additions: Vec<Addition>, rims: BTreeMap<u32, Row>) -> Result<()> {
+    fn add(&mut self, mut additions: Vec<Addition>, rims: BTreeMap<u64, Row>) {
         additions.sort_by_key(|addition| addition.order);
         for Addition { vertices, triangles, .. } in additions {
             let first = self.vertices();
-            super::extract::refuse_many(first + vertices.positions.len() as u64)?;
-            self.added.triangles.extend(triangles.iter().map(|t| t.map(|corner| numbered(corner, first))));
+            self.corners.extend(triangles.iter().map(|t| t.map(|corner| numbered(corner, first))));
             self.added.cases.extend_from_slice(&vertices.cases);
             self.added.append_vertices(&vertices, 0..vertices.positions.len());
         }
         let known = self.numbers.vertices;
         self.rims.extend(rims.into_iter().filter(|of| of.0 < known));
-        Ok(())
     }
 }
 
@@ -301,18 +318,17 @@ fn peel<T: Tiles>(
     let longest = whole.longest_added().max(LONGEST * lattice.voxel);
     for batch in batches(&windows, longest, lattice.voxel, room, progress)? {
         let mut window = whole.window(&pick(&windows, &batch), progress)?;
-        let sides = boundary.sides.iter().filter_map(|&[a, b]| Some([window.local(a)?, window.local(b)?]));
+        let local = |v: u32| window.local(boundary.vertices[v as usize]);
+        let sides = boundary.sides.iter().filter_map(|&[a, b]| Some([local(a)?, local(b)?]));
         window.surface.boundary = sides.collect();
-        let local =
-            |&hole: &usize| stuck[hole].iter().map(|&v| window.local(v).expect("its triangles are near")).collect();
-        let holes: Vec<Vec<u32>> = batch.iter().map(local).collect();
+        let holes: Vec<Vec<u32>> = batch.iter().map(|&hole| boundary.in_window(&window, &stuck[hole])).collect();
         let limit_of = |vertices: &[u32]| {
             let part = vertices.iter().map(|&v| window.part_of[v as usize]).find(|&part| part != NONE);
             part.map_or(limit.length(), |part| limit.of_part(&whole.chosen.parts.list[part as usize]))
         };
         for attempt in peel::attempts(&window.surface, &holes, limit_of, least, lattice, progress)? {
             peeled.add(&attempt);
-            let first = batch[attempt.first] as u32;
+            let first = batch[attempt.first] as u64;
             pastes.push(Paste::of(&attempt, first, &window, &mut whole.changes, &mut rims));
         }
     }
@@ -325,13 +341,13 @@ fn peel<T: Tiles>(
         first += paste.addition.vertices.positions.len() as u64;
     }
     whole.changes.bare.sort_unstable();
-    whole.add(pastes.into_iter().map(|paste| paste.addition).collect(), rims)?;
+    whole.add(pastes.into_iter().map(|paste| paste.addition).collect(), rims);
     Ok(peeled)
 }
 
 /// The number of a corner; those of its own follow `first`.
-fn numbered(corner: Corner, first: u64) -> u32 {
-    corner.checked_sub(NEW).map_or(corner, |new| first + new) as u32
+fn numbered(corner: Corner, first: u64) -> u64 {
+    corner.checked_sub(NEW).map_or(corner, |new| first + new)
 }
 
 /// What an attempt makes of the surface.
@@ -347,12 +363,12 @@ impl Paste {
     /// Notes what does not depend on others in `changes`.
     fn of(
         attempt: &Attempt,
-        order: u32,
+        order: u64,
         window: &Window,
         changes: &mut Changes,
-        rims: &mut BTreeMap<u32, Row>,
+        rims: &mut BTreeMap<u64, Row>,
     ) -> Self {
-        let numbers: Vec<u32> = attempt.cut.vertices.iter().map(|&v| window.vertices[v as usize]).collect();
+        let numbers: Vec<u64> = attempt.cut.vertices.iter().map(|&v| window.vertices[v as usize]).collect();
         let known = numbers.len();
         let (before, now) = (&attempt.cut.surface, &attempt.surface);
         for v in (0..known).filter(|&v| before.positions[v] != now.positions[v] || before.scan[v] != now.scan[v]) {
@@ -369,7 +385,7 @@ impl Paste {
         );
         let mut renamed = Vec::new();
         // New vertices have no number yet; those there were keep theirs.
-        let corner = |v: u32| numbers.get(v as usize).map_or(NEW + Corner::from(v) - known as Corner, |&v| v.into());
+        let corner = |v: u32| numbers.get(v as usize).map_or(NEW + Corner::from(v) - known as Corner, |&v| v);
         let mut origin = attempt.origin.iter().zip(&now.triangles).peekable();
         for t in 0..before.triangles.len() as u32 {
             match origin.next_if(|of| *of.0 == t) {

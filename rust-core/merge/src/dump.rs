@@ -7,7 +7,7 @@ use mesh::dump::{self, Stage};
 use super::Labels;
 use super::bundles::RawBundle;
 use super::lattice::{ACROSS, BRICK, BRICK_BITS, Lattice, ROWS};
-use super::numbering::NONE;
+use super::numbering::GONE;
 use super::tile::Tiles;
 use super::whole::Whole;
 
@@ -69,13 +69,13 @@ fn by_parts<T: Tiles>(whole: &Whole<T>, stage: &mut Stage) -> Result<()> {
     for i in 0..whole.tiles.count() {
         let numbered = whole.tile(i)?;
         let tile = &numbered.tile;
-        let kept = (0..tile.own).map(|v| (v, numbered.vertex(v))).filter(|of| of.1 != NONE);
+        let kept = (0..tile.own).map(|v| (v, numbered.vertex(v))).filter(|of| of.1 != GONE);
         for (v, number) in kept {
             stage.positions[number as usize] = tile.surface.positions[v];
             stage.values[number as usize] = whole.chosen.part(i, tile.part_of[v]) as i32 + 1;
         }
         let kept = (0..tile.surface.triangles.len()).filter(|&t| numbered.triangle(t).is_some());
-        stage.triangles.extend(kept.map(|t| tile.surface.triangles[t].map(|v| numbered.vertex(v as usize))));
+        stage.triangles.extend(kept.map(|t| tile.surface.triangles[t].map(|v| numbered.vertex(v as usize) as u32)));
     }
     Ok(())
 }

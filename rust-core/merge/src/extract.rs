@@ -331,7 +331,7 @@ pub fn extract(
     Ok(extracted)
 }
 
-/// Refuses more vertices than there are numbers for.
+/// Refuses more vertices than a surface in memory has numbers for.
 ///
 /// # Errors
 /// [`Error::OutOfMemory`].

@@ -1,6 +1,6 @@
 //! The whole surface where it is one tile in memory: what has changed of it is changed there.
 
-use super::extract::Surface;
+use super::extract::{Surface, refuse_many};
 use super::numbering::NONE;
 use super::passes;
 use super::tile::{Tile, Tiles};
@@ -12,27 +12,30 @@ impl<T: Tiles> Whole<T> {
     /// All of it, taken out; nothing where it is several tiles, or in files.
     ///
     /// # Errors
-    /// Cancelled.
+    /// More vertices than there are numbers for in memory; cancelled.
     pub fn take_surface(&mut self, progress: &Progress<'_>) -> Result<Option<Surface>> {
         let Some(Tile { mut surface, part_of, .. }) = self.tiles.take_only() else { return Ok(None) };
         if self.chosen.kept.contains(&false) {
             keep_vertices(&mut surface, |v| self.chosen.is_kept(0, part_of[v]), progress)?;
         }
-        let Whole { added, changes: Changes { moved, removed, renamed, bare }, .. } = self;
+        // Of what is in memory there are not more.
+        refuse_many(self.vertices())?;
+        let here = |corners: &[u64; 3]| corners.map(|v| v as u32);
+        let Whole { added, corners, changes: Changes { moved, removed, renamed, bare }, .. } = self;
         surface.append_vertices(added, 0..added.positions.len());
-        surface.triangles.extend_from_slice(&added.triangles);
+        surface.triangles.extend(corners.iter().map(here));
         surface.cases.extend_from_slice(&added.cases);
         for (&v, &(place, scan)) in &*moved {
             (surface.positions[v as usize], surface.scan[v as usize]) = (place, scan);
         }
-        renamed.iter().for_each(|(&t, &corners)| surface.triangles[t as usize] = corners);
+        renamed.iter().for_each(|(&t, corners)| surface.triangles[t as usize] = here(corners));
         if !removed.is_empty() {
             let stays = |t: usize| !removed.contains(&(t as u64));
             passes::retain(&mut surface.cases, progress, |t, _| stays(t))?;
             passes::retain(&mut surface.triangles, progress, |t, _| stays(t))?;
         }
         if !bare.is_empty() {
-            keep_vertices(&mut surface, |v| bare.binary_search(&(v as u32)).is_err(), progress)?;
+            keep_vertices(&mut surface, |v| bare.binary_search(&(v as u64)).is_err(), progress)?;
         }
         Ok(Some(surface))
     }

@@ -5,20 +5,21 @@ use std::borrow::Cow;
 use rustc_hash::FxHashMap;
 
 use super::components::Chosen;
-use super::extract::refuse_many;
 use super::tile::{Tile, Tiles, VertexKey};
 use base::error::Result;
 use base::progress::Progress;
 
-/// Of what goes.
+/// No part, or no place.
 pub const NONE: u32 = u32::MAX;
+/// The number of a vertex or triangle that goes.
+pub const GONE: u64 = u64::MAX;
 
 /// The numbers of all that is kept.
 pub struct Numbers {
     /// Nothing where there is one tile, of which all is kept.
     of: Option<FxHashMap<[i32; 3], Brick>>,
     /// Vertices.
-    pub vertices: u32,
+    pub vertices: u64,
     /// Triangles.
     pub triangles: u64,
 }
@@ -29,10 +30,10 @@ struct Brick {
     vertices: u32,
     /// Its vertices that go, rising.
     gone: Vec<u32>,
-    first_vertex: u32,
+    first_vertex: u64,
     /// Those split off that are kept: from which, and which of these.
     copies: Vec<[u32; 2]>,
-    first_copy: u32,
+    first_copy: u64,
     triangles: u32,
     first_triangle: u64,
 }
@@ -42,19 +43,19 @@ pub struct Numbered<'a> {
     /// The tile.
     pub tile: Cow<'a, Tile>,
     /// Of each vertex and each triangle; nothing where they have those of the tile.
-    numbers: Option<(Vec<u32>, Vec<u64>)>,
+    numbers: Option<[Vec<u64>; 2]>,
 }
 
 impl Numbered<'_> {
-    /// The number of a vertex; [`NONE`] of one that goes.
-    pub fn vertex(&self, v: usize) -> u32 {
-        self.numbers.as_ref().map_or(v as u32, |(vertices, _)| vertices[v])
+    /// The number of a vertex; [`GONE`] of one that goes.
+    pub fn vertex(&self, v: usize) -> u64 {
+        self.numbers.as_ref().map_or(v as u64, |[vertices, _]| vertices[v])
     }
 
     /// The number of a triangle; `None` of one that goes.
     pub fn triangle(&self, t: usize) -> Option<u64> {
-        let Some((_, triangles)) = &self.numbers else { return Some(t as u64) };
-        Some(triangles[t]).filter(|&number| number != u64::MAX)
+        let Some([_, triangles]) = &self.numbers else { return Some(t as u64) };
+        Some(triangles[t]).filter(|&number| number != GONE)
     }
 }
 
@@ -62,13 +63,17 @@ impl Numbers {
     /// Numbers what is chosen.
     ///
     /// # Errors
-    /// A tile can't be read; more vertices than there are numbers for; cancelled.
+    /// A tile can't be read; cancelled.
     pub fn new(tiles: &impl Tiles, chosen: &Chosen, progress: &Progress<'_>) -> Result<Self> {
         if tiles.count() == 1 && !chosen.kept.contains(&false) {
             let tile = tiles.get(0)?;
             let triangles = tile.surface.triangles.len() as u64;
-            return Ok(Numbers { of: None, vertices: tile.own as u32, triangles });
+            return Ok(Numbers { of: None, vertices: tile.own as u64, triangles });
         }
+        Self::by_bricks(tiles, chosen, progress)
+    }
+
+    fn by_bricks(tiles: &impl Tiles, chosen: &Chosen, progress: &Progress<'_>) -> Result<Self> {
         let mut of: FxHashMap<[i32; 3], Brick> = FxHashMap::default();
         for i in 0..tiles.count() {
             progress.check()?;
@@ -96,17 +101,16 @@ impl Numbers {
         let (mut vertices, mut triangles) = (0_u64, 0_u64);
         for brick in &order {
             let brick = of.get_mut(brick).expect("its key is from there");
-            (brick.first_vertex, brick.first_triangle) = (vertices as u32, triangles);
+            (brick.first_vertex, brick.first_triangle) = (vertices, triangles);
             vertices += u64::from(brick.vertices) - brick.gone.len() as u64;
             triangles += u64::from(brick.triangles);
         }
         for brick in &order {
             let brick = of.get_mut(brick).expect("its key is from there");
-            brick.first_copy = vertices as u32;
+            brick.first_copy = vertices;
             vertices += brick.copies.len() as u64;
         }
-        refuse_many(vertices)?;
-        Ok(Numbers { of: Some(of), vertices: vertices as u32, triangles })
+        Ok(Numbers { of: Some(of), vertices, triangles })
     }
 
     /// Numbers a tile.
@@ -116,21 +120,35 @@ impl Numbers {
     }
 }
 
-impl Brick {
-    /// The number of a vertex of it that is kept.
-    fn vertex(&self, key: &VertexKey) -> u32 {
-        if key.is_copy {
-            return self.first_copy + self.copies.partition_point(|copy| *copy < [key.number, key.copy]) as u32;
+#[cfg(test)]
+impl Numbers {
+    /// As if bricks with so many vertices and triangles came before all others.
+    pub fn after(others: u64, tiles: &impl Tiles, chosen: &Chosen) -> Self {
+        let mut numbers = Self::by_bricks(tiles, chosen, &Progress::none()).unwrap();
+        for brick in numbers.of.as_mut().unwrap().values_mut() {
+            brick.first_vertex += others;
+            brick.first_copy += others;
+            brick.first_triangle += others;
         }
-        self.first_vertex + key.number - self.gone.partition_point(|&gone| gone < key.number) as u32
+        Numbers { vertices: numbers.vertices + others, triangles: numbers.triangles + others, ..numbers }
     }
 }
 
-/// Numbers of a tile's vertices and triangles; [`NONE`] and [`u64::MAX`] of those that go.
-fn by_bricks(of: &FxHashMap<[i32; 3], Brick>, tile: &Tile, is_kept: impl Fn(usize) -> bool) -> (Vec<u32>, Vec<u64>) {
+impl Brick {
+    /// The number of a vertex of it that is kept.
+    fn vertex(&self, key: &VertexKey) -> u64 {
+        if key.is_copy {
+            return self.first_copy + self.copies.partition_point(|copy| *copy < [key.number, key.copy]) as u64;
+        }
+        self.first_vertex + u64::from(key.number) - self.gone.partition_point(|&gone| gone < key.number) as u64
+    }
+}
+
+/// Numbers of a tile's vertices and triangles; [`GONE`] of those that go.
+fn by_bricks(of: &FxHashMap<[i32; 3], Brick>, tile: &Tile, is_kept: impl Fn(usize) -> bool) -> [Vec<u64>; 2] {
     let split_off = tile.own - tile.copied.len();
-    let mut vertices = vec![NONE; tile.surface.positions.len()];
-    let mut triangles = vec![u64::MAX; tile.surface.triangles.len()];
+    let mut vertices = vec![GONE; tile.surface.positions.len()];
+    let mut triangles = vec![GONE; tile.surface.triangles.len()];
     let mut triangle = 0;
     for (share, &first) in tile.shares.iter().zip(&tile.first) {
         let brick = &of[&share.brick];
@@ -146,5 +164,5 @@ fn by_bricks(of: &FxHashMap<[i32; 3], Brick>, tile: &Tile, is_kept: impl Fn(usiz
         let key = tile.key(v as u32);
         vertices[v] = of[&key.brick].vertex(&key);
     }
-    (vertices, triangles)
+    [vertices, triangles]
 }

@@ -7,7 +7,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::components::Chosen;
 use super::extract::{Row, Surface};
-use super::numbering::{NONE, Numbered, Numbers};
+use super::numbering::{GONE, NONE, Numbered, Numbers};
 use super::tile::Tiles;
 use base::error::Result;
 use base::progress::Progress;
@@ -15,7 +15,7 @@ use glam::DVec3;
 use mesh::holes::{self, Bounds};
 
 /// A triangle's corners: numbers, places, colours.
-pub type Corners = [(u32, DVec3, [u8; 4]); 3];
+pub type Corners = [(u64, DVec3, [u8; 4]); 3];
 
 /// The whole surface.
 pub struct Whole<T> {
@@ -24,10 +24,12 @@ pub struct Whole<T> {
     pub numbers: Numbers,
     /// The box around each tile's vertices, those of other tiles among them.
     pub boxes: Vec<Bounds>,
-    /// What was added: its vertices and triangles follow those of the tiles.
+    /// What was added: its vertices and triangles follow those of the tiles. Without the corners of the triangles ...
     pub added: Surface,
-    /// Vertices of tiles that triangles of `added` have, as they are there, by their numbers.
-    pub rims: BTreeMap<u32, Row>,
+    /// ... which are numbers of all vertices.
+    pub corners: Vec<[u64; 3]>,
+    /// Vertices of tiles that triangles that were added have, as they are there, by their numbers.
+    pub rims: BTreeMap<u64, Row>,
     /// What of the surface, the added among it, is not as it was.
     pub changes: Changes,
 }
@@ -36,13 +38,13 @@ pub struct Whole<T> {
 #[derive(Default)]
 pub struct Changes {
     /// Vertices that lie elsewhere, and whether they are on a scan still.
-    pub moved: FxHashMap<u32, (DVec3, i32)>,
+    pub moved: FxHashMap<u64, (DVec3, i32)>,
     /// Triangles that are gone.
     pub removed: FxHashSet<u64>,
     /// Triangles with other corners.
-    pub renamed: FxHashMap<u64, [u32; 3]>,
+    pub renamed: FxHashMap<u64, [u64; 3]>,
     /// Vertices without a triangle, rising.
-    pub bare: Vec<u32>,
+    pub bare: Vec<u64>,
 }
 
 /// Some of the surface.
@@ -51,7 +53,7 @@ pub struct Window {
     /// It as a surface; without its boundary.
     pub surface: Surface,
     /// Numbers of its vertices, rising.
-    pub vertices: Vec<u32>,
+    pub vertices: Vec<u64>,
     /// Numbers of its triangles, rising.
     pub triangles: Vec<u64>,
     /// Parts of its vertices; [`NONE`] of those that were added.
@@ -62,13 +64,13 @@ impl<T: Tiles> Whole<T> {
     /// What is chosen of the tiles.
     ///
     /// # Errors
-    /// A tile can't be read; more vertices than there are numbers for; cancelled.
+    /// A tile can't be read; cancelled.
     pub fn new(tiles: T, chosen: Chosen, progress: &Progress<'_>) -> Result<Self> {
         let numbers = Numbers::new(&tiles, &chosen, progress)?;
         let bounds = |tile: usize| Ok(Bounds::of(tiles.positions(tile)?.iter().copied()));
         let boxes = (0..tiles.count()).map(bounds).collect::<Result<_>>()?;
-        let (added, rims, changes) = Default::default();
-        Ok(Whole { tiles, chosen, numbers, boxes, added, rims, changes })
+        let (added, corners, rims, changes) = Default::default();
+        Ok(Whole { tiles, chosen, numbers, boxes, added, corners, rims, changes })
     }
 
     /// A tile with its numbers.
@@ -78,26 +80,26 @@ impl<T: Tiles> Whole<T> {
 
     /// Vertices of tiles and those that were added.
     pub fn vertices(&self) -> u64 {
-        u64::from(self.numbers.vertices) + self.added.positions.len() as u64
+        self.numbers.vertices + self.added.positions.len() as u64
     }
 
     /// Triangles of tiles and those that were added.
     pub fn triangles(&self) -> u64 {
-        self.numbers.triangles + self.added.triangles.len() as u64
+        self.numbers.triangles + self.corners.len() as u64
     }
 
     /// The longest side of the boxes of triangles that were added.
     pub fn longest_added(&self) -> f64 {
         let known = self.numbers.vertices;
-        let place = |v: u32| match v.checked_sub(known) {
+        let place = |v: u64| match v.checked_sub(known) {
             Some(added) => self.added.positions[added as usize],
             None => self.rims[&v].position,
         };
-        let size = |t: &[u32; 3]| {
+        let size = |t: &[u64; 3]| {
             let bounds = Bounds::of(t.map(place));
             (bounds.max - bounds.min).max_element()
         };
-        self.added.triangles.iter().map(size).fold(0.0, f64::max)
+        self.corners.iter().map(size).fold(0.0, f64::max)
     }
 
     /// The triangles whose boxes meet any of these regions.
@@ -125,20 +127,19 @@ impl<T: Tiles> Whole<T> {
             }
         }
         let known = self.numbers.vertices;
-        if !self.added.triangles.is_empty() {
+        if !self.corners.is_empty() {
             // The added triangles among the vertices that they have.
             let mut surface = Surface::default();
             self.rims.values().for_each(|&row| surface.push(row));
             surface.append_vertices(&self.added, 0..self.added.positions.len());
-            let rim: Vec<u32> = self.rims.keys().copied().collect();
-            let local = |v: u32| match v.checked_sub(known) {
-                Some(added) => rim.len() as u32 + added,
+            let rim: Vec<u64> = self.rims.keys().copied().collect();
+            let local = |v: u64| match v.checked_sub(known) {
+                Some(added) => (rim.len() as u64 + added) as u32,
                 None => rim.partition_point(|&other| other < v) as u32,
             };
-            surface.triangles = self.added.triangles.iter().map(|t| t.map(local)).collect();
+            surface.triangles = self.corners.iter().map(|t| t.map(local)).collect();
             surface.cases = self.added.cases.clone();
-            let vertices: Vec<u32> =
-                rim.iter().copied().chain(known..known + self.added.positions.len() as u32).collect();
+            let vertices: Vec<u64> = rim.iter().copied().chain(known..self.vertices()).collect();
             let near = holes::near(&surface.positions, &surface.triangles, regions, progress)?;
             let mut near: Vec<u32> = near.concat();
             near.sort_unstable();
@@ -159,10 +160,10 @@ impl<T: Tiles> Whole<T> {
     /// A tile can't be read; cancelled.
     pub fn each_triangle(&self, progress: &Progress<'_>, mut each: impl FnMut(Corners)) -> Result<()> {
         let Changes { moved, removed, renamed, .. } = &self.changes;
-        let at = |v: u32, place: DVec3| moved.get(&v).map_or(place, |moved| moved.0);
+        let at = |v: u64, place: DVec3| moved.get(&v).map_or(place, |moved| moved.0);
         // Where corners are others they are added ones.
         let known = self.numbers.vertices;
-        let added = |v: u32| match v.checked_sub(known) {
+        let added = |v: u64| match v.checked_sub(known) {
             Some(place) => (v, at(v, self.added.positions[place as usize]), self.added.colour[place as usize]),
             None => (v, at(v, self.rims[&v].position), self.rims[&v].colour),
         };
@@ -185,7 +186,7 @@ impl<T: Tiles> Whole<T> {
                 each(found);
             }
         }
-        for (t, corners) in (self.numbers.triangles..).zip(&self.added.triangles).filter(|t| !removed.contains(&t.0)) {
+        for (t, corners) in (self.numbers.triangles..).zip(&self.corners).filter(|t| !removed.contains(&t.0)) {
             each(renamed.get(&t).unwrap_or(corners).map(added));
         }
         Ok(())
@@ -195,8 +196,8 @@ impl<T: Tiles> Whole<T> {
     ///
     /// # Errors
     /// A tile can't be read; cancelled.
-    pub fn each_vertex(&self, progress: &Progress<'_>, mut each: impl FnMut(u32, DVec3, [u8; 4])) -> Result<()> {
-        let mut call = |v: u32, place: DVec3, colour: [u8; 4]| {
+    pub fn each_vertex(&self, progress: &Progress<'_>, mut each: impl FnMut(u64, DVec3, [u8; 4])) -> Result<()> {
+        let mut call = |v: u64, place: DVec3, colour: [u8; 4]| {
             if self.changes.bare.binary_search(&v).is_err() {
                 each(v, self.changes.moved.get(&v).map_or(place, |moved| moved.0), colour);
             }
@@ -205,7 +206,7 @@ impl<T: Tiles> Whole<T> {
             progress.check()?;
             let numbered = self.tile(i)?;
             let surface = &numbered.tile.surface;
-            let kept = (0..numbered.tile.own).map(|v| (v, numbered.vertex(v))).filter(|of| of.1 != NONE);
+            let kept = (0..numbered.tile.own).map(|v| (v, numbered.vertex(v))).filter(|of| of.1 != GONE);
             kept.for_each(|(v, number)| call(number, surface.positions[v], surface.colour[v]));
         }
         let added = self.added.positions.iter().zip(&self.added.colour);
@@ -218,8 +219,8 @@ impl<T: Tiles> Whole<T> {
 #[derive(Default)]
 struct Gathered {
     surface: Surface,
-    place_of: FxHashMap<u32, u32>,
-    vertices: Vec<u32>,
+    place_of: FxHashMap<u64, u32>,
+    vertices: Vec<u64>,
     part_of: Vec<u32>,
     triangles: Vec<u64>,
 }
@@ -230,7 +231,7 @@ impl Gathered {
         surface: &Surface,
         t: usize,
         number: u64,
-        vertex: impl Fn(usize) -> u32,
+        vertex: impl Fn(usize) -> u64,
         part: impl Fn(usize) -> u32,
     ) {
         let corners = surface.triangles[t].map(|v| {
@@ -277,7 +278,7 @@ impl Gathered {
 
 impl Window {
     /// Where a vertex is that it has.
-    pub fn local(&self, vertex: u32) -> Option<u32> {
+    pub fn local(&self, vertex: u64) -> Option<u32> {
         self.vertices.binary_search(&vertex).ok().map(|place| place as u32)
     }
 }

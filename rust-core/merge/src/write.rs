@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use super::extract::{Case, Surface};
-use super::numbering::{NONE, Numbered};
+use super::numbering::{GONE, Numbered};
 use super::numbers::Places;
 use super::tile::Tiles;
 use super::whole::Whole;
@@ -68,7 +68,7 @@ fn at_once(
 /// `colours` are those of vertices that no scan has a colour of; nothing where no scan has any.
 fn in_pieces<T: Tiles>(
     whole: &Whole<T>,
-    colours: Option<&FxHashMap<u32, [u8; 4]>>,
+    colours: Option<&FxHashMap<u64, [u8; 4]>>,
     Besides { crs, places, .. }: Besides,
     sink: &mut dyn MeshSink,
     progress: &Progress<'_>,
@@ -97,7 +97,7 @@ fn in_pieces<T: Tiles>(
 
 struct Out<'a, T> {
     whole: &'a Whole<T>,
-    colours: Option<&'a FxHashMap<u32, [u8; 4]>>,
+    colours: Option<&'a FxHashMap<u64, [u8; 4]>>,
     places: Places,
     /// Triangles that are gone, rising.
     removed: Vec<u64>,
@@ -107,7 +107,7 @@ struct Out<'a, T> {
 /// Triangles whose numbers follow each other, as they are found.
 #[derive(Default)]
 struct Run {
-    triangles: Vec<[u32; 3]>,
+    triangles: Vec<[u64; 3]>,
     cases: Vec<Case>,
 }
 
@@ -117,13 +117,13 @@ impl<T: Tiles> Out<'_, T> {
     }
 
     /// What a vertex is called where those without a triangle are left out.
-    fn vertex(&self, v: u32) -> u32 {
-        v - self.whole.changes.bare.partition_point(|&bare| bare < v) as u32
+    fn vertex(&self, v: u64) -> u64 {
+        v - self.whole.changes.bare.partition_point(|&bare| bare < v) as u64
     }
 
     fn tile(&self, numbered: &Numbered<'_>) -> Result<[u64; 3]> {
         let tile = &numbered.tile;
-        let own: Vec<(usize, u32)> = (0..tile.own).map(|v| (v, numbered.vertex(v))).filter(|of| of.1 != NONE).collect();
+        let own: Vec<(usize, u64)> = (0..tile.own).map(|v| (v, numbered.vertex(v))).filter(|of| of.1 != GONE).collect();
         for run in own.chunk_by(|a, b| a.1 + 1 == b.1) {
             self.vertices(&tile.surface, run.iter().copied())?;
         }
@@ -139,21 +139,21 @@ impl<T: Tiles> Out<'_, T> {
     }
 
     fn added(&self) -> Result<[u64; 3]> {
-        let (added, numbers) = (&self.whole.added, &self.whole.numbers);
+        let Whole { added, corners, numbers, .. } = self.whole;
         self.vertices(added, (0..added.positions.len()).zip(numbers.vertices..))?;
-        let cases = added.triangles.iter().zip(&added.cases);
+        let cases = corners.iter().zip(&added.cases);
         self.triangles((numbers.triangles..).zip(cases).map(|(t, (corners, case))| (t, *corners, *case)))
     }
 
     /// Hands over vertices of a surface, with their numbers, which follow each other.
-    fn vertices(&self, surface: &Surface, list: impl Iterator<Item = (usize, u32)>) -> Result<()> {
+    fn vertices(&self, surface: &Surface, list: impl Iterator<Item = (usize, u64)>) -> Result<()> {
         let changes = &self.whole.changes;
-        let list: Vec<(usize, u32)> = list.filter(|v| changes.bare.binary_search(&v.1).is_err()).collect();
+        let list: Vec<(usize, u64)> = list.filter(|v| changes.bare.binary_search(&v.1).is_err()).collect();
         let Some(&(_, first)) = list.first() else { return Ok(()) };
-        let moved = |v: u32| changes.moved.get(&v);
+        let moved = |v: u64| changes.moved.get(&v);
         let positions: Vec<_> =
             list.iter().map(|&(at, v)| moved(v).map_or(surface.positions[at], |moved| moved.0)).collect();
-        let scan = |&(at, v): &(usize, u32)| moved(v).map_or(surface.scan[at], |moved| moved.1);
+        let scan = |&(at, v): &(usize, u64)| moved(v).map_or(surface.scan[at], |moved| moved.1);
         let scan: Vec<i32> = list.iter().map(|of| self.places.told(scan(of))).collect();
         let mut attributes = vec![
             AttributeData::F32(list.iter().map(|&(at, _)| surface.confidence[at]).collect()),
@@ -162,14 +162,14 @@ impl<T: Tiles> Out<'_, T> {
             AttributeData::Bool(scan.iter().map(|&scan| scan < 0).collect()),
         ];
         if let Some(colours) = self.colours {
-            let colour = |&(at, v): &(usize, u32)| colours.get(&v).copied().unwrap_or(surface.colour[at]);
+            let colour = |&(at, v): &(usize, u64)| colours.get(&v).copied().unwrap_or(surface.colour[at]);
             attributes.push(AttributeData::Colour(list.iter().map(colour).collect()));
         }
-        self.to_sink(|sink| sink.vertices(self.vertex(first).into(), &positions, &attributes))
+        self.to_sink(|sink| sink.vertices(self.vertex(first), &positions, &attributes))
     }
 
     /// Hands over triangles with their numbers, which follow each other, corners and cases; counts the cases.
-    fn triangles(&self, list: impl Iterator<Item = (u64, [u32; 3], Case)>) -> Result<[u64; 3]> {
+    fn triangles(&self, list: impl Iterator<Item = (u64, [u64; 3], Case)>) -> Result<[u64; 3]> {
         let (mut first, mut counts, mut run) = (None, [0; 3], Run::default());
         for (t, corners, case) in list {
             let before = self.removed.partition_point(|&removed| removed < t);

@@ -2,12 +2,15 @@
 
 use std::ops::Range;
 
-use base::error::Result;
+use base::error::{Error, Result};
 use base::memory::expect;
 use base::progress::Progress;
 use glam::DVec3;
 
 use crate::{Attribute, AttributeData, Crs, Extent, TriMesh};
+
+/// Vertices that a mesh in memory has numbers for.
+const MOST_VERTICES: u64 = 1 << 32;
 
 /// Rows of a mesh in memory that are handed over at once.
 const PIECE: usize = 1 << 14;
@@ -43,11 +46,11 @@ pub trait MeshSink: Send {
     /// It can't take them.
     fn vertices(&mut self, first: u64, positions: &[DVec3], attributes: &[AttributeData]) -> Result<()>;
 
-    /// Triangles from `first` on.
+    /// Triangles from `first` on, of vertices of any piece.
     ///
     /// # Errors
     /// It can't take them.
-    fn triangles(&mut self, first: u64, triangles: &[[u32; 3]], attributes: &[AttributeData]) -> Result<()>;
+    fn triangles(&mut self, first: u64, triangles: &[[u64; 3]], attributes: &[AttributeData]) -> Result<()>;
 
     /// A mesh as a whole, and nothing else: to begin is part of it.
     ///
@@ -130,7 +133,8 @@ impl TriMesh {
         for range in pieces(self.triangles.len()) {
             progress.advance(range.len() as u64)?;
             let attributes = some(&self.face_attributes, &range);
-            sink.triangles(range.start as u64, &self.triangles[range], &attributes)?;
+            let (first, corners) = (range.start as u64, self.triangles[range].iter().map(|t| t.map(u64::from)));
+            sink.triangles(first, &corners.collect::<Vec<_>>(), &attributes)?;
         }
         Ok(())
     }
@@ -150,6 +154,11 @@ impl MeshSink for TriMesh {
         let bytes = vertex as f64 * outline.vertices as f64 + triangle as f64 * outline.triangles as f64;
         let what = || format!("a surface of {} triangles", outline.triangles);
         expect(bytes, what, "have it written into a file, make it coarser, or raise the limit")?;
+        if outline.vertices > MOST_VERTICES {
+            let text =
+                format!("a surface of {} vertices is more than a mesh in memory has numbers for", outline.vertices);
+            return Err(Error::OutOfMemory(text));
+        }
         let blank = |list: &[Attribute], count: u64| {
             let blank = |of: &Attribute| Attribute { name: of.name.clone(), data: of.data.blank(count as usize) };
             list.iter().map(blank).collect()
@@ -169,9 +178,10 @@ impl MeshSink for TriMesh {
         Ok(())
     }
 
-    fn triangles(&mut self, first: u64, triangles: &[[u32; 3]], attributes: &[AttributeData]) -> Result<()> {
+    fn triangles(&mut self, first: u64, triangles: &[[u64; 3]], attributes: &[AttributeData]) -> Result<()> {
         let first = first as usize;
-        self.triangles[first..first + triangles.len()].copy_from_slice(triangles);
+        let places = &mut self.triangles[first..first + triangles.len()];
+        places.iter_mut().zip(triangles).for_each(|(place, corners)| *place = corners.map(|v| v as u32));
         self.face_attributes.iter_mut().zip(attributes).for_each(|(all, entries)| all.data.put(first, entries));
         Ok(())
     }

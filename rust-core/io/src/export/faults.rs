@@ -81,7 +81,8 @@ pub(crate) fn writers() -> Vec<(&'static str, Write)> {
                     sink.begin(&pieces.outline())?;
                     progress.check()?;
                     let entries = |list: &[Attribute]| list.iter().map(|of| of.data.clone()).collect::<Vec<_>>();
-                    sink.triangles(0, &pieces.triangles, &entries(&pieces.face_attributes))?;
+                    let corners: Vec<[u64; 3]> = pieces.triangles.iter().map(|t| t.map(u64::from)).collect();
+                    sink.triangles(0, &corners, &entries(&pieces.face_attributes))?;
                     sink.vertices(0, &pieces.positions, &entries(&pieces.vertex_attributes))
                 },
                 progress,

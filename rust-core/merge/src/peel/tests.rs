@@ -1,5 +1,8 @@
 //! What peeling must hold, on sheets with holes.
 
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+
 use glam::DVec3;
 use proptest::prelude::*;
 
@@ -7,12 +10,14 @@ use super::*;
 use crate::close::{self, Room};
 use crate::components::Chosen;
 use crate::extract::Case;
+use crate::numbering::Numbers;
 use crate::numbers::Places;
-use crate::tile::{Share, Tile};
+use crate::tile::{Share, Tile, Tiles};
 use crate::whole::Whole;
 use crate::write::{self, Besides};
 use crate::{MergeParams, MergeReport, parts};
-use mesh::{TriMesh, check};
+use mesh::sink::{MeshOutline, MeshSink};
+use mesh::{AttributeData, TriMesh, check};
 
 /// Squares along each side of a sheet.
 const SIDE: i32 = 20;
@@ -82,10 +87,8 @@ fn surface(sheets: &[Sheet], first: usize) -> Surface {
     surface
 }
 
-/// Holes closed and left open, and the triangles by their corners.
-fn closed(sheets: &[Sheet], first: usize) -> ([u64; 2], Vec<[[u64; 3]; 3]>) {
-    let progress = Progress::none();
-    let surface = surface(sheets, first);
+/// A surface that is one tile.
+fn tile(surface: Surface) -> Tile {
     let (vertices, triangles) = (surface.positions.len() as u32, surface.triangles.len() as u32);
     let mut tile = Tile {
         surface,
@@ -99,25 +102,120 @@ fn closed(sheets: &[Sheet], first: usize) -> ([u64; 2], Vec<[[u64; 3]; 3]>) {
         parts: Vec::new(),
         part_of: Vec::new(),
     };
-    (tile.part_of, tile.parts) = parts::within(&tile, &progress).unwrap();
-    let tiles = vec![tile];
+    (tile.part_of, tile.parts) = parts::within(&tile, &Progress::none()).unwrap();
+    tile
+}
+
+fn whole<T: Tiles>(tiles: T) -> Whole<T> {
+    let progress = Progress::none();
     let parts = parts::find(&tiles, &progress).unwrap();
     let kept = vec![true; parts.list.len()];
-    let mut whole = Whole::new(tiles, Chosen { parts, kept, size: DVec3::ONE }, &progress).unwrap();
+    Whole::new(tiles, Chosen { parts, kept, size: DVec3::ONE }, &progress).unwrap()
+}
+
+/// Closes what can be closed and hands the surface over; holes closed and left open.
+fn closed_into<T: Tiles>(mut whole: Whole<T>, sink: &mut dyn MeshSink) -> [u64; 2] {
+    let progress = Progress::none();
     let lattice = Lattice::new(1.0, DVec3::ZERO, [0; 3]).unwrap();
     let params = MergeParams { max_hole_length: Some(60.0), ..MergeParams::default() };
     let mut found = MergeReport::default();
     close::close(&mut whole, &lattice, &params, Room::ALL, &mut found, &progress).unwrap();
-    let mut mesh = TriMesh::default();
     let besides = Besides { places: Places([(0, 0)].into_iter().collect()), ..Besides::default() };
-    write::write(whole, besides, &mut mesh, &progress).unwrap();
+    write::write(whole, besides, sink, &progress).unwrap();
+    found.holes
+}
+
+/// Holes closed and left open, and the triangles by their corners.
+fn closed(sheets: &[Sheet], first: usize) -> ([u64; 2], Vec<[[u64; 3]; 3]>) {
+    let mut mesh = TriMesh::default();
+    let holes = closed_into(whole(vec![tile(surface(sheets, first))]), &mut mesh);
     let corner = |v: u32| mesh.positions[v as usize].to_array().map(f64::to_bits);
     let mut triangles: Vec<_> = mesh.triangles.iter().map(|t| t.map(corner)).collect();
     triangles.sort_unstable();
     let report = check(&mesh);
     assert!(report.is_manifold(), "{report}");
-    assert_eq!(report.boundary_loops as u64, found.holes[1]);
-    (found.holes, triangles)
+    assert_eq!(report.boundary_loops as u64, holes[1]);
+    (holes, triangles)
+}
+
+/// Tiles that are never one surface in memory.
+struct Apart(Vec<Tile>);
+
+impl Tiles for Apart {
+    fn count(&self) -> usize {
+        self.0.count()
+    }
+
+    fn get(&self, tile: usize) -> Result<Cow<'_, Tile>> {
+        self.0.get(tile)
+    }
+
+    fn positions(&self, tile: usize) -> Result<Cow<'_, [DVec3]>> {
+        self.0.positions(tile)
+    }
+
+    fn noise(&self, tile: usize) -> Result<Cow<'_, [f32]>> {
+        self.0.noise(tile)
+    }
+
+    fn artificial(&self) -> u64 {
+        0
+    }
+
+    fn take_only(&mut self) -> Option<Tile> {
+        None
+    }
+}
+
+/// What is handed over, by number.
+#[derive(Default)]
+struct Taken {
+    outline: MeshOutline,
+    vertices: BTreeMap<u64, [u64; 3]>,
+    triangles: BTreeMap<u64, [u64; 3]>,
+}
+
+impl MeshSink for Taken {
+    fn begin(&mut self, outline: &MeshOutline) -> Result<()> {
+        self.outline = outline.clone();
+        Ok(())
+    }
+
+    fn vertices(&mut self, first: u64, positions: &[DVec3], _: &[AttributeData]) -> Result<()> {
+        self.vertices.extend((first..).zip(positions.iter().map(|p| p.to_array().map(f64::to_bits))));
+        Ok(())
+    }
+
+    fn triangles(&mut self, first: u64, triangles: &[[u64; 3]], _: &[AttributeData]) -> Result<()> {
+        self.triangles.extend((first..).zip(triangles.iter().copied()));
+        Ok(())
+    }
+}
+
+/// Theorem: numbers are of 64 bits wherever tiles are put together, as if billions of vertices came before those that are there.
+#[test]
+fn numbers_go_beyond_32_bits() {
+    let spikes: Vec<_> = (8..13).map(|x| (x, 7, if x % 2 == 0 { 40 } else { -40 })).collect();
+    let sheets = [
+        Sheet { hole: 4, spikes: Vec::new(), fin: false },
+        Sheet { hole: 4, spikes, fin: false },
+        Sheet { hole: 3, spikes: Vec::new(), fin: true },
+    ];
+    let (holes, expected) = closed(&sheets, 0);
+    assert!(holes[0] >= 2, "{holes:?}");
+    // The limit is among the vertices, and far below.
+    for others in [0, (1 << 32) - 700, 1 << 40] {
+        let mut whole = whole(Apart(vec![tile(surface(&sheets, 0))]));
+        whole.numbers = Numbers::after(others, &whole.tiles, &whole.chosen);
+        let mut taken = Taken::default();
+        assert_eq!(closed_into(whole, &mut taken), holes);
+        let Taken { outline, vertices, triangles } = taken;
+        assert!(vertices.keys().copied().eq(others..outline.vertices), "{others}");
+        assert!(triangles.keys().copied().eq(others..outline.triangles), "{others}");
+        let mut found: Vec<_> = triangles.values().map(|t| t.map(|v| vertices[&v])).collect();
+        found.sort_unstable();
+        assert!(found == expected, "{others}");
+    }
 }
 
 proptest! {

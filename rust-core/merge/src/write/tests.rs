@@ -82,25 +82,25 @@ fn whole(asked: &Changed) -> Whole<Vec<Tile>> {
     if known == 0 {
         return whole;
     }
-    let (first, all) = (known, known + asked.added.len() as u32);
+    let (first, all) = (known, known + asked.added.len() as u64);
     for (v, corners) in (first..).zip(&asked.added) {
-        let position = DVec3::new(f64::from(v), 0.5, -1.0);
+        let position = DVec3::new(v as f64, 0.5, -1.0);
         whole.added.push(Row { position, confidence: 1.0, noise: 0.0, colour: [3, 4, 5, 0], scan: -1 });
-        let [a, b] = corners.map(|corner| corner % known);
-        whole.added.triangles.push([a, b, v]);
+        let [a, b] = corners.map(|corner| u64::from(corner) % known);
+        whole.corners.push([a, b, v]);
         whole.added.cases.push(Case::Fill);
     }
     let triangles = whole.triangles();
     let changes = &mut whole.changes;
-    changes.moved.extend(asked.moved.iter().map(|v| (v % all, (DVec3::splat(f64::from(v % 7)), -1))));
+    changes.moved.extend(asked.moved.iter().map(|&v| (u64::from(v) % all, (DVec3::splat(f64::from(v % 7)), -1))));
     changes.removed.extend(asked.removed.iter().map(|t| t % triangles));
-    let renamed = asked.renamed.iter().map(|(t, corners)| (t % triangles, corners.map(|v| v % all)));
+    let renamed = asked.renamed.iter().map(|(t, corners)| (t % triangles, corners.map(|v| u64::from(v) % all)));
     changes.renamed.extend(renamed.filter(|of| !changes.removed.contains(&of.0)));
     // Corners that are others are known as those of added triangles are.
     let numbered = whole.tile(0).unwrap();
-    let rows: Vec<(u32, Row)> = (0..numbered.tile.own)
+    let rows: Vec<(u64, Row)> = (0..numbered.tile.own)
         .map(|v| (numbered.vertex(v), numbered.tile.surface.row(v)))
-        .filter(|row| row.0 != NONE)
+        .filter(|row| row.0 != GONE)
         .collect();
     drop(numbered);
     whole.rims.extend(rows);

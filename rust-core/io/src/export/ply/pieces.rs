@@ -151,6 +151,13 @@ fn with_attributes<'a>(mut element: Element<'a>, attributes: &'a [AttributeData]
 
 impl MeshSink for Pieces<'_, '_> {
     fn begin(&mut self, outline: &MeshOutline) -> Result<()> {
+        if u32::try_from(outline.vertices).is_err() {
+            return Err(Error::input(format!(
+                "{}: {} vertices are more than PLY files have numbers for, in parts as well: make the surface coarser",
+                known_as(self.path),
+                outline.vertices
+            )));
+        }
         let is_double = is_double(&outline.extent, self.options.positions)?;
         let layout = if self.options.is_split(outline.triangles) {
             // Nobody will read its header, which may hold no such numbers.
@@ -181,19 +188,21 @@ impl MeshSink for Pieces<'_, '_> {
         self.write(&with_attributes(vertices, attributes), rows, first)
     }
 
-    fn triangles(&mut self, first: u64, triangles: &[[u32; 3]], attributes: &[AttributeData]) -> Result<()> {
+    fn triangles(&mut self, first: u64, triangles: &[[u64; 3]], attributes: &[AttributeData]) -> Result<()> {
         let begun = self.begun()?;
         let (rows, own) = (begun.layout.faces, &begun.outline.face_attributes);
         take(rows, &mut begun.written[1], "triangles", (first, triangles.len()), own, attributes)?;
         let count = begun.outline.vertices;
         for (t, triangle) in (first..).zip(triangles) {
-            if let Some(v) = triangle.iter().find(|&&v| u64::from(v) >= count) {
+            if let Some(v) = triangle.iter().find(|&&v| v >= count) {
                 return Err(Error::input(format!(
                     "triangle {t} names vertex {v}, but there are only {count} vertices"
                 )));
             }
         }
-        self.write(&with_attributes(faces(triangles, triangles.len()), attributes), rows, first)
+        // No more than there are vertices, of which there are not more than files have numbers for.
+        let corners: Vec<[u32; 3]> = triangles.iter().map(|t| t.map(|v| v as u32)).collect();
+        self.write(&with_attributes(faces(&corners, corners.len()), attributes), rows, first)
     }
 }
 

@@ -21,10 +21,14 @@ fn hand_over(mesh: &TriMesh, pieces: &[Piece], sink: &mut dyn MeshSink) -> Resul
             sink.vertices(range.start as u64, &mesh.positions[range.clone()], &attributes)?;
         } else {
             let attributes = entries(&mesh.face_attributes);
-            sink.triangles(range.start as u64, &mesh.triangles[range.clone()], &attributes)?;
+            sink.triangles(range.start as u64, &wide(&mesh.triangles[range.clone()]), &attributes)?;
         }
     }
     Ok(())
+}
+
+fn wide(triangles: &[[u32; 3]]) -> Vec<[u64; 3]> {
+    triangles.iter().map(|t| t.map(u64::from)).collect()
 }
 
 fn whole(mesh: &TriMesh) -> Vec<Piece> {
@@ -191,7 +195,11 @@ fn what_is_not_as_announced_is_refused() {
     let text = refused(PlyEncoding::Ascii.into(), &|_| Ok(()));
     assert!(text.ends_with("mesh.ply: what is written piece by piece must be binary, not text"), "{text}");
     assert!(refused(PlyOptions::default(), &|_| Ok(())).contains("its outline must come first"));
-    let text = begun(&|sink| sink.triangles(0, &mesh.triangles, &[]));
+    let parts = PlyOptions { part_triangles: 1, ..PlyOptions::default() };
+    let many = |triangles| MeshOutline { vertices: 1 << 32, triangles, ..mesh.outline() };
+    let text = refused(parts, &|sink| sink.begin(&many(10)));
+    assert!(text.contains("mesh.ply: 4294967296 vertices are more than PLY files have numbers for"), "{text}");
+    let text = begun(&|sink| sink.triangles(0, &wide(&mesh.triangles), &[]));
     assert!(text.contains("0 vertices and 1 triangles were handed over, of 3 and 1"), "{text}");
     let text = begun(&|sink| sink.vertices(1, &mesh.positions, &rows()));
     assert!(text.contains("there are only 3 vertices, and no 3 from 1 on"), "{text}");
@@ -202,7 +210,7 @@ fn what_is_not_as_announced_is_refused() {
     let text = begun(&|sink| sink.vertices(0, &[DVec3::ZERO, DVec3::X, DVec3::NAN], &rows()));
     assert!(text.contains("vertex 2 has a coordinate that is not finite"), "{text}");
     let text = begun(&|sink| {
-        sink.triangles(0, &mesh.triangles, &[])?;
+        sink.triangles(0, &wide(&mesh.triangles), &[])?;
         sink.vertices(0, &[DVec3::ZERO, DVec3::X, DVec3::Z], &rows())
     });
     assert!(text.contains("its vertices lie elsewhere than its outline says"), "{text}");
