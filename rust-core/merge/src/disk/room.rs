@@ -23,7 +23,7 @@ const SOME: usize = 3;
 /// Tells what room the merge will take, and refuses one whose least there is not.
 ///
 /// # Errors
-/// [`Error::Io`]: there is not that room. A scan can't be loaded; cancelled.
+/// [`Error::Io`]: there is not that room. [`Error::OutOfMemory`]: a scan that is looked at is too large. A scan can't be loaded; cancelled.
 pub fn foresee(
     sources: &[&dyn ScanSource],
     loading: &Loading,
@@ -40,6 +40,7 @@ pub fn foresee(
         for number in (1..=SOME).map(|k| k * (sources.len() - 1) / SOME) {
             let surface = sources[number].load(loading, progress)?;
             progress.check()?;
+            setting.workers(surface.positions.len())?;
             seen.push(budget::crossings(&surface, loading.cell));
         }
     }
