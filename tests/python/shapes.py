@@ -37,3 +37,16 @@ def torus_scans(pixels=90, **options):
     for k, scan in enumerate(scans):
         scan.name = f"scan{k:02}"
     return scans
+
+
+# Side of a square of the sphere below that has one of its 5,000 points.
+NOISY_SPACING = np.sqrt(4 * np.pi / 5000)
+
+
+def noisy_sphere():
+    """5,000 random points of the unit sphere with noise of one spacing in all directions, then 250 outliers."""
+    rng = np.random.default_rng(6)
+    points = rng.normal(size=(5000, 3))
+    points /= np.linalg.norm(points, axis=1)[:, None]
+    points += rng.normal(0, NOISY_SPACING, points.shape)
+    return np.concatenate([points, rng.uniform(-1.2, 1.2, (250, 3))])

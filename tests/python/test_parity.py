@@ -238,6 +238,26 @@ def test_a_surface_through_points(c):
         same(np.flatnonzero(dropped == numbers[reason]), indices.astype(np.int64))
 
 
+@pytest.mark.parametrize("options", [{}, {"smooth": 0.3}, {"interpolate": True}], ids=["auto", "smooth", "interpolate"])
+def test_a_surface_through_noisy_points(c, options):
+    points = shapes.noisy_sphere()
+    result = surfrecon.reconstruct(points, **options)
+    dropped = np.zeros(len(points), np.uint8)
+    mesh, report = c.reconstructor_surface(
+        c.reconstructor_create(c.cloud_create(points, None, None, None, None), None),
+        c.struct("reconstruct_params", **options),
+        out_dropped=dropped,
+    )
+    same_mesh(c, mesh, result.mesh)
+    same_report(report, result.report, 12)
+    assert {"noise", "spacing", "smoothing", "moved"} <= result.report.keys()
+    assert min(report.noise, report.spacing) > 0
+    assert (report.smoothing > 0) == (report.moved > 0) == ("interpolate" not in options)
+    assert (report.smoothing == 0.3) == ("smooth" in options)
+    assert report.outliers == len(result.dropped["outlier"]) > 100
+    same(np.flatnonzero(dropped == c.constants["SRF_DROPPED_OUTLIER"]), result.dropped["outlier"].astype(np.int64))
+
+
 def test_a_surface_through_the_points_of_an_image(c):
     x, y = np.meshgrid(np.arange(40.0), np.arange(40.0))
     points = np.stack([x, y, 100 + np.where(x < 20, 0, 12.0) + y**2 / 64], 2)

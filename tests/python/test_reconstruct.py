@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import shapes
 import surfrecon
 
 
@@ -250,3 +251,33 @@ def test_outliers_around_clean_points_are_left_out_unless_all_are_wanted():
     assert len(outliers) > 150 and (outliers < 5000).sum() < 5 and found.report.closed
     assert abs(np.linalg.norm(found.mesh.positions, axis=1) - 1).max() < 0.2
     assert len(surfrecon.reconstruct(points, interpolate=True).dropped["outlier"]) == 0
+
+
+def off_the_sphere(made):
+    """Root mean square of the distances of the vertices from the unit sphere."""
+    return np.sqrt(((np.linalg.norm(made.mesh.positions, axis=1) - 1) ** 2).mean())
+
+
+def test_noisy_points_are_smoothed_unless_the_surface_is_to_go_through_them():
+    points = shapes.noisy_sphere()
+    smoothed, near, through = (
+        surfrecon.reconstruct(points, **options) for options in ({}, {"smooth": 0.3}, {"interpolate": True})
+    )
+    for made in (smoothed, near, through):
+        # What is measured of the points is the same whatever is made of them. Their noise is one spacing.
+        assert made.report["noise"] == smoothed.report["noise"] and made.report["spacing"] == smoothed.report["spacing"]
+        outliers = made.dropped["outlier"]
+        assert (outliers >= 5000).sum() > 120 and (outliers < 5000).sum() < 50
+        check = made.mesh.check()
+        assert check["is_closed"] and check["is_manifold"] and check["genus"] == 0
+    assert smoothed.report["spacing"] == pytest.approx(shapes.NOISY_SPACING, rel=0.1)
+    assert smoothed.report["noise"] == pytest.approx(shapes.NOISY_SPACING, rel=0.25)
+    assert near.report["smoothing"] == 0.3 and smoothed.report["smoothing"] > 0.3
+    assert through.report["smoothing"] == through.report["moved"] == 0
+    used = through.mesh.vertex_attributes["source_point"]
+    assert np.array_equal(through.mesh.positions, points[used])
+    for made, part in ((smoothed, 0.25), (near, 0.5)):
+        assert made.report["moved"] == pytest.approx(shapes.NOISY_SPACING, rel=0.25)
+        assert off_the_sphere(made) < part * off_the_sphere(through)
+    both = surfrecon.reconstruct(points, smooth=0.3, interpolate=True)
+    assert np.array_equal(both.mesh.triangles, through.mesh.triangles) and both.report["smoothing"] == 0
