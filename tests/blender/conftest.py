@@ -1,5 +1,6 @@
 """Installs the built extension into a Blender of its own (the bpy module) and gives each test an empty scene."""
 
+import inspect
 import os
 import sys
 import tempfile
@@ -41,6 +42,34 @@ def empty_scene(extension):
     region = next(region for region in area.regions if region.type == "WINDOW")
     with bpy.context.temp_override(window=window, area=area, region=region):
         yield
+
+
+@pytest.fixture
+def previewed():
+    """Runs an operator with options; returns the mesh that its preview shows of the input that it gathered, and the
+    matrix with it. The preview is started as `modal` would start it.
+    """
+    import bpy
+
+    def run(name, **options):
+        cls, shown = getattr(bpy.types, f"SURFRECON_OT_{name}"), []
+        launch = cls.launch
+
+        def launched(self, context):
+            job = launch(self, context)
+            if inspect.isgenerator(job):
+                job = yield from job
+            shown.append(self.preview_mesh(self.preview(context).result()))
+            return job
+
+        cls.launch = launched
+        try:
+            getattr(bpy.ops.surfrecon, name)(**options)
+        finally:
+            cls.launch = launch
+        return shown[0]
+
+    return run
 
 
 def install():

@@ -111,32 +111,13 @@ def test_a_coarse_surface_keeps_the_shape(extension):
     assert np.allclose(np.ptp(positions, axis=0), np.ptp(mesh.positions, axis=0), atol=0.1)
 
 
-def test_every_long_operator_has_a_preview(scan, extension):
-    """Started as `modal` would start it, on the input that the operator gathered."""
-    seen = {}
+LONG = {"sculpt": {}, "quads": {"rows": 8, "columns": 8}, "cluster": {"vertices": 100}, "reconstruct": {}}
 
-    def keep(self, context):
-        job = preview(self, context)
-        mesh, matrix = self.preview_mesh(job.result())
-        seen[type(self).__name__] = len(mesh.triangles)
-        assert np.asarray(matrix).shape == (4, 4)
 
-    for name, options in (("sculpt", {}), ("quads", {"rows": 8, "columns": 8}), ("cluster", {"vertices": 100})):
-        cls = getattr(bpy.types, f"SURFRECON_OT_{name}")
-        preview, launch = cls.preview, cls.launch
-
-        def launched(self, context, launch=launch, keep=keep):
-            job = launch(self, context)
-            keep(self, context)
-            return job
-
-        cls.launch = launched
-        try:
-            bpy.context.view_layer.objects.active = scan
-            getattr(bpy.ops.surfrecon, name)(**options)
-        finally:
-            cls.launch = launch
-    assert len(seen) == 3 and min(seen.values()) > 0
+@pytest.mark.parametrize("name", LONG)
+def test_every_long_operator_has_a_preview(scan, previewed, name):
+    mesh, matrix = previewed(name, **LONG[name])
+    assert len(mesh.triangles) > 0 and np.asarray(matrix).shape == (4, 4)
 
 
 def test_the_readme_explains_messages_that_exist():

@@ -6,6 +6,7 @@ import bpy
 import numpy as np
 import pytest
 import surfrecon
+from shapes import noisy_sphere
 
 
 def sphere(count):
@@ -34,9 +35,12 @@ def select(*objects):
         obj.select_set(True)
 
 
+def places(obj):
+    return np.array([v.co[:] for v in obj.data.vertices])
+
+
 def check(obj):
-    positions = np.array([v.co[:] for v in obj.data.vertices])
-    return surfrecon.Mesh(positions, np.array([p.vertices[:] for p in obj.data.polygons])).check()
+    return surfrecon.Mesh(places(obj), np.array([p.vertices[:] for p in obj.data.polygons])).check()
 
 
 @pytest.fixture
@@ -207,3 +211,35 @@ def test_range_images_know_their_sensors(extension):
     assert len(bpy.context.object.data.vertices) == 3200
     known = surfrecon.reconstruct(both, sensors=sensors).mesh
     assert np.array_equal(triangles(), known.triangles)
+
+
+def test_noisy_points_are_smoothed_unless_the_surface_is_to_go_through_them():
+    points = add_points("points", noisy_sphere())
+    given = places(points)
+    radius = np.float32(0.3)
+    for options in ({}, {"smooth": radius}, {"interpolate": True}):
+        select(points)
+        bpy.ops.surfrecon.reconstruct(**options)
+        made, expected = bpy.context.object, surfrecon.reconstruct(given, **options)
+        figures = made["surfrecon_reconstruct"].to_dict()
+        for name in ("noise", "spacing", "smoothing", "moved"):
+            assert figures[name] == expected.report[name], name
+        assert min(figures["noise"], figures["spacing"]) > 0
+        assert (figures["smoothing"] > 0) == (figures["moved"] > 0) == ("interpolate" not in options)
+        assert (figures["smoothing"] == radius) == ("smooth" in options)
+        assert figures["outlier"] == len(expected.dropped["outlier"]) > 100
+        assert np.array_equal(places(made), expected.mesh.positions.astype(np.float32))
+
+
+@pytest.mark.parametrize(
+    "options",
+    [{"smooth": np.float32(0.3)}, {"interpolate": True}, {"topology": "free", "factor": 2.0}],
+    ids=["smooth", "interpolate", "free"],
+)
+def test_the_preview_follows_the_options(previewed, options):
+    add_points("points", noisy_sphere())
+    shown, _ = previewed("reconstruct", **options)
+    # So few points are all in the preview.
+    made = bpy.context.object.data
+    assert np.array_equal(shown.positions.astype(np.float32), [v.co[:] for v in made.vertices])
+    assert np.array_equal(shown.triangles, [p.vertices[:] for p in made.polygons])

@@ -104,7 +104,7 @@ class SURFRECON_OT_reconstruct(JobOperator, bpy.types.Operator):
         step = max(len(self.points) // PREVIEW_POINTS, 1)
         sensors = None if self.sensors is None else self.sensors[::step]
         reconstructor = surfrecon.Reconstructor(self.points[::step], sensors=sensors, toward=self.toward)
-        return surfrecon.Job.surface(reconstructor, closure=self.closure, threads=1)
+        return surfrecon.Job.surface(reconstructor, **given(self, PARAMETERS) | {"threads": 1})
 
     def preview_mesh(self, result):
         """Its surface and where it is."""
