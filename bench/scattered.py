@@ -12,6 +12,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from itertools import islice, product
 from pathlib import Path
 
 import measured
@@ -21,6 +22,7 @@ import scattered_noise
 import surface
 import table
 from scipy.spatial import cKDTree
+from wanted import ALL
 
 HERE = Path(__file__).resolve().parent
 OURS, CGAL = "surfrecon", "cgal-advancing-front"
@@ -109,7 +111,8 @@ def torus(count):
     return np.stack([(3 + np.cos(v)) * np.cos(u), (3 + np.cos(v)) * np.sin(u), np.sin(v)], 1)
 
 
-SMALLEST = 400
+# Points of the smallest case, and of the smallest with noise.
+SMALLEST, SMALLEST_NOISY = 400, 2000
 
 
 def cases(wanted, record):
@@ -171,10 +174,11 @@ def quality(points, vertices, triangles):
     return row | {name: figures[name] for name in QUALITY[1:]}
 
 
-def run_case(name, points, tools, folder, wanted, record, noise=(None, None, None)):
+def run_case(name, points, tools, folder, wanted, record, noise=(None, None, None), repeats=None):
     """Runs the tools, programs by their commands, on a set of points; a row each.
 
-    `noise`: that of the points in spacings, the percentage of outliers, and the true surface.
+    `noise`: that of the points in spacings, the percentage of outliers, and the true surface. `repeats` if not those of
+    `wanted`.
     """
     file, out, moved = (Path(folder) / name for name in ("points.f64", "out.npz", "vertices.f64"))
     noise_spacings, outlier_pct, truth = noise
@@ -201,7 +205,7 @@ def run_case(name, points, tools, folder, wanted, record, noise=(None, None, Non
         return row | {"to_truth_rms": scattered_noise.to_truth_rms(made, truth) if is_known else None}
 
     return record.measure(
-        wanted.tools(name, tools), wanted.repeats, once, lambda tool: {"case": name, "tool": tool}, judge
+        wanted.tools(name, tools), repeats or wanted.repeats, once, lambda tool: {"case": name, "tool": tool}, judge
     )
 
 
@@ -217,33 +221,30 @@ def compare(rows):
 
 
 def noisy(tools, folder, wanted, record):
-    """Runs this library and Screened Poisson on points that carry noise; the latter's best depth is what counts."""
-    tools = {tool: tools[tool] for tool in (OURS, *POISSON)}
+    """Runs this library and Screened Poisson on points that carry noise; the latter's best depth is what counts.
+
+    Unless all is asked for once each, since what is asked is how far from the truth the surfaces lie.
+    """
     data = os.environ.get("SURFRECON_DATA")
     file = Path(data) / "gts/goblet.gts" if data else None
-    for shape, genus, make in scattered_noise.truths((lambda: gts(file)) if file and file.is_file() else None):
+    shapes = scattered_noise.truths((lambda: gts(file)) if file and file.is_file() else None)
+    noises, outliers, count = scattered_noise.NOISES, scattered_noise.OUTLIERS_PCT, scattered_noise.COUNT
+    tools = {tool: tools[tool] for tool in (OURS, *POISSON)}
+    if wanted.smallest:
+        shapes, noises, outliers, count = islice(shapes, 1), [1], [5], SMALLEST_NOISY
+        tools = {tool: tools[tool] for tool in (OURS, POISSON[0])}
+    for shape, genus, make in shapes:
         truth = make()
-        for outlier_pct in scattered_noise.OUTLIERS_PCT:
-            for noise in scattered_noise.NOISES:
-                name = f"{shape}, noise {noise}, outliers {outlier_pct} %"
-                if not wanted.takes(name):
-                    continue
-                points = np.ascontiguousarray(scattered_noise.points(*truth, noise, outlier_pct))
-                found = run_case(name, points, tools, folder, wanted, record, (noise, outlier_pct, truth))
-                print(
-                    f"\n{name}, {len(points):,} points" + (f" (genus {genus})" if genus is not None else ""), flush=True
-                )
-                columns = [
-                    "tool",
-                    "cpu_s",
-                    "wall_s",
-                    "triangles",
-                    "boundary_loops",
-                    "genus",
-                    "components",
-                    "to_truth_rms",
-                ]
-                table.show(found, {column: column for column in columns})
+        for outlier_pct, noise in product(outliers, noises):
+            name = f"{shape}, noise {noise}, outliers {outlier_pct} %"
+            if not any(wanted.tools(name, tools)):
+                continue
+            points = np.ascontiguousarray(scattered_noise.points(*truth, noise, outlier_pct, count))
+            repeats = None if wanted.extent == ALL else 1
+            found = run_case(name, points, tools, folder, wanted, record, (noise, outlier_pct, truth), repeats)
+            print(f"\n{name}, {len(points):,} points" + (f" (genus {genus})" if genus is not None else ""), flush=True)
+            columns = ["tool", "cpu_s", "wall_s", "triangles", "boundary_loops", "genus", "components", "to_truth_rms"]
+            table.show(found, {column: column for column in columns})
 
 
 def main(wanted, record):
@@ -266,5 +267,4 @@ def main(wanted, record):
             print(f"\n{name}, {len(points):,} points ({known})", flush=True)
             table.show(found, {column: column for column in columns})
             compare(found)
-        if not wanted.smallest:
-            noisy(tools | dict.fromkeys(POISSON), folder, wanted, record)
+        noisy(tools | dict.fromkeys(POISSON), folder, wanted, record)

@@ -23,7 +23,7 @@ WITH = {
     "noise": {"pymeshlab-vcg", "pymeshlab-poisson", "open3d-vbg"},
     "colour": {"mean-of-bytes"},
     "delaunay": {"qhull"},
-    "scattered": {"open3d-ball-pivoting", "open3d-alpha-shape", "meshlab-ball-pivoting"},
+    "scattered": {"open3d-ball-pivoting", "open3d-alpha-shape", "meshlab-ball-pivoting", "screened-poisson-5"},
     "sculpt": {"pydelatin", "pymartini", "open3d-quadric", "meshlab-quadric"},
     "quads": set(),
     "cluster": {"meshlab-isotropic", "meshlab-quadric"},
@@ -48,7 +48,7 @@ NOT_OF_ALL = {
     # What is extrapolated was compared with nothing; blocks of a quick merge may be gone before they are seen.
     "scale": {"same_bytes", "blocks", "replaced_cpu_s"},
     "install": {"tests_passed", "tests_failed", "excused"},
-    # Of noise on shapes whose truth is known.
+    # Known of points with noise on shapes whose truth is known: see `check_noise`.
     "scattered": {"noise_spacings", "outlier_pct", "to_truth_rms"},
 }
 
@@ -88,6 +88,8 @@ def test_smallest_case(name, tmp_path):
         assert any(row["blender_minimum_ms"] for row in found["rows"])
     if name == "scale":
         check_scale(found["rows"])
+    if name == "scattered":
+        check_noise(found["rows"])
 
 
 def check_scale(rows):
@@ -101,6 +103,17 @@ def check_scale(rows):
     assert any(row["killed"] for row in found)
     far = {row["tool"] for row in rows if row["case"] == scale.FAR_CASE}
     assert far == {f"{row['tool']}, extrapolated" for row in found}
+
+
+def check_noise(rows):
+    """Of points that carry noise all is known, and our surface lies nearer to the truth than they do."""
+    found = {row["tool"]: row for row in rows if row["noise_spacings"] is not None}
+    assert set(found) == {"surfrecon", "screened-poisson-5"}
+    # 2,000 points of the unit sphere.
+    spacing = math.sqrt(4 * math.pi / 2000)
+    for row in found.values():
+        assert (row["noise_spacings"], row["outlier_pct"]) == (1, 5) and row["to_truth_rms"] > 0
+    assert found["surfrecon"]["to_truth_rms"] < spacing / 2
 
 
 def test_a_billion_samples_are_extrapolated_from_the_two_largest_cases(tmp_path):
@@ -153,6 +166,13 @@ def test_heavy_cases_are_left_out_unless_all_is_asked_for(tmp_path):
         case, tool = (part.replace("*", "x") for part in pattern.split(": "))
         assert heavy.takes(case, tool) and not usual.takes(case, tool)
     assert usual.takes("bunny 0.470 mm", "surfrecon") and usual.takes("bunny 0.470 mm", "open3d-vbg")
+
+
+def test_every_noise_of_scattered_points_is_shown_of_this_library(tmp_path):
+    usual = run.Wanted("scattered", tmp_path, tmp_path, 3)
+    for noise in (0, 0.3, 0.5, 1, 2):
+        assert usual.takes(f"sphere, noise {noise}, outliers 5 %", "surfrecon")
+    assert not usual.takes("sphere, noise 0, outliers 5 %", "screened-poisson-5")
 
 
 def new(tmp_path, columns=("case", "tool", "cpu_s")):
