@@ -1,5 +1,7 @@
 """One peer that is a Python package, in a process of its own: peer_scattered.py TOOL POINTS SPACING OUT.
 
+This library too, told from where the points were seen, which its program for points does not take.
+
 Writes the vertices and triangles to OUT (.npz) and prints the CPU and wall seconds of the reconstruction alone, without
 imports and files.
 """
@@ -51,11 +53,21 @@ def screened_poisson(meshes, depth):
     meshes.generate_surface_reconstruction_screened_poisson(depth=depth, preclean=False)
 
 
+def seen_from_afar(points):
+    """This library's surface through the points of a scan along -z, whose sensor is a hundred extents away."""
+    import surfrecon
+
+    away = 100 * np.ptp(points, axis=0).max()
+    return surfrecon.reconstruct(points, sensors=points.mean(axis=0) + (0, 0, away)).mesh
+
+
 def main():
     """Runs one tool."""
     tool, points, spacing, out = sys.argv[1], np.fromfile(sys.argv[2]).reshape(-1, 3), float(sys.argv[3]), sys.argv[4]
     if tool.startswith("open3d"):
         import open3d  # noqa: F401 the time of the import is no part of the reconstruction
+    elif tool == "surfrecon-sensor":
+        import surfrecon  # noqa: F401 nor is this one's
     else:
         import pymeshlab
 
@@ -66,6 +78,8 @@ def main():
         mesh = open3d_ball_pivoting(points, spacing)
     elif tool == "open3d-alpha-shape":
         mesh = open3d_alpha_shape(points, spacing)
+    elif tool == "surfrecon-sensor":
+        mesh = seen_from_afar(points)
     elif tool.startswith("screened-poisson-"):
         screened_poisson(meshes, int(tool.rpartition("-")[2]))
     else:
@@ -77,6 +91,8 @@ def main():
     }
     if tool.startswith("open3d"):
         vertices, triangles = np.asarray(mesh.vertices), np.asarray(mesh.triangles)
+    elif tool == "surfrecon-sensor":
+        vertices, triangles = mesh.positions, mesh.triangles
     else:
         vertices, triangles = meshes.current_mesh().vertex_matrix(), meshes.current_mesh().face_matrix()
     np.savez(out, vertices=vertices, triangles=triangles)

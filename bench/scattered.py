@@ -3,7 +3,8 @@
 Of points that carry noise, beside Screened Poisson with estimated normals.
 
 Every run is a fresh process. Times of programs (this library, CGAL) are those of the whole process, with reading the
-points; of Python packages those of the reconstruction alone, without imports and files. One checker measures all.
+points; of Python packages, and of this library with a sensor, those of the reconstruction alone, without imports and
+files. One checker measures all.
 """
 
 import json
@@ -26,6 +27,8 @@ from wanted import ALL
 
 HERE = Path(__file__).resolve().parent
 OURS, CGAL = "surfrecon", "cgal-advancing-front"
+# This library where it knows from where a scan was seen, which no other takes.
+SENSOR = "surfrecon-sensor"
 PYTHON_TOOLS = ["open3d-ball-pivoting", "open3d-alpha-shape", "meshlab-ball-pivoting"]
 POISSON = [f"screened-poisson-{depth}" for depth in scattered_noise.DEPTHS]
 # What a surface is worth; null where there is none.
@@ -52,6 +55,15 @@ KNOWN = {
     "sea shell": "genus 0 with 1 loop, drawn at random from its narrow coils",
     "sea shell's vertices": "genus 0 with 1 loop",
     "armadillo 1M": "genus 0",
+}
+# Single scans as clouds: what one sensor saw along -z, open, with noise and jumps.
+SCANS = {
+    "scan bun000": "stanford_bunny/bun000.ply",
+    "scan bun090": "stanford_bunny/bun090.ply",
+    "scan chin": "stanford_bunny/chin.ply",
+    "scan dragon 264": "stanford_dragon_stand/dragonStandRight_264.ply",
+    "scan happy 72": "stanford_happy_stand/happyStandRight_72.ply",
+    "scan lato270": "meshlab_rangemaps/lato270.ply",
 }
 # Points of the two objects of the paper that are at hand, in another sampling: its own are drawn from their surfaces.
 GOBLET, SEA_SHELL = 3_051, 7_782
@@ -118,7 +130,9 @@ SMALLEST, SMALLEST_NOISY = 400, 2000
 def cases(wanted, record):
     """Name and maker of each set of points that is wanted."""
     if wanted.smallest:
-        yield f"torus {SMALLEST}", lambda: torus(SMALLEST)
+        points = torus(SMALLEST)
+        yield f"torus {SMALLEST}", lambda: points
+        yield f"scan of torus {SMALLEST}", lambda: points[points[:, 2] > 0]
         return
     data = os.environ.get("SURFRECON_DATA")
     files = [
@@ -133,6 +147,7 @@ def cases(wanted, record):
         ("sea shell", "gts/seashell.gts", lambda path: surface.sample(*gts(path), SEA_SHELL, 1)),
         ("sea shell's vertices", "gts/seashell.gts", lambda path: gts(path)[0]),
         ("armadillo 1M", "meshes/libigl_armadillo.obj", lambda path: surface.sample(*obj(path), 1_000_000, 1)),
+        *((name, file, lambda path: ply.read_ply(path).vertices) for name, file in SCANS.items()),
     ]
     for name, file, make in files:
         if not wanted.takes(name):
@@ -258,10 +273,12 @@ def main(wanted, record):
         tools |= dict.fromkeys(PYTHON_TOOLS)
         for name, make in cases(wanted, record):
             points = np.ascontiguousarray(make(), np.float64)
-            found = run_case(name, points, tools, folder, wanted, record)
+            is_scan = name.startswith("scan ")
+            found = run_case(name, points, tools | ({SENSOR: None} if is_scan else {}), folder, wanted, record)
             columns = ["tool", "cpu_s", "wall_s", "peak_mb", "triangles", "used_pct", "boundary_loops"]
-            columns += ["nonmanifold_edges", "nonmanifold_vertices", "genus"]
-            known = KNOWN.get(name, "genus 1" if name.startswith("torus") else "")
+            columns += ["nonmanifold_edges", "nonmanifold_vertices", "genus", "components"]
+            shape = "genus 1" if name.startswith("torus") else "one scan, open" if is_scan else ""
+            known = KNOWN.get(name, shape)
             if len(points) in PAPER:
                 known += f"; the paper takes {PAPER[len(points)]} s for as many"
             print(f"\n{name}, {len(points):,} points ({known})", flush=True)

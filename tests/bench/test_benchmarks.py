@@ -23,7 +23,8 @@ WITH = {
     "noise": {"pymeshlab-vcg", "pymeshlab-poisson", "open3d-vbg"},
     "colour": {"mean-of-bytes"},
     "delaunay": {"qhull"},
-    "scattered": {"open3d-ball-pivoting", "open3d-alpha-shape", "meshlab-ball-pivoting", "screened-poisson-5"},
+    "scattered": {"open3d-ball-pivoting", "open3d-alpha-shape", "meshlab-ball-pivoting"}
+    | {"screened-poisson-5", "surfrecon-sensor"},
     "sculpt": {"pydelatin", "pymartini", "open3d-quadric", "meshlab-quadric"},
     "quads": set(),
     "cluster": {"meshlab-isotropic", "meshlab-quadric"},
