@@ -353,6 +353,21 @@ fn cancelling_leaves_the_mesh_as_it_was() {
     assert!(checks > 20);
 }
 
+/// The mesh without what grows from seeds, places among the triangles, over edges, triangle by triangle.
+fn with_holes(mesh: &TriMesh, seeds: &[(f64, usize)]) -> TriMesh {
+    let mut kept: std::collections::BTreeSet<usize> = (0..mesh.triangles.len()).collect();
+    for &(seed, size) in seeds {
+        let mut front = vec![(seed * mesh.triangles.len() as f64) as usize];
+        for _ in 0..size {
+            let Some(t) = front.pop() else { break };
+            kept.remove(&t);
+            let shared = |u: usize| mesh.triangles[u].iter().filter(|v| mesh.triangles[t].contains(v)).count();
+            front.splice(0..0, kept.iter().copied().filter(|&u| shared(u) == 2));
+        }
+    }
+    TriMesh::new(mesh.positions.clone(), kept.iter().map(|&t| mesh.triangles[t]).collect())
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
     #[test]
@@ -364,22 +379,63 @@ proptest! {
             1 => sphere(3),
             _ => grid(15, 15, [false; 2], |r, c| DVec3::new(c, r, bend * (r * 1.7).sin() * (c * 1.3).cos())),
         };
-        // Holes grown from seeds over edges, triangle by triangle.
-        let mut kept: std::collections::BTreeSet<usize> = (0..mesh.triangles.len()).collect();
-        for &(seed, size) in &seeds {
-            let mut front = vec![(seed * mesh.triangles.len() as f64) as usize];
-            for _ in 0..size {
-                let Some(t) = front.pop() else { break };
-                kept.remove(&t);
-                let shared = |u: usize| mesh.triangles[u].iter().filter(|v| mesh.triangles[t].contains(v)).count();
-                front.splice(0..0, kept.iter().copied().filter(|&u| shared(u) == 2));
-            }
-        }
-        let holed = TriMesh::new(mesh.positions.clone(), kept.iter().map(|&t| mesh.triangles[t]).collect());
+        let holed = with_holes(&mesh, &seeds);
         prop_assume!(check(&holed).is_manifold());
         let (_, report) = close_all(&holed, 12.0);
         for open in &report.open {
             prop_assert!(open.reason != Reason::NotSimple);
+        }
+    }
+}
+
+/// Whether no side of a triangle is another's but those of the boundary: what closes a loop of three edges by itself.
+fn is_lid(triangle: [u32; 3], boundary: &std::collections::BTreeSet<[u32; 2]>) -> bool {
+    let [a, b, c] = triangle;
+    [[b, a], [c, b], [a, c]].iter().all(|edge| boundary.contains(edge))
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+    /// Over loops alone, of surfaces that noise crumples, too.
+    #[test]
+    fn loops_close_or_stay_and_what_closes_them_crosses_nothing(
+        which in 0..3, seeds in prop::collection::vec((0.0..1.0_f64, 1..12_usize), 1..16), noise in 0.0..0.4_f64, seed in any::<u32>(),
+    ) {
+        let (mut mesh, side) = match which {
+            0 => (torus(14, 22), 0.6),
+            1 => (sphere(3), 0.15),
+            _ => (grid(15, 15, [false; 2], |r, c| DVec3::new(c, r, 0.0)), 1.0),
+        };
+        let draw = |i: usize| f64::from((i as u32).wrapping_mul(2_654_435_761).wrapping_add(seed).wrapping_mul(2_246_822_519) >> 8) / f64::from(1 << 24) - 0.5;
+        for (i, p) in mesh.positions.iter_mut().enumerate() {
+            *p += 2.0 * noise * side * DVec3::from([0, 1, 2].map(|axis| draw(3 * i + axis)));
+        }
+        let holed = with_holes(&mesh, &seeds);
+        prop_assume!(check(&holed).is_manifold());
+        let boundary = boundary_of(&holed.triangles);
+        let closed = |threads: usize, is_wanted: bool| {
+            let pool = base::threads::pool(threads).unwrap();
+            let triangles = pool.install(|| {
+                close_over_loops(&holed.positions, holed.triangles.clone(), &boundary, |_| 20.0, |_| Ok(is_wanted), &Progress::none())
+            });
+            TriMesh::new(holed.positions.clone(), triangles.unwrap())
+        };
+        let after = closed(1, true);
+        for threads in [2, 8] {
+            prop_assert!(closed(threads, true) == after, "{} threads", threads);
+        }
+        prop_assert!(closed(2, false) == holed, "what is not wanted");
+        let (old, new) = (check(&holed), check(&after));
+        prop_assert!(new.is_manifold(), "{}", new);
+        prop_assert_eq!((new.components, new.genus()), (old.components, old.genus()), "{}\n{}", old, new);
+        prop_assert!(new.boundary_loops <= old.boundary_loops);
+        let before: std::collections::BTreeSet<[u32; 3]> = holed.triangles.iter().copied().collect();
+        let boundary = boundary.into_iter().collect();
+        let crosses_none = |t: usize| !before.contains(&after.triangles[t]) && !is_lid(after.triangles[t], &boundary);
+        for i in (0..after.triangles.len()).filter(|&i| crosses_none(i)) {
+            for j in (0..after.triangles.len()).filter(|&j| j != i && !is_lid(after.triangles[j], &boundary)) {
+                prop_assert!(!cross(after.corners(i), after.corners(j)), "new triangle {} crosses {}", i, j);
+            }
         }
     }
 }
