@@ -80,7 +80,9 @@ fn to_truth(made: &Reconstructed, distance: impl Fn(DVec3) -> f64) -> f64 {
 
 #[test]
 fn noise_is_measured() {
-    for truth in [0.0, 0.05, 0.1, 0.3, 0.5, 1.0, 2.0] {
+    // As users are told.
+    assert_eq!(noise::INTERPOLATED, 0.2);
+    for truth in [0.0, 0.05, 0.1, 0.15, 0.27, 0.3, 0.5, 1.0, 2.0] {
         let (made, _) = reconstruct(sphere(5000, truth));
         let noise = made.report.noise / made.report.spacing;
         assert!((noise - truth).abs() < 0.02 + 0.2 * truth, "{noise} for {truth}");
@@ -252,7 +254,13 @@ fn clouds_that_are_no_surface() {
         {
             let params = ReconstructParams { smooth, interpolate, ..Default::default() };
             match run(&cloud(points.clone()), &params, &Progress::none()) {
-                Ok(made) => assert!(made.mesh.positions.iter().all(|p| p.is_finite())),
+                Ok(made) => {
+                    let report = check(&made.mesh);
+                    assert!(report.is_manifold() && report.unused_vertices == 0, "{report}");
+                    assert_eq!(made.report.closed, report.is_closed(), "{report}");
+                    assert_eq!((made.report.used, made.report.points), (report.vertices, points.len()));
+                    assert_eq!(made.report.used + made.report.dropped.len(), points.len());
+                }
                 Err(Error::Input(text)) => assert!(text.contains("point"), "{text}"),
                 Err(other) => panic!("{other}"),
             }
