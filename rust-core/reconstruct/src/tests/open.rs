@@ -144,8 +144,9 @@ fn sheets(sizes: &[[i32; 2]], gaps: &[f64], seed: u64) -> (Vec<DVec3>, Vec<usize
     (points, starts)
 }
 
-/// The surface as it has grown and its parts are joined, before anything else looks after edges and fans.
-fn grown_and_joined(points: &[DVec3]) -> MeshReport {
+/// The surface as it has grown and its parts are joined, before anything else looks after edges and fans; with handles that the
+/// samples force, or without any.
+fn grown_and_joined(points: &[DVec3], has_handles: bool) -> MeshReport {
     let progress = Progress::none();
     in_space(points, |complex| {
         let balls = Balls::of(complex, &progress)?;
@@ -153,9 +154,23 @@ fn grown_and_joined(points: &[DVec3]) -> MeshReport {
         let allowed = |facet: [u32; 3]| TRUSTED * facet.map(|v| spacings[v as usize]).into_iter().sum::<f64>();
         let lines = lines::Lines::default();
         let mut front = grow::Front::grow(complex, &balls, &lines, allowed, &progress)?;
+        if has_handles {
+            front.join_loops(&progress)?;
+        }
         front.join_parts(BRIDGED, &progress)?;
         Ok(check(&TriMesh::new(points.to_vec(), front.triangles)))
     })
+}
+
+/// Of a closed surface that grows as an open one does.
+#[test]
+fn handles_that_samples_force_are_found() {
+    for seed in 1..4 {
+        let points = torus(6000, 3.0, 1.0, seed);
+        let [without, with] = [false, true].map(|has_handles| grown_and_joined(&points, has_handles));
+        assert!(without.is_manifold() && without.genus() == Some(0), "{without}");
+        assert!(with.is_manifold() && with.genus() == Some(1) && with.components == 1, "{with}");
+    }
 }
 
 /// Facets that join parts have a perimeter of at most 16 times the threshold, and two of their sides lie across the gap.
@@ -171,7 +186,7 @@ fn any_parts_are_joined_within_the_limit_only_and_stay_manifold() {
         let (points, starts) = sheets(&sizes, &gaps, seed);
         let (made, report) = reconstruct(points.clone(), &ReconstructParams { threshold, ..Default::default() });
         prop_assert!(report.is_manifold(), "{}", report);
-        let joined_only = grown_and_joined(&points);
+        let joined_only = grown_and_joined(&points, false);
         prop_assert!(joined_only.is_manifold(), "{}", joined_only);
         // Two small sheets that lean together may enclose a room; closed surfaces span any gap.
         prop_assume!(!made.report.closed);
