@@ -7,6 +7,7 @@ mod pinned;
 mod rounded;
 mod seen;
 mod shapes;
+mod threads;
 
 use super::*;
 use base::error::Error;
@@ -194,7 +195,7 @@ fn a_stray_point_stays_out() {
 }
 
 /// A mesh as a set of triangles of places.
-fn as_set(mesh: &TriMesh) -> Vec<[[u64; 3]; 3]> {
+pub(super) fn as_set(mesh: &TriMesh) -> Vec<[[u64; 3]; 3]> {
     let mut all: Vec<[[u64; 3]; 3]> = (0..mesh.triangles.len())
         .map(|t| {
             let mut corners = mesh.corners(t).map(|p| p.to_array().map(f64::to_bits));

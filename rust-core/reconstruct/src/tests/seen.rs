@@ -11,8 +11,8 @@ use mesh::check::MeshReport;
 
 /// Points with the normals of the surface they were taken from.
 #[derive(Clone)]
-struct Noisy {
-    points: Vec<DVec3>,
+pub(super) struct Noisy {
+    pub(super) points: Vec<DVec3>,
     normals: Vec<DVec3>,
 }
 
@@ -27,7 +27,7 @@ const OUTER: f64 = 1.0;
 const INNER: f64 = 0.85;
 
 /// At random over both spheres; noise in spacings.
-fn hollow_ball(count: usize, noise: f64) -> Noisy {
+pub(super) fn hollow_ball(count: usize, noise: f64) -> Noisy {
     let (mut random, mut gauss) = (random(7), gauss(9));
     let squares = OUTER * OUTER + INNER * INNER;
     let deviation = noise * (4.0 * PI * squares / count as f64).sqrt();
@@ -45,7 +45,7 @@ fn hollow_ball(count: usize, noise: f64) -> Noisy {
 
 impl Noisy {
     /// Places up to 70 degrees off the normals, so far away.
-    fn sensors(&self, far: f64) -> Vec<DVec3> {
+    pub(super) fn sensors(&self, far: f64) -> Vec<DVec3> {
         let mut random = random(31);
         let seen = self.points.iter().zip(&self.normals).map(|(&point, &normal)| {
             let (tilt, turn) = (70_f64.to_radians() * random(), TAU * random());
@@ -55,7 +55,7 @@ impl Noisy {
         seen.collect()
     }
 
-    fn cloud(&self) -> PointCloud {
+    pub(super) fn cloud(&self) -> PointCloud {
         PointCloud {
             normals: Some(self.normals.iter().map(|normal| normal.as_vec3().to_array()).collect()),
             ..cloud(self.points.clone())
