@@ -25,16 +25,19 @@ impl Samples {
         self.input.len() + self.dropped.len()
     }
 
-    /// Without some of the samples, which are outliers.
-    pub(super) fn without(mut self, is_outlier: &[bool]) -> Samples {
-        let outliers = self.input.iter().zip(is_outlier).filter(|(_, is_outlier)| **is_outlier);
-        self.dropped.extend(outliers.map(|(&point, _)| Dropped { point, reason: Reason::Outlier }));
-        let mut kept = is_outlier.iter().map(|is_outlier| !is_outlier);
-        self.points.retain(|_| kept.next().unwrap_or(true));
-        let mut kept = is_outlier.iter().map(|is_outlier| !is_outlier);
-        self.input.retain(|_| kept.next().unwrap_or(true));
-        self
+    /// Drops some of the samples.
+    pub(super) fn leave_out(&mut self, is_left_out: &[bool], reason: Reason) {
+        let left_out = self.input.iter().zip(is_left_out).filter(|(_, is_left_out)| **is_left_out);
+        self.dropped.extend(left_out.map(|(&point, _)| Dropped { point, reason }));
+        keep(&mut self.points, is_left_out);
+        keep(&mut self.input, is_left_out);
     }
+}
+
+/// Without the values of samples that are left out; there may be none of any sample.
+pub(super) fn keep<T>(of_samples: &mut Vec<T>, is_left_out: &[bool]) {
+    let mut is_left_out = is_left_out.iter();
+    of_samples.retain(|_| !is_left_out.next().expect("one a sample"));
 }
 
 /// Sorts the samples: neighbours in space become neighbours in memory, and numbers no longer depend on the input's order.

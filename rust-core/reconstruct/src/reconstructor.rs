@@ -354,7 +354,7 @@ impl Reconstructor<PointCloud> {
 impl Prepared {
     fn new(samples: Samples, seen: Seen<'_>, params: &ReconstructParams, progress: &Progress<'_>) -> Result<Self> {
         progress.stage(SMOOTHING, 3 * samples.points.len() as u64);
-        let (mut samples, smoothing) = smoothed(samples, seen, Smooth::of(params), progress)?;
+        let (mut samples, mut smoothing) = smoothed(samples, seen, Smooth::of(params), progress)?;
         let corners = span::of(&samples.points, progress)?;
         if corners.len() < 3 {
             return Err(no_plane(&samples));
@@ -363,7 +363,7 @@ impl Prepared {
         progress.stage(TETRAHEDRALIZING, samples.points.len() as u64);
         let shape = match corners[..] {
             [a, b, c] => Shape::Plane(Plane::new(&samples.points, [a, b, c], progress)?),
-            _ => match Plane::along(&samples.points, smoothing.noise, progress)? {
+            _ => match Plane::along(&mut samples, &mut smoothing, progress)? {
                 Some(plane) => Shape::Plane(plane),
                 None => {
                     let is_noisy = smoothing.noise.spacings() > INTERPOLATED;

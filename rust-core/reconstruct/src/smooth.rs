@@ -14,10 +14,10 @@ use rayon::prelude::*;
 
 use super::noise::{self, INTERPOLATED, Noise};
 use super::patch::{Frame, Quadric, Weighted};
-use super::prepare::{Samples, prepare};
+use super::prepare::{Samples, keep, prepare};
 use super::scales::{Scale, Scales};
 use super::seen::{Fronts, Seen, Sighted};
-use super::{Dropped, ReconstructParams, isolated};
+use super::{Dropped, Reason, ReconstructParams, isolated};
 use base::error::{Error, Result};
 use base::progress::Progress;
 use geom::neighbours::{Few, KdTree};
@@ -107,7 +107,7 @@ fn extent(points: &[DVec3]) -> f64 {
 
 /// The samples with which a surface is made.
 pub(super) fn smoothed(
-    samples: Samples,
+    mut samples: Samples,
     seen: Seen<'_>,
     smooth: Smooth,
     progress: &Progress<'_>,
@@ -148,7 +148,8 @@ pub(super) fn smoothed(
     let mut places = patches.moved_all(&samples.points, &fronts, &scales, &mut is_outlier, progress)?;
     drop((patches, scales));
     if is_clean {
-        return Ok((samples.without(&is_outlier), Smoothing { noise, ..Smoothing::default() }));
+        samples.leave_out(&is_outlier, Reason::Outlier);
+        return Ok((samples, Smoothing { noise, ..Smoothing::default() }));
     }
     let given = samples.factor;
     if is_outlier.iter().filter(|is| !**is).count() < 3 {
@@ -157,9 +158,8 @@ pub(super) fn smoothed(
         }
         return Err(nothing_left(radius / given, places.len()));
     }
-    let mut samples = samples.without(&is_outlier);
-    let mut is_outlier = is_outlier.into_iter();
-    places.retain(|_| !is_outlier.next().unwrap_or(true));
+    samples.leave_out(&is_outlier, Reason::Outlier);
+    keep(&mut places, &is_outlier);
     let sorted = prepare(&places, progress)?;
     drop(places);
     let input = |i: u32| samples.input[i as usize];

@@ -61,7 +61,7 @@ base::params! {
 pub enum Reason {
     /// A coordinate isn't a finite number.
     NotFinite,
-    /// At the same place as a point before it.
+    /// At the same place as a point before it; of points that are flat but for noise, also right above another.
     Duplicate,
     /// Inside the closed surface, out of its reach.
     Inside,

@@ -1,6 +1,6 @@
 use glam::{DVec2, DVec3};
 
-use super::super::tests::{cloud, random};
+use super::super::tests::{as_set, cloud, random};
 use crate::*;
 use base::error::Error;
 use mesh::check;
@@ -104,17 +104,6 @@ fn the_same_bytes_for_any_threads_and_surfaces_for_any_order() {
             let params = ReconstructParams { threads, ..ReconstructParams::default() };
             run(&cloud(points.to_vec()), &params, &Progress::none()).unwrap().mesh
         };
-        let corners = |mesh: &mesh::TriMesh| {
-            let turned = |t: usize| {
-                let mut corners = mesh.corners(t).map(|p| p.to_array().map(f64::to_bits));
-                let least = (0..3).min_by_key(|&i| corners[i]).unwrap();
-                corners.rotate_left(least);
-                corners
-            };
-            let mut all: Vec<_> = (0..mesh.triangles.len()).map(turned).collect();
-            all.sort_unstable();
-            all
-        };
         let one = made(&points, 1);
         for threads in [2, 3, 8] {
             assert!(one == made(&points, threads), "{threads} threads");
@@ -122,7 +111,7 @@ fn the_same_bytes_for_any_threads_and_surfaces_for_any_order() {
         for i in (1..points.len()).rev() {
             points.swap(i, (random() * (i + 1) as f64) as usize);
         }
-        assert!(corners(&one) == corners(&made(&points, 2)), "another order");
+        assert!(as_set(&one) == as_set(&made(&points, 2)), "another order");
     }
 }
 
@@ -234,9 +223,57 @@ fn flat_but_for_noise() {
     }
 }
 
+/// A lattice along the axes, where samples of either time it was seen are right above each other.
+#[test]
+fn a_lattice_seen_twice_is_one_sheet() {
+    let lattice: Vec<DVec3> = (0..40 * 40).map(|i| DVec3::new(f64::from(i % 40), f64::from(i / 40), 0.0)).collect();
+    let mut random = random(37);
+    let mut normal = || (0..12).map(|_| random()).sum::<f64>() - 6.0;
+    let mut seen = |of: &[DVec3], noise: f64| of.iter().map(|p| *p + DVec3::Z * noise * normal()).collect::<Vec<_>>();
+    let auto = ReconstructParams::default();
+    let smooth = ReconstructParams { smooth: Some(3.0), ..auto };
+    for (name, first, second, hidden, params) in [
+        ("one above another", lattice.clone(), vec![lattice[630] + DVec3::Z * 1e-12], 0..2, auto),
+        ("all but for rounding", lattice.clone(), seen(&lattice, 1e-12), 1600..1601, auto),
+        ("the same smoothed", lattice.clone(), seen(&lattice, 1e-12), 1600..1601, smooth),
+        ("with little noise", lattice.clone(), seen(&lattice, 1e-5), 1..1600, auto),
+        ("with noise", seen(&lattice, 0.1), seen(&lattice, 0.1), 0..1, auto),
+    ] {
+        let mut points = [first, second].concat();
+        let made = run(&cloud(points.clone()), &params, &Progress::none()).unwrap();
+        let report = check(&made.mesh);
+        assert!(report.is_manifold() && report.components == 1 && report.boundary_loops == 1, "{name}: {report}");
+        assert_eq!((report.genus(), made.report.tetrahedra), (Some(0), 0), "{name}");
+        let dropped = made.report.dropped_for(Reason::Duplicate);
+        assert!(hidden.contains(&dropped), "{name}: {dropped} are above another");
+        assert_eq!(made.report.used + made.report.dropped.len(), points.len(), "{name}");
+        points.reverse();
+        let reversed = run(&cloud(points), &ReconstructParams { threads: 2, ..params }, &Progress::none()).unwrap();
+        assert!(as_set(&reversed.mesh) == as_set(&made.mesh), "{name}: another order");
+    }
+}
+
+/// Gaps and noise in spacings of either plane. Planes less than a spacing apart lose some of their points; noisy ones far apart are taken
+/// for the two sides of a plate.
 #[test]
 fn parallel_planes_are_no_sheet() {
-    let points: Vec<DVec3> = turned_square(4000, |i| 0.04 * (i % 2) as f64);
-    let made = run(&cloud(points), &ReconstructParams::default(), &Progress::none()).unwrap();
-    assert!(made.report.tetrahedra > 0 && made.report.smoothing == 0.0, "{:?}", made.report);
+    let spacing = 6.0 / 2000.0_f64.sqrt();
+    let noise: Vec<f64> = {
+        let mut random = random(31);
+        (0..4000).map(|_| (0..12).map(|_| random()).sum::<f64>() - 6.0).collect()
+    };
+    let back = glam::DQuat::from_euler(glam::EulerRot::XYZ, 0.4, 0.7, 1.1).inverse();
+    for (gap, deviation, used, loops) in [(0.3, 0.0, 3800, 1..16), (8.0, 0.0, 4000, 1..2), (8.0, 0.5, 4000, 0..1)] {
+        let points = turned_square(4000, |i| spacing * (gap * (i % 2) as f64 + deviation * noise[i]));
+        let made = run(&cloud(points), &ReconstructParams::default(), &Progress::none()).unwrap();
+        let report = check(&made.mesh);
+        assert!(made.report.tetrahedra > 0, "{gap}: a sheet");
+        assert_eq!(made.report.smoothing > 0.0, deviation > 0.0, "{gap}: {:?}", made.report);
+        assert_eq!((report.is_manifold(), report.genus(), report.components), (true, Some(0), 1), "{gap}: {report}");
+        assert!(loops.contains(&report.boundary_loops), "{gap}: {report}");
+        assert!(made.report.used >= used, "{gap}: {}", made.report.used);
+        let heights = made.mesh.positions.iter().map(|p| (back * *p).z / spacing);
+        let between = heights.filter(|height| (0.25 * gap..0.75 * gap).contains(height)).count();
+        assert_eq!(between, 0, "{gap}");
+    }
 }
