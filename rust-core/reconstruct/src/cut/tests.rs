@@ -160,3 +160,94 @@ fn fronts_tell_the_inside_of_a_sphere_with_a_hole() {
         }
     });
 }
+
+/// An upright triangle's corners in the plane z = 0, around the origin, a spacing of 1 apart, and an apex at a height above and one so
+/// far beneath it.
+fn two_cells(above: f64, beneath: f64) -> Vec<DVec3> {
+    let corner = |i: i32| {
+        let turn = f64::from(i) / 3.0 * std::f64::consts::TAU;
+        DVec3::new(turn.cos(), turn.sin(), 0.0) / 3.0_f64.sqrt()
+    };
+    (0..3).map(corner).chain([DVec3::Z * above, DVec3::NEG_Z * beneath]).collect()
+}
+
+/// Samples that are as far apart as is said, whatever their cells.
+fn spaced(count: usize, spacing: f32) -> Vec<Poles> {
+    vec![Poles { cells: [u32::MAX; 2], spacing }; count]
+}
+
+/// The slot of the facet between the two cells of [`two_cells`], of which the first is asked.
+fn between(complex: Complex<'_>) -> usize {
+    assert_eq!(complex.finite, 2, "the triangle is no facet");
+    (0..4).find(|&slot| complex.neighbour(0, slot) == 1).unwrap()
+}
+
+#[test]
+fn facets_between_large_flat_balls_are_cheaper_than_those_of_slivers() {
+    let price = |above: f64, beneath: f64, spacing: f32| {
+        with_complex(&mut two_cells(above, beneath), 1, |complex| {
+            let balls = Balls::of(complex, &Progress::none()).unwrap();
+            let (poles, slot) = (spaced(5, spacing), between(complex));
+            let prices = [(0, slot), (1, complex.mirror(0, slot))]
+                .map(|(cell, slot)| price(complex, &balls, &poles, cell, slot));
+            assert_eq!(prices[0], prices[1], "{above}, {beneath}");
+            prices[0]
+        })
+    };
+    // The circle of the triangle has a radius of 1 / sqrt(3), which counts for 1; a ball through an apex at a height h one of (h^2 + 1 / 3) / 2 h.
+    for (above, beneath, expected) in [(10.0, 10.0, 1), (1.0, 10.0, 5), (1.0, 1.0, 5), (0.58, 10.0, 9), (0.1, 10.0, 17)]
+    {
+        assert_eq!(price(above, beneath, 1.0), expected, "{above} above");
+        assert_eq!(price(beneath, above, 1.0), expected, "{above} beneath");
+    }
+    // Beside samples close together it counts as if they were an eighth of its circle's radius apart; nothing is for free.
+    assert_eq!([0.2, 0.01, 100.0].map(|spacing| price(10.0, 10.0, spacing)), [25, 192, 1]);
+}
+
+#[test]
+fn a_facet_costs_the_same_from_either_cell() {
+    let progress = Progress::none();
+    for noise in [0.0, 0.05, 0.3] {
+        with_complex(&mut sphere(600, noise, 4), 1, |complex| {
+            let balls = Balls::of(complex, &progress).unwrap();
+            let poles = poles(complex, &balls, &progress).unwrap();
+            let mut prices = std::collections::BTreeSet::new();
+            for cell in 0..complex.finite as u32 {
+                for slot in 0..4 {
+                    let price = |cell, slot| price(complex, &balls, &poles, cell, slot);
+                    let here = price(cell, slot);
+                    assert_eq!(here, price(complex.neighbour(cell, slot), complex.mirror(cell, slot)));
+                    prices.insert(here);
+                }
+            }
+            let dearest = (2.0 * FACET + AREA * LARGEST * LARGEST) as u32;
+            assert!(prices.len() > 20 && *prices.first().unwrap() >= 1 && *prices.last().unwrap() <= dearest);
+        });
+    }
+}
+
+#[test]
+fn lids_are_the_share_of_the_area_over_gaps() {
+    let progress = Progress::none();
+    // Beneath, facets are as large as the triangle; above, their circles are about five times as large.
+    with_complex(&mut two_cells(10.0, 1.0), 1, |complex| {
+        let areas = [0, 1].map(|cell| {
+            let slots = (0..4).filter(|&slot| complex.is_outer(complex.neighbour(cell, slot)));
+            slots.map(|slot| complex.area(complex.facet(cell, slot))).sum::<f64>()
+        });
+        let is_above = |cell: u32| complex.vertices(cell).iter().any(|&v| complex.points[v as usize].z == 10.0);
+        let above = usize::from(!is_above(0));
+        let lids = |inside: &[usize], spacing: f32| {
+            let mut sides = vec![0; complex.len()];
+            inside.iter().for_each(|&cell| sides[cell] = 1);
+            lids(complex, &spaced(5, spacing), &sides, &progress).unwrap()
+        };
+        assert_eq!((lids(&[0, 1], 10.0), lids(&[0, 1], 0.1)), (0.0, 1.0));
+        let share = areas[above] / (areas[0] + areas[1]);
+        assert!((lids(&[0, 1], 1.0) - share).abs() < 1e-12 && share > 0.8, "{share}");
+        // The triangle itself is on the surface of either cell alone, and no lid.
+        let alone = areas[above] / (areas[above] + 3.0_f64.sqrt() / 4.0);
+        assert!((lids(&[above], 1.0) - alone).abs() < 1e-12);
+        assert_eq!(lids(&[1 - above], 1.0), 0.0);
+    });
+}
