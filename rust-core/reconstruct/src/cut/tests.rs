@@ -251,3 +251,48 @@ fn lids_are_the_share_of_the_area_over_gaps() {
         assert_eq!(lids(&[1 - above], 1.0), 0.0);
     });
 }
+
+#[test]
+fn small_crumbs_change_sides_unless_a_deep_room_is_in_them() {
+    let progress = Progress::none();
+    with_complex(&mut sphere(3000, 0.02, 7), 1, |complex| {
+        let Problem { rooms, .. } = problem(complex, &Fronts::default(), &progress).unwrap().unwrap();
+        let whole = sides(complex, &Fronts::default(), &progress).unwrap().unwrap();
+        // Of cells that are turned over, how many are turned back.
+        let turned_back = |crumb: &[u32]| {
+            let mut sides = whole.clone();
+            crumb.iter().for_each(|&cell| sides[cell as usize] ^= 1);
+            fill_crumbs(complex, &rooms, &mut sides, &progress).unwrap();
+            crumb.iter().filter(|&&cell| sides[cell as usize] == whole[cell as usize]).count()
+        };
+        // Cells from which no other side is reached at once: turned over, they are parts of their own.
+        let is_within =
+            |cell: u32| (0..4).all(|slot| whole[complex.neighbour(cell, slot) as usize] == whole[cell as usize]);
+        let cells = || (0..complex.finite as u32).filter(|&cell| is_within(cell));
+        let deep = cells().find(|&cell| rooms.side(cell) == Some(Side::Inside)).unwrap();
+        assert_eq!(turned_back(&[deep]), 0, "a deep room");
+        // So many of them in one part that has no room.
+        let part = |first: u32, most: usize| {
+            let mut part = vec![first];
+            let mut next = 0;
+            while next < part.len() && part.len() < most {
+                let around = (0..4).map(|slot| complex.neighbour(part[next], slot));
+                let beyond: Vec<u32> = around
+                    .filter(|&cell| rooms.side(cell).is_none() && is_within(cell) && !part.contains(&cell))
+                    .collect();
+                part.extend(beyond);
+                next += 1;
+            }
+            part.truncate(most);
+            part
+        };
+        let shallow = cells().filter(|&cell| rooms.side(cell).is_none());
+        let largest = shallow.map(|cell| part(cell, CRUMB)).max_by_key(Vec::len).unwrap();
+        for size in 1..CRUMB {
+            assert_eq!(turned_back(&largest[..size]), size, "{size} cells");
+        }
+        assert_eq!(turned_back(&largest), 0, "as many as a part has");
+        let with_a_room: Vec<u32> = largest[..1].iter().copied().chain([deep]).collect();
+        assert_eq!(turned_back(&with_a_room), 1, "two parts, one with a room");
+    });
+}

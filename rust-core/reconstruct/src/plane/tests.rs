@@ -1,6 +1,9 @@
 use glam::{DVec2, DVec3};
 
 use super::super::tests::{as_set, cloud, random};
+use super::Plane;
+use crate::prepare::prepare;
+use crate::smooth::Smoothing;
 use crate::*;
 use base::error::Error;
 use mesh::check;
@@ -251,6 +254,25 @@ fn a_lattice_seen_twice_is_one_sheet() {
         let reversed = run(&cloud(points), &ReconstructParams { threads: 2, ..params }, &Progress::none()).unwrap();
         assert!(as_set(&reversed.mesh) == as_set(&made.mesh), "{name}: another order");
     }
+}
+
+/// Where samples were measured, and how far they came, is still known of each once those above others are left out.
+#[test]
+fn what_is_known_of_samples_goes_with_them() {
+    let progress = Progress::none();
+    let at = |i: i32, height: f64| DVec3::new(f64::from(i % 20), f64::from(i / 20), height);
+    let points: Vec<DVec3> = [0.0, 1e-12].iter().flat_map(|&height| (0..400).map(move |i| at(i, height))).collect();
+    let mut samples = prepare(&points, &progress).unwrap();
+    let moved: Vec<f64> = samples.input.iter().map(|&i| f64::from(i)).collect();
+    let mut smoothing = Smoothing { moved, measured: samples.points.clone(), ..Smoothing::default() };
+    let plane = Plane::along(&mut samples, &mut smoothing, &progress).unwrap().expect("they are flat");
+    assert_eq!((samples.points.len(), samples.given()), (400, points.len()));
+    // Rounding may put slivers along the rim.
+    assert!(plane.triangles.len() >= 2 * 19 * 19 && plane.triangles.as_flattened().iter().all(|&v| v < 400));
+    assert!(samples.dropped.iter().all(|dropped| dropped.reason == Reason::Duplicate));
+    assert_eq!(smoothing.measured, samples.points);
+    assert_eq!(smoothing.moved, samples.input.iter().map(|&i| f64::from(i)).collect::<Vec<_>>());
+    assert!(samples.input.iter().zip(&samples.points).all(|(&i, point)| points[i as usize] == *point));
 }
 
 /// Gaps and noise in spacings of either plane. Planes less than a spacing apart lose some of their points; noisy ones far apart are taken
