@@ -20,9 +20,7 @@ OPTIONS = {"voxel": 0.02}
 @pytest.fixture(scope="session")
 def scans(tmp_path_factory):
     """A list of scans in files."""
-    folder = tmp_path_factory.mktemp("scans")
-    surfrecon.write_scans(folder / "scans.conf", shapes.torus_scans(pixels=90, noise=0.002))
-    return folder / "scans.conf"
+    return shapes.torus_files(tmp_path_factory, pixels=90)
 
 
 @pytest.fixture(scope="session")

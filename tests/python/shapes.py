@@ -39,6 +39,13 @@ def torus_scans(pixels=90, **options):
     return scans
 
 
+def torus_files(tmp_path_factory, pixels=60):
+    """A list of such scans, with noise, in files of a folder of its own."""
+    folder = tmp_path_factory.mktemp("scans")
+    surfrecon.write_scans(folder / "scans.conf", torus_scans(pixels=pixels, noise=0.002))
+    return folder / "scans.conf"
+
+
 # Side of a square of the sphere below that has one of its 5,000 points.
 NOISY_SPACING = np.sqrt(4 * np.pi / 5000)
 

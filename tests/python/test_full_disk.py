@@ -26,9 +26,7 @@ pytestmark = pytest.mark.skipif(sys.platform != "linux" or os.geteuid() != 0, re
 @pytest.fixture(scope="module")
 def listed(tmp_path_factory):
     """A list of scans in files."""
-    folder = tmp_path_factory.mktemp("scans")
-    surfrecon.write_scans(folder / "scans.conf", shapes.torus_scans(pixels=60, noise=0.002))
-    return folder / "scans.conf"
+    return shapes.torus_files(tmp_path_factory)
 
 
 @pytest.fixture(scope="module")

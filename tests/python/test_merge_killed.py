@@ -17,9 +17,7 @@ TIMES = (0, 1, 3, 9)
 @pytest.fixture(scope="module")
 def scans(tmp_path_factory):
     """A list of scans in files."""
-    folder = tmp_path_factory.mktemp("scans")
-    surfrecon.write_scans(folder / "scans.conf", shapes.torus_scans(pixels=60, noise=0.002))
-    return folder / "scans.conf"
+    return shapes.torus_files(tmp_path_factory)
 
 
 @pytest.fixture(scope="module")

@@ -24,9 +24,7 @@ LEAST = 24_000_000
 @pytest.fixture(scope="module")
 def scans(tmp_path_factory):
     """A list of scans in files."""
-    folder = tmp_path_factory.mktemp("scans")
-    surfrecon.write_scans(folder / "scans.conf", shapes.torus_scans(pixels=60, noise=0.002))
-    return folder / "scans.conf"
+    return shapes.torus_files(tmp_path_factory)
 
 
 @pytest.fixture(scope="module")

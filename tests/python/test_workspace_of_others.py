@@ -13,9 +13,7 @@ OPTIONS = {"voxel": 0.02, "threads": 1, "max_memory": 12_000_000}
 @pytest.fixture(scope="module")
 def scans(tmp_path_factory):
     """A list of scans in files."""
-    folder = tmp_path_factory.mktemp("scans")
-    surfrecon.write_scans(folder / "scans.conf", shapes.torus_scans(pixels=60, noise=0.002))
-    return folder / "scans.conf"
+    return shapes.torus_files(tmp_path_factory)
 
 
 @pytest.fixture
