@@ -232,7 +232,7 @@ typedef enum {
   SRF_DROPPED_USED = 0,
   // A coordinate isn't a finite number.
   SRF_DROPPED_NOT_FINITE = 1,
-  // At the same place as a point before it.
+  // At the same place as a point before it; of points that are flat but for noise, also right above another.
   SRF_DROPPED_DUPLICATE = 2,
   // Inside the closed surface, out of its reach.
   SRF_DROPPED_INSIDE = 3,

@@ -249,7 +249,7 @@ impl Reconstructed {
 #[pymethods]
 impl Reconstructed {
     /// The points that are not on the surface, by the reason, each (k,) uint32 ascending: ``not_finite``, ``duplicate`` (at
-    /// the same place as a point before it), ``inside`` and ``outside`` (out of the surface's reach), ``outlier`` (far from any
+    /// the same place as a point before it, or in a sheet right above one), ``inside`` and ``outside`` (out of the surface's reach), ``outlier`` (far from any
     /// surface that the others tell).
     #[getter]
     fn dropped<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
