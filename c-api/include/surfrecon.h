@@ -1183,14 +1183,12 @@ typedef struct {
   // Whether the points are of a closed surface; only with a manifold topology. A value of srf_closure, default
   // SRF_CLOSURE_AUTO.
   uint64_t closure;
-  // Points are moved to the surface that those within this distance tell, and those far from any surface are left out.
-  // Less than the distance to the 16 nearest points counts as that distance. > 0. SRF_FROM_DATA, the default: where
-  // noise is more than 0.2 spacings, that at which points are best foretold by the others; else points stay.
+  // The surface is the one that points within this distance tell, and those far from any surface are left out. Less than
+  // the distance to the 16 nearest points counts as that distance. > 0. SRF_FROM_DATA, the default: where noise is more
+  // than 0.2 spacings, that at which points are best foretold by the others; else points stay.
   double smooth;
-  // The surface goes through the points as they are, whatever noise they carry and whatever Smoothing says. Of points
-  // that carry none also through outliers. Off: points that carry noise are smoothed first, and outliers around others
-  // left out. 1 or 0, default 0.
-  uint64_t interpolate;
+  // What is done about the noise of points. A value of srf_noisy_points, default SRF_NOISY_POINTS_MOVED.
+  uint64_t noisy_points;
 } srf_reconstruct_params;
 
 // The figures of a surface. Starts with its size; prepared by srf_reconstruct_report_init().

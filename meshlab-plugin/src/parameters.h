@@ -217,11 +217,11 @@ inline const Parameters reconstruct_parameters = {
      "Whether the points are of a closed surface; only with a manifold topology.<br>Auto: Closed if a closed surface goes through more than half of the points at once, or through 5 % at once and 99 % in the end, unless sensors saw it from one side only. Else open: grown from the most certain facet on, parts joined over facets up to 4 times as large as the threshold, or 16 times where they continue a part smoothly, small holes closed; what lies further apart stays apart.<br>Closed: Gaps in the sampling are spanned by large facets.<br>Open: Facets above the threshold are left out, so that gaps stay open.",
      false, 0, 0, 2, true, offsetof(srf_reconstruct_params, closure), {"Auto", "Closed", "Open"}},
     {Kind::length, "smooth", "Smoothing",
-     "Points are moved to the surface that those within this distance tell, and those far from any surface are left out. Less than the distance to the 16 nearest points counts as that distance.<br>0: where noise is more than 0.2 spacings, that at which points are best foretold by the others; else points stay.",
+     "The surface is the one that points within this distance tell, and those far from any surface are left out. Less than the distance to the 16 nearest points counts as that distance.<br>0: where noise is more than 0.2 spacings, that at which points are best foretold by the others; else points stay.",
      true, 0, 0, unbounded, false, offsetof(srf_reconstruct_params, smooth), {}},
-    {Kind::flag, "interpolate", "Through points as they are",
-     "The surface goes through the points as they are, whatever noise they carry and whatever Smoothing says. Of points that carry none also through outliers. Off: points that carry noise are smoothed first, and outliers around others left out.",
-     false, 0, 0, 1, true, offsetof(srf_reconstruct_params, interpolate), {}},
+    {Kind::choice, "noisy_points", "Noisy points",
+     "What is done about the noise of points.<br>Moved to the surface: They are moved to the surface that those around them tell; outliers, also around points that carry no noise, are left out.<br>Put back where measured: The surface is found as with `moved`, and goes through the points as they were measured.<br>Taken as clean: Nothing is smoothed and no outlier left out, whatever noise the points carry and whatever the smoothing is: at half a spacing or more no surface may be found, or one full of holes.",
+     false, 0, 0, 2, true, offsetof(srf_reconstruct_params, noisy_points), {"Moved to the surface", "Put back where measured", "Taken as clean"}},
 };
 
 inline const Parameters cluster_parameters = {

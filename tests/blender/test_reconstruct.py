@@ -217,7 +217,8 @@ def test_noisy_points_are_smoothed_unless_the_surface_is_to_go_through_them():
     points = add_points("points", noisy_sphere())
     given = places(points)
     radius = np.float32(0.3)
-    for options in ({}, {"smooth": radius}, {"interpolate": True}):
+    put_back = {"noisy_points": "put_back"}
+    for options in ({}, {"smooth": radius}, put_back, {"noisy_points": "as_clean"}):
         select(points)
         bpy.ops.surfrecon.reconstruct(**options)
         made, expected = bpy.context.object, surfrecon.reconstruct(given, **options)
@@ -225,16 +226,17 @@ def test_noisy_points_are_smoothed_unless_the_surface_is_to_go_through_them():
         for name in ("noise", "spacing", "smoothing", "moved"):
             assert figures[name] == expected.report[name], name
         assert min(figures["noise"], figures["spacing"]) > 0
-        assert (figures["smoothing"] > 0) == (figures["moved"] > 0) == ("interpolate" not in options)
+        assert (figures["smoothing"] > 0) == (figures["moved"] > 0) == ("noisy_points" not in options)
         assert (figures["smoothing"] == radius) == ("smooth" in options)
-        assert figures["outlier"] == len(expected.dropped["outlier"]) > 100
+        assert figures["outlier"] == len(expected.dropped["outlier"])
+        assert (figures["outlier"] > 100) == (options != {"noisy_points": "as_clean"})
         assert np.array_equal(places(made), expected.mesh.positions.astype(np.float32))
 
 
 @pytest.mark.parametrize(
     "options",
-    [{"smooth": np.float32(0.3)}, {"interpolate": True}, {"topology": "free", "factor": 2.0}],
-    ids=["smooth", "interpolate", "free"],
+    [{"smooth": np.float32(0.3)}, {"noisy_points": "put_back"}, {"topology": "free", "factor": 2.0}],
+    ids=["smooth", "put back", "free"],
 )
 def test_the_preview_follows_the_options(previewed, options):
     add_points("points", noisy_sphere())

@@ -238,23 +238,32 @@ def test_a_surface_through_points(c):
         same(np.flatnonzero(dropped == numbers[reason]), indices.astype(np.int64))
 
 
-@pytest.mark.parametrize("options", [{}, {"smooth": 0.3}, {"interpolate": True}], ids=["auto", "smooth", "interpolate"])
-def test_a_surface_through_noisy_points(c, options):
+@pytest.mark.parametrize(
+    ("smooth", "noisy_points"),
+    [(None, "moved"), (0.3, "moved"), (0.3, "put_back"), (None, "as_clean")],
+    ids=["auto", "smooth", "put back", "as clean"],
+)
+def test_a_surface_through_noisy_points(c, smooth, noisy_points):
     points = shapes.noisy_sphere()
-    result = surfrecon.reconstruct(points, **options)
+    result = surfrecon.reconstruct(points, smooth=smooth, noisy_points=noisy_points)
     dropped = np.zeros(len(points), np.uint8)
     mesh, report = c.reconstructor_surface(
         c.reconstructor_create(c.cloud_create(points, None, None, None, None), None),
-        c.struct("reconstruct_params", **options),
+        c.struct(
+            "reconstruct_params",
+            noisy_points=f"SRF_NOISY_POINTS_{noisy_points.upper()}",
+            **({} if smooth is None else {"smooth": smooth}),
+        ),
         out_dropped=dropped,
     )
     same_mesh(c, mesh, result.mesh)
     same_report(report, result.report, 12)
     assert {"noise", "spacing", "smoothing", "moved"} <= result.report.keys()
     assert min(report.noise, report.spacing) > 0
-    assert (report.smoothing > 0) == (report.moved > 0) == ("interpolate" not in options)
-    assert (report.smoothing == 0.3) == ("smooth" in options)
-    assert report.outliers == len(result.dropped["outlier"]) > 100
+    assert (report.smoothing > 0) == (report.moved > 0) == (noisy_points == "moved")
+    assert report.smoothing != 0.3 or smooth == 0.3
+    assert report.outliers == len(result.dropped["outlier"])
+    assert (report.outliers > 100) == (noisy_points != "as_clean")
     same(np.flatnonzero(dropped == c.constants["SRF_DROPPED_OUTLIER"]), result.dropped["outlier"].astype(np.int64))
 
 

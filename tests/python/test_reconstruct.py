@@ -250,7 +250,7 @@ def test_outliers_around_clean_points_are_left_out_unless_all_are_wanted():
     outliers = found.dropped["outlier"]
     assert len(outliers) > 150 and (outliers < 5000).sum() < 5 and found.report.closed
     assert abs(np.linalg.norm(found.mesh.positions, axis=1) - 1).max() < 0.2
-    assert len(surfrecon.reconstruct(points, interpolate=True).dropped["outlier"]) == 0
+    assert len(surfrecon.reconstruct(points, noisy_points="as_clean").dropped["outlier"]) == 0
 
 
 def off_the_sphere(made):
@@ -260,9 +260,8 @@ def off_the_sphere(made):
 
 def test_noisy_points_are_smoothed_unless_the_surface_is_to_go_through_them():
     points = shapes.noisy_sphere()
-    smoothed, near, through = (
-        surfrecon.reconstruct(points, **options) for options in ({}, {"smooth": 0.3}, {"interpolate": True})
-    )
+    options = [{}, {"smooth": 0.3}, {"noisy_points": "put_back"}]
+    smoothed, near, through = (surfrecon.reconstruct(points, **option) for option in options)
     for made in (smoothed, near, through):
         # What is measured of the points is the same whatever is made of them. Their noise is one spacing.
         assert made.report["noise"] == smoothed.report["noise"] and made.report["spacing"] == smoothed.report["spacing"]
@@ -279,5 +278,19 @@ def test_noisy_points_are_smoothed_unless_the_surface_is_to_go_through_them():
     for made, part in ((smoothed, 0.25), (near, 0.5)):
         assert made.report["moved"] == pytest.approx(shapes.NOISY_SPACING, rel=0.25)
         assert off_the_sphere(made) < part * off_the_sphere(through)
-    both = surfrecon.reconstruct(points, smooth=0.3, interpolate=True)
-    assert np.array_equal(both.mesh.triangles, through.mesh.triangles) and both.report["smoothing"] == 0
+    both = surfrecon.reconstruct(points, smooth=0.3, noisy_points="put_back")
+    assert np.array_equal(both.mesh.triangles, near.mesh.triangles) and both.report["smoothing"] == 0
+    used = both.mesh.vertex_attributes["source_point"]
+    assert np.array_equal(both.mesh.positions, points[used])
+
+
+def test_noise_may_be_ignored():
+    points = shapes.noisy_sphere()
+    made = surfrecon.reconstruct(points, noisy_points="as_clean")
+    assert made.report["noise"] > 0.5 * made.report["spacing"]
+    assert made.report["smoothing"] == made.report["moved"] == len(made.dropped["outlier"]) == 0
+    used = made.mesh.vertex_attributes["source_point"]
+    assert np.array_equal(made.mesh.positions, points[used])
+    assert not made.report.closed and made.mesh.check()["is_manifold"]
+    with_a_radius = surfrecon.reconstruct(points, noisy_points="as_clean", smooth=0.3)
+    assert np.array_equal(with_a_radius.mesh.triangles, made.mesh.triangles)

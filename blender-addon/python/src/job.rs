@@ -288,7 +288,7 @@ impl Job {
     ///     ParameterError, InputError: like ``surface``, at once. Other errors are raised by ``result``.
     #[staticmethod]
     // options: reconstruct
-    #[pyo3(signature = (reconstructor, **options), text_signature = "(reconstructor, *, factor=1.0, threshold='local', topology='manifold', closure='auto', smooth=None, interpolate=False, threads=0)")]
+    #[pyo3(signature = (reconstructor, **options), text_signature = "(reconstructor, *, factor=1.0, threshold='local', topology='manifold', closure='auto', smooth=None, noisy_points='moved', threads=0)")]
     fn surface(reconstructor: &Reconstructor, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         let call = SurfaceCall::new(reconstructor, options)?;
         Job::of(Background::start(move |progress| {

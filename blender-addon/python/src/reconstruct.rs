@@ -53,7 +53,7 @@ type Shared = Arc<Exclusive<CoreReconstructor<Arc<CoreCloud>>>>;
 #[pyfunction]
 // options: reconstruct
 #[pyo3(signature = (points, *, normals = None, colour = None, sensors = None, toward = None, progress = None, **options),
-    text_signature = "(points, *, factor=1.0, threshold='local', topology='manifold', closure='auto', smooth=None, interpolate=False, threads=0, normals=None, colour=None, sensors=None, toward=None, progress=None)")]
+    text_signature = "(points, *, factor=1.0, threshold='local', topology='manifold', closure='auto', smooth=None, noisy_points='moved', threads=0, normals=None, colour=None, sensors=None, toward=None, progress=None)")]
 #[expect(clippy::too_many_arguments, reason = "Python's keyword arguments")]
 pub fn reconstruct(
     py: Python<'_>,
@@ -106,7 +106,7 @@ impl Reconstructor {
     /// Raises:
     ///     InputError: also while it makes another surface, on another thread, or did when this process was forked.
     // options: $self reconstruct
-    #[pyo3(signature = (*, progress = None, **options), text_signature = "($self, *, factor=1.0, threshold='local', topology='manifold', closure='auto', smooth=None, interpolate=False, threads=0, progress=None)")]
+    #[pyo3(signature = (*, progress = None, **options), text_signature = "($self, *, factor=1.0, threshold='local', topology='manifold', closure='auto', smooth=None, noisy_points='moved', threads=0, progress=None)")]
     fn surface(
         &self,
         py: Python<'_>,

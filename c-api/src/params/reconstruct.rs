@@ -44,6 +44,21 @@ pub enum srf_closure {
     SRF_CLOSURE_OPEN = 3,
 }
 
+/// What is done about the noise of points.
+#[allow(non_camel_case_types, dead_code)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum srf_noisy_points {
+    /// They are moved to the surface that those around them tell; outliers, also around points that carry no noise, are
+    /// left out.
+    SRF_NOISY_POINTS_MOVED = 1,
+    /// The surface is found as with `moved`, and goes through the points as they were measured.
+    SRF_NOISY_POINTS_PUT_BACK = 2,
+    /// Nothing is smoothed and no outlier left out, whatever noise the points carry and whatever the smoothing is: at half
+    /// a spacing or more no surface may be found, or one full of holes.
+    SRF_NOISY_POINTS_AS_CLEAN = 3,
+}
+
 /// How a surface is made through scattered points. Starts with its size; set to the defaults by
 /// srf_reconstruct_params_init().
 #[allow(non_camel_case_types)]
@@ -65,14 +80,12 @@ pub struct srf_reconstruct_params {
     /// Whether the points are of a closed surface; only with a manifold topology. A value of srf_closure, default
     /// SRF_CLOSURE_AUTO.
     pub closure: u64,
-    /// Points are moved to the surface that those within this distance tell, and those far from any surface are left out.
-    /// Less than the distance to the 16 nearest points counts as that distance. > 0. SRF_FROM_DATA, the default: where
-    /// noise is more than 0.2 spacings, that at which points are best foretold by the others; else points stay.
+    /// The surface is the one that points within this distance tell, and those far from any surface are left out. Less than
+    /// the distance to the 16 nearest points counts as that distance. > 0. SRF_FROM_DATA, the default: where noise is more
+    /// than 0.2 spacings, that at which points are best foretold by the others; else points stay.
     pub smooth: f64,
-    /// The surface goes through the points as they are, whatever noise they carry and whatever Smoothing says. Of points
-    /// that carry none also through outliers. Off: points that carry noise are smoothed first, and outliers around others
-    /// left out. 1 or 0, default 0.
-    pub interpolate: u64,
+    /// What is done about the noise of points. A value of srf_noisy_points, default SRF_NOISY_POINTS_MOVED.
+    pub noisy_points: u64,
 }
 
 impl Fields for srf_reconstruct_params {
@@ -85,7 +98,7 @@ impl Fields for srf_reconstruct_params {
             topology: 1,
             closure: 1,
             smooth: SRF_FROM_DATA,
-            interpolate: 0,
+            noisy_points: 1,
         }
     }
 
@@ -97,7 +110,7 @@ impl Fields for srf_reconstruct_params {
             ("topology", Given::Whole(self.topology)),
             ("closure", Given::Whole(self.closure)),
             ("smooth", Given::Double(self.smooth)),
-            ("interpolate", Given::Whole(self.interpolate)),
+            ("noisy_points", Given::Whole(self.noisy_points)),
         ]
     }
 }

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{Closure, ReconstructParams, Threshold, Topology, run};
+use super::{Closure, NoisyPoints, ReconstructParams, Threshold, Topology, run};
 use base::{Error, Progress};
 use mesh::check;
 use mesh::point_cloud::PointCloud;
@@ -36,7 +36,7 @@ pub fn points(bytes: &[u8]) {
         threshold: if options & 2 == 0 { Threshold::Local } else { Threshold::Global },
         closure: [Closure::Auto, Closure::Closed, Closure::Open][usize::from(options >> 2) % 3],
         factor: 1.0 + f64::from(options >> 4) / 15.0,
-        interpolate: kind & 0x80 == 0,
+        noisy_points: NoisyPoints::ALL[usize::from(kind >> 6) % 3],
         threads: 1,
         ..ReconstructParams::default()
     };

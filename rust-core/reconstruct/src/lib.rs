@@ -101,7 +101,8 @@ pub use reconstructor::PLAN;
 pub use reconstructor::Reconstructor;
 
 pub use types::{
-    Closure, Dropped, Reason, ReconstructParams, ReconstructReport, Reconstructed, SCHEMA, Threshold, Topology,
+    Closure, Dropped, NoisyPoints, Reason, ReconstructParams, ReconstructReport, Reconstructed, SCHEMA, Threshold,
+    Topology,
 };
 
 use base::error::Result;

@@ -17,7 +17,7 @@ use super::patch::{Frame, Quadric, Weighted};
 use super::prepare::{Samples, keep, prepare};
 use super::scales::{Scale, Scales};
 use super::seen::{Fronts, Seen, Sighted};
-use super::{Dropped, Reason, ReconstructParams, isolated};
+use super::{Dropped, NoisyPoints, Reason, ReconstructParams, isolated};
 use base::error::{Error, Result};
 use base::progress::Progress;
 use geom::neighbours::{Few, KdTree};
@@ -25,20 +25,16 @@ use patches::{Patch, Patches};
 
 /// What is asked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Smooth {
-    Never,
-    AsNoiseAsks,
-    /// In the unit of the points.
-    Within(f64),
+pub(super) struct Smooth {
+    noisy_points: NoisyPoints,
+    /// In the unit of the points; `None` as noise asks.
+    radius: Option<f64>,
 }
 
 impl Smooth {
     pub(super) fn of(params: &ReconstructParams) -> Self {
-        match (params.interpolate, params.smooth) {
-            (true, _) => Smooth::Never,
-            (false, None) => Smooth::AsNoiseAsks,
-            (false, Some(radius)) => Smooth::Within(radius),
-        }
+        let ReconstructParams { noisy_points, smooth, .. } = *params;
+        Smooth { noisy_points, radius: smooth.filter(|_| noisy_points != NoisyPoints::AsClean) }
     }
 }
 
@@ -115,16 +111,13 @@ pub(super) fn smoothed(
     let fronts = Fronts::of(Sighted { samples: &samples, seen }, progress)?;
     let measured = noise::measure(&samples.points, &fronts, progress)?;
     let noise = measured.noise;
-    let radius = match smooth {
-        // Farther than the points reach there is nothing that tells.
-        Smooth::Within(radius) => Some((radius * samples.factor).min(extent(&samples.points))),
-        Smooth::AsNoiseAsks | Smooth::Never => None,
-    };
+    // Farther than the points reach there is nothing that tells.
+    let radius = smooth.radius.map(|radius| (radius * samples.factor).min(extent(&samples.points)));
     let mut tree = measured.tree;
     let is_clean = radius.is_none() && noise.spacings() <= INTERPOLATED;
-    let is_left = samples.points.len() < 4
-        || is_clean
-            && (smooth == Smooth::Never || !isolated::are_around(&samples.points, noise.spacing, &mut tree, progress)?);
+    let is_left = smooth.noisy_points == NoisyPoints::AsClean
+        || samples.points.len() < 4
+        || is_clean && !isolated::are_around(&samples.points, noise.spacing, &mut tree, progress)?;
     if is_left {
         return Ok((samples, Smoothing { noise, ..Smoothing::default() }));
     }
@@ -153,9 +146,6 @@ pub(super) fn smoothed(
     }
     let given = samples.factor;
     if is_outlier.iter().filter(|is| !**is).count() < 3 {
-        if smooth == Smooth::Never {
-            return Ok((samples, Smoothing { noise, ..Smoothing::default() }));
-        }
         return Err(nothing_left(radius / given, places.len()));
     }
     samples.leave_out(&is_outlier, Reason::Outlier);
@@ -169,7 +159,7 @@ pub(super) fn smoothed(
     let points = Samples { points: sorted.points, factor: given * sorted.factor, input, dropped: samples.dropped };
     let (deviation, spacing) = (noise.deviation * sorted.factor, noise.spacing * sorted.factor);
     let noise = Noise { deviation, spacing };
-    let smoothing = if smooth == Smooth::Never {
+    let smoothing = if smooth.noisy_points == NoisyPoints::PutBack {
         Smoothing { noise, measured, ..Smoothing::default() }
     } else {
         let moved = points.points.iter().zip(&measured).map(|(place, from)| place.distance(*from)).collect();
@@ -180,7 +170,7 @@ pub(super) fn smoothed(
 
 fn nothing_left(radius: f64, count: usize) -> Error {
     Error::input(format!(
-        "smoothing within {radius} leaves none of {count} points, which tell no surface there: give a larger smoothing, or let the surface go through the points as they are"
+        "smoothing within {radius} leaves none of {count} points, which tell no surface there: give a larger smoothing, or take the points as clean"
     ))
 }
 

@@ -1,6 +1,6 @@
 //! What goes in and what comes out.
 
-use base::params::{choice, flag, length, ratio};
+use base::params::{choice, length, ratio};
 use mesh::TriMesh;
 
 base::choices! {
@@ -35,6 +35,18 @@ base::choices! {
     }
 }
 
+base::choices! {
+    /// What is done about the noise of points.
+    pub enum NoisyPoints {
+        /// They are moved to the surface that those around them tell; outliers, also around points that carry no noise, are left out.
+        Moved = "moved" "Moved to the surface",
+        /// The surface is found as with `moved`, and goes through the points as they were measured.
+        PutBack = "put_back" "Put back where measured",
+        /// Nothing is smoothed and no outlier left out, whatever noise the points carry and whatever the smoothing is: at half a spacing or more no surface may be found, or one full of holes.
+        AsClean = "as_clean" "Taken as clean",
+    }
+}
+
 base::params! {
     /// How a surface is made through scattered points.
     #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,12 +59,12 @@ base::params! {
         topology: Topology = choice("Topology", Topology::CHOICES),
         /// Whether the points are of a closed surface; only with a manifold topology.
         closure: Closure = choice("Closure", Closure::CHOICES),
-        /// Points are moved to the surface that those within this distance tell, and those far from any surface are left out. Less than the distance to the 16 nearest points counts as that distance.
+        /// The surface is the one that points within this distance tell, and those far from any surface are left out. Less than the distance to the 16 nearest points counts as that distance.
         smooth: Option<f64> = length("Smoothing")
             .from_data("where noise is more than 0.2 spacings, that at which points are best foretold by the others; else points stay")
             .above(0.0).since("0.2"),
-        /// The surface goes through the points as they are, whatever noise they carry and whatever Smoothing says. Of points that carry none also through outliers.
-        interpolate: bool = flag("Through points as they are").off("points that carry noise are smoothed first, and outliers around others left out").since("0.2"),
+        /// What is done about the noise of points.
+        noisy_points: NoisyPoints = choice("Noisy points", NoisyPoints::CHOICES).since("0.2"),
     }
 }
 

@@ -684,7 +684,7 @@ class Job:
         topology: Literal["manifold", "free"] | None = "manifold",
         closure: Literal["auto", "closed", "open"] | None = "auto",
         smooth: float | None = None,
-        interpolate: bool | None = False,
+        noisy_points: Literal["moved", "put_back", "as_clean"] | None = "moved",
         threads: int | None = 0,
         # end
     ) -> Job: ...
@@ -1241,7 +1241,7 @@ class Reconstructor:
         topology: Literal["manifold", "free"] | None = "manifold",
         closure: Literal["auto", "closed", "open"] | None = "auto",
         smooth: float | None = None,
-        interpolate: bool | None = False,
+        noisy_points: Literal["moved", "put_back", "as_clean"] | None = "moved",
         threads: int | None = 0,
         # end
         progress: _Progress | None = None,
@@ -1256,7 +1256,7 @@ def reconstruct(
     topology: Literal["manifold", "free"] | None = "manifold",
     closure: Literal["auto", "closed", "open"] | None = "auto",
     smooth: float | None = None,
-    interpolate: bool | None = False,
+    noisy_points: Literal["moved", "put_back", "as_clean"] | None = "moved",
     threads: int | None = 0,
     # end
     normals: ArrayLike | None = None,

@@ -16,9 +16,9 @@ const TICK: usize = 256;
 const GROWTH: usize = 4;
 
 /// A point as it is seen, with its place in the list.
-struct Seen {
-    at: Point2<f64>,
-    id: u32,
+pub(super) struct Seen {
+    pub(super) at: Point2<f64>,
+    pub(super) id: u32,
 }
 
 impl HasPosition for Seen {

@@ -5,6 +5,7 @@
 //! | along which axis the plane is seen, exactly | `view` |
 //! | triangulation of what is seen there, by the crate `spade` | `insert` |
 //! | edges turned until circles are empty in the plane itself | `flip` |
+//! | the inside of a polygon alone | `polygon` |
 //!
 //! Seen along an axis the plane is sheared, and what is Delaunay there is not in the plane; but which points turn
 //! counter-clockwise is the same, without any rounding. Turning the plane into an axis' would round, and tear apart what
@@ -12,6 +13,7 @@
 
 mod flip;
 mod insert;
+mod polygon;
 #[cfg(test)]
 mod tests;
 mod view;
@@ -21,6 +23,8 @@ use glam::DVec3;
 use base::error::Result;
 use base::progress::Progress;
 use view::View;
+
+pub use polygon::polygon;
 
 /// Opposite to a corner: nothing.
 const OUTSIDE: u32 = u32::MAX;

@@ -1,3 +1,5 @@
+mod polygons;
+
 use std::collections::{BTreeMap, BTreeSet};
 
 use glam::{DVec3, I64Vec2, I64Vec3};

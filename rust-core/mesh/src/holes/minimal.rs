@@ -8,6 +8,7 @@ use std::collections::BTreeSet;
 
 use glam::DVec3;
 
+use super::flat;
 use base::error::Result;
 use base::progress::Progress;
 
@@ -28,7 +29,7 @@ pub(super) struct Loop<'a> {
 }
 
 impl Loop<'_> {
-    fn may_connect(&self, a: u32, b: u32) -> bool {
+    pub(super) fn may_connect(&self, a: u32, b: u32) -> bool {
         !self.taken.contains(&[a.min(b), a.max(b)])
     }
 
@@ -38,6 +39,9 @@ impl Loop<'_> {
     /// # Errors
     /// [`base::Error::Cancelled`].
     pub fn triangulate(&self, progress: &Progress<'_>) -> Result<Option<Vec<[u32; 3]>>> {
+        if let Some(triangles) = flat::triangulate(self, progress)? {
+            return Ok(Some(triangles));
+        }
         let all = Polygon { vertices: (0..self.points.len() as u32).collect(), outside: self.outside.to_vec() };
         let (mut left, mut triangles) = (vec![all], Vec::with_capacity(self.points.len()));
         while let Some(polygon) = left.pop() {

@@ -4,7 +4,7 @@
 //! |---|---|---|
 //! | 1 | `loops` | boundary half-edges -> loops |
 //! | 2 | `near` | the triangles around each loop |
-//! | 3 | `minimal` | loop -> triangulation of least bend, then least area |
+//! | 3 | `minimal`, `flat` | loop -> triangulation of least bend, then least area |
 //! | 4 | `patch` | as fine as the surroundings |
 //! | 5 | `fair` | as smooth as the surroundings |
 //! | 6 | `fill`, `boxes` | tries until nothing crosses |
@@ -13,7 +13,8 @@
 //! the triangulation is cubic; (2) the fair surface is the one of least squared umbrella with mean value weights, which,
 //! unlike uniform ones, leave a flat hole flat however irregular its surroundings, and, unlike cotangents, are never
 //! negative; (3) an edge that the mesh already has is never used again, and what would cross the mesh or another fill is
-//! replaced by less ambitious fills or left open.
+//! replaced by less ambitious fills or left open; (4) in a plane all triangulations that don't fold are as good by that, and the constrained
+//! Delaunay one is taken, of loops of any length.
 
 // 1. which loops there are
 mod loops;
@@ -22,6 +23,7 @@ mod loops;
 mod near;
 
 // 3. first triangulation
+mod flat;
 mod minimal;
 
 // 4. refined triangulation
@@ -113,7 +115,7 @@ pub struct HoleReport {
 /// edges. The order of `boundary` and the number of threads don't matter. Runs on the current rayon pool.
 ///
 /// Cost: O(v + t) for one pass over the mesh if there is anything to close; for a loop of n edges O(n^3) up to 150 edges,
-/// beyond that O(n^2) to cut it into pieces of that size.
+/// beyond that O(n^2) to cut it into pieces of that size; O(n log n) if it lies in a plane, exactly.
 ///
 /// # Errors
 /// [`base::Error::Cancelled`].

@@ -5,7 +5,7 @@ use glam::DVec3;
 
 use crate::noise;
 use crate::tests::{cloud, random};
-use crate::{Reason, ReconstructParams, Reconstructed, run};
+use crate::{NoisyPoints, Reason, ReconstructParams, Reconstructed, run};
 use base::error::Error;
 use base::progress::Progress;
 use mesh::check::{MeshReport, check};
@@ -96,9 +96,11 @@ fn noise_is_measured() {
 fn what_carries_no_noise_is_left_alone() {
     let points = torus(3000, 0.1);
     let (made, _) = reconstruct(points.clone());
-    let as_given = ReconstructParams { interpolate: true, ..Default::default() };
-    let given = run(&cloud(points), &as_given, &Progress::none()).unwrap();
-    assert_eq!(made.mesh, given.mesh);
+    for noisy_points in [NoisyPoints::PutBack, NoisyPoints::AsClean] {
+        let as_given = ReconstructParams { noisy_points, ..Default::default() };
+        let given = run(&cloud(points.clone()), &as_given, &Progress::none()).unwrap();
+        assert_eq!(made.mesh, given.mesh, "{noisy_points:?}");
+    }
     assert_eq!((made.report.smoothing, made.report.moved), (0.0, 0.0));
     assert_eq!(made.report.dropped_for(Reason::Outlier), 0);
 }
@@ -148,13 +150,14 @@ fn outliers_are_counted_and_named() {
     assert!(outliers.len() - right < 10, "{}", outliers.len() - right);
 }
 
-/// A surface through the points as they are is found by those that were smoothed.
+/// A surface through the points as they are is found by those that were smoothed, within a radius that the noise asks for or a given one.
 #[test]
 fn points_go_back_to_where_they_were_measured() {
-    for (noise, genus) in [(0.39, 0), (1.0, 0), (1.0, 1)] {
+    for (noise, genus, smooth) in [(0.39, 0, None), (1.0, 0, None), (1.0, 1, None), (1.0, 1, Some(0.9))] {
         let points = if genus == 0 { sphere(5000, noise) } else { torus(5000, noise) };
         let points = with_outliers(points, 0.02);
-        let params = ReconstructParams { interpolate: true, ..Default::default() };
+        let moved = ReconstructParams { smooth, ..Default::default() };
+        let params = ReconstructParams { noisy_points: NoisyPoints::PutBack, ..moved };
         let made = run(&cloud(points.clone()), &params, &Progress::none()).unwrap();
         let report = check(&made.mesh);
         assert!(report.is_closed() && report.genus() == Some(genus) && report.components == 1, "{noise}: {report}");
@@ -164,6 +167,31 @@ fn points_go_back_to_where_they_were_measured() {
             assert_eq!(*position, points[source as usize]);
         }
         assert!(made.report.used > 4900, "{}", made.report.used);
+        let moved = run(&cloud(points), &moved, &Progress::none()).unwrap();
+        assert_eq!(moved.mesh.triangles, made.mesh.triangles);
+        assert_ne!(moved.mesh.positions, made.mesh.positions);
+    }
+}
+
+/// Points taken as clean stay, outliers too, and the surface is whatever can be had of them.
+#[test]
+fn noise_may_be_ignored() {
+    for noise in [0.3, 0.39, 0.5, 1.0] {
+        let points = with_outliers(sphere(5000, noise), 0.02);
+        let as_clean = ReconstructParams { noisy_points: NoisyPoints::AsClean, ..Default::default() };
+        let made = run(&cloud(points.clone()), &as_clean, &Progress::none()).unwrap();
+        let report = check(&made.mesh);
+        eprintln!("{noise}: {report}");
+        assert!(report.is_manifold(), "{report}");
+        assert_eq!((made.report.smoothing, made.report.moved), (0.0, 0.0));
+        assert!(made.report.noise > 0.2 * made.report.spacing);
+        assert_eq!(made.report.dropped_for(Reason::Outlier), 0);
+        let Some(mesh::AttributeData::I32(sources)) = made.mesh.vertex_attribute("source_point") else { panic!() };
+        for (position, &source) in made.mesh.positions.iter().zip(sources) {
+            assert_eq!(*position, points[source as usize]);
+        }
+        let with_a_radius = ReconstructParams { smooth: Some(0.3), ..as_clean };
+        assert_eq!(run(&cloud(points), &with_a_radius, &Progress::none()).unwrap().mesh, made.mesh);
     }
 }
 
@@ -223,8 +251,10 @@ fn the_same_for_any_number_of_threads_and_any_order() {
 fn a_reconstructor_smooths_anew_when_asked_otherwise() {
     let points = cloud(sphere(3000, 0.5));
     let mut kept = crate::Reconstructor::new(&points).unwrap();
-    for (smooth, interpolate) in [(None, false), (None, true), (Some(0.3), true), (None, false), (Some(0.3), false)] {
-        let params = ReconstructParams { smooth, interpolate, ..Default::default() };
+    let choices =
+        NoisyPoints::ALL.iter().flat_map(|&noisy_points| [None, Some(0.3)].map(|smooth| (smooth, noisy_points)));
+    for (smooth, noisy_points) in choices.chain([(None, NoisyPoints::Moved)]) {
+        let params = ReconstructParams { smooth, noisy_points, ..Default::default() };
         let again = kept.surface(&params, &Progress::none()).unwrap();
         assert_eq!(again.mesh, run(&points, &params, &Progress::none()).unwrap().mesh, "{params:?}");
     }
@@ -249,10 +279,11 @@ fn clouds_that_are_no_surface() {
     let nowhere = [vec![], vec![DVec3::ONE], vec![DVec3::NAN; 2000]];
     let sets = [noise, line, lattice, copies, wide, tiny, far, plane, off, parallel, far_plane];
     for points in sets.into_iter().chain(nowhere) {
-        for (smooth, interpolate) in
-            [(None, false), (Some(1e-3), false), (Some(1e200), false), (Some(1e-200), false), (None, true)]
+        let smoothings = [None, Some(1e-3), Some(1e200), Some(1e-200)];
+        for (&noisy_points, smooth) in
+            NoisyPoints::ALL.iter().flat_map(|choice| smoothings.map(|smooth| (choice, smooth)))
         {
-            let params = ReconstructParams { smooth, interpolate, ..Default::default() };
+            let params = ReconstructParams { smooth, noisy_points, ..Default::default() };
             match run(&cloud(points.clone()), &params, &Progress::none()) {
                 Ok(made) => {
                     let report = check(&made.mesh);

@@ -24,7 +24,7 @@ fn crumpled() -> Vec<DVec3> {
 
 #[test]
 fn noise_makes_no_handles() {
-    let params = ReconstructParams { interpolate: true, ..Default::default() };
+    let params = ReconstructParams { noisy_points: NoisyPoints::PutBack, ..Default::default() };
     let (made, report) = reconstruct(crumpled(), &params);
     assert!(report.is_manifold() && report.genus() == Some(0), "{report}");
     assert!(report.boundary_loops <= 8 && report.components == 1, "{report}");
@@ -33,7 +33,7 @@ fn noise_makes_no_handles() {
 
 #[test]
 fn the_same_for_any_order_and_any_threads_where_noise_crumples() {
-    let params = ReconstructParams { interpolate: true, threads: 1, ..Default::default() };
+    let params = ReconstructParams { noisy_points: NoisyPoints::PutBack, threads: 1, ..Default::default() };
     let mut points = crumpled();
     let (one, _) = reconstruct(points.clone(), &params);
     for threads in [2, 3, 8] {

@@ -6,7 +6,7 @@ use super::uneven::waves;
 use super::{random, reconstruct, sorted, spacing, sphere, to_truth, torus, with_outliers};
 use crate::seen::Fronts;
 use crate::tests::cloud;
-use crate::{Reason, ReconstructParams, isolated, noise, run};
+use crate::{NoisyPoints, Reason, ReconstructParams, isolated, noise, run};
 use base::progress::Progress;
 
 #[test]
@@ -32,7 +32,7 @@ fn clean_points_lose_their_outliers_and_stay_where_they_are() {
         };
         assert!(off < 0.45, "{genus}, {share}: {off} spacings");
         // As they are, all are wanted.
-        let params = ReconstructParams { interpolate: true, ..Default::default() };
+        let params = ReconstructParams { noisy_points: NoisyPoints::AsClean, ..Default::default() };
         let kept = run(&cloud(all), &params, &Progress::none()).unwrap().report;
         assert_eq!(kept.dropped_for(Reason::Outlier), 0);
     }
