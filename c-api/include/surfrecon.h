@@ -226,6 +226,18 @@ typedef enum {
   SRF_CLOSURE_OPEN = 3,
 } srf_closure;
 
+// What is done about the noise of points.
+typedef enum {
+  // They are moved to the surface that those around them tell; outliers, also around points that carry no noise, are
+  // left out.
+  SRF_NOISY_POINTS_MOVED = 1,
+  // The surface is found as with `moved`, and goes through the points as they were measured.
+  SRF_NOISY_POINTS_PUT_BACK = 2,
+  // Nothing is smoothed and no outlier left out, whatever noise the points carry and whatever the smoothing is: at half
+  // a spacing or more no surface may be found, or one full of holes.
+  SRF_NOISY_POINTS_AS_CLEAN = 3,
+} srf_noisy_points;
+
 // Why a point is not on a surface.
 typedef enum {
   // It is on it.

@@ -29,7 +29,7 @@ pub(super) struct Loop<'a> {
 }
 
 impl Loop<'_> {
-    pub(super) fn may_connect(&self, a: u32, b: u32) -> bool {
+    fn may_connect(&self, a: u32, b: u32) -> bool {
         !self.taken.contains(&[a.min(b), a.max(b)])
     }
 
@@ -39,7 +39,7 @@ impl Loop<'_> {
     /// # Errors
     /// [`base::Error::Cancelled`].
     pub fn triangulate(&self, progress: &Progress<'_>) -> Result<Option<Vec<[u32; 3]>>> {
-        if let Some(triangles) = flat::triangulate(self, progress)? {
+        if let Some(triangles) = flat::triangulate(self.points, |a, b| self.may_connect(a, b), progress)? {
             return Ok(Some(triangles));
         }
         let all = Polygon { vertices: (0..self.points.len() as u32).collect(), outside: self.outside.to_vec() };

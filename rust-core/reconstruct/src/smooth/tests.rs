@@ -181,7 +181,6 @@ fn noise_may_be_ignored() {
         let as_clean = ReconstructParams { noisy_points: NoisyPoints::AsClean, ..Default::default() };
         let made = run(&cloud(points.clone()), &as_clean, &Progress::none()).unwrap();
         let report = check(&made.mesh);
-        eprintln!("{noise}: {report}");
         assert!(report.is_manifold(), "{report}");
         assert_eq!((made.report.smoothing, made.report.moved), (0.0, 0.0));
         assert!(made.report.noise > 0.2 * made.report.spacing);
