@@ -1,7 +1,5 @@
 //! Nearest neighbours among fixed points.
 
-use std::collections::BinaryHeap;
-
 use glam::DVec3;
 
 use base::error::Result;
@@ -104,11 +102,13 @@ impl KdTree {
     /// The `count` points nearest to `query`, of those closer than `limit`: `found` is cleared and receives them in no order.
     /// Of equally near ones those that come first in the list given. Nothing is found if `query` isn't finite.
     pub fn nearest_few(&self, query: DVec3, count: usize, limit: f64, found: &mut Few) {
-        found.heap.clear();
+        found.found.clear();
         found.count = count;
         found.limit = limit * limit;
+        found.is_full = false;
         if query.is_finite() && count > 0 {
             self.search_few(0, self.points.len(), query, found);
+            found.select();
         }
     }
 
@@ -172,55 +172,59 @@ impl Best {
 /// The nearest few points of a query. Kept and refilled, so that many queries allocate once.
 #[derive(Clone, Debug, Default)]
 pub struct Few {
-    /// Squared distances, whose bits compare as they do, and indices.
-    heap: BinaryHeap<(u64, u32)>,
+    /// Squared distances, whose bits compare as they do, and indices: while searching some more than asked for.
+    found: Vec<(u64, u32)>,
     count: usize,
     /// Squared; none further away is taken.
     limit: f64,
+    /// Whether the limit is the distance of one found.
+    is_full: bool,
 }
+
+/// As many more are found, by so many times those that are asked for and at least so many, before the furthest are left out.
+const MORE: f64 = 0.5;
+const LEAST_MORE: usize = 8;
 
 impl Few {
     /// How many were found.
     pub fn len(&self) -> usize {
-        self.heap.len()
+        self.found.len()
     }
 
     /// Whether none was.
     pub fn is_empty(&self) -> bool {
-        self.heap.is_empty()
+        self.found.is_empty()
     }
 
     /// Place in the list given and squared distance of each.
     pub fn iter(&self) -> impl Iterator<Item = (u32, f64)> {
-        self.heap.iter().map(|&(squared, index)| (index, f64::from_bits(squared)))
+        self.found.iter().map(|&(squared, index)| (index, f64::from_bits(squared)))
     }
 
     /// Squared distance of the furthest; `None` without any.
     pub fn furthest(&self) -> Option<f64> {
-        self.heap.peek().map(|&(squared, _)| f64::from_bits(squared))
+        self.found.iter().max().map(|&(squared, _)| f64::from_bits(squared))
     }
 
     #[inline]
     fn offer(&mut self, index: u32, squared: f64) {
         // Up to the limit where it is that of one found, below it where it was given.
-        let is_full = self.heap.len() == self.count;
-        if if is_full { squared > self.limit } else { squared >= self.limit } {
+        if if self.is_full { squared > self.limit } else { squared >= self.limit } {
             return;
         }
-        let entry = (squared.to_bits(), index);
-        if is_full {
-            if let Some(mut last) = self.heap.peek_mut()
-                && entry < *last
-            {
-                *last = entry;
-            }
-        } else {
-            self.heap.push(entry);
+        self.found.push((squared.to_bits(), index));
+        let more = if self.is_full { LEAST_MORE.max((MORE * self.count as f64) as usize) } else { 0 };
+        if self.found.len() == self.count + more {
+            self.select();
         }
-        if self.heap.len() == self.count
-            && let Some(furthest) = self.furthest()
-        {
-            self.limit = furthest;
+    }
+
+    /// Leaves the nearest, as many as asked for.
+    fn select(&mut self) {
+        if self.found.len() >= self.count {
+            let (_, furthest, _) = self.found.select_nth_unstable(self.count - 1);
+            (self.limit, self.is_full) = (f64::from_bits(furthest.0), true);
+            self.found.truncate(self.count);
         }
     }
 }

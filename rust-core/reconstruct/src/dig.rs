@@ -18,6 +18,15 @@ const LONGEST: usize = 4;
 /// Ways tried for a sample.
 const TRIES: usize = 24;
 
+/// What a way may lead through.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Through {
+    /// Cells whose facets are no larger than allowed: what they show when they change sides closes no opening.
+    Small,
+    /// Any cells.
+    Anything,
+}
+
 /// A cell on the way out, and the place in the list of the one it was reached from.
 struct Step {
     cell: u32,
@@ -27,14 +36,15 @@ struct Step {
 
 impl Solid<'_> {
     /// Digs to the samples off the surface where a way is found, and notes what comes onto it; returns how many it was dug
-    /// to. `allowed`: largest perimeter of a facet.
+    /// to. `allowed`: largest perimeter of a facet, by how far samples are from each other; `through`: of those of the cells on a way.
     pub(super) fn dig(
         &mut self,
         on_surface: &mut [bool],
         mut allowed: impl FnMut([u32; 3]) -> f64,
+        through: Through,
         progress: &Progress<'_>,
     ) -> Result<usize> {
-        let mut star = Star::default();
+        let (complex, mut star) = (self.complex, Star::default());
         let mut reached = 0;
         for sample in (0..on_surface.len() as u32).filter(|&sample| !on_surface[sample as usize]).collect::<Vec<_>>() {
             progress.check()?;
@@ -42,7 +52,12 @@ impl Solid<'_> {
             let Some((distance, nearest)) = self.nearest(sample, &star) else { continue };
             // A sample farther away than a facet's side may be long is astray.
             if 3.0 * distance <= allowed([nearest; 3]) {
-                reached += usize::from(self.dig_to(sample, on_surface, &mut star));
+                reached += usize::from(self.dig_to(
+                    sample,
+                    on_surface,
+                    |facet| through == Through::Anything || complex.perimeter(facet) <= allowed(facet),
+                    &mut star,
+                ));
             }
         }
         Ok(reached)
@@ -63,7 +78,13 @@ impl Solid<'_> {
         nearest
     }
 
-    fn dig_to(&mut self, sample: u32, on_surface: &mut [bool], star: &mut Star) -> bool {
+    fn dig_to(
+        &mut self,
+        sample: u32,
+        on_surface: &mut [bool],
+        mut may_show: impl FnMut([u32; 3]) -> bool,
+        star: &mut Star,
+    ) -> bool {
         self.complex.star(sample, self.incident[sample as usize], star);
         let side = self.is_inside(star.cells[0].0);
         if star.cells.iter().any(|&(cell, _)| self.is_inside(cell) != side) {
@@ -72,7 +93,10 @@ impl Solid<'_> {
         }
         let mut steps: Vec<Step> =
             star.cells.iter().map(|&(cell, _)| Step { cell, from: usize::MAX, length: 1 }).collect();
-        steps.retain(|step| self.may_change(step.cell));
+        let complex = self.complex;
+        let mut may_open =
+            |solid: &Self, cell: u32| solid.may_change(cell) && (0..4).all(|slot| may_show(complex.facet(cell, slot)));
+        steps.retain(|step| may_open(self, step.cell));
         steps.sort_unstable_by_key(|step| self.complex.name(step.cell));
         let mut known: FxHashSet<u32> = steps.iter().map(|step| step.cell).collect();
         let (mut next, mut tries) = (0, 0);
@@ -88,7 +112,8 @@ impl Solid<'_> {
                 let mut beyond = [0, 1, 2, 3].map(|slot| self.complex.neighbour(cell, slot));
                 beyond.sort_unstable_by_key(|&cell| self.complex.name(cell));
                 for cell in beyond {
-                    if self.may_change(cell) && self.is_inside(cell) == side && known.insert(cell) {
+                    if self.is_inside(cell) == side && !known.contains(&cell) && may_open(self, cell) {
+                        known.insert(cell);
                         steps.push(Step { cell, from: next, length: length + 1 });
                     }
                 }

@@ -93,6 +93,7 @@ mod reconstructor;
 
 use balls::Balls;
 use complex::{Complex, Star};
+use dig::Through;
 use manifold::{Separated, Solid};
 use rayon::prelude::*;
 use seen::{Fronts, Sighted};
@@ -115,6 +116,10 @@ const TRUSTED: f64 = 2.5;
 
 /// How many times as large facets across the gaps of an open surface may be as others before they have to be smooth.
 const BRIDGED: u32 = 4;
+
+/// Part of all samples that a closed surface goes through at least, if what was enclosed at first met less than half:
+/// the walls of a vessel may be thinner than its samples are apart. Of an open surface next to nothing is enclosed.
+const ENCLOSED: f64 = 0.99;
 
 /// Reconstructs a surface from a cloud. To try several parameters use a [`Reconstructor`].
 ///
@@ -219,10 +224,11 @@ fn scale<'a>(
     Ok(Scale { complex, incident, star: Star::default(), spacings, global, trusted })
 }
 
-/// The closed surface, through all samples in its reach.
+/// The closed surface, through all samples in its reach. `is_mostly_met`: whether what is enclosed at first meets most of them.
 fn close(
     solid: &mut Solid<'_>,
     mut on_surface: Vec<bool>,
+    is_mostly_met: bool,
     params: &ReconstructParams,
     report: &mut ReconstructReport,
     progress: &Progress<'_>,
@@ -231,8 +237,14 @@ fn close(
     let typical = || mean_perimeter(complex, &solid.surface(progress)?, progress);
     let mut scale = scale(complex, &incident, params, typical, report)?;
     let mut gathered = solid.gather(&mut on_surface, |facet| scale.allowed(facet), progress)?;
-    gathered += solid.dig(&mut on_surface, |facet| scale.allowed(facet), progress)?;
-    gathered += solid.gather(&mut on_surface, |facet| scale.allowed(facet), progress)?;
+    for through in [Through::Small, Through::Anything] {
+        gathered += solid.dig(&mut on_surface, |facet| scale.allowed(facet), through, progress)?;
+        gathered += solid.gather(&mut on_surface, |facet| scale.allowed(facet), progress)?;
+        // To reach a few samples no opening is closed.
+        if is_mostly_met || share(&on_surface) >= ENCLOSED {
+            break;
+        }
+    }
     report.repaired[1] = gathered;
     let mut triangles = solid.surface(progress)?;
     // So that what is cut does not depend on the numbers of the cells.
@@ -255,6 +267,11 @@ fn close(
     report.cut_facets = before - triangles.len();
     report.closed = report.cut_facets == 0 || fans::are_closed(&triangles, complex.points.len());
     Ok(triangles)
+}
+
+/// Of samples, the part that is on the surface.
+fn share(on_surface: &[bool]) -> f64 {
+    on_surface.iter().filter(|is_on| **is_on).count() as f64 / on_surface.len() as f64
 }
 
 /// The open surface, grown from what is certain; `balls` if they are at hand.

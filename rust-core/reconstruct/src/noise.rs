@@ -175,7 +175,7 @@ fn look(seed: DVec3, nearest: &[(f64, DVec3)]) -> Option<Look> {
     let mut square = 0.0;
     for _ in 0..ROUNDS {
         offsets.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        let quadric = Quadric::fit(offsets[..half].iter().map(|&(_, i)| (local[i], 1.0)), radius)?;
+        let (quadric, _) = Quadric::fit(offsets[..half].iter().map(|&(_, i)| (local[i], 1.0)), radius)?;
         offsets.iter_mut().for_each(|(offset, i)| *offset = (local[*i][2] - quadric.height(local[*i])).abs());
         let mut sorted: Vec<f64> = offsets.iter().map(|&(offset, _)| offset).collect();
         sorted.sort_unstable_by(f64::total_cmp);

@@ -76,6 +76,7 @@ impl Frame {
 struct Sums {
     weight: f64,
     places: DVec3,
+    /// Those of which the second is no later than the first.
     products: [[f64; 3]; 3],
 }
 
@@ -85,7 +86,7 @@ impl Sums {
         self.places += weight * place;
         let d = place.to_array();
         for i in 0..3 {
-            for j in 0..3 {
+            for j in 0..=i {
                 self.products[i][j] += weight * d[i] * d[j];
             }
         }
@@ -96,8 +97,9 @@ impl Sums {
             return None;
         }
         let mean = (self.places / self.weight).to_array();
+        let product = |i: usize, j: usize| self.products[i.max(j)][i.min(j)];
         let about_mean =
-            std::array::from_fn(|i| std::array::from_fn(|j| self.products[i][j] / self.weight - mean[i] * mean[j]));
+            std::array::from_fn(|i| std::array::from_fn(|j| product(i, j) / self.weight - mean[i] * mean[j]));
         let (values, vectors) = eigen::<3>(&about_mean);
         let extent = [values[2], values[1], values[0]].map(|value| value.max(0.0).sqrt());
         Some(Frame { origin, axes: [vectors[2], vectors[1], vectors[0]].map(DVec3::from), extent })
@@ -112,19 +114,31 @@ pub(super) struct Quadric {
 }
 
 impl Quadric {
-    /// That with the least sum of weighted squares; of lower order where samples don't tell more.
-    pub(super) fn fit(local: impl Iterator<Item = ([f64; 3], f64)>, scale: f64) -> Option<Quadric> {
-        let (mut squares, mut right) = ([[0.0; 6]; 6], [0.0; 6]);
-        for (at, weight) in local {
-            let row = row(at, scale);
-            for i in 0..6 {
-                let scaled = weight * row[i];
-                for j in 0..=i {
-                    squares[i][j] += scaled * row[j];
-                }
-                right[i] += scaled * at[2];
-            }
+    /// That with the least sum of weighted squares, of lower order where samples don't tell more; and the sum of the weights.
+    pub(super) fn fit(local: impl Iterator<Item = ([f64; 3], f64)>, scale: f64) -> Option<(Quadric, f64)> {
+        // Of weight times powers of u and v, up to the second, of the third and the fourth order; and of the first of these times height.
+        let (mut low, mut right, mut third, mut fourth) = ([0.0; 6], [0.0; 6], [0.0; 4], [0.0; 5]);
+        for ([u, v, height], weight) in local {
+            let (u, v) = (u / scale, v / scale);
+            let [wu, wv] = [weight * u, weight * v];
+            let [wuu, wuv, wvv] = [wu * u, wu * v, wv * v];
+            let [wuuu, wuuv, wuvv, wvvv] = [wuu * u, wuu * v, wuv * v, wvv * v];
+            let terms = [weight, wu, wv, wuu, wuv, wvv];
+            add(&mut low, terms);
+            add(&mut right, terms.map(|term| term * height));
+            add(&mut third, [wuuu, wuuv, wuvv, wvvv]);
+            add(&mut fourth, [wuuu * u, wuuu * v, wuuv * v, wuvv * v, wvvv * v]);
         }
+        let [w, wu, wv, wuu, wuv, wvv] = low;
+        let ([wuuu, wuuv, wuvv, wvvv], [wuuuu, wuuuv, wuuvv, wuvvv, wvvvv]) = (third, fourth);
+        let mut squares = [
+            [w, 0.0, 0.0, 0.0, 0.0, 0.0],
+            [wu, wuu, 0.0, 0.0, 0.0, 0.0],
+            [wv, wuv, wvv, 0.0, 0.0, 0.0],
+            [wuu, wuuu, wuuv, wuuuu, 0.0, 0.0],
+            [wuv, wuuv, wuvv, wuuuv, wuuvv, 0.0],
+            [wvv, wuvv, wvvv, wuuvv, wuvvv, wvvvv],
+        ];
         // Keeps what samples say nothing of near zero.
         let ridge = RIDGE * squares[0][0];
         (3..6).for_each(|i| squares[i][i] += ridge);
@@ -132,7 +146,7 @@ impl Quadric {
             let mean = right[0] / squares[0][0];
             mean.is_finite().then_some([mean, 0.0, 0.0, 0.0, 0.0, 0.0])
         })?;
-        factors.iter().all(|f| f.is_finite()).then_some(Quadric { factors, scale })
+        factors.iter().all(|f| f.is_finite()).then_some((Quadric { factors, scale }, w))
     }
 
     /// How far a place lies above the surface over a frame, and the direction in which it does, to first order.
@@ -149,6 +163,10 @@ impl Quadric {
     pub(super) fn height(&self, at: [f64; 3]) -> f64 {
         row(at, self.scale).iter().zip(&self.factors).map(|(x, factor)| x * factor).sum()
     }
+}
+
+fn add<const N: usize>(sums: &mut [f64; N], terms: [f64; N]) {
+    sums.iter_mut().zip(terms).for_each(|(sum, term)| *sum += term);
 }
 
 /// Weight of the bend being zero, as a part of that of all samples.

@@ -58,7 +58,7 @@ const SPACINGS: f64 = 2.5;
 const STEP: f64 = 1.3;
 const STEPS: usize = 9;
 /// The largest is taken whose error is at most so many times the least: where they differ by less, it is by chance.
-const AS_GOOD: f64 = 1.005;
+const AS_GOOD: f64 = 1.01;
 /// None larger is tried where the error is so many times the least.
 const WORSE: f64 = 1.05;
 /// Samples they are tried on.
@@ -77,14 +77,16 @@ const LONELY: f64 = 2.5;
 /// ... and as usual: about a tenth as many samples are around it.
 const ALONE: f64 = 3.0;
 
-/// Times a sample is moved at least ...
-const ROUNDS: usize = 4;
+/// Times a sample is moved at least, by all around it ...
+const ROUNDS: usize = 2;
 /// ... and again while it still moves more than this part of the heights that count; one that does not settle lies on nothing.
 const SETTLED: f64 = 0.02;
-const MOST_ROUNDS: usize = 8;
+const MOST_ROUNDS: usize = 6;
 /// Share of what is around a place on a surface that speaks for it, at least; on a side of a thin wall it is a third.
 const SUPPORT: f64 = 0.2;
-/// Times that by few samples, in neighbourhoods as wide as noise asks for ...
+/// What is around a place is looked for again where it has moved by this part of its reach.
+const STALE: f64 = 0.1;
+/// Times it is moved first by few samples, in neighbourhoods as wide as noise asks for ...
 const SPARSE: usize = 2;
 /// ... in deviations ...
 const START: f64 = 8.0;
@@ -221,8 +223,27 @@ struct Kept {
 #[derive(Default)]
 struct Room {
     few: Few,
+    /// Samples around a place.
+    around: Vec<usize>,
+    /// Those that count, and the sum of what they do.
     near: Vec<Weighted>,
-    /// Weighted sum of the directions in which these were seen.
+    weight: f64,
+}
+
+/// A sample that others are to foretell.
+struct Trial {
+    sample: usize,
+    /// Where it came to last.
+    course: Option<Course>,
+    /// Its distance from there, in deviations; at most [`HIGH`].
+    off: f64,
+}
+
+/// A sample on its way to the surface.
+#[derive(Clone, Copy)]
+struct Course {
+    place: DVec3,
+    /// Direction to the side that it was seen from, zero where that is not known.
     front: DVec3,
 }
 
@@ -253,12 +274,14 @@ impl Kept {
     fn best_radius(&self, progress: &Progress<'_>) -> Result<f64> {
         let noise = self.lengths.noise;
         let mut radius = (DEVIATIONS * noise.deviation).max(SPACINGS * noise.spacing);
+        let mut trials = self.trials(progress)?;
         let mut tried: Vec<(f64, f64)> = Vec::new();
         let mut least = f64::INFINITY;
         // In larger ones there are no more samples.
         let largest = (MANY as f64 / std::f64::consts::PI).sqrt() * noise.spacing * STEP;
         for _ in 0..STEPS {
-            let error = self.foretold(radius, progress)?;
+            self.foretell(&mut trials, radius, progress)?;
+            let error = trials.iter().map(|trial| trial.off * trial.off).sum::<f64>() / trials.len() as f64;
             tried.push((error, radius));
             least = least.min(error);
             if error > WORSE * least {
@@ -273,60 +296,96 @@ impl Kept {
         Ok(as_good.map_or(radius, |tried| tried.1))
     }
 
-    /// Mean square of the heights of samples above the surface that those around them tell.
-    fn foretold(&self, radius: f64, progress: &Progress<'_>) -> Result<f64> {
+    /// Some of the samples, near the surface.
+    fn trials(&self, progress: &Progress<'_>) -> Result<Vec<Trial>> {
         let count = self.samples.len().min(TRIED);
-        let square = |room: &mut Room, k: usize| -> Result<f64> {
+        let begin = |room: &mut Room, k: usize| {
             progress.check()?;
-            let i = (2 * k + 1) * self.samples.len() / (2 * count);
-            let place = self.samples[i];
-            // From the place on the surface: samples chosen around this one would agree with it too well.
-            let to = self.patch(i, true, radius, room);
-            let most = HIGH * self.lengths.noise.deviation;
-            // So that those in places of much noise do not decide alone.
-            let scale = self.scales.at(i).deviation;
-            let off = to.map_or(most, |to| (to.place.distance(place) / scale).min(most));
-            Ok(off * off)
+            let sample = (2 * k + 1) * self.samples.len() / (2 * count);
+            Ok(Trial { sample, course: self.begun(sample, true, room), off: 0.0 })
         };
-        let squares: Vec<f64> =
-            (0..count).into_par_iter().with_min_len(16).map_init(Room::default, square).collect::<Result<_>>()?;
-        Ok(squares.iter().sum::<f64>() / count as f64)
+        (0..count).into_par_iter().with_min_len(16).map_init(Room::default, begin).collect()
     }
 
-    /// The surface where a sample comes to, of those around it that were seen from no other side, itself left out or not; `None` where
+    /// Notes how far samples are from the surface that those around them tell.
+    fn foretell(&self, trials: &mut [Trial], radius: f64, progress: &Progress<'_>) -> Result<()> {
+        trials.par_iter_mut().with_min_len(16).try_for_each_init(Room::default, |room, trial| {
+            progress.check()?;
+            let Trial { sample, course, off } = trial;
+            // From the place on the surface: samples chosen around this one would agree with it too well.
+            let to = course.and_then(|from| self.settled(*sample, true, radius, from, 1, room));
+            if let Some(Patch { place, front, .. }) = to {
+                *course = Some(Course { place, front });
+            }
+            // So that those in places of much noise do not decide alone.
+            let deviation = self.lengths.noise.deviation * self.scales.at(*sample).deviation;
+            let far = |to: Patch| to.place.distance(self.samples[*sample]) / deviation;
+            *off = to.map_or(HIGH, |to| far(to).min(HIGH));
+            Ok(())
+        })
+    }
+
+    /// The surface where a sample comes to, of those around it that were seen from no other side; `None` where
     /// nothing is around it.
-    fn patch(&self, sample: usize, is_left_out: bool, radius: f64, room: &mut Room) -> Option<Patch> {
+    fn patch(&self, sample: usize, radius: f64, room: &mut Room) -> Option<Patch> {
+        let course = self.begun(sample, false, room)?;
+        self.settled(sample, false, radius, course, ROUNDS, room)
+    }
+
+    /// Near the surface, by few samples around one, itself left out or not.
+    fn begun(&self, sample: usize, is_left_out: bool, room: &mut Room) -> Option<Course> {
         let scale = self.scales.at(sample);
         let high = HIGH * self.lengths.deviation(scale);
         let without = is_left_out.then_some(sample);
-        let (mut place, mut front) = (self.samples[sample], self.fronts.at(sample));
-        for round in 0..MOST_ROUNDS {
-            let radius = if round < SPARSE { self.lengths.start(scale) } else { self.lengths.radius(radius, scale) };
-            let (frame, reach) = self.around(place, front, radius, without, round < SPARSE, room)?;
-            front = frame.front(room.front);
+        let mut course = Course { place: self.samples[sample], front: self.fronts.at(sample) };
+        for round in 0..SPARSE {
+            let reach = self.gather(course, self.lengths.start(scale), without, true, room)?;
             // The first time the sample's own height is all that is known of its side.
             let high = if round == 0 { 2.0 * high } else { high };
-            let Fitted { quadric, counted, all } = fit(&frame, reach, high, &room.near)?;
-            let height = quadric.height([0.0; 3]);
-            place = frame.above(height);
-            if round + 1 >= ROUNDS && height.abs() <= SETTLED * high {
-                let crowd = counted * scale.spacing.powi(2) / (reach * reach);
-                return (counted >= SUPPORT * all).then_some(Patch { place, frame, quadric, crowd, front });
+            course = self.fit(course, reach, high, room)?.0;
+        }
+        Some(course)
+    }
+
+    /// On the surface, by all samples around one, in at least so many steps.
+    fn settled(
+        &self,
+        sample: usize,
+        is_left_out: bool,
+        radius: f64,
+        mut course: Course,
+        least: usize,
+        room: &mut Room,
+    ) -> Option<Patch> {
+        let scale = self.scales.at(sample);
+        let (high, radius) = (HIGH * self.lengths.deviation(scale), self.lengths.radius(radius, scale));
+        let without = is_left_out.then_some(sample);
+        let (mut reach, mut centre) = (0.0, course.place);
+        for round in 0..MOST_ROUNDS {
+            if round == 0 || course.place.distance(centre) > STALE * reach {
+                reach = self.gather(course, radius, without, false, room)?;
+                centre = course.place;
+            }
+            let from = course.place;
+            let (to, patch) = self.fit(course, reach, high, room)?;
+            course = to;
+            if round + 1 >= least && course.place.distance(from) <= SETTLED * high {
+                let crowd = patch.crowd * scale.spacing.powi(2) / (reach * reach);
+                return (patch.crowd >= SUPPORT * room.weight).then_some(Patch { crowd, ..patch });
             }
         }
         None
     }
 
-    /// Fills `room.near` with the samples around a place that are not behind it; gives the directions in which they lie, and how far they reach.
-    fn around(
+    /// Fills `room.around` with the samples around a place that are not behind it; gives how far they reach.
+    fn gather(
         &self,
-        place: DVec3,
-        front: DVec3,
+        Course { place, front }: Course,
         radius: f64,
         without: Option<usize>,
         is_sparse: bool,
         room: &mut Room,
-    ) -> Option<(Frame, f64)> {
+    ) -> Option<f64> {
         let (tree, stride) = if is_sparse { (&self.sparse, self.stride) } else { (&self.tree, 1) };
         let mut reach = radius;
         tree.nearest_few(place, MANY, reach, &mut room.few);
@@ -336,41 +395,42 @@ impl Kept {
         if room.few.len() == MANY || room.few.len() <= FEW {
             reach = room.few.furthest()?.sqrt() * BEYOND;
         }
+        room.around.clear();
+        let around = room.few.iter().map(|(i, _)| i as usize * stride);
+        room.around.extend(around.filter(|&i| Some(i) != without && !self.fronts.is_behind(i, front)));
+        Some(reach)
+    }
+
+    /// Where a place comes to on the surface of the samples around it, of which those further than `high` above or below it don't count; and that surface,
+    /// with the weight of those that do.
+    fn fit(&self, course: Course, reach: f64, high: f64, room: &mut Room) -> Option<(Course, Patch)> {
+        let place = course.place;
         room.near.clear();
-        room.front = DVec3::ZERO;
-        for (i, squared) in room.few.iter() {
-            let i = i as usize * stride;
-            if Some(i) != without && !self.fronts.is_behind(i, front) {
-                let far = 1.0 - squared / (reach * reach);
-                room.near.push((self.samples[i], far * far));
-                room.front += self.fronts.at(i) * (far * far);
+        let (mut weight, mut towards) = (0.0, DVec3::ZERO);
+        for &i in &room.around {
+            let far = 1.0 - self.samples[i].distance_squared(place) / (reach * reach);
+            if far > 0.0 {
+                let counted = far * far;
+                room.near.push((self.samples[i], counted));
+                towards += self.fronts.at(i) * counted;
+                weight += counted;
             }
         }
-        Some((Frame::new(place, &room.near)?, reach))
+        room.weight = weight;
+        let frame = Frame::new(place, &room.near)?;
+        let front = frame.front(towards);
+        let local = room.near.iter().map(|&(sample, weight)| {
+            let at = frame.to_local(sample);
+            (at, weight * level(at[2] / high))
+        });
+        let (quadric, crowd) = Quadric::fit(local, reach)?;
+        let place = frame.above(quadric.height([0.0; 3]));
+        Some((Course { place, front }, Patch { place, frame, quadric, crowd, front }))
     }
 }
 
 /// Where weights end, where that is given by the furthest neighbour.
 const BEYOND: f64 = 1.2;
-
-/// What is fitted to weighted samples.
-struct Fitted {
-    quadric: Quadric,
-    /// Weight of those that count for it, and of all.
-    counted: f64,
-    all: f64,
-}
-
-/// The surface of samples over a frame: those further than `high` above or below its place don't count.
-fn fit(frame: &Frame, reach: f64, high: f64, near: &[Weighted]) -> Option<Fitted> {
-    let counted = |&(sample, weight): &Weighted| {
-        let at = frame.to_local(sample);
-        (at, weight * level(at[2] / high))
-    };
-    let quadric = Quadric::fit(near.iter().map(counted), reach)?;
-    let all = near.iter().map(|near| near.1).sum();
-    Some(Fitted { quadric, counted: near.iter().map(|near| counted(near).1).sum(), all })
-}
 
 /// How much counts what lies at a part of the height up to which anything does.
 fn level(height: f64) -> f64 {
@@ -395,16 +455,24 @@ fn lonely(samples: &[DVec3], scales: &Scales, tree: &KdTree, progress: &Progress
     )?;
     let mut sorted = reaches.clone();
     let usual = *sorted.select_nth_unstable_by(samples.len() / 2, f64::total_cmp).1;
+    // No neighbours are nearer to theirs, so that most samples need not be looked at again.
+    let nearest = reaches.iter().copied().fold(f64::INFINITY, f64::min);
     let mut is_lonely = vec![false; samples.len()];
     is_lonely.par_iter_mut().enumerate().with_min_len(BLOCK).try_for_each_init(
         || (Few::default(), Vec::new()),
         |(few, around), (i, is_lonely)| {
+            if i.is_multiple_of(BLOCK) {
+                progress.check()?;
+            }
+            if reaches[i] <= (LONELY * nearest).min(ALONE * usual) {
+                return Ok(());
+            }
             tree.nearest_few(samples[i], with_itself, f64::INFINITY, few);
             around.clear();
             around.extend(few.iter().map(|(neighbour, _)| reaches[neighbour as usize]));
             around.sort_unstable_by(f64::total_cmp);
             *is_lonely = reaches[i] > LONELY * around[around.len() / 4] || reaches[i] > ALONE * usual;
-            if i.is_multiple_of(BLOCK) { progress.check() } else { Ok(()) }
+            Ok(())
         },
     )?;
     Ok((is_lonely, usual))

@@ -7,7 +7,9 @@ use super::complex::Complex;
 use super::manifold::{Separated, Solid};
 use super::one_sided::is_one_sided;
 use super::seen::{Fronts, Sighted};
-use super::{Closure, Found, ReconstructParams, ReconstructReport, Topology, carve_freely, close, open, separate};
+use super::{
+    Closure, ENCLOSED, Found, ReconstructParams, ReconstructReport, Topology, carve_freely, close, open, separate,
+};
 use base::error::Result;
 use base::memory;
 use base::progress::Progress;
@@ -26,10 +28,6 @@ const BYTES_CUT: [f64; 2] = [105.0, 600.0];
 /// Part of all samples that what was enclosed at first meets at least, for a closed surface to be tried. The walls of vessels
 /// meet 10 to 50 % of theirs, a scan from one side less than 0.1 %, whose lid would go through all in the end.
 const MET: f64 = 0.05;
-
-/// Part of all samples that a closed surface goes through at least, if what was enclosed at first met less than half:
-/// the walls of a vessel may be thinner than its samples are apart. Of an open surface next to nothing is enclosed.
-const ENCLOSED: f64 = 0.99;
 
 /// What depends on the samples only.
 pub(super) struct Space {
@@ -116,7 +114,8 @@ fn enclose<'a>(
     let samples = solid.complex.points.len();
     let on_surface = solid.on_surface(progress)?;
     let missed = on_surface.iter().filter(|is_on| !**is_on).count();
-    let is_certain = params.closure == Closure::Closed || 2 * missed < samples;
+    let is_mostly_met = 2 * missed < samples;
+    let is_certain = params.closure == Closure::Closed || is_mostly_met;
     let is_possible = params.closure == Closure::Auto && (samples - missed) as f64 >= MET * samples as f64;
     if !is_certain && !is_possible {
         return Ok(None);
@@ -124,7 +123,7 @@ fn enclose<'a>(
     *balls = None;
     let may_be_one_sided = params.closure == Closure::Auto && !sighted.seen.sensors.is_empty();
     let before = (!is_certain || may_be_one_sided).then(|| (solid.clone(), report.clone()));
-    let found = close(solid, on_surface, params, report, progress)?;
+    let found = close(solid, on_surface, is_mostly_met, params, report, progress)?;
     if let Some(before) = before
         && (!is_certain && used(&found, samples) < ENCLOSED * samples as f64
             || may_be_one_sided && is_one_sided(solid.complex, &found, sighted, progress)?)

@@ -275,8 +275,8 @@ fn what_is_known_of_samples_goes_with_them() {
     assert!(samples.input.iter().zip(&samples.points).all(|(&i, point)| points[i as usize] == *point));
 }
 
-/// Gaps and noise in spacings of either plane. Planes less than a spacing apart lose some of their points; noisy ones far apart are taken
-/// for the two sides of a plate.
+/// Gaps and noise in spacings of either plane. Planes less than a spacing apart lose some of their points; those far apart are taken
+/// for the two sides of a plate, whose rim may stay open.
 #[test]
 fn parallel_planes_are_no_sheet() {
     let spacing = 6.0 / 2000.0_f64.sqrt();
@@ -285,7 +285,7 @@ fn parallel_planes_are_no_sheet() {
         (0..4000).map(|_| (0..12).map(|_| random()).sum::<f64>() - 6.0).collect()
     };
     let back = glam::DQuat::from_euler(glam::EulerRot::XYZ, 0.4, 0.7, 1.1).inverse();
-    for (gap, deviation, used, loops) in [(0.3, 0.0, 3800, 1..16), (8.0, 0.0, 4000, 1..2), (8.0, 0.5, 4000, 0..1)] {
+    for (gap, deviation, used, loops) in [(0.3, 0.0, 3800, 1..16), (8.0, 0.0, 3995, 1..2), (8.0, 0.5, 3995, 0..2)] {
         let points = turned_square(4000, |i| spacing * (gap * (i % 2) as f64 + deviation * noise[i]));
         let made = run(&cloud(points), &ReconstructParams::default(), &Progress::none()).unwrap();
         let report = check(&made.mesh);

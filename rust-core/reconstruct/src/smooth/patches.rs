@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::super::patch::{Frame, Quadric};
 use super::super::scales::{Scale, Scales};
 use super::super::seen::Fronts;
-use super::{BLOCK, HIGH, Kept, Lengths, Room, SETTLED, level};
+use super::{BLOCK, HIGH, Kept, Lengths, Room, SETTLED, STALE, level};
 use base::error::Result;
 use base::progress::Progress;
 use geom::neighbours::KdTree;
@@ -70,7 +70,7 @@ impl Patches {
         found.par_iter_mut().zip(&seeds).with_min_len(16).try_for_each_init(
             Room::default,
             |room, (patch, &seed)| {
-                *patch = kept.patch(seed, false, radius, room);
+                *patch = kept.patch(seed, radius, room);
                 progress.check()
             },
         )?;
@@ -116,19 +116,22 @@ impl Patches {
     fn moved(&self, from: DVec3, front: DVec3, scale: Scale, room: &mut Room) -> Option<DVec3> {
         let (deviation, within) = (self.lengths.deviation(scale), WITHIN * self.lengths.radius(self.radius, scale));
         let high = HIGH * deviation;
-        let mut place = from;
+        let (mut place, mut centre) = (from, None::<DVec3>);
         for round in 0..MOST_ROUNDS {
-            self.tree.nearest_few(place, ASKED, within, &mut room.few);
+            if centre.is_none_or(|centre| place.distance(centre) > STALE * within) {
+                self.tree.nearest_few(place, ASKED, within, &mut room.few);
+                centre = Some(place);
+            }
             // The first time the sample's own height is all that is known of its side.
             let high = if round == 0 { 2.0 * high } else { high };
             let (mut step, mut weights) = (DVec3::ZERO, 0.0);
-            for (number, squared) in room.few.iter() {
+            for (number, _) in room.few.iter() {
                 let patch = &self.patches[number as usize];
-                if patch.front.dot(front) < 0.0 {
+                let far = 1.0 - patch.place.distance_squared(place) / (within * within);
+                if !(far > 0.0) || patch.front.dot(front) < 0.0 {
                     continue;
                 }
                 let (above, normal) = patch.quadric.above(&patch.frame, place);
-                let far = 1.0 - squared / (within * within);
                 let weight = far * far * level(above / high);
                 step -= normal * (above * weight);
                 weights += weight;
