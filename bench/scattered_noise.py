@@ -12,7 +12,7 @@ NOISES = [0, 0.3, 0.5, 1, 2]
 # Of the points, put besides them into their bounding box.
 OUTLIERS_PCT = [0, 5]
 # Samples of a reconstruction whose distances to the truth are taken.
-SAMPLES = 100_000
+SAMPLES = 50_000
 # Octrees of Screened Poisson: the best counts.
 DEPTHS = [5, 6, 7, 8]
 

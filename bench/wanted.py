@@ -23,7 +23,14 @@ HEAVY = {
     + ["plates *: pymeshlab-vcg"],
     # Gmsh does not end on two layers.
     "delaunay": ["uniform 3 M: *", "two layers of integers 500 k: gmsh"],
-    "scattered": ["armadillo 1M: *", "torus 200000: *", "torus [0-9]*: open3d-*", "torus [0-9]*: meshlab-*"]
+    "scattered": [
+        "armadillo 1M: *",
+        "bunny scans: *",
+        "igea: [om]*",
+        "torus 200000: *",
+        "torus [0-9]*: open3d-*",
+        "torus [0-9]*: meshlab-*",
+    ]
     + ["scan *: open3d-*", "scan *: meshlab-*"]
     + ["*, noise 0, *: screened-*", "*, noise 0.5, *: screened-*", "*, noise *: screened-poisson-[78]"],
     # Variants of ours and quadric collapses, which run a dozen times, are shown on the bunny and the camera's image.

@@ -18,10 +18,13 @@ const LONGEST: usize = 4;
 /// Ways tried for a sample.
 const TRIES: usize = 24;
 
+/// Perimeter of a small facet, in the largest one that is allowed.
+const SMALL: f64 = 1.5;
+
 /// What a way may lead through.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Through {
-    /// Cells whose facets are no larger than allowed: what they show when they change sides closes no opening.
+    /// Cells whose facets are small: what they show when they change sides closes no opening.
     Small,
     /// Any cells.
     Anything,
@@ -36,7 +39,7 @@ struct Step {
 
 impl Solid<'_> {
     /// Digs to the samples off the surface where a way is found, and notes what comes onto it; returns how many it was dug
-    /// to. `allowed`: largest perimeter of a facet, by how far samples are from each other; `through`: of those of the cells on a way.
+    /// to. `allowed`: largest perimeter of a facet.
     pub(super) fn dig(
         &mut self,
         on_surface: &mut [bool],
@@ -52,12 +55,9 @@ impl Solid<'_> {
             let Some((distance, nearest)) = self.nearest(sample, &star) else { continue };
             // A sample farther away than a facet's side may be long is astray.
             if 3.0 * distance <= allowed([nearest; 3]) {
-                reached += usize::from(self.dig_to(
-                    sample,
-                    on_surface,
-                    |facet| through == Through::Anything || complex.perimeter(facet) <= allowed(facet),
-                    &mut star,
-                ));
+                let may_show =
+                    |facet| through == Through::Anything || complex.perimeter(facet) <= SMALL * allowed(facet);
+                reached += usize::from(self.dig_to(sample, on_surface, may_show, &mut star));
             }
         }
         Ok(reached)

@@ -3,6 +3,7 @@ use proptest::prelude::*;
 
 mod jumps;
 mod open;
+mod openings;
 mod pinned;
 mod rounded;
 mod seen;
