@@ -231,10 +231,11 @@ typedef enum {
   // They are moved to the surface that those around them tell; outliers, also around points that carry no noise, are
   // left out.
   SRF_NOISY_POINTS_MOVED = 1,
-  // The surface is found as with `moved`, and goes through the points as they were measured.
+  // The surface is found as with `moved`, and goes through the points as they were measured; noise may make it cross
+  // itself.
   SRF_NOISY_POINTS_PUT_BACK = 2,
-  // Nothing is smoothed and no outlier left out, whatever noise the points carry and whatever the smoothing is: at half
-  // a spacing or more no surface may be found, or one full of holes.
+  // Nothing is smoothed and no outlier left out, whatever noise the points carry and whatever the smoothing is: where
+  // noise is half a spacing or more no surface may be found, or one full of holes.
   SRF_NOISY_POINTS_AS_CLEAN = 3,
 } srf_noisy_points;
 
@@ -1195,9 +1196,11 @@ typedef struct {
   // Whether the points are of a closed surface; only with a manifold topology. A value of srf_closure, default
   // SRF_CLOSURE_AUTO.
   uint64_t closure;
-  // The surface is the one that points within this distance tell, and those far from any surface are left out. Less than
-  // the distance to the 16 nearest points counts as that distance. > 0. SRF_FROM_DATA, the default: where noise is more
-  // than 0.2 spacings, that at which points are best foretold by the others; else points stay.
+  // The surface is the one that points within this distance tell, and those far from any surface are left out. Larger
+  // takes away more noise, and what is thin: bars thinner than twice this may tear. Smaller may leave good points out;
+  // less than the usual distance to the 16 nearest points counts as that distance. > 0. SRF_FROM_DATA, the default:
+  // where the noise of 1,024 points or more is more than 0.2 spacings, that at which points are best foretold by the
+  // others; else points stay.
   double smooth;
   // What is done about the noise of points. A value of srf_noisy_points, default SRF_NOISY_POINTS_MOVED.
   uint64_t noisy_points;

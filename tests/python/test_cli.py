@@ -14,7 +14,7 @@ import pytest
 import surfrecon
 from command_line import ENVIRONMENT, data, run
 from heaps import look
-from shapes import torus, torus_scans
+from shapes import noisy_sphere, torus, torus_scans
 from surfrecon.cli.commands import COMMANDS
 
 VOXEL = 0.1
@@ -163,6 +163,23 @@ def test_reconstruct(folder, tmp_path, name):
     done = run("reconstruct", folder / name, "-o", tmp_path / "a.glb", "--closure", "closed", "--json")
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout)["report"]["closed"] and surfrecon.read(tmp_path / "a.glb").check().is_closed
+
+
+def test_reconstruct_says_what_became_of_the_points(tmp_path):
+    np.savetxt(tmp_path / "noisy.xyz", noisy_sphere())
+
+    def made(*options):
+        command = ["reconstruct", tmp_path / "noisy.xyz", "-o", tmp_path / "a.ply", *options]
+        return run(*command).stdout, json.loads(run(*command, "--json").stdout)["report"]
+
+    said, report = made()
+    outliers = report["dropped"]["outlier"]
+    assert outliers > 100 and report["moved"] > 0
+    assert f"closed, of {report['used']:,} of 5,250 points" in said and f"left out: {outliers:,} outliers" in said
+    assert f"moved by {report['moved']:.4g} (root mean square) within {report['smoothing']:.4g}" in said
+    said, put_back = made("--noisy-points", "put_back")
+    assert put_back["dropped"] == report["dropped"]
+    assert f"closed, through {report['used']:,} of 5,250 points" in said and "moved" not in said
 
 
 @pytest.mark.parametrize("command", [["reconstruct", "--closure", "open"], ["cluster", "--vertices", "80"]])

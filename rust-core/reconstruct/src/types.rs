@@ -40,9 +40,9 @@ base::choices! {
     pub enum NoisyPoints {
         /// They are moved to the surface that those around them tell; outliers, also around points that carry no noise, are left out.
         Moved = "moved" "Moved to the surface",
-        /// The surface is found as with `moved`, and goes through the points as they were measured.
+        /// The surface is found as with `moved`, and goes through the points as they were measured; noise may make it cross itself.
         PutBack = "put_back" "Put back where measured",
-        /// Nothing is smoothed and no outlier left out, whatever noise the points carry and whatever the smoothing is: at half a spacing or more no surface may be found, or one full of holes.
+        /// Nothing is smoothed and no outlier left out, whatever noise the points carry and whatever the smoothing is: where noise is half a spacing or more no surface may be found, or one full of holes.
         AsClean = "as_clean" "Taken as clean",
     }
 }
@@ -59,9 +59,9 @@ base::params! {
         topology: Topology = choice("Topology", Topology::CHOICES),
         /// Whether the points are of a closed surface; only with a manifold topology.
         closure: Closure = choice("Closure", Closure::CHOICES),
-        /// The surface is the one that points within this distance tell, and those far from any surface are left out. Less than the distance to the 16 nearest points counts as that distance.
+        /// The surface is the one that points within this distance tell, and those far from any surface are left out. Larger takes away more noise, and what is thin: bars thinner than twice this may tear. Smaller may leave good points out; less than the usual distance to the 16 nearest points counts as that distance.
         smooth: Option<f64> = length("Smoothing")
-            .from_data("where noise is more than 0.2 spacings, that at which points are best foretold by the others; else points stay")
+            .from_data("where the noise of 1,024 points or more is more than 0.2 spacings, that at which points are best foretold by the others; else points stay")
             .above(0.0).since("0.2"),
         /// What is done about the noise of points.
         noisy_points: NoisyPoints = choice("Noisy points", NoisyPoints::CHOICES).since("0.2"),

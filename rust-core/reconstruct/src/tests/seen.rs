@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use glam::DVec3;
 
 use super::{check, cloud, random, run, volume};
-use crate::{PointCloud, ReconstructParams, Reconstructed, Reconstructor};
+use crate::{Closure, NoisyPoints, PointCloud, ReconstructParams, Reconstructed, Reconstructor};
 use base::progress::Progress;
 use mesh::check::MeshReport;
 
@@ -241,4 +241,30 @@ fn turning_to_a_place_only_turns() {
     );
     assert!(sorted(&turned(DVec3::new(3.0, 0.0, 0.0)).mesh) == sorted(&outward.mesh));
     assert!(Reconstructor::new(cloud(points.clone())).unwrap().turn_toward(DVec3::NAN).is_err());
+}
+
+/// What is kept of noisy points and their sensors gives what is made from scratch, whatever is asked for next.
+#[test]
+fn kept_noisy_points_follow_the_parameters() {
+    let ball = hollow_ball(3000, 0.3);
+    let (points, sensors) = (cloud(ball.points.clone()), ball.sensors(3.0));
+    let seen = || {
+        let mut seen = Reconstructor::new(&points).unwrap();
+        seen.seen_from(sensors.clone()).unwrap();
+        seen
+    };
+    let mut kept = seen();
+    let asked = [
+        (1.0, Closure::Auto, NoisyPoints::Moved),
+        (1.7, Closure::Open, NoisyPoints::Moved),
+        (1.2, Closure::Closed, NoisyPoints::Moved),
+        (1.2, Closure::Closed, NoisyPoints::PutBack),
+        (2.0, Closure::Auto, NoisyPoints::AsClean),
+        (1.0, Closure::Auto, NoisyPoints::Moved),
+    ];
+    for (factor, closure, noisy_points) in asked {
+        let params = ReconstructParams { factor, closure, noisy_points, ..ReconstructParams::default() };
+        let again = kept.surface(&params, &Progress::none()).unwrap();
+        assert_eq!(again.mesh, seen().into_surface(&params, &Progress::none()).unwrap().mesh, "{params:?}");
+    }
 }

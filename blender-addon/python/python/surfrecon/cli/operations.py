@@ -252,6 +252,16 @@ def quads(work: Work) -> Made:
     return Made(report, [counts], write)
 
 
+# Why points are not on a surface.
+_DROPPED = {
+    "not_finite": "not finite",
+    "duplicate": "at the same place as others",
+    "inside": "inside",
+    "outside": "outside",
+    "outlier": "outliers",
+}
+
+
 def reconstruct(work: Work) -> Made:
     """Makes a surface through points."""
     scan, content = contents.one(work)
@@ -260,10 +270,18 @@ def reconstruct(work: Work) -> Made:
         # Those of range images lie in the world; clouds know their own.
         sensors = content.sensor if isinstance(content, _native.RangeImage) else None
         found = _native.reconstruct(points, sensors=sensors, progress=shown, **work.given("reconstruct"))
-    report = found.report
-    used = f"{'closed' if report.closed else 'open'}, through {report.used:,} of {report.points:,} points"
+    left_out = {reason: len(indices) for reason, indices in found.dropped.items()}
+    report = Report(found.report | {"dropped": left_out})
+    passes = "of" if report.moved else "through"
+    said = [f"{'closed' if report.closed else 'open'}, {passes} {report.used:,} of {report.points:,} points"]
+    if any(left_out.values()):
+        counts = (f"{count:,} {_DROPPED[reason]}" for reason, count in left_out.items() if count)
+        said.append("left out: " + ", ".join(counts))
+    if report.moved:
+        within = f"within {report.smoothing:.4g}, as their noise is {report.noise:.4g}"
+        said.append(f"points were moved by {report.moved:.4g} (root mean square) {within}")
     mesh = contents.placed(found.mesh, pose, scan.crs)
-    return Made(report, [_counts(mesh), used], _writer(work, mesh), _parts(work, mesh))
+    return Made(report, [_counts(mesh), *said], _writer(work, mesh), _parts(work, mesh))
 
 
 def cluster(work: Work) -> Made:

@@ -49,6 +49,23 @@ fn sparse_parts_are_kept() {
     }
 }
 
+/// One part without a handle and without any hole, which loses next to none of its points.
+#[test]
+fn open_noisy_sheets_are_whole() {
+    for (noise, outliers) in [(0.3, 0), (0.5, 400), (1.0, 0), (1.0, 400), (2.0, 400)] {
+        let (points, dense) = waves(4000, 1.0, noise);
+        let all = points.len();
+        assert_eq!(all, 2 * dense);
+        let mut random = random(13);
+        let around = (0..outliers).map(|_| DVec3::new(2.0, 1.0, 1.0) * DVec3::new(random(), random(), random() - 0.5));
+        let (made, report) = reconstruct(points.into_iter().chain(around).collect());
+        assert_eq!((report.is_manifold(), report.components, report.genus()), (true, 1, Some(0)), "{noise}: {report}");
+        assert_eq!(report.boundary_loops, 1, "{noise}, {outliers}: {report}");
+        let lost = made.report.dropped.iter().filter(|dropped| (dropped.point as usize) < all).count();
+        assert!(lost < all / 200, "{noise}, {outliers}: {lost} are lost");
+    }
+}
+
 /// What is said of each sample, which is nothing where all lie about as far apart.
 fn scales(samples: &[DVec3]) -> Scales {
     let (fronts, progress) = (Fronts::default(), Progress::none());
