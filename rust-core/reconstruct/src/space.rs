@@ -80,13 +80,23 @@ impl Space {
             report.repaired[0] = separated.repaired;
             progress.stage(stages[1], 1);
             let mut solid = Solid::again(complex, separated);
-            let mut closed = enclose(&mut solid, sighted, &mut balls, params, report, progress)?;
-            if closed.is_none() {
+            let closed = enclose(&mut solid, sighted, &mut balls, params, report, progress)?;
+            // Where nothing is enclosed at first, what grows may still close: of few samples, or between bars.
+            let is_to_close = closed.as_ref().is_some_and(Vec::is_empty);
+            let mut triangles = closed.unwrap_or_default();
+            if triangles.is_empty() {
                 is_outward = false;
                 foresee(complex, BYTES_OPEN)?;
-                closed = Some(open(complex, sighted, &solid.incident, balls, params, report, progress)?);
+                let params = match params.closure {
+                    Closure::Closed => &ReconstructParams { closure: Closure::Auto, ..*params },
+                    Closure::Auto | Closure::Open => params,
+                };
+                let grown = open(complex, sighted, &solid.incident, balls, params, report, progress)?;
+                if report.closed || !is_to_close {
+                    triangles = grown;
+                }
             }
-            (closed.expect("just made"), solid)
+            (triangles, solid)
         };
         let enclosed = solid.enclosed(&triangles, progress)?;
         progress.check()?;

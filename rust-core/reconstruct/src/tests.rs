@@ -55,6 +55,17 @@ fn a_sphere() {
     }
 }
 
+/// Also where so few samples enclose nothing at once.
+#[test]
+fn closed_is_what_auto_closes() {
+    let closed = ReconstructParams { closure: Closure::Closed, ..Default::default() };
+    for count in 4..40 {
+        let (made, report) = reconstruct(sphere(count, DVec3::ONE, 2.0), &closed);
+        assert!(made.report.closed && report.is_closed() && report.genus() == Some(0), "{count}: {report}");
+        assert!(volume(&made.mesh) > 0.0, "{count}: not outward");
+    }
+}
+
 #[test]
 fn a_torus_sampled_at_random() {
     let (made, report) = reconstruct(torus(6000, 3.0, 1.0, 1), &ReconstructParams::default());
@@ -366,7 +377,7 @@ fn refusal(set: &str, topology: Topology, threshold: Threshold, closure: Closure
         "three" | "coplanar" | "cocircular" | "clusters" => {
             closes.then_some("lie in one plane, which encloses nothing: let the closure be auto or open")
         }
-        "four" | "grid" if topology == Topology::Manifold => closes.then_some("let the closure be auto"),
+        "four" | "grid" if topology == Topology::Manifold => None,
         "grid" if threshold == Threshold::Global => None,
         _ => (topology == Topology::Free).then_some("raise the factor, or let the topology be manifold"),
     }
