@@ -67,6 +67,17 @@ fn hull_area(points: &[I64Vec2]) -> i64 {
     (0..hull.len()).map(|i| hull[i].perp_dot(hull[(i + 1) % hull.len()])).sum()
 }
 
+/// The corner opposite to each directed edge, of which no two triangles have the same.
+fn apexes(triangles: &[[u32; 3]]) -> BTreeMap<[u32; 2], u32> {
+    let mut apexes = BTreeMap::new();
+    for &[a, b, c] in triangles {
+        for (edge, opposite) in [([a, b], c), ([b, c], a), ([c, a], b)] {
+            assert!(apexes.insert(edge, opposite).is_none(), "two triangles on one side of {edge:?}");
+        }
+    }
+    apexes
+}
+
 /// Delaunay in the plane, all points used, turning one way, without overlaps and over the whole hull.
 fn check(plane: &Plane, lattice: &[I64Vec2], triangles: &[[u32; 3]]) {
     let areas: Vec<i64> = triangles.iter().map(|t| twice_the_area(t.map(|v| lattice[v as usize]))).collect();
@@ -78,12 +89,7 @@ fn check(plane: &Plane, lattice: &[I64Vec2], triangles: &[[u32; 3]]) {
     assert!(up.unwrap() > 0, "seen from behind: {normal}");
     let used: BTreeSet<u32> = triangles.as_flattened().iter().copied().collect();
     assert_eq!(used.len(), lattice.len());
-    let mut apex = BTreeMap::new();
-    for &[a, b, c] in triangles {
-        for (edge, opposite) in [([a, b], c), ([b, c], a), ([c, a], b)] {
-            assert!(apex.insert(edge, opposite).is_none(), "two triangles on one side of {edge:?}");
-        }
-    }
+    let apex = apexes(triangles);
     let at = |v: u32| plane.at(lattice[v as usize]);
     for (&[a, b], &c) in &apex {
         if let Some(&d) = apex.get(&[b, a]) {

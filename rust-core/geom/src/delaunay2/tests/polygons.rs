@@ -16,12 +16,7 @@ fn check(plane: &Plane, outline: &[I64Vec2], triangles: &[[u32; 3]]) {
     let areas: Vec<i64> = triangles.iter().map(|t| twice_the_area(t.map(|v| outline[v as usize]))).collect();
     assert!(areas.iter().all(|area| area.signum() == whole.signum()), "not turned as the polygon");
     assert_eq!(areas.iter().sum::<i64>(), whole);
-    let mut apex = BTreeMap::new();
-    for &[a, b, c] in triangles {
-        for (edge, opposite) in [([a, b], c), ([b, c], a), ([c, a], b)] {
-            assert!(apex.insert(edge, opposite).is_none(), "two triangles on one side of {edge:?}");
-        }
-    }
+    let apex = apexes(triangles);
     let at = |v: u32| plane.at(outline[v as usize]);
     for (&[a, b], &c) in &apex {
         match apex.get(&[b, a]) {
@@ -35,8 +30,7 @@ fn check(plane: &Plane, outline: &[I64Vec2], triangles: &[[u32; 3]]) {
 fn grown(lattice: &[I64Vec2], choices: &[u16]) -> Vec<I64Vec2> {
     let flat = Plane { origin: I64Vec3::ZERO, steps: [I64Vec3::X, I64Vec3::Y] };
     let triangles = triangulated(&flat.points(lattice));
-    let sides = |&[a, b, c]: &[u32; 3]| [([a, b], c), ([b, c], a), ([c, a], b)];
-    let apex: BTreeMap<[u32; 2], u32> = triangles.iter().flat_map(sides).collect();
+    let apex = apexes(&triangles);
     let mut outline = triangles[usize::from(choices[0]) % triangles.len()].to_vec();
     for &choice in choices {
         let i = usize::from(choice) % outline.len();
