@@ -42,7 +42,7 @@ fn inside(points: &[DVec3], view: &View, progress: &Progress<'_>) -> Result<Opti
         let Ok(handle) = seen.insert(Seen { at: Point2::new(at.x, at.y), id: id as u32 }) else { return Ok(None) };
         handles.push(handle);
     }
-    // One at the place of another takes it over.
+    // One at the place of another takes it over; so an edge can't run back along another, either.
     if seen.num_vertices() < points.len() {
         return Ok(None);
     }
@@ -52,10 +52,6 @@ fn inside(points: &[DVec3], view: &View, progress: &Progress<'_>) -> Result<Opti
         if seen.try_add_constraint(from, handles[(i + 1) % handles.len()]).len() != 1 {
             return Ok(None);
         }
-    }
-    // One that runs back along another.
-    if seen.num_constraints() < points.len() {
-        return Ok(None);
     }
     let is_outside = reached_from_outside(&seen);
     let mut numbers = vec![OUTSIDE; is_outside.len()];
