@@ -76,7 +76,7 @@ try {
     must(result.mesh.attribute<float>(SRF_DOMAIN_VERTICES, "confidence").size() == result.mesh.positions().size(), "attribute");
     must(result.mesh.distances(mesh.positions()).max < 0.05, "distances");
 
-    params.voxel = 0.0005;
+    params.voxel = 0.002;
     text_of<Cancelled>([&] { merger.run(params, [](const Tick &) { return false; }); });
     const auto thrower = [](const Tick &) -> bool { throw std::logic_error("out of the callback"); };
     must(text_of<std::logic_error>([&] { merger.run(params, thrower); }) == "out of the callback", "exceptions get through");

@@ -229,7 +229,7 @@ def test_places_and_colours_that_are_none_are_named():
     assert (white.vertex_attributes["colour"] == 255).all()
 
 
-def test_what_are_no_points_says_what_to_give():
+def test_what_are_no_points_says_what_to_give(tmp_path):
     depths = 2 + 0.1 * np.random.default_rng(0).random((9, 9))
     image = surfrecon.RangeImage.pinhole(depths, focal=(9, 9), centre=(4, 4))
     for call in (surfrecon.reconstruct, surfrecon.Reconstructor):
@@ -237,6 +237,16 @@ def test_what_are_no_points_says_what_to_give():
             call(image)
         with pytest.raises(TypeError, match=r"got a Mesh: give its \.positions"):
             call(image.triangulate())
+        path = tmp_path / "points.ply"
+        surfrecon.write(path, image.to_cloud())
+        for given in (path, str(path)):
+            with pytest.raises(TypeError, match=r"got a path: give what surfrecon\.read\(path\) returns"):
+                call(given)
+        scans = surfrecon.open(path)
+        with pytest.raises(TypeError, match=r"got a ScanSet: give what \.read\(\) of one of its scans returns"):
+            call(scans)
+        with pytest.raises(TypeError, match=r"got a Scan: give what its \.read\(\) returns"):
+            call(scans[0])
     with pytest.raises(TypeError, match=r"got a RangeImage: give its \.triangulate\(\), or its \.to_cloud\(\)"):
         surfrecon.cluster(image, vertices=20)
 

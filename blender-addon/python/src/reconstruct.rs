@@ -5,19 +5,21 @@ use std::time::Duration;
 
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyString};
 use surfrecon::reconstruct::{Reason, ReconstructParams, Reconstructed as Core, Reconstructor as CoreReconstructor};
 use surfrecon::threads::{Exclusive, Taken};
 use surfrecon::{Error, PointCloud as CoreCloud, Progress};
 
 use crate::arrays;
 use crate::errors::to_python;
+use crate::frame::Scan;
 use crate::mesh::Mesh;
 use crate::params::params;
 use crate::point_cloud::PointCloud;
 use crate::progress::Watch;
 use crate::range_image::RangeImage;
 use crate::report;
+use crate::scans::ScanSet;
 
 type Shared = Arc<Exclusive<CoreReconstructor<Arc<CoreCloud>>>>;
 
@@ -183,9 +185,13 @@ pub fn cloud_of(points: &Bound<'_, PyAny>) -> PyResult<Arc<CoreCloud>> {
     if let Ok(cloud) = points.cast::<PointCloud>() {
         return Ok(cloud.get().cloud.clone());
     }
+    let is_path = points.is_instance_of::<PyString>() || points.hasattr("__fspath__")?;
     for (is_it, kind, remedy) in [
         (points.is_instance_of::<RangeImage>(), "RangeImage", "give its .to_cloud()"),
         (points.is_instance_of::<Mesh>(), "Mesh", "give its .positions"),
+        (points.is_instance_of::<Scan>(), "Scan", "give what its .read() returns"),
+        (points.is_instance_of::<ScanSet>(), "ScanSet", "give what .read() of one of its scans returns"),
+        (is_path, "path", "give what surfrecon.read(path) returns"),
     ] {
         if is_it {
             let text = format!("points must be a PointCloud or (n, 3) real numbers, got a {kind}: {remedy}");

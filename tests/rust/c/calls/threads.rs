@@ -26,7 +26,7 @@ fn cancelling_leaves_nothing_and_the_next_call_is_fine() {
     unsafe {
         api.ok((api.srf_merge_report_init_sized)(&mut report, size_of_val(&report)));
         let before = report;
-        let long = params(0.001);
+        let long = params(0.002);
         api.refused((api.srf_merger_run)(merger, &long, &watch, &mut surface, &mut report), CANCELLED, "cancelled");
         assert!(asked >= 1 && surface == Handle::NULL && report == before);
         api.ok((api.srf_merger_run)(merger, &params(0.1), std::ptr::null(), &mut surface, &mut report));
