@@ -1,13 +1,13 @@
 //! Stage 4, continued: ways through several cells to samples that lie deeper. \[Boi84\]
 //!
 //! From the sample, the shortest way through cells of one side to a cell with a facet on the surface. The cells on it
-//! change sides one by one from the surface on, each only if all its vertices stay on the surface and manifold, which
-//! includes Boissonnat's second rule (two facets on the surface, the opposite edge not on it). Where one does not, all
-//! are put back and the next way is tried.
+//! change sides one by one from the surface on, each by one of Boissonnat's rules ([`Solid::gives_way`]). Where one may not,
+//! all are put back and the next way is tried.
 
 use rustc_hash::FxHashSet;
 
 use super::complex::Star;
+use super::fans::pinched;
 use super::manifold::Solid;
 use base::error::Result;
 use base::progress::Progress;
@@ -30,6 +30,15 @@ pub(super) enum Through {
     Anything,
 }
 
+/// Whether a way may lead through a cell, as far as that does not change: its facets are small and it has no vertex at which
+/// the surface is not manifold.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum MayOpen {
+    Unknown,
+    Yes,
+    No,
+}
+
 /// A cell on the way out, and the place in the list of the one it was reached from.
 struct Step {
     cell: u32,
@@ -48,17 +57,30 @@ impl Solid<'_> {
         progress: &Progress<'_>,
     ) -> Result<usize> {
         let (complex, mut star) = (self.complex, Star::default());
+        let mut may_open = vec![MayOpen::Unknown; complex.len()];
+        for vertex in pinched(&self.surface(progress)?, on_surface.len(), progress)? {
+            complex.star(vertex, self.incident[vertex as usize], &mut star);
+            star.cells.iter().for_each(|&(cell, _)| may_open[cell as usize] = MayOpen::No);
+        }
         let mut reached = 0;
         for sample in (0..on_surface.len() as u32).filter(|&sample| !on_surface[sample as usize]).collect::<Vec<_>>() {
             progress.check()?;
-            self.complex.star(sample, self.incident[sample as usize], &mut star);
+            complex.star(sample, self.incident[sample as usize], &mut star);
             let Some((distance, nearest)) = self.nearest(sample, &star) else { continue };
             // A sample farther away than a facet's side may be long is astray.
-            if 3.0 * distance <= allowed([nearest; 3]) {
-                let may_show =
-                    |facet| through == Through::Anything || complex.perimeter(facet) <= SMALL * allowed(facet);
-                reached += usize::from(self.dig_to(sample, on_surface, may_show, &mut star));
+            if 3.0 * distance > allowed([nearest; 3]) {
+                continue;
             }
+            let may_open = |cell: u32| {
+                let answer = &mut may_open[cell as usize];
+                if *answer == MayOpen::Unknown {
+                    let mut is_small = |facet| complex.perimeter(facet) <= SMALL * allowed(facet);
+                    let shows = through == Through::Anything || (0..4).all(|slot| is_small(complex.facet(cell, slot)));
+                    *answer = if shows { MayOpen::Yes } else { MayOpen::No };
+                }
+                *answer == MayOpen::Yes
+            };
+            reached += usize::from(self.dig_to(&star, on_surface, may_open));
         }
         Ok(reached)
     }
@@ -78,40 +100,35 @@ impl Solid<'_> {
         nearest
     }
 
-    fn dig_to(
-        &mut self,
-        sample: u32,
-        on_surface: &mut [bool],
-        mut may_show: impl FnMut([u32; 3]) -> bool,
-        star: &mut Star,
-    ) -> bool {
-        self.complex.star(sample, self.incident[sample as usize], star);
+    /// `star`: the sample's.
+    fn dig_to(&mut self, star: &Star, on_surface: &mut [bool], mut may_open: impl FnMut(u32) -> bool) -> bool {
         let side = self.is_inside(star.cells[0].0);
         if star.cells.iter().any(|&(cell, _)| self.is_inside(cell) != side) {
             // An earlier way led here.
             return true;
         }
+        let mut may_open = |solid: &Self, cell: u32| solid.may_change(cell) && may_open(cell);
         let mut steps: Vec<Step> =
             star.cells.iter().map(|&(cell, _)| Step { cell, from: usize::MAX, length: 1 }).collect();
-        let complex = self.complex;
-        let mut may_open =
-            |solid: &Self, cell: u32| solid.may_change(cell) && (0..4).all(|slot| may_show(complex.facet(cell, slot)));
         steps.retain(|step| may_open(self, step.cell));
-        steps.sort_unstable_by_key(|step| self.complex.name(step.cell));
+        steps.sort_by_cached_key(|step| self.complex.name(step.cell));
         let mut known: FxHashSet<u32> = steps.iter().map(|step| step.cell).collect();
         let (mut next, mut tries) = (0, 0);
         while next < steps.len() && tries < TRIES {
             let Step { cell, length, .. } = steps[next];
             if (0..4).any(|slot| self.is_inside(self.complex.neighbour(cell, slot)) != side) {
                 tries += 1;
-                if self.open(&steps, next, on_surface, star) {
+                if self.open(&steps, next, on_surface) {
                     return true;
                 }
             }
             if length < LONGEST {
-                let mut beyond = [0, 1, 2, 3].map(|slot| self.complex.neighbour(cell, slot));
-                beyond.sort_unstable_by_key(|&cell| self.complex.name(cell));
-                for cell in beyond {
+                let mut beyond = [0, 1, 2, 3].map(|slot| {
+                    let cell = self.complex.neighbour(cell, slot);
+                    (self.complex.name(cell), cell)
+                });
+                beyond.sort_unstable();
+                for (_, cell) in beyond {
                     if self.is_inside(cell) == side && !known.contains(&cell) && may_open(self, cell) {
                         known.insert(cell);
                         steps.push(Step { cell, from: next, length: length + 1 });
@@ -124,24 +141,21 @@ impl Solid<'_> {
     }
 
     /// Changes the sides of the cells on a way, from its outer end at `last` to the sample.
-    fn open(&mut self, steps: &[Step], last: usize, on_surface: &mut [bool], star: &mut Star) -> bool {
-        let mut done = Vec::new();
+    fn open(&mut self, steps: &[Step], last: usize, on_surface: &mut [bool]) -> bool {
+        let mut done: Vec<u32> = Vec::new();
         let mut at = last;
         while at != usize::MAX {
             let cell = steps[at].cell;
             at = steps[at].from;
-            self.change(cell);
-            done.push(cell);
-            let stays = self
-                .complex
-                .vertices(cell)
-                .into_iter()
-                // Vertices that were off the surface may come onto it.
-                .all(|vertex| self.is_manifold_at(vertex, star));
-            if !stays {
+            let is_on = |vertex: u32| {
+                on_surface[vertex as usize] || done.iter().any(|&cell| self.complex.vertices(cell).contains(&vertex))
+            };
+            if !self.gives_way(cell, is_on) {
                 done.into_iter().for_each(|cell| self.change_back(cell));
                 return false;
             }
+            self.change(cell);
+            done.push(cell);
         }
         for vertex in done.into_iter().flat_map(|cell| self.complex.vertices(cell)) {
             on_surface[vertex as usize] = true;

@@ -16,6 +16,7 @@ use glam::DVec3;
 
 use super::complex::{Complex, Star};
 use super::fans::pinched;
+use super::hinge::Around;
 use base::error::Result;
 use base::progress::Progress;
 use mesh::dump::{self, Stage};
@@ -166,10 +167,27 @@ impl<'a> Solid<'a> {
         Ok(changed)
     }
 
-    /// Whether the cells inside around a vertex hang together, and those outside too, and there are both.
-    pub(super) fn is_manifold_at(&self, vertex: u32, star: &mut Star) -> bool {
-        let parts = self.parts(vertex, star);
-        parts.len() == 2 && self.is_inside(parts[0][0]) != self.is_inside(parts[1][0])
+    /// Whether a cell may change sides: the surface, manifold at the cell's vertices, stays so and keeps all of them. Theorem:
+    /// exactly where one of its facets is on the surface and the vertex opposite is not, or two are and the edge that neither has
+    /// is not \[Boi84\]; in the link of each vertex a triangle then goes from one disc to another that it touches in one piece.
+    /// `is_on`: whether the surface has a vertex.
+    pub(super) fn gives_way(&self, cell: u32, is_on: impl Fn(u32) -> bool) -> bool {
+        let side = self.is_inside(cell);
+        let vertices = self.complex.vertices(cell);
+        let mut opposite = (0..4).filter(|&slot| self.is_inside(self.complex.neighbour(cell, slot)) != side);
+        match [opposite.next(), opposite.next(), opposite.next()] {
+            [Some(a), None, _] => !is_on(vertices[a]),
+            [Some(a), Some(b), None] => {
+                let mut around = Around::new(self.complex, [vertices[a], vertices[b]], cell);
+                while around.turn(self.complex) {
+                    if self.is_inside(around.cell) != side {
+                        return false;
+                    }
+                }
+                true
+            }
+            _ => false,
+        }
     }
 
     /// The cells around a vertex that have to change sides for it to be manifold; none if it is or can't become so.
@@ -286,3 +304,6 @@ impl<'a> Solid<'a> {
 
 /// Cells by the size of the facets they would bring, the smallest first; equal ones by their vertices.
 type Queue = BinaryHeap<Reverse<(u32, [u32; 4], u32, usize)>>;
+
+#[cfg(test)]
+mod tests;
