@@ -30,6 +30,12 @@ def uniform(count, seed):
     return np.random.Generator(np.random.PCG64(seed)).random((count, 3))
 
 
+def exact_torus(count, seed):
+    """A torus to the last bits, in random order: spheres that touch it along circles make cells that span it."""
+    u, v = np.random.Generator(np.random.PCG64(seed)).random((2, count)) * 2 * np.pi
+    return np.stack([(3 + np.cos(v)) * np.cos(u), (3 + np.cos(v)) * np.sin(u), np.sin(v)], 1)
+
+
 def torus(count, seed):
     """A bumpy torus with noise, in random order."""
     random = np.random.Generator(np.random.PCG64(seed))
@@ -77,6 +83,7 @@ CASES = {
     "uniform 3 M": lambda: uniform(3_000_000, 3),
     "curvature space of 1024^2": lambda: curvature_space(1024, 6),
     "noisy torus 1 M": lambda: torus(1_000_000, 5),
+    "exact torus 100 k": lambda: exact_torus(100_000, 4),
     "100^3 integers": lambda: lattice(100),
     "two layers of integers 500 k": lambda: two_layers(500),
 }

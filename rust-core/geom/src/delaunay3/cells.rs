@@ -42,6 +42,12 @@ impl Cells {
         Ok(Cells { data, taken: AtomicU32::new(0) })
     }
 
+    /// Cells for which there is room.
+    #[cfg(test)]
+    pub(super) fn room(&self) -> usize {
+        self.data.len()
+    }
+
     /// Makes room for at least `more` cells.
     pub(super) fn grow(&mut self, more: usize) -> Result<()> {
         let more = more.max(self.data.len() / 8).next_multiple_of(CHUNK);

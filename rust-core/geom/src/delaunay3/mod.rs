@@ -34,6 +34,7 @@ use base::memory;
 use base::progress::Progress;
 use cells::{Cells, FACETS, GHOST};
 use insert::{Inserter, Outcome};
+use parallel::is_worth;
 use region::Everywhere;
 use signs::Signs;
 
@@ -51,6 +52,9 @@ const PARALLEL: usize = if cfg!(test) { 64 } else { 2048 };
 /// Times that points are handed to the threads before one thread takes what is left. Points of a surface, whose cells
 /// span the space beside it, need most of them.
 const PASSES: usize = 8;
+
+/// Passes one after the other in which threads did no better than one alone would have.
+const IN_VAIN: usize = 2;
 
 /// A tetrahedron, or one with the vertex at infinity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -324,26 +328,36 @@ impl<'a, 'p> Build<'a, 'p> {
     /// Inserts all points but the first four, round by round.
     fn insert_all(&mut self, rounds: &[usize], threads: usize) -> Result<()> {
         let count = self.signs.points.len();
+        let mut is_for_threads = threads > 1;
         for (i, &start) in rounds.iter().enumerate() {
             let end = rounds.get(i + 1).copied().unwrap_or(count);
             let round = start.max(4) as u32..end.max(4) as u32;
-            if threads == 1 || start.min(round.len()) <= PARALLEL * threads {
+            if !is_for_threads || start.min(round.len()) <= PARALLEL * threads {
                 self.insert_in_turn(round)?;
                 continue;
             }
+            let of_round = round.len();
             let mut ids: Vec<u32> = round.collect();
-            let mut axis = 0;
+            let (mut axis, mut in_vain) = (0, 0);
             for _ in 0..PASSES {
                 if ids.len() <= PARALLEL * threads {
                     break;
                 }
                 let before = ids.len();
                 ids = self.insert_in_parallel(&ids, threads, axis)?;
+                if is_worth(before - ids.len(), before as f64, threads) {
+                    in_vain = 0;
+                    continue;
+                }
                 // Cut again like that, as many would be put off again.
-                if ids.len() > before / 5 * 4 {
-                    axis += 1;
+                axis += 1;
+                in_vain += 1;
+                if in_vain == IN_VAIN {
+                    break;
                 }
             }
+            // Cells that span the object will do so in later rounds.
+            is_for_threads = is_worth(of_round - ids.len(), of_round as f64, threads);
             self.insert_in_turn(ids.into_iter())?;
         }
         Ok(())

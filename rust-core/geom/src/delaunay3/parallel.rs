@@ -19,6 +19,16 @@ use super::{Build, TICK};
 use base::error::Result;
 use base::progress::Progress;
 
+/// How many times as fast threads have to be as one alone would be, whose points wait for no memory of others.
+const WORTH: f64 = 1.25;
+/// Part of its points that a thread tries in spite of that: those it has to put off come in groups.
+const PATIENCE: f64 = 1.0 / 16.0;
+
+/// Whether `threads` that tried so many points each gain anything if so many of them were theirs to insert.
+pub(super) fn is_worth(inserted: usize, tried: f64, threads: usize) -> bool {
+    inserted as f64 * threads as f64 >= WORTH * tried
+}
+
 /// Points inserted one after the other in search of a cell that lies in a thread's block.
 const TRIES: usize = 64;
 
@@ -65,6 +75,8 @@ struct Worker {
     block: Block,
     inserter: Inserter,
     begun: usize,
+    /// Of all workers.
+    threads: usize,
 }
 
 /// What a thread put off, and points that are copies, with their vertices.
@@ -72,6 +84,8 @@ struct Worker {
 struct Left {
     points: Vec<u32>,
     duplicates: Vec<[u32; 2]>,
+    /// Whether there was no more room for cells.
+    is_full: bool,
 }
 
 impl Worker {
@@ -107,19 +121,24 @@ impl Worker {
     ) -> Result<Left> {
         let mut left = Left::default();
         let mut since = 0;
-        let mut is_full = false;
         let block = self.block;
+        let (mut inserted, mut tried) = (0, 0);
+        let patience = PATIENCE / self.threads as f64 * ids.len() as f64;
         for p in block.of(&ids[self.begun..], signs.points) {
-            if is_full {
+            if left.is_full || !is_worth(inserted, f64::from(tried) - patience, self.threads) {
                 left.points.push(p);
                 continue;
             }
+            tried += 1;
             match self.insert(p, starts, cells, signs) {
-                Outcome::Inserted => {}
-                Outcome::Duplicate(twin) => left.duplicates.push([p, twin]),
+                Outcome::Inserted => inserted += 1,
+                Outcome::Duplicate(twin) => {
+                    inserted += 1;
+                    left.duplicates.push([p, twin]);
+                }
                 Outcome::Foreign | Outcome::Unreached => left.points.push(p),
                 Outcome::Full => {
-                    is_full = true;
+                    left.is_full = true;
                     left.points.push(p);
                 }
             }
@@ -140,7 +159,7 @@ impl Build<'_, '_> {
         let mut workers = Vec::new();
         for block in blocks(self.signs.points, ids, threads, axis) {
             match self.begin(&block, ids)? {
-                (begun, Some(inserter)) => workers.push(Worker { block, inserter, begun }),
+                (begun, Some(inserter)) => workers.push(Worker { block, inserter, begun, threads }),
                 (begun, None) => left.extend(block.of(&ids[begun..], self.signs.points)),
             }
         }
@@ -163,12 +182,18 @@ impl Build<'_, '_> {
             self.inserter.free.extend(worker.inserter.free);
             self.inserter.hint = worker.inserter.hint;
         }
+        let is_full = found.iter().any(|of_worker| of_worker.is_full);
         for mut of_worker in found {
             left.append(&mut of_worker.points);
             self.duplicates.append(&mut of_worker.duplicates);
         }
         // The order of insertion follows the curve.
         left.sort_unstable();
+        if is_full {
+            // For the points that are left as many cells each as for those that are there.
+            let there = (ids[ids.len() - 1] as usize + 1 - left.len()).max(1);
+            self.cells.grow((self.cells.taken() as f64 / there as f64 * left.len() as f64) as usize)?;
+        }
         Ok(left)
     }
 

@@ -224,6 +224,17 @@ fn grid(side: i32) -> Vec<DVec3> {
     axis.clone().flat_map(plane).collect()
 }
 
+/// At random on a torus, or up to `off` from it. Spheres that touch it along a circle, without that of all its points there, make cells
+/// that span its hole and its inside.
+fn torus(count: usize, off: f64) -> Vec<DVec3> {
+    let place = |p: &DVec3| {
+        let [u, v] = [p.x, p.y].map(|x| std::f64::consts::TAU * x);
+        let r = 0.35 + off * p.z;
+        DVec3::new((1.0 + r * v.cos()) * u.cos(), (1.0 + r * v.cos()) * u.sin(), r * v.sin())
+    };
+    scattered(count).iter().map(place).collect()
+}
+
 /// Many kinds of points, each more than a thread's share.
 fn large_sets() -> Vec<(&'static str, Vec<DVec3>)> {
     let cube = scattered(30_000);
@@ -242,6 +253,7 @@ fn large_sets() -> Vec<(&'static str, Vec<DVec3>)> {
         ("copies", copies),
         ("flat", flat),
         ("curve", curve),
+        ("torus", torus(10_000, 0.0)),
     ]
 }
 
@@ -263,26 +275,40 @@ fn is_the_same_for_any_number_of_threads_and_any_order() {
 
 #[test]
 fn threads_put_off_few_points_of_a_surface() {
-    // A torus, whose cells span its hole and its inside: ways that leave the surface lead through cells of the other thread.
-    let random = scattered(120_000);
-    let points: Vec<DVec3> = random
-        .iter()
-        .map(|p| {
-            let [u, v] = [p.x, p.y].map(|x| std::f64::consts::TAU * x);
-            let r = 0.35 + 1e-3 * p.z;
-            DVec3::new((1.0 + r * v.cos()) * u.cos(), (1.0 + r * v.cos()) * u.sin(), r * v.sin())
-        })
-        .collect();
+    // Ways that leave the surface lead through cells of the other thread.
+    let points = torus(120_000, 1e-3);
+    let left = with_last_round(&points, |build, ids| {
+        let left = base::threads::pool(2).unwrap().install(|| build.insert_in_parallel(&ids, 2, 0)).unwrap();
+        [left.len(), ids.len()]
+    });
+    assert!(left[0] * 6 < left[1], "{left:?}");
+}
+
+/// Exact tori have twice as many cells a point as there is room for at first.
+#[test]
+fn threads_go_on_where_the_room_for_cells_is_used_up() {
+    with_last_round(&torus(60_000, 0.0), |build, ids| {
+        let room = build.cells.room();
+        let (in_turn, ids) = ids.split_at(20_000);
+        build.insert_in_turn(in_turn.iter().copied()).unwrap();
+        assert_eq!(build.cells.room(), room, "used up too early");
+        let left = base::threads::pool(2).unwrap().install(|| build.insert_in_parallel(ids, 2, 0)).unwrap();
+        let wanted = build.cells.taken() as usize + 10 * left.len();
+        assert!(!left.is_empty() && build.cells.room() > wanted, "{} for {wanted}", build.cells.room());
+    });
+}
+
+/// Of a tetrahedralization to which only the last round is missing, with the points of that.
+fn with_last_round<T>(points: &[DVec3], look: impl FnOnce(&mut Build<'_, '_>, Vec<u32>) -> T) -> T {
     let progress = Progress::none();
-    let order = Order::of(&points, 0.0, &progress).unwrap();
-    let sorted = order.sorted(&points).unwrap();
+    let order = Order::of(points, 0.0, &progress).unwrap();
+    let sorted = order.sorted(points).unwrap();
     let signs = Signs::new(&sorted, order.extent, order.arithmetic);
     let mut build = Build::start(&signs, &progress).unwrap();
     let last = *order.rounds.last().unwrap();
     build.insert_in_turn(4..last as u32).unwrap();
     let ids: Vec<u32> = (last as u32..points.len() as u32).collect();
-    let left = base::threads::pool(2).unwrap().install(|| build.insert_in_parallel(&ids, 2, 0)).unwrap();
-    assert!(left.len() * 6 < ids.len(), "{} of {}", left.len(), ids.len());
+    look(&mut build, ids)
 }
 
 #[test]
