@@ -8,6 +8,7 @@
 //! other: so the sides of a wall are told apart that is thinner than its noise.
 
 mod patches;
+mod strays;
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -133,19 +134,21 @@ pub(super) fn smoothed(
     // Of clean points the smallest neighbourhoods say which lie off the surface.
     let given = if is_clean { Some(few) } else { radius };
     let lengths = Lengths { noise, few, given };
-    let kept = Kept::new(&samples.points, &fronts, &scales, &is_outlier, lengths, progress)?;
+    let mut kept = Kept::new(&samples.points, &fronts, &scales, &is_outlier, lengths, progress)?;
     let radius = match given {
         Some(radius) => radius.max(few),
         None => kept.best_radius(progress)?,
     };
+    if is_clean {
+        let mut strays = kept.strays(radius, progress)?.into_iter();
+        is_outlier.iter_mut().filter(|is| !**is).for_each(|is| *is = strays.next().expect("one for each that is kept"));
+        samples.leave_out(&is_outlier, Reason::Outlier);
+        return Ok((samples, Smoothing { noise, ..Smoothing::default() }));
+    }
     let patches = Patches::fit(&kept, radius, progress)?;
     drop(kept);
     let mut places = patches.moved_all(&samples.points, &fronts, &scales, &mut is_outlier, progress)?;
     drop((patches, scales));
-    if is_clean {
-        samples.leave_out(&is_outlier, Reason::Outlier);
-        return Ok((samples, Smoothing { noise, ..Smoothing::default() }));
-    }
     let given = samples.factor;
     if is_outlier.iter().filter(|is| !**is).count() < 3 {
         return Err(nothing_left(radius / given, places.len()));
@@ -217,6 +220,8 @@ struct Kept {
     /// Over every so many-th of them: from it places are found to begin with.
     sparse: KdTree,
     stride: usize,
+    /// Of each sample, whether it is not to be counted; empty where all are.
+    strays: Vec<bool>,
 }
 
 /// What is used again from sample to sample.
@@ -266,7 +271,7 @@ impl Kept {
         let stride = if spacing > 0.0 { ((around / TO_START) as usize).max(1) } else { 1 };
         let every: Vec<DVec3> = samples.iter().copied().step_by(stride).collect();
         let sparse = KdTree::try_new(&every, progress)?;
-        Ok(Kept { lengths, samples, fronts, scales, tree, sparse, stride })
+        Ok(Kept { lengths, samples, fronts, scales, tree, sparse, stride, strays: Vec::new() })
     }
 
     /// The radius at which samples are best foretold by those around them, themselves left out: the larger it is, the more of
@@ -397,7 +402,8 @@ impl Kept {
         }
         room.around.clear();
         let around = room.few.iter().map(|(i, _)| i as usize * stride);
-        room.around.extend(around.filter(|&i| Some(i) != without && !self.fronts.is_behind(i, front)));
+        let counts = |&i: &usize| Some(i) != without && self.strays.get(i) != Some(&true);
+        room.around.extend(around.filter(|i| counts(i) && !self.fronts.is_behind(*i, front)));
         Some(reach)
     }
 

@@ -27,14 +27,14 @@ const LEAST_SHARED: usize = 2;
 const ASKED: usize = 48;
 
 /// A patch of outliers: so many times fewer samples than usual are around it.
-const THIN: f64 = 0.15;
+pub(super) const THIN: f64 = 0.15;
 
 /// Times a place is moved at least and at most.
 const ROUNDS: usize = 3;
 const MOST_ROUNDS: usize = 6;
 
 /// Distances moved, in deviations, from which a sample is an outlier.
-const FAR: f64 = 4.5;
+pub(super) const FAR: f64 = 4.5;
 
 /// The surface around a place on it.
 #[derive(Clone, Copy)]
