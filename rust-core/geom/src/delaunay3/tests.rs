@@ -298,6 +298,20 @@ fn threads_go_on_where_the_room_for_cells_is_used_up() {
     });
 }
 
+/// Half of an exact torus's points are put off whatever the blocks: eight passes would try each four times.
+#[test]
+fn threads_do_not_try_in_vain() {
+    let points = torus(60_000, 0.0);
+    let progress = Progress::none();
+    let room = 100.0 * points.len() as f64;
+    progress.stage(0, room as u64);
+    let order = Order::of(&points, 0.0, &progress).unwrap();
+    let sorted = order.sorted(&points).unwrap();
+    base::threads::pool(2).unwrap().install(|| Build::of_all(&sorted, &order, 2, &progress)).unwrap();
+    let tried = progress.tick().fraction * room / points.len() as f64;
+    assert!((0.9..1.6).contains(&tried), "each point is tried {tried} times");
+}
+
 /// Of a tetrahedralization to which only the last round is missing, with the points of that.
 fn with_last_round<T>(points: &[DVec3], look: impl FnOnce(&mut Build<'_, '_>, Vec<u32>) -> T) -> T {
     let progress = Progress::none();

@@ -38,6 +38,28 @@ fn clean_points_lose_their_outliers_and_stay_where_they_are() {
     }
 }
 
+#[test]
+fn outliers_of_clean_points_are_the_same_for_any_number_of_threads_and_any_order() {
+    let points = with_outliers(torus(60_000, 0.0), 0.05);
+    let last = points.len() as u32 - 1;
+    let made = |points: Vec<DVec3>, threads: usize| {
+        run(&cloud(points), &ReconstructParams { threads, ..Default::default() }, &Progress::none()).unwrap()
+    };
+    let dropped = |made: &crate::Reconstructed| made.report.dropped.iter().map(|d| d.point).collect::<Vec<u32>>();
+    let one = made(points.clone(), 1);
+    assert!(one.report.dropped_for(Reason::Outlier) > 2_000);
+    for threads in [2, 3, 8] {
+        let many = made(points.clone(), threads);
+        assert_eq!((dropped(&many), &many.mesh), (dropped(&one), &one.mesh), "{threads} threads");
+    }
+    let turned = made(points.into_iter().rev().collect(), 2);
+    let mut back: Vec<u32> = dropped(&turned).into_iter().map(|point| last - point).collect();
+    back.sort_unstable();
+    let mut expected = dropped(&one);
+    expected.sort_unstable();
+    assert_eq!(back, expected, "in reverse");
+}
+
 fn have_outliers(points: &[DVec3]) -> bool {
     let (samples, progress) = (sorted(points), Progress::none());
     let noise = noise::measure(&samples, &Fronts::default(), &progress).unwrap().noise;
