@@ -172,6 +172,3 @@ def main(wanted, record):
         "tetrahedra": "tets", "ours / it, CPU": "ours_cpu_ratio", "wall": "ours_wall_ratio", "speedup": "speedup",
     }  # fmt: skip
     table.show(record.rows, columns)
-    for row in record.rows:
-        if "failed" in row:
-            print(f"  {row['case']}: {row['tool']} failed: {row['failed']}")

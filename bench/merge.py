@@ -189,9 +189,6 @@ def show_rows(rows):
             "from truth mean": "from_truth_mean_mm", "max ": "from_truth_max_mm",
         }  # fmt: skip
     table.show(rows, columns)
-    for row in rows:
-        if "failed" in row:
-            print(f"  {row['tool']} failed: {row['failed']}")
 
 
 def show_shares(shares):

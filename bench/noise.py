@@ -239,9 +239,6 @@ def show(rows):
         "CPU s": "cpu_s", "wall s": "wall_s", "MB": "peak_mb",
     }  # fmt: skip
     table.show(rows, columns)
-    for row in rows:
-        if "failed" in row:
-            print(f"  {row['case']}, {row['tool']} failed: {row['failed']}")
 
 
 def main(wanted, record):

@@ -118,6 +118,8 @@ def run(name, asked, where):
     module.main(Wanted(name, out, asked.programs.resolve(), asked.repeats, asked.extent, asked.cases), record)
     record.finish()
     failed = [row for row in record.rows if "failed" in row]
+    for row in failed:
+        print(f"FAILED {row.get('case')}, {row.get('tool', 'surfrecon')}: {row['failed']}")
     ours = sum(row.get("tool", "surfrecon").startswith("surfrecon") for row in failed)
     print(
         f"\n{record.file}: {len(record.rows)} rows, {ours} of ours and {len(failed) - ours} of peers failed, "

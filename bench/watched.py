@@ -1,6 +1,7 @@
 """What is measured of a merge in files: the workspace while it runs, and the memory of processes."""
 
 import contextlib
+import os
 import threading
 from pathlib import Path
 
@@ -35,10 +36,13 @@ class Watched:
 
     def _look(self):
         total, blocks = 0, 0
-        for file in self.folder.rglob("*"):
-            with contextlib.suppress(FileNotFoundError):  # done with since it was listed
-                total += file.stat().st_size
-                blocks += file.name.startswith("tile-")
+        # Files and folders that are done with since they were listed: `os.walk` passes over those folders, `Path.rglob`
+        # raises.
+        for folder, _, names in os.walk(self.folder):
+            for name in names:
+                with contextlib.suppress(FileNotFoundError):
+                    total += os.stat(os.path.join(folder, name)).st_size
+                    blocks += name.startswith("tile-")
         self.most_mb, self.blocks = max(self.most_mb, total / 1e6), max(self.blocks, blocks)
 
     def _watch(self):
