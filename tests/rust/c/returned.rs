@@ -43,7 +43,8 @@ fn each_status_that_is_listed_is_provoked() {
     let file = notes.path().join("returned");
     let alone = |name: &'static str| [name, "--exact", "--ignored"];
     for which in [
-        &["calls::", "structs::"][..],
+        // Eight threads at once return what one does, in as much time as all others together.
+        &["calls::", "structs::", "--skip", "every_call_from_eight_threads_at_once"][..],
         &alone("calls::contexts::there_are_only_so_many"),
         &alone("calls::contexts::memory_comes_from_the_callers_functions"),
     ] {
