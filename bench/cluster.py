@@ -221,6 +221,6 @@ def main(wanted, record):
                     histogram(drawing, f"{case}: angles of the triangles", *angles)
                 columns = ["tool", "cpu_s", "wall_s", "peak_mb", "vertices", "min_angle_mean", "least_angle"]
                 columns += ["below_30_pct", "quality_mean", "dist_mean", "dist_max", "back_mean", "back_max"]
-                columns += ["components", "genus", "loops", "manifold", "energy", "failed"]
+                columns += ["components", "genus", "loops", "manifold", "energy"]
                 print(f"\n{name}, k = {k:,}", flush=True)
                 table.show(shown, {column: column for column in columns if any(column in row for row in shown)})

@@ -156,8 +156,7 @@ def main(wanted, record):
         into_blender(wanted, record)
     table.show(
         record.rows,
-        {"case": "case", "format": "format", "tool": "tool", "MB/s": "mb_per_s", "s": "wall_s", "MB": "peak_mb"}
-        | ({"failed": "failed"} if any("failed" in row for row in record.rows) else {}),
+        {"case": "case", "format": "format", "tool": "tool", "MB/s": "mb_per_s", "s": "wall_s", "MB": "peak_mb"},
     )
     recordings.main(wanted, record)
 

@@ -96,8 +96,6 @@ def main(wanted, record):
     columns = {"case": "case", "scans": "scans", "grid": "grid", "adaptive %": "rel_err_adaptive"}
     columns |= {"uniform %": "rel_err_uniform", "ratio": "ratio", "worst ratio": "worst", "s": "wall_s"}
     columns |= {"Mpix/s": "mpix_per_s", "of bandwidth": "share_of_bandwidth"}
-    if any("failed" in row for row in shown):
-        columns["failed"] = "failed"
     table.show(shown, columns)
     print(f"scans whose adaptive grid is not better than the uniform one: {worse}")
 

@@ -1,9 +1,12 @@
 """Each benchmark on its smallest case, and what all of them stand on."""
 
+import argparse
 import json
 import math
 import os
 import subprocess
+import sys
+import types
 from pathlib import Path
 
 import measured
@@ -223,6 +226,18 @@ def test_a_row_without_its_columns_is_refused(tmp_path):
         rows.put({"case": "c", "tool": "a"})
     rows.put({"case": "c", "tool": "a", "failed": "killed"})
     assert len(kept(tmp_path)["rows"]) == 1
+
+
+def test_why_a_row_failed_is_said(tmp_path, monkeypatch, capsys):
+    def main(_, rows):
+        rows.put({"case": "3 frames", "tool": "surfrecon-files", "failed": "no room on the disk"})
+        rows.put({"case": "3 frames", "tool": "a peer", "failed": "killed"})
+
+    monkeypatch.setitem(sys.modules, "some", types.SimpleNamespace(COLUMNS=[], main=main))
+    asked = argparse.Namespace(out=tmp_path, programs=tmp_path, repeats=1, extent=run.SMALLEST, cases="")
+    assert run.run("some", asked, "here") == (2, 1, 0)
+    said = capsys.readouterr().out
+    assert "FAILED 3 frames, surfrecon-files: no room on the disk\nFAILED 3 frames, a peer: killed\n" in said
 
 
 def test_slow_and_failing_tools_run_once():
