@@ -1,14 +1,17 @@
 """Builds the Blender extension: puts the wheel into it, builds and validates the zip with Blender's own tool.
 
-The results are out/extension/surfrecon-<version>-<platform>.zip, one for each platform whose wheel tools/build_wheel.sh
-has built.
+The results are out/extension/surfrecon-<version>-<platform>.zip, one for each platform whose wheel
+tools/build_wheel.sh has built. --wheels and --out name other folders. What was in the folder is replaced at once,
+when all is built.
 """
 
 import argparse
+import os
 import re
 import shutil
 import subprocess
 import sys
+import tempfile
 import time
 import tomllib
 import zipfile
@@ -19,59 +22,78 @@ import platforms
 ROOT = Path(__file__).resolve().parent.parent
 SOURCE = ROOT / "blender-addon" / "extension"
 OUT = ROOT / "out" / "extension"
-STAGE = ROOT / "target" / "extension"
 
 
 def main():
     """Builds and validates."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("platforms", nargs="*", metavar="PLATFORM", help="all that have a wheel, unless named")
-    built = platforms.wheels()
-    asked = [platforms.named(name).name for name in parser.parse_args().platforms] or list(built)
+    parser.add_argument("--wheels", type=Path, default=platforms.WHEELS, metavar="FOLDER")
+    parser.add_argument("--out", type=Path, default=OUT, metavar="FOLDER")
+    given = parser.parse_args()
+    built = platforms.wheels(given.wheels)
+    asked = [platforms.named(name).name for name in given.platforms] or list(built)
     missing = [name for name in asked if name not in built]
     if missing or not built:
         which = ", ".join(missing) or "any platform"
         version = platforms.version()
-        sys.exit(f"target/wheels has no wheel of version {version} for {which}: run tools/build_wheel.sh [PLATFORM]")
+        sys.exit(f"{given.wheels} has no wheel of version {version} for {which}: run tools/build_wheel.sh [PLATFORM]")
     wheels = {name: built[name] for name in asked}
     manifest = (SOURCE / "blender_manifest.toml").read_text()
     if tomllib.loads(manifest)["version"] != platforms.version():
         sys.exit(f"blender_manifest.toml does not say version {platforms.version()}: run make generate")
 
-    shutil.rmtree(STAGE, ignore_errors=True)
-    shutil.copytree(SOURCE, STAGE, ignore=shutil.ignore_patterns("__pycache__"))
-    (STAGE / "wheels").mkdir()
+    given.out.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=given.out.parent, prefix=".extension-") as scratch:
+        zips = zipped(manifest, wheels, Path(scratch))
+        replace(given.out, zips)
+    for zip in sorted(given.out.glob("*.zip")):
+        print(os.path.relpath(zip, ROOT))
+
+
+def zipped(manifest, wheels, scratch):
+    """The folder of the built and validated zips."""
+    stage, zips = scratch / "stage", scratch / "zips"
+    shutil.copytree(SOURCE, stage, ignore=shutil.ignore_patterns("__pycache__"))
+    (stage / "wheels").mkdir()
     for wheel in wheels.values():
-        shutil.copy(wheel, STAGE / "wheels")
+        shutil.copy(wheel, stage / "wheels")
     filled = {
         "platforms": sorted(wheels),
         "wheels": [f"./wheels/{wheel.name}" for wheel in wheels.values()],
     }
     for key, values in filled.items():
         manifest = manifest.replace(f"\n{key} = []\n", f"\n{key} = {str(values).replace(chr(39), chr(34))}\n")
-    (STAGE / "blender_manifest.toml").write_text(manifest)
+    (stage / "blender_manifest.toml").write_text(manifest)
 
-    shutil.rmtree(OUT, ignore_errors=True)
-    OUT.mkdir(parents=True)
+    zips.mkdir()
     tool = blender_tool()
-    call([sys.executable, tool, "build", "--source-dir", STAGE, "--output-dir", OUT, "--split-platforms"])
-    for zipped in sorted(OUT.glob("*.zip")):
+    call([sys.executable, tool, "build", "--source-dir", stage, "--output-dir", zips, "--split-platforms"])
+    for made in sorted(zips.glob("*.zip")):
         # Blender writes linux_x64 where its manifest says linux-x64.
-        final = zipped.with_name(re.sub(r"-(\w+)_(x64|arm64)\.zip$", r"-\1-\2.zip", zipped.name))
-        same_each_time(zipped, final)
+        final = made.with_name(re.sub(r"-(\w+)_(x64|arm64)\.zip$", r"-\1-\2.zip", made.name))
+        same_each_time(made, final)
         call([sys.executable, tool, "validate", final])
-        print(final.relative_to(ROOT))
+    return zips
 
 
-def same_each_time(zipped, final):
+def replace(folder, made):
+    """Puts a made folder in the place of another, which is there until then."""
+    old = made.with_name("old")
+    if folder.exists():
+        folder.rename(old)
+    made.rename(folder)
+
+
+def same_each_time(made, final):
     """Writes a zip anew, in the order of names and with the commit's time: Blender's tool takes both from the disk."""
     part = final.with_suffix(".part")
-    with zipfile.ZipFile(zipped) as old, zipfile.ZipFile(part, "w") as new:
+    with zipfile.ZipFile(made) as old, zipfile.ZipFile(part, "w") as new:
         for name in sorted(old.namelist()):
             entry = zipfile.ZipInfo(name, time.gmtime(platforms.commit_time())[:6])
             entry.external_attr = 0o644 << 16
             new.writestr(entry, old.read(name), zipfile.ZIP_DEFLATED, compresslevel=9)
-    zipped.unlink()
+    made.unlink()
     part.rename(final)
 
 

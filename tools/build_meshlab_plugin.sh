@@ -1,16 +1,16 @@
 #!/usr/bin/env bash
 # Builds the MeshLab plugin: out/meshlab-plugin/VERSION-SCALAR/lib{filter,io}_surfrecon.so
 # Usage: tools/build_meshlab_plugin.sh [VERSION-SCALAR...]      without any: every version, for MeshLab and for pymeshlab
-# Ends with status 3 where nothing but MeshLab's headers can't be had. SURFRECON_PROFILE=dev links the library as tests build it.
+# Ends with status 3 where nothing but MeshLab's headers can't be had. SURFRECON_BUILT may name a folder with a built library to link.
 set -euo pipefail
 . "$(dirname "$0")/lib.sh"
 cd "$root"
 
 all=$#
 [ $# -gt 0 ] || set -- 2020.09-float 2022.02-float 2022.02-double 2023.12-float 2023.12-double 2025.07-float 2025.07-double
-profile=${SURFRECON_PROFILE:-release}
-cargo build --quiet --locked --profile "$profile" --package surfrecon-capi
-library=$root/${CARGO_TARGET_DIR:-target}/${profile/#dev/debug}/libsurfrecon.a
+built=${SURFRECON_BUILT:-$root/${CARGO_TARGET_DIR:-target}/release}
+[ -n "${SURFRECON_BUILT:-}" ] || cargo build --quiet --locked --release --package surfrecon-capi
+library=$built/libsurfrecon.a
 
 log=$(mktemp) licences=$(mktemp)
 trap 'rm -f "$log" "$licences"' EXIT
@@ -25,7 +25,7 @@ for build in "$@"; do
         without_headers=$((without_headers + 1))
         continue
     fi
-    folder=$root/target/meshlab-plugin/$build-$profile
+    folder=$root/target/meshlab-plugin/$build-$(basename "$built")
     { cmake -S meshlab-plugin -B "$folder" -DCMAKE_BUILD_TYPE=Release -DMESHLAB_VERSION="$version" -DMESHLAB_SCALAR="$scalar" \
         -DMESHLAB_SOURCE_DIR="$source" -DSURFRECON_LIBRARY="$library" && cmake --build "$folder" --parallel "$(nproc)"; } >"$log" 2>&1 || {
         cat "$log" >&2

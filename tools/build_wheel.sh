@@ -20,7 +20,6 @@ fi
 mkdir -p target
 exec 9>target/wheel.lock   # this tree only: others build wheels of their own
 wait_for_lock wheel
-# What has the old name or the old version is not taken for the new one.
 case $triple in
     x86_64-*-linux-*) options+=(--zig --compatibility manylinux_2_28) tag='*linux*_x86_64' ;;
     aarch64-*-linux-*) options+=(--zig --compatibility manylinux_2_28) tag='*linux*_aarch64' ;;
@@ -29,20 +28,23 @@ case $triple in
     x86_64-apple-*) tag='macosx*_x86_64' ;;
 esac
 case $triple in *-apple-*) [ "$(uname)" = Darwin ] || options+=(--zig) ;; esac
-# shellcheck disable=SC2086 # the tag is a pattern
-rm -f target/wheels/surfrecon-*-$tag.whl
+mkdir -p target/wheels
+made=$(mktemp -d target/wheels/.made-XXXXXX)
 log=$(mktemp)
 # It stands among the sources, where maturin looks for licences, as long as the wheel is built: it is of this platform.
 licences=blender-addon/python/LICENSES-THIRD-PARTY.txt
-trap 'rm -f "$log" "$licences"' EXIT
+trap 'rm -rf "$log" "$licences" "$made"' EXIT
 "$python" tools/third_party_licences.py "$licences" --package surfrecon-python --target "$triple"
 [ -d "${CARGO_TARGET_DIR:-target}/release" ] || say "compiling surfrecon for Python: some minutes the first time"
 maturin build --quiet --release --locked "${options[@]}" -i "$python" \
-    --manifest-path blender-addon/python/Cargo.toml --out target/wheels >"$log" 2>&1 || {
+    --manifest-path blender-addon/python/Cargo.toml --out "$made" >"$log" 2>&1 || {
     cat "$log" >&2
     die "maturin could not build the wheel, see above"
 }
-# shellcheck disable=SC2086
-"$python" tools/wheel_without_paths.py target/wheels/surfrecon-*-$tag.whl
-# shellcheck disable=SC2086
-ls target/wheels/surfrecon-*-$tag.whl
+"$python" tools/wheel_without_paths.py "$made"/*.whl
+# Whoever looks meanwhile finds the old wheel or the new one. What has the old name or the old version is not taken for the new one.
+new=target/wheels/$(basename "$made"/*.whl)
+mv -f "$made"/*.whl target/wheels/
+# shellcheck disable=SC2086 # the tag is a pattern
+for old in target/wheels/surfrecon-*-$tag.whl; do [ "$old" = "$new" ] || rm -f "$old"; done
+ls "$new"

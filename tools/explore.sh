@@ -13,7 +13,7 @@ for round in $(seq "$rounds"); do
     for crate in $crates; do
         modules=$(cd "rust-core/$crate/src" && grep -rl '^ *proptest! {' . | sed 's|^\./||; s|\.rs$||; s|/mod$||; s|/|::|g')
         # shellcheck disable=SC2086
-        env -u PROPTEST_RNG_SEED cargo test --quiet --release --package "surfrecon-$crate" --lib -- $modules
+        env -u PROPTEST_RNG_SEED SURFRECON_TIER=all cargo test --quiet --release --package "surfrecon-$crate" --lib -- $modules
     done
 done
 echo "explore: $rounds rounds, nothing found"

@@ -18,7 +18,8 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import platforms
-import run_tests
+from testing.graph import show
+from testing.outcome import Tally
 from unpack_wheel import unpack
 
 ROOT = platforms.ROOT
@@ -50,7 +51,7 @@ class Run:
         self.system, self.chosen = system, chosen
         self.excused = tomllib.loads((ROOT / "tests" / "elsewhere.toml").read_text()).get(system, {})
         self.unused = {one for one in self.excused if self.takes(one.partition(":")[0])}
-        self.tally = run_tests.Tally()
+        self.tally = Tally()
         self.rows = []
 
     def takes(self, title):
@@ -61,17 +62,17 @@ class Run:
         """Runs a step there and here."""
         if not self.takes(title):
             return
-        run_tests.show(f"\n== {title}, there")
+        show(f"\n== {title}, there")
         started = time.process_time() + cpu_of_children()
         found = there()
         minutes = (time.process_time() + cpu_of_children() - started) / 60
-        run_tests.show(f"\n== {title}, here")
+        show(f"\n== {title}, here")
         compared = Compared(title, here(), found, self.excused)
         self.unused -= compared.excused
         self.unused -= {one for one in compared.known if self.excused.get(one, "").startswith(AT_TIMES)}
-        run_tests.show(f"\n== {title}: {compared}")
+        show(f"\n== {title}: {compared}")
         for line in compared.lines:
-            run_tests.show(line)
+            show(line)
         self.tally.add(compared.tally())
         row = {"case": f"tests: {title}", "platform": self.system, "minutes_cpu": minutes, **compared.row()}
         self.rows.append(row)
@@ -79,16 +80,16 @@ class Run:
     def ended(self):
         """Says what came of it, and leaves the rows for the benchmark; the exit status."""
         for name in sorted(self.unused):
-            run_tests.show(f"FAILED: {name} is excused in tests/elsewhere.toml, but does as here, or is gone")
+            show(f"FAILED: {name} is excused in tests/elsewhere.toml, but does as here, or is gone")
         if len(self.excused) > MOST:
-            run_tests.show(f"FAILED: {len(self.excused)} tests are excused: at most {MOST} may be")
-        self.tally.add(run_tests.Tally(failed=len(self.unused) + int(len(self.excused) > MOST)))
+            show(f"FAILED: {len(self.excused)} tests are excused: at most {MOST} may be")
+        self.tally.add(Tally(failed=len(self.unused) + int(len(self.excused) > MOST)))
         if not self.chosen:
             out = ROOT / "out" / "elsewhere"
             out.mkdir(parents=True, exist_ok=True)
             left = {"commit": platforms.commit(), "rows": self.rows}
             (out / f"{self.system}.json").write_text(json.dumps(left, indent=1) + "\n")
-        run_tests.show(f"\ntotal: {self.tally}")
+        show(f"\ntotal: {self.tally}")
         return int(self.tally.failed > 0)
 
 
@@ -125,9 +126,7 @@ class Compared:
 
     def tally(self):
         """Counts as of any other run."""
-        return run_tests.Tally(
-            self.counts["passed"], self.counts["failed"], self.counts["skipped"] + self.counts["excused"]
-        )
+        return Tally(self.counts["passed"], self.counts["failed"], self.counts["skipped"] + self.counts["excused"])
 
     def row(self):
         """Counts for the benchmark's table."""
@@ -166,7 +165,7 @@ class RustOutcomes:
         if not outcome and not listed and not line.startswith("successes:"):
             return
         if outcome and outcome[2] == "FAILED":
-            run_tests.show(line)
+            show(line)
 
 
 def log_file():
@@ -190,7 +189,7 @@ def rust(env, options):
             outcomes.line(line.rstrip("\n"))
     process.wait()
     if not outcomes.found:
-        run_tests.show(log.read_text()[-4000:])
+        show(log.read_text()[-4000:])
     return outcomes.found
 
 
@@ -215,7 +214,7 @@ def pytest(command, env, folder):
     finally:
         Path(report.name).unlink()
     if process.returncode != 0:
-        run_tests.show("\n".join(log.read_text(errors="replace").splitlines()[-60:]))
+        show("\n".join(log.read_text(errors="replace").splitlines()[-60:]))
     if not text:
         return {}
     outcomes = {}
@@ -354,7 +353,7 @@ def example_runs(wine, program):
     text = done.stdout.decode(errors="replace")
     said = {"list_scans": "points: 8 points, at ", "live_tolerance": ""}.get(program.stem, "usage: ")
     if said not in text or (program.stem in ("list_scans", "live_tolerance") and done.returncode != 0):
-        run_tests.show(f"{program.name} printed: {text}")
+        show(f"{program.name} printed: {text}")
         return False
     return True
 

@@ -16,7 +16,7 @@ import run
 import scale
 
 ROOT = Path(__file__).resolve().parents[2]
-# A Python that has the peers, and a folder with our own programs: tools/run_tests.py names both.
+# A Python that has the peers, and a folder with our own programs: tools/testing/plan.py names both.
 PEERS, PROGRAMS = os.environ.get("SURFRECON_PEERS"), os.environ.get("SURFRECON_PROGRAMS")
 # The peers that every machine which tests has, by benchmark; that of `blender` is a column.
 WITH = {

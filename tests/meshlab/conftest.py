@@ -24,7 +24,7 @@ SIZE_AND_GROUND = "compute_matrix_by_true_size_and_ground"
 
 
 def plugins():
-    """The folder of what is tested: SURFRECON_PLUGINS, which tools/run_tests.py sets."""
+    """The folder of what is tested: SURFRECON_PLUGINS, which tools/testing/plan.py sets."""
     return Path(os.environ["SURFRECON_PLUGINS"])
 
 

@@ -12,6 +12,7 @@ pub mod memory;
 pub mod params;
 pub mod progress;
 pub mod threads;
+pub mod tier;
 pub mod work;
 
 pub use error::{Error, Result};

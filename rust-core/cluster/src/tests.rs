@@ -443,7 +443,7 @@ fn attributes_ride_along() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(48))]
+    #![proptest_config(ProptestConfig::with_cases(base::tier::cases(48)))]
 
     /// Whatever triangles are thrown together, what comes out is a manifold.
     #[test]

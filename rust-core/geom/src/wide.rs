@@ -133,7 +133,7 @@ mod tests {
     }
 
     proptest! {
-        #![proptest_config(ProptestConfig::with_cases(4000))]
+        #![proptest_config(ProptestConfig::with_cases(base::tier::cases(4000)))]
 
         #[test]
         fn signs_are_those_of_integers_without_limit(

@@ -134,7 +134,7 @@ fn assert_watertight(mesh: &TriMesh, voxel: f64) {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(400))]
+    #![proptest_config(ProptestConfig::with_cases(base::tier::cases(400)))]
 
     /// Vertices on nodes, edges through nodes and along grid lines, faces in grid planes: the worst case.
     #[test]

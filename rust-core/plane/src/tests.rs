@@ -183,7 +183,7 @@ fn where_no_plane_stands_out_that_is_said() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(12))]
+    #![proptest_config(ProptestConfig::with_cases(base::tier::cases(12)))]
     /// A plane of a tenth of the samples is found among others that lie anywhere.
     #[test]
     fn a_tenth_of_the_samples_is_enough(n in prop::array::uniform3(-1.0..1.0_f64), at in prop::array::uniform3(-5.0..5.0_f64), seed in 0..1000_u64) {

@@ -135,7 +135,7 @@ fn plain_errors(image: &RangeImage, grid: &QuadGrid) -> Vec<f64> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(192))]
+    #![proptest_config(ProptestConfig::with_cases(base::tier::cases(192)))]
 
     #[test]
     fn any_image_keeps_every_promise(scene in scenes(), kind in 0..32_usize, params in params()) {

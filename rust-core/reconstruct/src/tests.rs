@@ -434,7 +434,7 @@ fn bad_parameters_are_refused() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 64, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: base::tier::cases(64), ..ProptestConfig::default() })]
 
     /// Whatever the points, also on a lattice with duplicates: the surface is manifold, closed if it says so, and every
     /// point is accounted for.

@@ -16,10 +16,14 @@ pub fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// The folder of the built library; cargo builds no library for a test that only loads it, so it is built here, once.
+/// The folder of the built library: `SURFRECON_BUILT`. Without it the library is built here, once: cargo builds none for a test that
+/// only loads it.
 pub fn folder() -> &'static Path {
     static FOLDER: OnceLock<PathBuf> = OnceLock::new();
     FOLDER.get_or_init(|| {
+        if let Some(built) = std::env::var_os("SURFRECON_BUILT") {
+            return built.into();
+        }
         let target = Path::new(env!("CARGO_TARGET_TMPDIR")).parent().expect("the target folder").to_owned();
         let built = Command::new(env!("CARGO"))
             .args(["build", "--quiet", "--package", "surfrecon-capi", "--target-dir"])

@@ -341,7 +341,7 @@ fn cancelling_ends_it() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 16, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: base::tier::cases(16), ..ProptestConfig::default() })]
 
     /// Two views of the statue: placed rightly or not at all.
     #[test]

@@ -105,7 +105,7 @@ fn any_number_of_vertices_and_cancelled_at_any_check() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(32))]
+    #![proptest_config(ProptestConfig::with_cases(base::tier::cases(32)))]
 
     /// Whatever triangles are thrown together, what comes out is a manifold of the same topology at any number.
     #[test]

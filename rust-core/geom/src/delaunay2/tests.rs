@@ -110,7 +110,7 @@ fn step() -> impl Strategy<Value = I64Vec3> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(400))]
+    #![proptest_config(ProptestConfig::with_cases(base::tier::cases(400)))]
 
     /// Small lattices are full of points on lines and on circles, large ones have none.
     #[test]

@@ -108,7 +108,7 @@ fn agrees_on(points: &[DVec3], threads: usize) {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(1500))]
+    #![proptest_config(ProptestConfig::with_cases(base::tier::cases(1500)))]
 
     #[test]
     fn agrees_with_the_naive_twin_on_small_integers(
@@ -140,7 +140,7 @@ proptest! {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(20))]
+    #![proptest_config(ProptestConfig::with_cases(base::tier::cases(20)))]
 
     #[test]
     fn agrees_with_the_naive_twin_on_more_integers(

@@ -71,7 +71,7 @@ fn change() -> impl Strategy<Value = Change> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(16))]
+    #![proptest_config(ProptestConfig::with_cases(base::tier::cases(16)))]
 
     #[test]
     fn whatever_has_changed_the_result_is_that_of_a_first_merge(
@@ -267,7 +267,7 @@ fn versions_are_one_a_scan() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(48))]
+    #![proptest_config(ProptestConfig::with_cases(base::tier::cases(48)))]
 
     /// Whole numbers put vertices into nodes; bases and holes differ.
     #[test]

@@ -307,7 +307,7 @@ fn holes_and_colours_nobody_has_are_the_same_in_files() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(10))]
+    #![proptest_config(ProptestConfig::with_cases(base::tier::cases(10)))]
     // Whole numbers put vertices into nodes, and many triangles through an edge make pinches.
     #[test]
     fn soups_of_triangles_are_the_same_in_files(

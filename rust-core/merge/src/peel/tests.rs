@@ -219,7 +219,7 @@ fn numbers_go_beyond_32_bits() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(60))]
+    #![proptest_config(ProptestConfig::with_cases(base::tier::cases(60)))]
 
     /// Theorem: what is done in one place does not depend on what is elsewhere.
     #[test]

@@ -46,7 +46,7 @@ fn parts_that_go_are_the_same_in_blocks() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(24))]
+    #![proptest_config(ProptestConfig::with_cases(base::tier::cases(24)))]
     // Whole numbers put vertices into nodes, and many triangles through an edge make pinches.
     #[test]
     fn soups_of_triangles_are_the_same_in_blocks(

@@ -371,7 +371,7 @@ fn with_holes(mesh: &TriMesh, seeds: &[(f64, usize)]) -> TriMesh {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(64))]
+    #![proptest_config(ProptestConfig::with_cases(base::tier::cases(64)))]
     #[test]
     fn any_holes_close_or_stay_and_the_mesh_stays_a_manifold(
         which in 0..3, seeds in prop::collection::vec((0.0..1.0_f64, 1..40_usize), 1..12), bend in 0.0..1.5_f64,
@@ -397,7 +397,7 @@ fn is_lid(triangle: [u32; 3], boundary: &std::collections::BTreeSet<[u32; 2]>) -
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(64))]
+    #![proptest_config(ProptestConfig::with_cases(base::tier::cases(64)))]
     /// Over loops alone, of surfaces that noise crumples, too.
     #[test]
     fn loops_close_or_stay_and_what_closes_them_crosses_nothing(

@@ -178,7 +178,7 @@ fn handles_that_samples_force_are_found() {
 fn any_parts_are_joined_within_the_limit_only_and_stay_manifold() {
     let [joined, apart, beyond] = [const { Cell::new(0) }; 3];
     let one_more = |count: &Cell<usize>| count.set(count.get() + 1);
-    let config = ProptestConfig { cases: 96, max_global_rejects: 16, ..ProptestConfig::default() };
+    let config = ProptestConfig { cases: base::tier::cases(96), max_global_rejects: 16, ..ProptestConfig::default() };
     let sheet = ([8..15_i32, 8..15], 0.0..8.0_f64);
     let threshold = prop::sample::select(vec![Threshold::Local, Threshold::Global]);
     proptest!(config, |(parts in prop::collection::vec(sheet, 2..5), seed in any::<u64>(), threshold in threshold)| {

@@ -56,7 +56,7 @@ fn area_of(points: &[DVec3]) -> f64 {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 32, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: base::tier::cases(32), ..ProptestConfig::default() })]
 
     /// Theorem (Edelsbrunner 2003): beyond a facet that a ball's centre lies beyond, the ball is as large or larger. By this, what is
     /// connected with the outside is found to be.

@@ -3,7 +3,7 @@
 use super::*;
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(160))]
+    #![proptest_config(ProptestConfig::with_cases(base::tier::cases(160)))]
 
     #[test]
     fn half_cells_are_those_of_the_triangles(

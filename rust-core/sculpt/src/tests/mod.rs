@@ -217,7 +217,7 @@ fn seen(scene: &Scene, kind: usize) -> RangeImage {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(160))]
+    #![proptest_config(ProptestConfig::with_cases(base::tier::cases(160)))]
 
     #[test]
     fn any_image_keeps_every_promise(

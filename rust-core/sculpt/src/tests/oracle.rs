@@ -169,7 +169,7 @@ fn folded(image: &RangeImage, by: f64, seed: u64) -> RangeImage {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(128))]
+    #![proptest_config(ProptestConfig::with_cases(base::tier::cases(128)))]
 
     #[test]
     fn the_mesh_covers_what_the_contract_says(

@@ -3,7 +3,7 @@
 use super::*;
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(160))]
+    #![proptest_config(ProptestConfig::with_cases(base::tier::cases(160)))]
 
     #[test]
     fn threads_and_order_of_tolerances_change_nothing(

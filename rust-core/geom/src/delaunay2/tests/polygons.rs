@@ -43,7 +43,7 @@ fn grown(lattice: &[I64Vec2], choices: &[u16]) -> Vec<I64Vec2> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(400))]
+    #![proptest_config(ProptestConfig::with_cases(base::tier::cases(400)))]
 
     #[test]
     fn any_simple_polygon_in_any_plane(

@@ -382,7 +382,7 @@ mod tests {
     }
 
     proptest! {
-        #![proptest_config(ProptestConfig::with_cases(if cfg!(miri) { 10 } else { 20_000 }))]
+        #![proptest_config(ProptestConfig::with_cases(if cfg!(miri) { 10 } else { base::tier::cases(20_000) }))]
 
         #[test]
         fn shortest_f32(bits: u32) {

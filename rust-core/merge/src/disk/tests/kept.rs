@@ -326,7 +326,7 @@ fn of_a_thousand_scans_one_goes_or_comes_anywhere() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(12))]
+    #![proptest_config(ProptestConfig::with_cases(base::tier::cases(12)))]
     // Scans of a triangle or two, so that what changes lies in a block or two.
     #[test]
     fn soups_of_which_some_is_another(
