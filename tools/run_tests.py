@@ -27,6 +27,10 @@ def main():
         os.environ.setdefault("PROPTEST_CASES", "64")
     # Nothing is compiled twice here: bookkeeping for that would cost a third of the time and most of the disk.
     os.environ.setdefault("CARGO_INCREMENTAL", "0")
+    # Test programs are compiled once and run once: finer units and line tables, which pay where somebody works on
+    # the code, take a fifth of the compiler's time.
+    os.environ.setdefault("CARGO_PROFILE_DEV_CODEGEN_UNITS", "4")
+    os.environ.setdefault("CARGO_PROFILE_DEV_DEBUG", "none")
     # The same random inputs each time: new ones are for `make explore`, where what is found is kept.
     os.environ.setdefault("PROPTEST_RNG_SEED", "1")
 

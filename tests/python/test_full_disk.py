@@ -93,6 +93,7 @@ def test_before_the_work_it_is_told_what_a_merge_takes(listed, small, tmp_path):
         assert small.names() == [] and not list(beside.iterdir())
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("keep", [False, True])
 def test_a_merge_that_finds_no_room_at_any_write_loses_nothing(listed, expected, small, tmp_path, keep):
     path, size, full = tmp_path / "surface.ply", 64, 0
@@ -113,6 +114,7 @@ def test_a_merge_that_finds_no_room_at_any_write_loses_nothing(listed, expected,
     assert path.read_bytes() == expected[0]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("keep", [False, True])
 def test_a_task_that_finds_no_room_leaves_nothing_and_is_done_once_there_is(listed, expected, small, tmp_path, keep):
     path, full = tmp_path / "surface.ply", set()
@@ -140,6 +142,7 @@ def test_a_task_that_finds_no_room_leaves_nothing_and_is_done_once_there_is(list
     assert path.read_bytes() == expected[0]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("parts", [1, 3])
 @pytest.mark.parametrize("keep", [False, True])
 def test_a_surface_that_finds_no_room_is_written_once_there_is(listed, expected, small, tmp_path, keep, parts):

@@ -6,7 +6,7 @@ import surfrecon
 from killing import killable, merge_killed, task_killed
 from surfrecon import distributed
 
-pytestmark = killable
+pytestmark = [killable, pytest.mark.thorough]
 
 # One thread, and the least that it does with: blocks of two bricks.
 OPTIONS = {"voxel": 0.02, "threads": 1, "max_memory": 12_000_000}
