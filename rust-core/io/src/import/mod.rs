@@ -60,6 +60,8 @@ mod damage;
 pub(crate) mod faults;
 #[cfg(any(test, fuzzing))]
 pub mod fuzzing;
+#[cfg(test)]
+mod matrices;
 
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};

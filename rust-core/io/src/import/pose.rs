@@ -1,7 +1,8 @@
 //! Poses as matrices: of any file that holds one, and in a file of its own beside a scan.
 //!
 //! `.xf`, `.tf` and `.pose.txt` hold the 16 numbers of the matrix that places the scan, row by row. A matrix whose last
-//! column, not row, is 0 0 0 1 is one written column by column.
+//! column, not row, is 0 0 0 1 is one written column by column. Both fit a matrix without translation: the order is then the one
+//! that its format asks for.
 
 use std::ffi::OsStr;
 use std::io::Read;
@@ -62,23 +63,39 @@ pub(super) fn parse(bytes: &[u8]) -> Result<DAffine3, String> {
     from_rows(&rows)
 }
 
-/// The rigid transform nearest to a 4 x 4 matrix, given row by row or column by column.
+/// The rigid transform nearest to a 4 x 4 matrix, given row by row or, where only that fits, column by column.
 pub(super) fn from_rows(rows: &[f64; 16]) -> Result<DAffine3, String> {
-    rigid(affine(rows)?)
+    rigid(affine(rows, Order::Rows)?)
 }
 
-/// The affine transform of a 4 x 4 matrix, given row by row or column by column.
-pub(super) fn affine(rows: &[f64; 16]) -> Result<DAffine3, String> {
-    if let Some(bad) = rows.iter().find(|x| !x.is_finite()) {
+/// The order of a matrix's numbers in a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Order {
+    /// Points are columns: the translation is the last number of each of the first three lines.
+    Rows,
+    /// Points are rows: the translation is the last line.
+    Columns,
+}
+
+/// The affine transform of a 4 x 4 matrix, given in the order that is expected or, where only that fits, in the other.
+pub(super) fn affine(numbers: &[f64; 16], expected: Order) -> Result<DAffine3, String> {
+    if let Some(bad) = numbers.iter().find(|x| !x.is_finite()) {
         return Err(format!("{bad} is not a finite number"));
     }
-    let m = |row: usize, col: usize| rows[4 * row + col];
     let zero = |x: f64| x.abs() <= ROUNDED;
-    let last_row = (0..3).all(|i| zero(m(3, i)));
-    let at = |row: usize, col: usize| if last_row { m(row, col) } else { m(col, row) };
-    if !(0..3).all(|i| zero(at(3, i))) || !zero(m(3, 3) - 1.0) {
+    let fits = |order: Order| match order {
+        Order::Rows => (0..3).all(|i| zero(numbers[12 + i])),
+        Order::Columns => (0..3).all(|i| zero(numbers[4 * i + 3])),
+    };
+    let other = if expected == Order::Rows { Order::Columns } else { Order::Rows };
+    let order = [expected, other].into_iter().find(|&order| fits(order)).filter(|_| zero(numbers[15] - 1.0));
+    let Some(order) = order else {
         return Err("neither the last row nor the last column of the matrix is 0 0 0 1".to_owned());
-    }
+    };
+    let at = |row: usize, col: usize| match order {
+        Order::Rows => numbers[4 * row + col],
+        Order::Columns => numbers[4 * col + row],
+    };
     let axis = |col| DVec3::new(at(0, col), at(1, col), at(2, col));
     Ok(DAffine3 { matrix3: DMat3::from_cols(axis(0), axis(1), axis(2)), translation: axis(3) })
 }

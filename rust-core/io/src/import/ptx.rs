@@ -11,7 +11,10 @@
 //!
 //! Points are in the scanner's frame; 0 0 0 means that nothing came back. The rays start at the scanner's position,
 //! which is the frame's origin unless the points were moved without their header. Pixel (row, column) is line
-//! `column * rows + row`. A pose that scales or shears is applied to the points instead.
+//! `column * rows + row`. A pose that scales, shears or mirrors is applied to the points instead.
+//!
+//! The matrix multiplies rows, so that its lines are the axes once more. Some programs write it the other way round. The place
+//! of the translation tells; without translation, the axes do.
 //!
 //! Cost: opening looks for line ends only; reading a scan is one pass over it, memory for the result and a window.
 
@@ -23,8 +26,9 @@ use glam::{DAffine3, DVec3};
 
 use super::file::{self, Input};
 use super::grid::PointGrid;
+use super::pose::{self, Order};
 use super::text::{Lines, lines_of};
-use super::{Content, ReadOptions, Scan, ScanSet, pose};
+use super::{Content, ReadOptions, Scan, ScanSet};
 use base::error::{Error, Result};
 use base::progress::Progress;
 
@@ -71,7 +75,7 @@ fn header(lines: &mut Lines<'_>) -> Result<Header> {
     }
     let mut matrix = [0.0; 16];
     matrix.copy_from_slice(&numbers[12..]);
-    let matrix = pose::affine(&matrix).map_err(|problem| lines.fail(problem))?;
+    let matrix = pose::affine(&matrix, order(&numbers[3..12], &matrix)).map_err(|problem| lines.fail(problem))?;
     let (pose, applied) = match pose::rigid(matrix) {
         Ok(pose) => (pose, None),
         Err(_) => (DAffine3::IDENTITY, Some(matrix)),
@@ -86,6 +90,18 @@ fn header(lines: &mut Lines<'_>) -> Result<Header> {
         return Err(lines.fail(format!("{cols} columns of {rows} rows don't fit the {left} bytes that follow")));
     }
     Ok(Header { cols: cols as usize, rows: rows as usize, position, pose, applied })
+}
+
+/// How far the axes of a header may be from those of its matrix, both printed with few digits.
+const SAME_AXES: f64 = 1e-3;
+
+/// The order of a matrix whose translation doesn't tell it: by rows only where the axes are its columns and not its lines.
+fn order(axes: &[f64], matrix: &[f64; 16]) -> Order {
+    let agree = |at: fn(usize, usize) -> usize| {
+        (0..3).all(|axis| (0..3).all(|k| (axes[3 * axis + k] - matrix[at(axis, k)]).abs() <= SAME_AXES))
+    };
+    let (are_lines, are_columns) = (agree(|axis, k| 4 * axis + k), agree(|axis, k| 4 * k + axis));
+    if are_columns && !are_lines { Order::Rows } else { Order::Columns }
 }
 
 /// Lists the scans.
