@@ -18,7 +18,7 @@ pub(super) struct PointGrid {
     rows: usize,
     cols: usize,
     points: Vec<[f32; 3]>,
-    /// What is taken off the coordinates, decided by the first of each: whole numbers, which lose nothing.
+    /// What is taken off the coordinates, decided by the first of each that is not zero: whole numbers, which lose nothing.
     origin: [Option<f64>; 3],
     pub(super) intensity: Option<Vec<f32>>,
     pub(super) colour: Option<Vec<[u8; 4]>>,
@@ -60,9 +60,23 @@ impl PointGrid {
         let origin = match self.origin[axis] {
             Some(origin) => origin,
             None if value == 0.0 || !value.is_finite() => 0.0,
-            None => *self.origin[axis].insert(if value.abs() > FAR { value.round() } else { 0.0 }),
+            None => self.decide_origin(axis, value),
         };
         self.points[pixel][axis] = (value - origin) as f32;
+    }
+
+    /// Decides what is taken off an axis by its first coordinate that is not zero, also off the zeros before it.
+    #[cold]
+    fn decide_origin(&mut self, axis: usize, value: f64) -> f64 {
+        let origin = if value.abs() > FAR { value.round() } else { 0.0 };
+        self.origin[axis] = Some(origin);
+        if origin != 0.0 {
+            for point in &mut self.points {
+                // NaN of pixels never set stays.
+                point[axis] -= origin as f32;
+            }
+        }
+        origin
     }
 
     /// The range image, seen from `eye` in the frame of the points.
@@ -79,5 +93,45 @@ impl PointGrid {
         image.intensity = self.intensity;
         image.colour = self.colour;
         Ok(Content::RangeImage(image))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn image(points: &[[f64; 3]]) -> RangeImage {
+        let scan = Scan::new(Path::new("x"));
+        let mut grid = PointGrid::new(1, points.len(), false, false, &scan.path).unwrap();
+        for (pixel, point) in points.iter().enumerate() {
+            for (axis, &value) in point.iter().enumerate() {
+                grid.set_coordinate(pixel, axis, value);
+            }
+        }
+        match grid.into_content(DVec3::ZERO, &scan).unwrap() {
+            Content::RangeImage(image) => image,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    /// Theorem: the place of a sample does not depend on what stands before it, zeros least of all.
+    #[test]
+    fn zeros_before_an_origin_stay_zeros() {
+        let nothing = [0.0; 3];
+        let missing = [f64::NAN; 3];
+        for far in [5000.0, -9000.25, 4e6] {
+            let points = [nothing, missing, [9000.0, 0.0, 0.0], [9001.0, -0.0, 2.0], [9000.0, far, 0.0], nothing];
+            let turned: Vec<[f64; 3]> = points.iter().map(|&[x, y, z]| [z, x, y]).collect();
+            for points in [points.to_vec(), turned] {
+                let image = image(&points);
+                for (pixel, &point) in points.iter().enumerate() {
+                    let is_sample = point != nothing && point[0].is_finite();
+                    assert_eq!(image.is_valid(pixel), is_sample, "{pixel} of {points:?}");
+                    if is_sample {
+                        assert_eq!(image.point_in_world(pixel), DVec3::from_array(point));
+                    }
+                }
+            }
+        }
     }
 }
