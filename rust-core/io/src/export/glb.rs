@@ -230,11 +230,21 @@ impl<'a> Part<'a> {
     }
 }
 
-/// Where the node's own coordinates start: zero unless the mesh is far from it.
+/// Where the node's own coordinates start: zero unless the mesh is far from it. Along an axis it is a number of single precision between
+/// half and twice of all coordinates. Differences of such numbers are exact, so that taking it off never rounds further than single
+/// precision does without it.
 fn origin(positions: &[DVec3]) -> DVec3 {
     let Some((lo, hi)) = mesh::measure::bounds(positions) else { return DVec3::ZERO };
     let (size, far) = ((hi - lo).max_element(), lo.abs().max(hi.abs()).max_element());
-    if far > FAR * size { lo.midpoint(hi).round() } else { DVec3::ZERO }
+    if far <= FAR * size {
+        return DVec3::ZERO;
+    }
+    let along = |lo: f64, hi: f64| {
+        let middle = f64::from(lo.midpoint(hi).round() as f32);
+        let (least, most) = if middle > 0.0 { (lo, hi) } else { (-hi, -lo) };
+        if least >= middle.abs() / 2.0 && most <= middle.abs() * 2.0 { middle } else { 0.0 }
+    };
+    DVec3::new(along(lo.x, hi.x), along(lo.y, hi.y), along(lo.z, hi.z))
 }
 
 fn check_values(node: &str, attribute: &str, data: &AttributeData) -> Result<()> {

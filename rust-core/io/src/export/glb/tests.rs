@@ -318,3 +318,37 @@ fn the_khronos_validator_finds_nothing_wrong() {
     let expected = ["UNUSED_OBJECT", "UNSUPPORTED_EXTENSION", "NODE_EMPTY"];
     assert!(printed.lines().all(|line| expected.iter().any(|code| line.contains(code))), "{printed}");
 }
+
+/// Theorem: no coordinate is read back further from what it was than single precision alone puts it, wherever the mesh lies.
+#[test]
+fn origins_round_no_further_than_single_precision() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.glb");
+    let centres = [
+        DVec3::new(5e3, 40.0, 0.3),
+        DVec3::new(-1e3, 1000.0, -7.0),
+        DVec3::new(4e6, -5e6, 120.0),
+        DVec3::new(3e7, 2e7 + 0.25, 30.0),
+        DVec3::new(0.9, 1e-3, 0.0),
+    ];
+    for (centre, size) in centres.into_iter().flat_map(|centre| [1e-3, 1.0, 77.0].map(|size| (centre, size))) {
+        let offset = |i: u32, k: u32| f64::from((i * 7919 + k * 104_729) % 10_007) / 10_007.0 - 0.5;
+        let positions: Vec<DVec3> =
+            (0..300).map(|i| centre + size * DVec3::new(offset(i, 1), offset(i, 2), offset(i, 3))).collect();
+        let single = positions.iter().map(|p| p.as_vec3().as_dvec3());
+        for positions in [single.collect(), positions.clone()] {
+            let mesh = TriMesh::new(positions, (0..100).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect());
+            let nodes = [GlbNode { name: "a", mesh: &mesh, world_from_mesh: DAffine3::IDENTITY, coarser: &[] }];
+            write_glb(&path, &nodes, &GlbOptions::default(), &Progress::none()).unwrap();
+            let read = crate::import::open(&path).unwrap().scans[0].read().unwrap();
+            let crate::import::Content::Mesh(read) = read else { panic!("no mesh") };
+            for (was, is) in mesh.positions.iter().zip(&read.positions) {
+                let bound = (*was - was.as_vec3().as_dvec3()).abs();
+                assert!(
+                    (*is - *was).abs().cmple(bound).all(),
+                    "{is} was {was}, which single precision rounds by {bound}"
+                );
+            }
+        }
+    }
+}
