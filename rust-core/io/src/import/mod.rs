@@ -14,6 +14,7 @@
 //! | `project` | MeshLab's projects and alignments; folders |
 //! | `frames` | recordings of depth cameras and phones: a module a layout |
 //! | `grid` | such grids while they are read |
+//! | `polygons` | faces of more than three corners as triangles |
 //! | `raster` | height maps and depth images: hgt, PNG, PGM, PFM, EXR, TIFF, ESRI grids, npy |
 //! | `crs` | the coordinate reference system that a file names, and what else our own say of where they are from |
 //! | `camera`, `trajectory`, `pose` | side files: intrinsics, poses of a sequence, the pose of one scan |
@@ -43,6 +44,7 @@ mod overlap;
 mod pcd;
 mod ply;
 mod points;
+mod polygons;
 mod pose;
 mod project;
 mod ptx;

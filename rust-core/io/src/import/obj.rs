@@ -1,10 +1,10 @@
-//! Wavefront OBJ: vertices, with colours where six numbers are given, and faces; polygons are split into fans. Texture
-//! coordinates, normals, materials, lines and free-form surfaces are passed over. Without faces it is a cloud; an object
-//! without a vertex is an empty mesh.
+//! Wavefront OBJ: vertices, with colours where six numbers are given, and faces; polygons are cut into triangles. Texture
+//! coordinates, normals, materials, lines and free-form surfaces are passed over. Without faces it is a cloud.
 
 use glam::DVec3;
 
 use super::file::Input;
+use super::polygons::Polygons;
 use super::text::{Lines, lines_of, whole_lines};
 use super::{Content, Scan};
 use base::error::{Result, known_as};
@@ -46,7 +46,7 @@ pub(super) fn sniff(start: &[u8]) -> bool {
 /// Of the length of the file, which the mesh takes; measured.
 const SHARE_OF_TEXT: f64 = 0.8;
 
-pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, _: &Progress<'_>) -> Result<Content> {
+pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, progress: &Progress<'_>) -> Result<Content> {
     memory::expect(
         length as f64 * SHARE_OF_TEXT,
         || format!("reading {}", known_as(&scan.path)),
@@ -56,16 +56,15 @@ pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, _: &Progres
     let mut positions: Vec<DVec3> = Vec::new();
     let mut colours: Vec<[u8; 4]> = Vec::new();
     let mut triangles: Vec<[u32; 3]> = Vec::new();
+    let mut polygons = Polygons::default();
     // Faces may name vertices that come later: checked at the end.
     let (mut highest, mut highest_line) = (0, 0);
-    let mut named = false;
     while lines.next_content()? {
         // Nothing else is: comments and names may end with the backslash of a path.
         if matches!(lines.rest()[0], b'v' | b'f') {
             lines.join()?;
         }
         match lines.word() {
-            b"o" => named = true,
             b"v" => {
                 let point = DVec3::new(lines.f64("x")?, lines.f64("y")?, lines.f64("z")?);
                 if !point.is_finite() {
@@ -91,7 +90,7 @@ pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, _: &Progres
             }
             b"f" => {
                 let mut corners = [0_u32; 3];
-                let mut count = 0;
+                let (first, mut count) = (triangles.len(), 0);
                 while !lines.is_done() {
                     let vertex = corner(&mut lines, positions.len())?;
                     if vertex > highest {
@@ -110,13 +109,13 @@ pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, _: &Progres
                 if count < 3 {
                     return Err(lines.fail("a face needs three vertices or more"));
                 }
+                polygons.add(first, count);
             }
             _ => {}
         }
     }
     if positions.is_empty() {
-        let empty = Content::Mesh(TriMesh::default());
-        return if named && triangles.is_empty() { Ok(empty) } else { Err(lines.fail("there is no vertex")) };
+        return Err(lines.fail("there is no vertex"));
     }
     if highest as usize >= positions.len() && !triangles.is_empty() {
         let problem = format!("a face names vertex {}, but there are only {}", u64::from(highest) + 1, positions.len());
@@ -135,6 +134,7 @@ pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, _: &Progres
         };
         return Ok(Content::Points(cloud));
     }
+    polygons.cut(&positions, &mut triangles, progress)?;
     let mut mesh = TriMesh::new(positions, triangles);
     mesh.vertex_attributes.extend(colours.map(|c| Attribute::colour("colour", c)));
     Ok(Content::Mesh(mesh))
@@ -196,6 +196,7 @@ mod tests {
             ("v 0 0 0\nf 1 1 4294967296\n", "line 2: a face names vertex 4294967296"),
             ("v 0 0 inf\n", "line 1: a coordinate is not finite"),
             ("# nothing\n", "line 1: there is no vertex"),
+            ("# an object alone\no empty\n", "line 2: there is no vertex"),
         ] {
             let error = damage::read(parse, text.as_bytes(), &scan()).unwrap_err().to_string();
             assert!(error.contains(problem), "{error}");

@@ -6,6 +6,7 @@ use super::header::{Element, Encoding, Kind, ScalarType};
 use super::problem::{Parsed, Problem};
 use super::source::{Grid, Layout, NO_VERTEX, Source};
 use super::words::place;
+use crate::import::polygons::Polygons;
 
 /// Vertices with what else they have.
 pub(super) struct Vertices<P> {
@@ -206,19 +207,27 @@ pub(super) fn range_grid<S: Source, G: Grid>(
     }
 }
 
-/// Reads faces into triangles: polygons as fans around their first vertex.
+/// Faces as triangles: polygons as fans around their first vertex, which are still to be cut.
+pub(super) struct Faces {
+    pub(super) triangles: Vec<[u32; 3]>,
+    pub(super) polygons: Polygons,
+    pub(super) attributes: Attributes,
+}
+
+/// Reads faces.
 pub(super) fn faces<S: Source>(
     source: &mut S,
     element: &Element,
     plan: &Plan,
     encoding: Encoding,
     vertex_count: u64,
-) -> Parsed<(Vec<[u32; 3]>, Attributes)> {
+) -> Parsed<Faces> {
     let (list, length_type, item_type) = index_list(element)?;
     let corner = if encoding == Encoding::Ascii { 2 } else { item_type.size() as u64 };
     let count = claimed(element, element.smallest_size(encoding) + 3 * corner, encoding, source.window().left())?;
     let mut triangles: Vec<[u32; 3]> = reserve(count)?;
     let mut attributes = Attributes::new(plan, count)?;
+    let mut polygons = Polygons::default();
     let has_attributes = !attributes.is_empty();
     let mut row = EMPTY_ROW;
     let mut index = 0;
@@ -266,6 +275,7 @@ pub(super) fn faces<S: Source>(
                 triangles.push([apex, previous, next]);
                 previous = next;
             }
+            polygons.add(first, length as usize);
         }
         source.end().map_err(|fault| at(fault, None, source))?;
         if has_attributes {
@@ -275,7 +285,7 @@ pub(super) fn faces<S: Source>(
         }
         index += 1;
     }
-    Ok((triangles, attributes))
+    Ok(Faces { triangles, polygons, attributes })
 }
 
 /// Reads triangle strips; -1 starts a new one, and every second triangle of a strip is turned over.

@@ -43,6 +43,7 @@ use self::columns::{Attributes, Plan, Position, reserve};
 use self::header::{Element, Encoding, Header};
 use self::problem::{Parsed, Problem};
 use self::source::{Ascii, NO_VERTEX, Source};
+use super::polygons::Polygons;
 use super::window::Window;
 use super::{Content, ReadOptions, Scan, ScanSet, file};
 use base::error::{Error, Result};
@@ -71,7 +72,7 @@ pub(super) fn open(path: &Path, options: &Arc<ReadOptions>) -> Result<ScanSet> {
 /// Reads a scan.
 pub(super) fn read(scan: &Scan, progress: &Progress<'_>) -> Result<Content> {
     let (mut file, length) = file::counted(&scan.path, progress)?;
-    parse(&mut file, length, scan).map_err(|problem| located(problem, &scan.path))
+    parse(&mut file, length, scan, progress).map_err(|problem| located(problem, &scan.path))
 }
 
 /// About `count` points of a scan, in its own frame.
@@ -115,22 +116,22 @@ fn header_in(window: &mut Window<'_>) -> Parsed<Header> {
 }
 
 /// Parses a whole file of `length` bytes.
-fn parse(file: &mut dyn Read, length: u64, scan: &Scan) -> Parsed<Content> {
-    parse_in(Window::new(file, length), scan)
+fn parse(file: &mut dyn Read, length: u64, scan: &Scan, progress: &Progress<'_>) -> Parsed<Content> {
+    parse_in(Window::new(file, length), scan, progress)
 }
 
-fn parse_in(mut window: Window<'_>, scan: &Scan) -> Parsed<Content> {
+fn parse_in(mut window: Window<'_>, scan: &Scan, progress: &Progress<'_>) -> Parsed<Content> {
     let header = header_in(&mut window)?;
     let content = match header.encoding {
-        Encoding::Ascii => content(&mut Ascii { window: &mut window }, &header, scan),
-        Encoding::LittleEndian => content(&mut Binary::<false> { window: &mut window }, &header, scan),
-        Encoding::BigEndian => content(&mut Binary::<true> { window: &mut window }, &header, scan),
+        Encoding::Ascii => content(&mut Ascii { window: &mut window }, &header, scan, progress),
+        Encoding::LittleEndian => content(&mut Binary::<false> { window: &mut window }, &header, scan, progress),
+        Encoding::BigEndian => content(&mut Binary::<true> { window: &mut window }, &header, scan, progress),
     };
     // What looked like the end of the file was none.
     window.failure().map_or(content, |error| Err(Problem::io(error)))
 }
 
-fn content<S: Source>(source: &mut S, header: &Header, scan: &Scan) -> Parsed<Content> {
+fn content<S: Source>(source: &mut S, header: &Header, scan: &Scan, progress: &Progress<'_>) -> Parsed<Content> {
     let (element, plan) = vertex_plan(header)?;
     if let Some(grid) = header.element("range_grid") {
         let (rows, cols) = grid_size(header, grid)?;
@@ -146,9 +147,9 @@ fn content<S: Source>(source: &mut S, header: &Header, scan: &Scan) -> Parsed<Co
     }
     let parts = elements::<S, DVec3>(source, header, element, &plan, 1)?;
     let faces: Vec<&Element> = ["face", "tristrips"].into_iter().filter_map(|name| header.element(name)).collect();
-    // Clouds often announce faces that they don't have; what has no vertices either is an empty mesh.
+    // Clouds often announce faces that they don't have; what has no vertices either was to be a mesh.
     let is_mesh = faces.iter().any(|element| element.count > 0 || parts.vertices.positions.is_empty());
-    if is_mesh { mesh(parts, element) } else { Ok(point_cloud(parts.vertices, scan)) }
+    if is_mesh { mesh(parts, element, progress) } else { Ok(point_cloud(parts.vertices, scan)) }
 }
 
 /// The element `vertex` and where its properties go.
@@ -187,6 +188,7 @@ struct Parts<P> {
     vertices: Vertices<P>,
     grid: Cells,
     triangles: Vec<[u32; 3]>,
+    polygons: Polygons,
     face_attributes: Option<Attributes>,
 }
 
@@ -201,7 +203,7 @@ fn elements<S: Source, P: Position>(
     let has_grid = header.element("range_grid").is_some();
     let mut vertices = None;
     let (mut grid, mut triangles, mut face_attributes) = (Cells::Vertices(Vec::new()), Vec::new(), None);
-    let mut strips = Vec::new();
+    let (mut strips, mut polygons) = (Vec::new(), Polygons::default());
     for element in header.elements.iter().filter(|e| e.count > 0) {
         match element.name.as_str() {
             "vertex" => vertices = Some(body::vertices(source, element, plan, encoding)?),
@@ -221,8 +223,8 @@ fn elements<S: Source, P: Position>(
                 };
             }
             "face" if !has_grid => {
-                let (list, attributes) = body::faces(source, element, &Plan::new(element)?, encoding, vertex_count)?;
-                (triangles, face_attributes) = (list, Some(attributes));
+                let faces = body::faces(source, element, &Plan::new(element)?, encoding, vertex_count)?;
+                (triangles, polygons, face_attributes) = (faces.triangles, faces.polygons, Some(faces.attributes));
             }
             "tristrips" if !has_grid => body::strips(source, element, encoding, vertex_count, &mut strips)?,
             _ => body::skip(source, element, encoding)?,
@@ -241,7 +243,7 @@ fn elements<S: Source, P: Position>(
         Some(vertices) => vertices,
         None => Vertices { positions: Vec::new(), attributes: Attributes::new(plan, 0)? },
     };
-    Ok(Parts { vertices, grid, triangles, face_attributes })
+    Ok(Parts { vertices, grid, triangles, polygons, face_attributes })
 }
 
 /// Double to single precision around an origin of their own if they lie far out.
@@ -302,11 +304,14 @@ fn gather<T: Copy>(values: &[T], cells: &[u32], none: T) -> Parsed<Vec<T>> {
     Ok(gathered)
 }
 
-fn mesh(parts: Parts<DVec3>, element: &Element) -> Parsed<Content> {
+fn mesh(mut parts: Parts<DVec3>, element: &Element, progress: &Progress<'_>) -> Parsed<Content> {
     if let Some(index) = parts.vertices.positions.iter().position(|p| !p.is_finite()) {
         let problem = "a coordinate of a mesh is not finite";
         return Err(Problem::new(words::place(element, index as u64), problem));
     }
+    // Cancelled: who reads asks for that again.
+    let cut = parts.polygons.cut(&parts.vertices.positions, &mut parts.triangles, progress);
+    cut.map_err(|error| Problem::io(std::io::Error::other(error)))?;
     Ok(Content::Mesh(TriMesh {
         positions: parts.vertices.positions,
         triangles: parts.triangles,
@@ -351,22 +356,23 @@ fn retain<T>(list: &mut Vec<T>, kept: &[bool]) {
 #[cfg(any(test, fuzzing))]
 pub(super) fn examine(bytes: &[u8]) {
     let scan = Scan::new(Path::new("scan.ply"));
-    let outcome = |window| match parse_in(window, &scan).map_err(|problem| problem.locate(&mut &bytes[..])) {
-        Ok(content) => {
-            let (valid, size) = match &content {
-                Content::RangeImage(image) => (image.validate(), image.len()),
-                Content::Mesh(mesh) => (mesh.validate(), mesh.positions.len() + mesh.triangles.len()),
-                Content::Points(cloud) => (Ok(()), cloud.positions.len()),
-            };
-            assert!(valid.is_ok(), "{valid:?}");
-            assert!(size <= bytes.len(), "{size} entries from {} bytes", bytes.len());
-            format!("{content:?}")
-        }
-        Err(problem) => {
-            assert!(!problem.at.is_empty() && !problem.text.is_empty(), "{problem:?}");
-            problem.to_string()
-        }
-    };
+    let outcome =
+        |window| match parse_in(window, &scan, &Progress::none()).map_err(|problem| problem.locate(&mut &bytes[..])) {
+            Ok(content) => {
+                let (valid, size) = match &content {
+                    Content::RangeImage(image) => (image.validate(), image.len()),
+                    Content::Mesh(mesh) => (mesh.validate(), mesh.positions.len() + mesh.triangles.len()),
+                    Content::Points(cloud) => (Ok(()), cloud.positions.len()),
+                };
+                assert!(valid.is_ok(), "{valid:?}");
+                assert!(size <= bytes.len(), "{size} entries from {} bytes", bytes.len());
+                format!("{content:?}")
+            }
+            Err(problem) => {
+                assert!(!problem.at.is_empty() && !problem.text.is_empty(), "{problem:?}");
+                problem.to_string()
+            }
+        };
     let whole = outcome(Window::new(bytes, bytes.len() as u64));
     assert_eq!(whole, outcome(Window::tiny(bytes, bytes.len() as u64)));
     let mut file = std::io::Cursor::new(bytes);

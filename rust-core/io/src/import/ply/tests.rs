@@ -18,7 +18,7 @@ const MESH: &str = "ply\nformat ascii 1.0\ncomment a square, a triangle\nelement
     0 0 0 1\n1 0 0 2\n1 1 0 3\n0 1 0 4\n2 2 2 5\n4 0 1 2 3 1\n3 1 4 2 0\n";
 
 fn parse_bytes(bytes: &[u8]) -> Parsed<Content> {
-    parse(&mut &bytes[..], bytes.len() as u64, &Scan::new(Path::new("test.ply")))
+    parse(&mut &bytes[..], bytes.len() as u64, &Scan::new(Path::new("test.ply")), &Progress::none())
         .map_err(|problem| problem.locate(&mut &bytes[..]))
 }
 
@@ -180,7 +180,10 @@ fn coordinates_far_out_keep_their_precision() {
         4512345.123 512345.5 100.25\n4512346.123 512345.5 101.25\n1 0\n1 1\n";
     let mut scan = Scan::new(Path::new("far.ply"));
     scan.world_from_sensor = DAffine3::from_rotation_z(1.0);
-    let Content::RangeImage(image) = parse(&mut text.as_bytes(), text.len() as u64, &scan).unwrap() else { panic!() };
+    let Content::RangeImage(image) = parse(&mut text.as_bytes(), text.len() as u64, &scan, &Progress::none()).unwrap()
+    else {
+        panic!()
+    };
     let expected = scan.world_from_sensor.transform_point3(DVec3::new(4_512_345.123, 512_345.5, 100.25));
     assert!(image.point_in_world(0).distance(expected) < 1e-6);
     assert!((image.point_in_world(1).distance(image.point_in_world(0)) - 2.0_f64.sqrt()).abs() < 1e-6);
