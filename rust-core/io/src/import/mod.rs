@@ -14,6 +14,7 @@
 //! | `project` | MeshLab's projects and alignments; folders |
 //! | `frames` | recordings of depth cameras and phones: a module a layout |
 //! | `grid` | such grids while they are read |
+//! | `colour` | what colours count to |
 //! | `polygons` | faces of more than three corners as triangles |
 //! | `raster` | height maps and depth images: hgt, PNG, PGM, PFM, EXR, TIFF, ESRI grids, npy |
 //! | `crs` | the coordinate reference system that a file names, and what else our own say of where they are from |
@@ -25,6 +26,7 @@
 //! A file is recognized by its content; the ending of its name decides only where the content could be anything.
 
 mod camera;
+mod colour;
 pub(crate) mod conf;
 mod crs;
 mod e57;

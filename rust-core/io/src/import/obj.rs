@@ -1,8 +1,10 @@
-//! Wavefront OBJ: vertices, with colours where six numbers are given, and faces; polygons are cut into triangles. Texture
-//! coordinates, normals, materials, lines and free-form surfaces are passed over. Without faces it is a cloud.
+//! Wavefront OBJ: vertices, with colours where six numbers are given, and faces; polygons are cut into triangles. Colours count to 1,
+//! or to 255 where one is larger. Texture coordinates, normals, materials, lines and free-form surfaces are passed over.
+//! Without faces it is a cloud.
 
 use glam::DVec3;
 
+use super::colour::Count;
 use super::file::Input;
 use super::polygons::Polygons;
 use super::text::{Lines, lines_of, whole_lines};
@@ -55,6 +57,7 @@ pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, progress: &
     let mut lines = Lines::new(input, length, &scan.path);
     let mut positions: Vec<DVec3> = Vec::new();
     let mut colours: Vec<[u8; 4]> = Vec::new();
+    let mut colours_count = Count::ToOne;
     let mut triangles: Vec<[u32; 3]> = Vec::new();
     let mut polygons = Polygons::default();
     // Faces may name vertices that come later: checked at the end.
@@ -82,8 +85,12 @@ pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, progress: &
                     count += 1;
                 }
                 if count == 3 {
+                    let largest = more.into_iter().fold(0.0, f64::max);
+                    if largest >= colours_count.end() {
+                        colours_count = colours_count.widened(largest, &mut colours, 3);
+                    }
                     colours.resize(positions.len(), [0, 0, 0, 255]);
-                    let [r, g, b] = more.map(|c| (c * 255.0).round() as u8);
+                    let [r, g, b] = more.map(|c| (c * colours_count.factor()).round() as u8);
                     colours.push([r, g, b, 255]);
                 }
                 positions.push(point);

@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use super::header::{Element, Kind, ScalarType};
 use super::problem::{Parsed, Problem};
+use crate::import::colour::Count;
 use base::error::Error;
 use base::memory;
 use mesh::Attribute;
@@ -168,6 +169,9 @@ pub(super) struct Attributes {
     pub(super) colour: Option<Vec<[u8; 4]>>,
     /// What a colour's channels are multiplied by to lie in 0 to 255.
     scale: [f64; 4],
+    /// What channels count to, of colours in floats; from `end` on they count to more.
+    count: Count,
+    end: f64,
     /// Place in the file of the property of each slot.
     order: [usize; SLOTS],
     floats: Vec<(usize, Vec<f32>)>,
@@ -186,14 +190,25 @@ impl Attributes {
                 _ => 1.0,
             };
         }
+        let is_float = |channel: usize| matches!(plan.types[COLOUR + channel], Some(ScalarType::F32 | ScalarType::F64));
+        let end = if (0..3).all(is_float) { Count::ToOne.end() } else { f64::INFINITY };
         let mut order = [0; SLOTS];
         for (place, &slot) in plan.slots.iter().enumerate() {
             order[slot] = place;
         }
         let normals = plan.has(NORMAL..NORMAL + 3).then(|| reserve(count)).transpose()?;
         let colour = plan.has(COLOUR..COLOUR + 3).then(|| reserve(count)).transpose()?;
-        let mut all =
-            Attributes { normals, colour, scale, order, floats: Vec::new(), integers: Vec::new(), flags: Vec::new() };
+        let mut all = Attributes {
+            normals,
+            colour,
+            scale,
+            count: Count::ToOne,
+            end,
+            order,
+            floats: Vec::new(),
+            integers: Vec::new(),
+            flags: Vec::new(),
+        };
         if plan.types[COLOUR + 3].is_none() {
             all.scale[3] = f64::NAN;
         }
@@ -214,6 +229,9 @@ impl Attributes {
         if let Some(normals) = &mut self.normals {
             normals.push([row[NORMAL] as f32, row[NORMAL + 1] as f32, row[NORMAL + 2] as f32]);
         }
+        if self.colour.is_some() && row[COLOUR..COLOUR + 3].iter().any(|&channel| channel >= self.end) {
+            self.count_further(row);
+        }
         if let Some(colour) = &mut self.colour {
             // A cast from float to u8 stays within 0 to 255 and makes NaN 0.
             let mut channels: [u8; 4] = std::array::from_fn(|c| (row[COLOUR + c] * self.scale[c] + 0.5) as u8);
@@ -231,6 +249,17 @@ impl Attributes {
         for (i, values) in &mut self.flags {
             values.push(row[FIRST_SCALAR + *i] != 0.0);
         }
+    }
+
+    /// Counts the channels of colours to more, so that those of this row can be.
+    #[cold]
+    fn count_further(&mut self, row: &Row) {
+        let largest = row[COLOUR..COLOUR + 3].iter().copied().fold(0.0, f64::max);
+        // Alpha of another type has a scale of its own, and none is opaque.
+        let channels = if self.scale[3] == self.scale[0] { 4 } else { 3 };
+        self.count = self.count.widened(largest, self.colour.as_deref_mut().unwrap_or_default(), channels);
+        self.scale[..channels].fill(self.count.factor());
+        self.end = self.count.end();
     }
 
     pub(super) fn is_empty(&self) -> bool {
