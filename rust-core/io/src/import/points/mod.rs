@@ -60,6 +60,8 @@ pub(super) fn sniff(start: &[u8]) -> bool {
             Line::Numbers(numbers) => {
                 if numbers.len() == 1 && !announced && seen == 0 {
                     announced = true;
+                } else if announced && seen > 0 && is_count(numbers) {
+                    // The next scan of a PTS.
                 } else if numbers.len() < 3 || *count.get_or_insert(numbers.len()) != numbers.len() {
                     return false;
                 } else {
@@ -181,6 +183,7 @@ fn layout(head: &[u8]) -> Result<Option<Columns>, Problem> {
                 return Err(Problem::text(number, format!("expected a number, found `{found}`")));
             }
             Line::Numbers(numbers) if numbers.len() == 1 && rows.is_empty() => announced = true,
+            Line::Numbers(numbers) if !rows.is_empty() && is_count(numbers) => {}
             Line::Numbers(numbers) => {
                 if rows.is_empty() {
                     width = numbers.len();
@@ -216,6 +219,11 @@ fn layout(head: &[u8]) -> Result<Option<Columns>, Problem> {
         columns.notes.push("commas within numbers are taken as decimal points".to_owned());
     }
     Ok(Some(columns))
+}
+
+/// Whether the numbers of a line are how many points follow.
+fn is_count(numbers: &[f64]) -> bool {
+    matches!(*numbers, [count] if count >= 0.0 && count.fract() == 0.0)
 }
 
 /// Text for a message, not too long.
@@ -272,7 +280,7 @@ fn parse(source: impl Read, length: u64) -> Result<PointCloud, Problem> {
         };
         if numbers.len() != columns.width() {
             // PTS files may hold several clouds, each after its count.
-            if numbers.len() == 1 && numbers[0] >= 0.0 && numbers[0].fract() == 0.0 {
+            if is_count(numbers) {
                 missing(announced)?;
                 announced = Some((number, numbers[0], numbers[0]));
                 continue;

@@ -85,6 +85,19 @@ fn announced_points_must_follow() {
     assert!(refused("# nothing\n").ends_with("there is no point"));
 }
 
+/// Theorem: several clouds after each other have the columns that they have after one count.
+#[test]
+fn further_counts_change_no_columns() {
+    let rows = ["0 0 0 -1200 255 0 12\n", "1 0 0 300 1 2 3\n", "2 0 0 7 9 8 7\n", "3 0 0 8 255 255 255\n"];
+    let one = cloud(&format!("4\n{}", rows.concat()));
+    assert!(one.colour.is_some() && one.intensity.is_some());
+    for first in [1, 2] {
+        let text = format!("{first}\n{}{}\n{}", rows[..first].concat(), 4 - first, rows[first..].concat());
+        assert_eq!(cloud(&text), one);
+        assert_eq!(notes(&text), notes(&format!("4\n{}", rows.concat())));
+    }
+}
+
 #[test]
 fn other_texts_are_not_taken() {
     for text in [
