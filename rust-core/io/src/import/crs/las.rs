@@ -8,6 +8,7 @@ use mesh::crs::LONGEST;
 
 use super::Named;
 use super::geo_keys::GeoKeys;
+use crate::import::file;
 
 /// Whose records they are.
 const USER: &[u8] = b"LASF_Projection";
@@ -76,8 +77,9 @@ impl Records {
     }
 
     fn crs(&self) -> Named {
-        let text = self.text.as_ref().map(|bytes| String::from_utf8_lossy(bytes));
-        if let Some(text) = text.filter(|text| !text.trim_matches(['\0', ' ', '\n', '\r']).is_empty()) {
+        // A text of C ends at its first zero. One without a letter is a record that somebody left empty.
+        let text = self.text.as_ref().map(|bytes| file::start_of_text(bytes));
+        if let Some(text) = text.filter(|text| text.contains(char::is_alphanumeric)) {
             return Crs::new(&text).map(Some).map_err(|error| error.to_string());
         }
         let Some(keys) = &self.keys else { return Ok(None) };

@@ -140,6 +140,25 @@ fn damaged_records_never_panic_and_nothing_is_made_up() {
     assert!(matches!(open(&path).unwrap().scans[0].read().unwrap(), Content::Points(cloud) if cloud.crs.is_none()));
 }
 
+#[test]
+fn an_empty_text_of_las_names_nothing() {
+    let folder = Folder::new();
+    let ours = "LASF_Projection";
+    let keys = bytes_of(&directory(&[(1024, 1), (3072, 25832)], &[]));
+    for behind in [false, true] {
+        for empty in [&b""[..], b"\0", b"\0\0PROJCS[\x01", b" \r\n\t\0", b"\"\"", b"\x0b"] {
+            let path = folder.file("empty.las", las(&[(ours, 2112, empty)], behind));
+            assert_eq!(told(&path), (None, vec![]), "{empty:?}");
+            // What names one besides is believed.
+            let both = folder.file("both.las", las(&[(ours, 2112, empty), (ours, 34735, &keys)], behind));
+            assert_eq!(text_of(&both).as_deref(), Some("EPSG:25832"), "{empty:?}");
+        }
+    }
+    let padded = format!("{UTM}\0 rest of a buffer \x01");
+    let path = folder.file("padded.las", las(&[(ours, 2112, padded.as_bytes())], false));
+    assert_eq!(text_of(&path).as_deref(), Some(UTM));
+}
+
 fn tiff(keys: &[u16], placed: bool) -> Vec<u8> {
     use ::tiff::tags::Tag;
     let mut bytes = std::io::Cursor::new(Vec::new());

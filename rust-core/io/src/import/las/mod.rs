@@ -5,7 +5,7 @@
 //! | `chunks` | LAZ: compressed points, chunk by chunk, through the crate `laz` |
 //!
 //! Coordinates are whole numbers times a scale plus an offset, in double precision: nothing is lost far from the origin.
-//! Points marked as withheld are left out, as the format asks. An intensity or a colour that is zero for all points is
+//! Points marked as withheld are left out, as the format asks, and the log is told how many. An intensity or a colour that is zero for all points is
 //! none. Colours have 16 bits; files whose colours all stay below 256 have them in 8.
 //!
 //! Cost: one pass, memory for the result and a window; LAZ is decoded by all cores, a few chunks at a time.
@@ -21,7 +21,8 @@ use laz::LazVlr;
 use super::file::{Input, reserve};
 use super::window::Window;
 use super::{Content, Scan};
-use base::error::{Error, Result};
+use base::error::{Error, Result, counted, known_as};
+use base::log::{self, Level};
 use base::progress::Progress;
 use mesh::point_cloud::PointCloud;
 
@@ -166,6 +167,8 @@ struct Points {
     colour: Vec<[u8; 4]>,
     /// Bits that were set in any intensity, and in any colour.
     seen: [u16; 2],
+    /// Points that are left out as the format asks.
+    withheld: u64,
 }
 
 impl Points {
@@ -184,6 +187,7 @@ impl Points {
             intensity: reserve(count, &scan.path)?,
             colour: reserve(colours, &scan.path)?,
             seen: [0; 2],
+            withheld: 0,
         })
     }
 
@@ -191,6 +195,7 @@ impl Points {
     fn add(&mut self, record: &[u8]) {
         let withheld = if self.header.format < 6 { record[15] & 0x80 } else { record[15] & 0x04 };
         if withheld != 0 {
+            self.withheld += 1;
             return;
         }
         let number = |axis: usize| f64::from(u32_at(record, 4 * axis).cast_signed());
@@ -212,7 +217,12 @@ impl Points {
         }
     }
 
-    fn finish(mut self) -> Content {
+    fn finish(mut self, path: &Path) -> Content {
+        if self.withheld > 0 {
+            let of = counted(self.header.count, "point is", "points are");
+            let text = format!("{}: {} of {of} marked as withheld and left out", known_as(path), self.withheld);
+            log::tell(Level::Info, &text);
+        }
         self.cloud.intensity = (self.seen[0] != 0).then_some(self.intensity);
         self.cloud.colour = (self.seen[1] != 0).then_some(self.colour);
         Content::Points(self.cloud)
@@ -236,7 +246,7 @@ pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, _: &Progres
         }
         let mut points = Points::new(header, scan)?;
         chunks::read(input, [begin, length], &packing, &mut points, scan)?;
-        return Ok(points.finish());
+        return Ok(points.finish(&scan.path));
     }
     if count.checked_mul(size as u64).is_none_or(|bytes| bytes > length - header.begin) {
         let problem = format!("{count} points of {size} bytes don't fit the {} bytes left", length - header.begin);
@@ -258,7 +268,7 @@ pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, _: &Progres
         points.add(&window.rest()[..size]);
         window.at += size;
     }
-    Ok(points.finish())
+    Ok(points.finish(&scan.path))
 }
 
 #[cfg(test)]

@@ -154,3 +154,25 @@ fn endures_all_damage() {
         damage::endure(parse, &file(format, true, chunk), &scan);
     }
 }
+
+#[test]
+fn withheld_points_are_counted_aloud() {
+    use std::sync::{Arc, Mutex};
+
+    use base::context::{Context, choose};
+    use base::log::{Level, Log};
+
+    let heard = Arc::new(Mutex::new(Vec::new()));
+    let listener = heard.clone();
+    let context = Context::new().unwrap();
+    context
+        .set_log(Log::To(Arc::new(move |level, text: &str| listener.lock().unwrap().push((level, text.to_owned())))));
+    choose(Some(context));
+    for chunk in [None, Some(16)] {
+        let read = || damage::read(parse, &file(6, false, chunk), &Scan::new(Path::new("x.las")));
+        base::memory::guarded(read).unwrap();
+    }
+    choose(None);
+    let expected = (Level::Info, "x.las: 1 of 60 points are marked as withheld and left out".to_owned());
+    assert_eq!(*heard.lock().unwrap(), [expected.clone(), expected]);
+}
