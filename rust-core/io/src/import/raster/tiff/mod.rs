@@ -1,11 +1,16 @@
 //! TIFF: one channel of whole numbers or floats, in strips or tiles, plain, LZW or deflate. Of GeoTIFF the place
-//! (`ModelPixelScale` with `ModelTiepoint`), its coordinate reference system, and GDAL's no-data value are read.
+//! (`ModelPixelScale` with `ModelTiepoint`), its coordinate reference system, and GDAL's no-data value are read. A pixel has no value
+//! where a second channel that is alpha is 0, or where a mask in the file is ([`mask`]).
+
+mod mask;
 
 use std::io::{BufReader, Read, Seek};
 
+use ::tiff::ColorType;
 use ::tiff::decoder::{Decoder, DecodingResult, Limits};
-use ::tiff::tags::Tag;
+use ::tiff::tags::{ExtraSamples, Tag};
 
+use self::mask::Overlay;
 use super::super::crs::geo_keys::GeoKeys;
 use super::super::file::{self, Input, Watched, decoding_error, reserve, watched};
 use super::super::{Content, Scan};
@@ -41,14 +46,15 @@ pub(super) fn read(input: BufReader<Watched<'_>>, length: u64, scan: &Scan, prog
     // Packed bytes are in the file.
     limits.intermediate_buffer_size = usize::try_from(length).unwrap_or(usize::MAX).max(LITTLE);
     limits.ifd_value_size = 4 << 20;
-    let mut decoder = Decoder::new(input).map_err(wrong)?.with_limits(limits.clone());
+    let mut decoder = Decoder::new(Overlay::new(input)).map_err(wrong)?.with_limits(limits.clone());
     let (width, height) = decoder.dimensions().map_err(wrong)?;
     let (cols, rows) = (width as usize, height as usize);
     let colour = decoder.colortype().map_err(wrong)?;
-    if colour.num_samples() != 1 {
+    let channels = usize::from(colour.num_samples());
+    if channels != 1 && !has_alpha(&mut decoder, colour) {
         return fail(format!(
-            "{} channels a pixel; a height map or depth image has one, of whole numbers or floats",
-            colour.num_samples()
+            "{channels} channels a pixel; a height map or depth image has one, of whole numbers or floats, and may have \
+             alpha besides"
         ));
     }
     let place = place(&mut decoder, scan);
@@ -59,27 +65,34 @@ pub(super) fn read(input: BufReader<Watched<'_>>, length: u64, scan: &Scan, prog
         .and_then(|value| value.into_string().ok())
         .and_then(|text| text.trim_matches(['\0', ' ']).parse::<f64>().ok());
     let count = packed_pixels(rows as u64, cols as u64, scan)?;
-    can_be_in(length, count as u64 * u64::from(colour.bit_depth()) / 8, MOST, scan)?;
+    let pixel_bits = u64::from(colour.bit_depth()) * channels as u64;
+    can_be_in(length, count as u64 * pixel_bits / 8, MOST, scan)?;
     let mut values = reserve(count, &scan.path)?;
     values.resize(rows * cols, f64::NAN);
     // The whole image may be one strip, whose pixels take no more than the result's.
-    limits.decoding_buffer_size = (values.len() * size_of::<f64>()).max(LITTLE);
+    limits.decoding_buffer_size = (values.len() * channels * size_of::<f64>()).max(LITTLE);
     decoder = decoder.with_limits(limits);
     let (chunk_cols, chunk_rows) = decoder.chunk_dimensions();
     if chunk_cols == 0 || chunk_rows == 0 {
         return fail("tiles or strips without pixels".to_owned());
     }
-    let chunk = f64::from(chunk_cols) * f64::from(chunk_rows) * f64::from(colour.bit_depth()) / 8.0;
+    let chunk = f64::from(chunk_cols) * f64::from(chunk_rows) * pixel_bits as f64 / 8.0;
     memory::expect(chunk, || format!("decoding {}", known_as(&scan.path)), "use smaller strips or tiles")?;
     let across = cols.div_ceil(chunk_cols as usize);
     let chunks = across * rows.div_ceil(chunk_rows as usize);
+    // Of a file that keeps its channels apart, alpha has as many tiles or strips of its own.
+    let apart = channels > 1 && decoder.find_tag_unsigned::<u32>(Tag::PlanarConfiguration).ok().flatten() == Some(2);
     let mut numbers = Numbers::Real;
     for chunk in 0..chunks {
         // A few bytes of the file may be many chunks.
         progress.check()?;
-        let index = u32::try_from(chunk).map_err(|_| Error::format(&scan.path, "header", "too many tiles"))?;
+        let [index, index_of_alpha] = [chunk, chunk + chunks].map(u32::try_from);
+        let (Ok(index), Ok(index_of_alpha)) = (index, index_of_alpha) else {
+            return fail("too many tiles".to_owned());
+        };
         let (used_cols, used_rows) = decoder.chunk_data_dimensions(index);
         let data = decoder.read_chunk(index).map_err(wrong)?;
+        let alpha = if apart { Some(decoder.read_chunk(index_of_alpha).map_err(wrong)?) } else { None };
         let corner = (chunk / across * chunk_rows as usize) * cols + chunk % across * chunk_cols as usize;
         let size = [used_rows as usize, used_cols as usize];
         let mut place = |data: &mut dyn ExactSizeIterator<Item = f64>| -> bool {
@@ -92,18 +105,10 @@ pub(super) fn read(input: BufReader<Watched<'_>>, length: u64, scan: &Scan, prog
             }
             enough
         };
-        let complete = match &data {
-            DecodingResult::U8(v) => place(&mut v.iter().map(|&x| f64::from(x))),
-            DecodingResult::U16(v) => place(&mut v.iter().map(|&x| f64::from(x))),
-            DecodingResult::U32(v) => place(&mut v.iter().map(|&x| f64::from(x))),
-            DecodingResult::U64(v) => place(&mut v.iter().map(|&x| x as f64)),
-            DecodingResult::I8(v) => place(&mut v.iter().map(|&x| f64::from(x))),
-            DecodingResult::I16(v) => place(&mut v.iter().map(|&x| f64::from(x))),
-            DecodingResult::I32(v) => place(&mut v.iter().map(|&x| f64::from(x))),
-            DecodingResult::I64(v) => place(&mut v.iter().map(|&x| x as f64)),
-            DecodingResult::F16(v) => place(&mut v.iter().map(|&x| f64::from(f32::from(x)))),
-            DecodingResult::F32(v) => place(&mut v.iter().map(|&x| f64::from(x))),
-            DecodingResult::F64(v) => place(&mut v.iter().copied()),
+        let complete = match (&alpha, channels) {
+            (None, 1) => place(&mut *each(&data)),
+            (None, _) => place(&mut Opaque { values: each(&data), alpha: None }),
+            (Some(alpha), _) => place(&mut Opaque { values: each(&data), alpha: Some(each(alpha)) }),
         };
         if !complete {
             return Err(Error::format(&scan.path, format!("tile or strip {chunk}"), "it has too few pixels"));
@@ -114,8 +119,56 @@ pub(super) fn read(input: BufReader<Watched<'_>>, length: u64, scan: &Scan, prog
             _ => Numbers::Whole(255),
         };
     }
+    mask::apply(&mut decoder, &mut values, cols, scan, progress)?;
     Ok(Raster { rows, cols, values, numbers, place })
 }
+
+/// Whether an image has one channel of numbers and one of alpha.
+fn has_alpha<R: Read + Seek>(decoder: &mut Decoder<R>, colour: ColorType) -> bool {
+    let extra = decoder.get_tag_u16_vec(Tag::ExtraSamples).unwrap_or_default();
+    let kinds = [ExtraSamples::AssociatedAlpha, ExtraSamples::UnassociatedAlpha];
+    colour.num_samples() == 2 && kinds.iter().any(|kind| extra == [kind.to_u16()])
+}
+
+/// The numbers of a tile or strip, channel by channel of each pixel.
+fn each(data: &DecodingResult) -> Box<dyn ExactSizeIterator<Item = f64> + '_> {
+    match data {
+        DecodingResult::U8(v) => Box::new(v.iter().map(|&x| f64::from(x))),
+        DecodingResult::U16(v) => Box::new(v.iter().map(|&x| f64::from(x))),
+        DecodingResult::U32(v) => Box::new(v.iter().map(|&x| f64::from(x))),
+        DecodingResult::U64(v) => Box::new(v.iter().map(|&x| x as f64)),
+        DecodingResult::I8(v) => Box::new(v.iter().map(|&x| f64::from(x))),
+        DecodingResult::I16(v) => Box::new(v.iter().map(|&x| f64::from(x))),
+        DecodingResult::I32(v) => Box::new(v.iter().map(|&x| f64::from(x))),
+        DecodingResult::I64(v) => Box::new(v.iter().map(|&x| x as f64)),
+        DecodingResult::F16(v) => Box::new(v.iter().map(|&x| f64::from(f32::from(x)))),
+        DecodingResult::F32(v) => Box::new(v.iter().map(|&x| f64::from(x))),
+        DecodingResult::F64(v) => Box::new(v.iter().copied()),
+    }
+}
+
+/// Values, NaN where alpha is 0. Alpha follows each value unless it is kept apart.
+struct Opaque<'a> {
+    values: Box<dyn ExactSizeIterator<Item = f64> + 'a>,
+    alpha: Option<Box<dyn ExactSizeIterator<Item = f64> + 'a>>,
+}
+
+impl Iterator for Opaque<'_> {
+    type Item = f64;
+
+    fn next(&mut self) -> Option<f64> {
+        let value = self.values.next()?;
+        let alpha = self.alpha.as_mut().unwrap_or(&mut self.values).next()?;
+        Some(if alpha == 0.0 { f64::NAN } else { value })
+    }
+
+    fn size_hint(&self) -> (usize, Option<usize>) {
+        let count = self.alpha.as_ref().map_or(self.values.len() / 2, |alpha| alpha.len().min(self.values.len()));
+        (count, Some(count))
+    }
+}
+
+impl ExactSizeIterator for Opaque<'_> {}
 
 /// Where a GeoTIFF lies, if it says so plainly.
 fn place<R: Read + Seek>(decoder: &mut Decoder<R>, scan: &Scan) -> Option<Place> {
@@ -154,3 +207,6 @@ pub(in super::super) fn named(scan: &Scan) -> Result<std::result::Result<Option<
         })
     })
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,210 @@
+//! Pixels without a value: masks and alpha.
+
+use std::io::{Cursor, Write as _};
+use std::path::Path;
+
+use ::tiff::encoder::{TiffEncoder, TiffKind, colortype};
+use ::tiff::tags::Tag;
+
+use super::super::super::damage::{endure, read};
+use super::super::super::{Content, Scan};
+use super::*;
+
+const NAN: f64 = f64::NAN;
+const DEFLATE: u16 = 8;
+
+fn scan() -> Scan {
+    Scan::new(Path::new("x.tif"))
+}
+
+fn values(bytes: &[u8]) -> Vec<f64> {
+    let Content::RangeImage(image) = read(parse, bytes, &scan()).unwrap() else { panic!("no image") };
+    let image::range_image::Samples::Values(values) = image.samples() else { panic!("no values") };
+    values.clone()
+}
+
+/// As [`values`], where NaN is none.
+fn some(values: &[f64]) -> Vec<Option<f64>> {
+    values.iter().map(|value| Some(*value).filter(|value| !value.is_nan())).collect()
+}
+
+/// One image of a file: its channels one after the other in each pixel, or of all pixels where they are kept apart.
+#[derive(Clone, Copy)]
+struct Stored<'a> {
+    size: [u32; 2],
+    kind: u32,
+    meaning: u16,
+    bits: &'a [u16],
+    format: u16,
+    /// Strips of bytes, and their rows.
+    strips: &'a [&'a [u8]],
+    rows_per_strip: u32,
+    more: &'a [(Tag, u16)],
+}
+
+impl Stored<'_> {
+    fn write<K: TiffKind>(&self, encoder: &mut TiffEncoder<&mut Cursor<Vec<u8>>, K>) {
+        let mut tags = encoder.image_directory().unwrap();
+        let is_packed = self.more.contains(&(Tag::Compression, DEFLATE));
+        let (mut places, mut lengths) = (Vec::new(), Vec::new());
+        for strip in self.strips {
+            let mut packed = flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::default());
+            packed.write_all(strip).unwrap();
+            let bytes = if is_packed { packed.finish().unwrap() } else { strip.to_vec() };
+            places.push(tags.write_data(&bytes[..]).unwrap() as u32);
+            lengths.push(bytes.len() as u32);
+        }
+        tags.write_tag(Tag::NewSubfileType, self.kind).unwrap();
+        tags.write_tag(Tag::ImageWidth, self.size[0]).unwrap();
+        tags.write_tag(Tag::ImageLength, self.size[1]).unwrap();
+        tags.write_tag(Tag::BitsPerSample, self.bits).unwrap();
+        tags.write_tag(Tag::SampleFormat, &vec![self.format; self.bits.len()][..]).unwrap();
+        tags.write_tag(Tag::SamplesPerPixel, self.bits.len() as u16).unwrap();
+        tags.write_tag(Tag::PhotometricInterpretation, self.meaning).unwrap();
+        tags.write_tag(Tag::RowsPerStrip, self.rows_per_strip).unwrap();
+        tags.write_tag(Tag::StripOffsets, &places[..]).unwrap();
+        tags.write_tag(Tag::StripByteCounts, &lengths[..]).unwrap();
+        self.more.iter().for_each(|&(tag, value)| tags.write_tag(tag, value).unwrap());
+        tags.finish().unwrap();
+    }
+}
+
+/// Heights 0 to 29 in ten columns, then the images behind them.
+fn with_behind(behind: &[Stored<'_>], is_big: bool) -> Vec<u8> {
+    fn write<K: TiffKind>(mut encoder: TiffEncoder<&mut Cursor<Vec<u8>>, K>, behind: &[Stored<'_>]) {
+        let heights: Vec<f32> = (0..30_u8).map(f32::from).collect();
+        encoder.write_image::<colortype::Gray32Float>(10, 3, &heights).unwrap();
+        behind.iter().for_each(|image| image.write(&mut encoder));
+    }
+    let mut bytes = Cursor::new(Vec::new());
+    if is_big {
+        write(TiffEncoder::new_big(&mut bytes).unwrap(), behind);
+    } else {
+        write(TiffEncoder::new(&mut bytes).unwrap(), behind);
+    }
+    bytes.into_inner()
+}
+
+const BITS: Stored<'_> = Stored {
+    size: [10, 3],
+    kind: 4,
+    meaning: 4,
+    bits: &[1],
+    format: 1,
+    // All, none, and all but the second and the last.
+    strips: &[&[0xFF, 0xC0, 0, 0], &[0xBF, 0x80]],
+    rows_per_strip: 2,
+    more: &[],
+};
+
+fn masked() -> Vec<f64> {
+    let is_set = |i: usize| i < 10 || (i >= 20 && i != 21 && i != 29);
+    (0..30).map(|i| if is_set(i) { i as f64 } else { NAN }).collect()
+}
+
+#[test]
+fn masks_in_the_file_are_applied() {
+    let whole: Vec<f64> = (0..30).map(f64::from).collect();
+    assert_eq!(values(&with_behind(&[], false)), whole);
+    let bytes = [[1; 10], [0; 10], [1, 0, 255, 1, 1, 1, 1, 1, 1, 0]].concat();
+    let of_bytes = Stored { bits: &[8], strips: &[&bytes], rows_per_strip: 3, ..BITS };
+    let small = Stored { size: [5, 2], kind: 5, strips: &[&[0, 0]], ..BITS };
+    let packed = Stored { more: &[(Tag::Compression, DEFLATE)], ..BITS };
+    for is_big in [false, true] {
+        for behind in [vec![BITS], vec![packed], vec![of_bytes], vec![small, BITS]] {
+            let file = with_behind(&behind, is_big);
+            assert_eq!(some(&values(&file)), some(&masked()));
+        }
+        // Overviews, pages and masks of overviews mask nothing.
+        let grey = Stored { kind: 0, meaning: 1, ..BITS };
+        let of_overview = Stored { kind: 5, size: [5, 3], strips: &[&[0, 0], &[0]], ..BITS };
+        assert_eq!(values(&with_behind(&[grey, of_overview], is_big)), whole);
+    }
+    let deep = Stored { bits: &[16], strips: &[&[0; 60]], rows_per_strip: 3, ..BITS };
+    let error = read(parse, &with_behind(&[deep], false), &scan()).unwrap_err().to_string();
+    assert!(error.ends_with("mask: 1 channels of 16 bits; a mask has one, of 1 or 8 bits"), "{error}");
+    endure(parse, &with_behind(&[BITS], false), &scan());
+    endure(parse, &with_behind(&[BITS], true), &scan());
+}
+
+/// Numbers of big-endian files, too.
+#[test]
+fn masks_of_either_byte_order() {
+    let mut bytes = b"MM\0*\0\0\0\x08".to_vec();
+    let entries = |kind: u32, meaning: u16, bits: u16, data: u32, length: u32| -> Vec<[u32; 4]> {
+        let short = |value: u16| u32::from(value) << 16;
+        vec![
+            [254, 4, 1, kind],
+            [256, 4, 1, 2],
+            [257, 4, 1, 1],
+            [258, 3, 1, short(bits)],
+            [259, 3, 1, short(1)],
+            [262, 3, 1, short(meaning)],
+            [273, 4, 1, data],
+            [279, 4, 1, length],
+        ]
+    };
+    let size = 2 + 8 * 12 + 4;
+    let data = 8 + 2 * size;
+    let images = [entries(0, 1, 16, data, 4), entries(4, 4, 1, data + 4, 1)];
+    for (entries, next) in images.iter().zip([8 + size, 0]) {
+        bytes.extend(8_u16.to_be_bytes());
+        for &[tag, kind, count, value] in entries {
+            bytes.extend((tag as u16).to_be_bytes());
+            bytes.extend((kind as u16).to_be_bytes());
+            bytes.extend(count.to_be_bytes());
+            bytes.extend(value.to_be_bytes());
+        }
+        bytes.extend(next.to_be_bytes());
+    }
+    bytes.extend([0x01, 0x02, 0x03, 0x04, 0x40]);
+    assert_eq!(some(&values(&bytes)), [None, Some(772.0)]);
+}
+
+/// A file of one image alone.
+fn alone(image: &Stored<'_>) -> Vec<u8> {
+    let mut bytes = Cursor::new(Vec::new());
+    image.write(&mut TiffEncoder::new(&mut bytes).unwrap());
+    bytes.into_inner()
+}
+
+#[test]
+fn alpha_is_applied() {
+    let pixels = [7_u8, 255, 8, 0, 9, 1, 10, 0];
+    let words: Vec<u8> = pixels.iter().flat_map(|&x| u16::from(x).to_le_bytes()).collect();
+    let floats: Vec<u8> = pixels.iter().flat_map(|&x| f32::from(x).to_le_bytes()).collect();
+    let expected = [Some(7.0), None, Some(9.0), None];
+    for (bits, format, data) in [(8, 1, &pixels[..]), (16, 1, &words), (32, 3, &floats)] {
+        let strips = data.split_at(data.len() / 2);
+        for kind in [1, 2] {
+            let image = Stored {
+                size: [2, 2],
+                kind: 0,
+                meaning: 1,
+                bits: &[bits, bits],
+                format,
+                strips: &[strips.0, strips.1],
+                rows_per_strip: 1,
+                more: &[(Tag::ExtraSamples, kind)],
+            };
+            let file = alone(&image);
+            assert_eq!(some(&values(&file)), expected, "{bits} bits");
+            endure(parse, &file, &scan());
+        }
+    }
+    let apart = Stored {
+        size: [2, 2],
+        kind: 0,
+        meaning: 1,
+        bits: &[8, 8],
+        format: 1,
+        strips: &[&[7, 8], &[9, 10], &[255, 0], &[1, 0]],
+        rows_per_strip: 1,
+        more: &[(Tag::ExtraSamples, 2), (Tag::PlanarConfiguration, 2)],
+    };
+    assert_eq!(some(&values(&alone(&apart))), expected);
+    // What a second channel is must be said.
+    let unknown = Stored { more: &[(Tag::ExtraSamples, 0)], strips: &[&pixels], rows_per_strip: 2, ..apart };
+    let error = read(parse, &alone(&unknown), &scan()).unwrap_err().to_string();
+    assert!(error.contains("2 channels a pixel; a height map or depth image has one"), "{error}");
+}
