@@ -49,7 +49,7 @@ pub fn write_obj(path: &Path, mesh: &TriMesh, provenance: Option<&Provenance>, p
 }
 
 /// Writes polygons: vertices with the fewest digits that read back as the same number, then quads, then triangles.
-/// Without any, the file is an object without a vertex, which reads back as an empty mesh.
+/// Without any, the file is an object without a vertex.
 ///
 /// # Errors
 /// A coordinate that isn't finite, an index out of range, colours of another number than vertices; [`Error::Io`];

@@ -302,6 +302,20 @@ pub(super) fn decoding_error(scan: &Scan, error: &dyn std::fmt::Display) -> Erro
     Error::format(&scan.path, "while decoding", text)
 }
 
+/// Where JSON is wrong.
+pub(super) fn place_in_json(error: &serde_json::Error) -> String {
+    format!("line {}, column {}", error.line(), error.column())
+}
+
+/// The error that JSON is nested too deeply, which it may be and be JSON all the same.
+pub(super) fn too_deep(path: &Path, error: &serde_json::Error) -> Option<Error> {
+    // The crate has no other name for it.
+    error.to_string().starts_with("recursion limit exceeded").then(|| {
+        let problem = "JSON is nested more than 127 deep, which is the most; write it with fewer lists in lists";
+        Error::format(path, place_in_json(error), problem)
+    })
+}
+
 /// Reads a scan out of an input of so many bytes, whose path is the scan's.
 pub(super) type Parse = fn(&mut dyn Input, u64, &Scan, &Progress<'_>) -> Result<Content>;
 

@@ -160,7 +160,13 @@ impl Scan {
         progress.plan(&[("reading", 1.0)]);
         let outcome = progress.watch(|| read(self, progress));
         // A reader may take the end of reading for the end of the file.
-        progress.check().and(outcome)
+        match progress.check().and(outcome)? {
+            Content::Mesh(mesh) if mesh.triangles.is_empty() => {
+                let problem = "the mesh has no triangles; export it with its faces, or as points";
+                Err(Error::format(&self.path, "whole file", problem))
+            }
+            content => Ok(content),
+        }
     }
 
     /// Whether it is a frame of a recording.

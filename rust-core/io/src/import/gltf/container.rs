@@ -41,6 +41,20 @@ pub(super) fn chunks<'a>(bytes: &'a [u8], scan: &Scan) -> Result<(&'a [u8], &'a 
 /// The members of the document, each as text.
 pub(super) type Members = BTreeMap<String, Box<RawValue>>;
 
+/// The document anew where a scene says nothing of nodes, which it may, but the crate needs.
+pub(super) fn named_nodes(members: &mut Members) -> serde_json::Result<Option<String>> {
+    let Some(scenes) = members.get("scenes") else { return Ok(None) };
+    let mut scenes: Value = serde_json::from_str(scenes.get())?;
+    let objects = scenes.as_array_mut().into_iter().flatten().filter_map(Value::as_object_mut);
+    let mut without: Vec<_> = objects.filter(|scene| !scene.contains_key("nodes")).collect();
+    if without.is_empty() {
+        return Ok(None);
+    }
+    without.iter_mut().for_each(|scene| drop(scene.insert("nodes".to_owned(), Value::Array(Vec::new()))));
+    members.insert("scenes".to_owned(), serde_json::value::to_raw_value(&scenes)?);
+    serde_json::to_string(members).map(Some)
+}
+
 /// Refuses versions that are not read. What says none and has names instead of numbers is older than those that say it.
 pub(super) fn check_version(members: &Members, scan: &Scan) -> Result<()> {
     let asset = members.get("asset").and_then(|asset| serde_json::from_str::<Value>(asset.get()).ok());

@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 
+use glam::{DMat3, DMat4, DVec3};
 use gltf::json::accessor::{ComponentType, Type};
 use gltf::json::validation::Checked;
 use gltf::json::{Accessor, Index, Root};
@@ -83,6 +84,22 @@ impl Accessors<'_> {
         }
         let mut all = reserve(elements.count, &self.scan.path)?;
         all.extend((0..elements.count).map(|i| elements.value(i, 0) as u32));
+        Ok(all)
+    }
+
+    /// Normals of the vertices of a node, in the world.
+    pub fn normals(&self, accessor: Index<Accessor>, count: usize, world: DMat4, at: &str) -> Result<Vec<[f32; 3]>> {
+        let elements = self.elements(accessor)?;
+        if (elements.component, elements.channels, elements.count) != (ComponentType::F32, 3, count) {
+            return self.fail(at, format!("normals must be three floats for each of {count} vertices"));
+        }
+        let turn = DMat3::from_mat4(world).inverse().transpose();
+        let mut all = reserve(count, &self.scan.path)?;
+        for i in 0..count {
+            let [x, y, z] = [0, 1, 2].map(|k| elements.value(i, k));
+            let normal = (turn * DVec3::new(x, y, z)).try_normalize().unwrap_or(DVec3::ZERO);
+            all.push(normal.as_vec3().to_array());
+        }
         Ok(all)
     }
 

@@ -1,7 +1,7 @@
 //! glTF 2.0, binary and text: the triangles of all meshes of the scene as one mesh, placed by their nodes, with the
-//! colours of their vertices. Buffers lie in the file, in the text (base64) or in the file's folder; a name that leads
-//! out of it is refused unless the options allow it. Triangle strips and fans are triangles; points and lines are passed
-//! over.
+//! colours of their vertices. A scene of points without triangles is a point cloud. If the scene names no node, all are placed. Buffers lie in the file, in the text (base64) or in the file's folder; a name that leads
+//! out of it is refused unless the options allow it. Triangle strips and fans are triangles; lines, and points beside triangles, are
+//! passed over.
 //!
 //! The `gltf` crate knows the schema. Three things are ours: chunks, as its reader of them panics on short lengths; nodes'
 //! transforms, which it rounds to 32 bits where surveyed coordinates have more digits; and elements, whose bounds it trusts.
@@ -25,7 +25,7 @@ use std::io::Read;
 
 use gltf::json::{Root, deserialize};
 
-use super::file::{Input, reserve};
+use super::file::{Input, reserve, too_deep};
 use super::{Content, Scan};
 use base::error::{Error, Result, known_as};
 use base::progress::Progress;
@@ -46,13 +46,17 @@ pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, progress: &
     let mut bytes = reserve(size, &scan.path)?;
     input.take(length).read_to_end(&mut bytes).map_err(|e| Error::io(&scan.path, e))?;
     let (json, mut blob) = container::chunks(&bytes, scan)?;
-    let not_gltf = |e: serde_json::Error| {
-        let problem = format!("this is neither glTF's JSON nor a binary glTF: {e}");
-        Error::format(&scan.path, "start of file", problem)
+    let not_gltf = |error: serde_json::Error| {
+        let problem = || format!("this is neither glTF's JSON nor a binary glTF: {error}");
+        too_deep(&scan.path, &error).unwrap_or_else(|| Error::format(&scan.path, "start of file", problem()))
     };
-    let members: container::Members = serde_json::from_slice(json).map_err(not_gltf)?;
+    let mut members: container::Members = serde_json::from_slice(json).map_err(not_gltf)?;
     container::check_version(&members, scan)?;
-    let root: Root = deserialize::from_slice(json).map_err(not_gltf)?;
+    let root: Root = match container::named_nodes(&mut members).map_err(not_gltf)? {
+        Some(json) => deserialize::from_slice(json.as_bytes()),
+        None => deserialize::from_slice(json),
+    }
+    .map_err(not_gltf)?;
     let transforms = scene::transforms(&members).map_err(not_gltf)?;
     let fail = |at: String, problem: String| Err(Error::format(&scan.path, at, problem));
     if let Some(name) = root.extensions_required.first() {
@@ -71,8 +75,7 @@ pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, progress: &
         buffers.push(data);
     }
     let accessors = elements::Accessors { scan, root: &root, buffers };
-    let mesh = scene::Reader::new(accessors, transforms, progress)?.placed()?;
-    Ok(Content::Mesh(mesh))
+    scene::Reader::new(accessors, transforms, progress)?.placed()
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! The scene of a glTF file: its nodes, and the triangles of the meshes that they place.
+//! The scene of a glTF file: its nodes, and the triangles or points of the meshes that they place.
 
 use glam::{DMat4, DQuat, DVec3};
 use gltf::json::accessor::ComponentType;
@@ -11,10 +11,12 @@ use serde_json::Value;
 
 use super::container::Members;
 use super::elements::Accessors;
+use crate::import::Content;
 use crate::import::file::reserve;
 use base::error::Result;
 use base::memory;
 use base::progress::Progress;
+use mesh::point_cloud::PointCloud;
 use mesh::{Attribute, TriMesh};
 
 /// Deepest tree of nodes.
@@ -50,12 +52,37 @@ fn numbers<const N: usize>(value: &Value, key: &str) -> Option<[f64; N]> {
     Some(all)
 }
 
+/// What is read of a scene.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Wanted {
+    Triangles,
+    /// Of a scene that has no triangles.
+    Points,
+}
+
+impl Wanted {
+    fn has(self, primitive: &Primitive) -> bool {
+        let is_surface = |mode| matches!(mode, Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan);
+        match primitive.mode {
+            Checked::Valid(mode) => {
+                (self == Wanted::Triangles && is_surface(mode)) || (self == Wanted::Points && mode == Mode::Points)
+            }
+            // Said when it is read.
+            Checked::Invalid => true,
+        }
+    }
+}
+
 pub(super) struct Reader<'a, 'p> {
     accessors: Accessors<'a>,
     /// Of the nodes, in their parents.
     transforms: Vec<DMat4>,
+    wanted: Wanted,
+    /// Points are vertices without triangles.
     mesh: TriMesh,
     colours: Option<Vec<[u8; 4]>>,
+    /// Of points, while all that were read have them.
+    normals: Option<Vec<[f32; 3]>>,
     /// Nodes seen: each has one parent, whatever a damaged file says.
     visited: Vec<bool>,
     progress: &'a Progress<'p>,
@@ -74,55 +101,96 @@ impl<'a, 'p> Reader<'a, 'p> {
     /// A reader of a scene that has placed nothing yet, with room for what the scene will.
     pub fn new(accessors: Accessors<'a>, transforms: Vec<DMat4>, progress: &'a Progress<'p>) -> Result<Self> {
         let visited = vec![false; accessors.root.nodes.len()];
-        let mut reader = Reader { accessors, transforms, mesh: TriMesh::default(), colours: None, visited, progress };
+        let mesh = TriMesh::default();
+        let (wanted, colours, normals) = (Wanted::Triangles, None, None);
+        let mut reader = Reader { accessors, transforms, wanted, mesh, colours, normals, visited, progress };
         reader.foresee()?;
         Ok(reader)
     }
 
-    /// All that the scene places; without a scene, all meshes.
-    pub fn placed(mut self) -> Result<TriMesh> {
+    /// The nodes that nothing places: those of the scene; without one, or if it names none, those that are no node's children.
+    fn roots(&self) -> Vec<Index<Node>> {
         let root = self.accessors.root;
-        match root.scenes.get(root.scene.map_or(0, |scene| scene.value())) {
-            Some(scene) => scene.nodes.iter().try_for_each(|&node| self.node(node, DMat4::IDENTITY, 0))?,
-            None => {
-                (0..root.meshes.len()).try_for_each(|index| self.mesh(Index::new(index as u32), DMat4::IDENTITY))?
-            }
+        let scene = root.scenes.get(root.scene.map_or(0, |scene| scene.value()));
+        if let Some(scene) = scene.filter(|scene| !scene.nodes.is_empty()) {
+            return scene.nodes.clone();
         }
-        // A file without meshes is an empty one; meshes without triangles are something else.
-        if self.mesh.triangles.is_empty() && !root.meshes.is_empty() {
-            return self.accessors.fail("scene", "there is no triangle");
+        let mut is_child = vec![false; root.nodes.len()];
+        for child in root.nodes.iter().flat_map(|node| node.children.iter().flatten()) {
+            is_child.get_mut(child.value()).into_iter().for_each(|is_child| *is_child = true);
         }
-        let Reader { mut mesh, colours, .. } = self;
-        mesh.vertex_attributes.extend(colours.map(|colours| Attribute::colour("colour", colours)));
-        Ok(mesh)
+        (0..root.nodes.len()).filter(|&node| !is_child[node]).map(|node| Index::new(node as u32)).collect()
     }
 
-    /// Makes room for what the nodes place, and refuses more than may be: what the file does not hold is said when it is read.
-    fn foresee(&mut self) -> Result<()> {
-        let mut placed = vec![0_usize; self.accessors.root.meshes.len()];
-        match self.accessors.root.scenes.get(self.accessors.root.scene.map_or(0, |scene| scene.value())) {
-            Some(scene) => {
-                let mut next = scene.nodes.clone();
-                let mut seen = vec![false; self.accessors.root.nodes.len()];
-                while let Some(index) = next.pop().map(|node| node.value()) {
-                    let Some(node) = self.accessors.root.nodes.get(index) else { continue };
-                    if std::mem::replace(&mut seen[index], true) {
-                        continue;
-                    }
-                    let count = node.mesh.and_then(|mesh| placed.get_mut(mesh.value()));
-                    count.into_iter().for_each(|count| *count += 1);
-                    next.extend(node.children.iter().flatten().copied());
-                }
+    /// All that the scene places; without any node, all meshes.
+    pub fn placed(mut self) -> Result<Content> {
+        let root = self.accessors.root;
+        if root.nodes.is_empty() {
+            (0..root.meshes.len()).try_for_each(|index| self.mesh(Index::new(index as u32), DMat4::IDENTITY))?;
+        }
+        self.roots().into_iter().try_for_each(|node| self.node(node, DMat4::IDENTITY, 0))?;
+        let has_any = match self.wanted {
+            Wanted::Triangles => !self.mesh.triangles.is_empty(),
+            Wanted::Points => !self.mesh.positions.is_empty(),
+        };
+        if !has_any {
+            let problem =
+                if root.meshes.is_empty() { "there is no mesh" } else { "there are no triangles and no points" };
+            return self.accessors.fail("scene", format!("{problem}; export a surface or points with it"));
+        }
+        let Reader { mut mesh, colours, normals, wanted, accessors, .. } = self;
+        if wanted == Wanted::Points {
+            return Ok(Content::Points(PointCloud {
+                positions: mesh.positions,
+                normals,
+                colour: colours,
+                world_from_cloud: accessors.scan.world_from_sensor,
+                ..PointCloud::default()
+            }));
+        }
+        mesh.vertex_attributes.extend(colours.map(|colours| Attribute::colour("colour", colours)));
+        Ok(Content::Mesh(mesh))
+    }
+
+    /// Of each mesh, how often nodes place it.
+    fn times_placed(&self) -> Vec<usize> {
+        let root = self.accessors.root;
+        if root.nodes.is_empty() {
+            return vec![1; root.meshes.len()];
+        }
+        let mut placed = vec![0_usize; root.meshes.len()];
+        let mut next = self.roots();
+        let mut seen = vec![false; root.nodes.len()];
+        while let Some(index) = next.pop().map(|node| node.value()) {
+            let Some(node) = root.nodes.get(index) else { continue };
+            if std::mem::replace(&mut seen[index], true) {
+                continue;
             }
-            None => placed.fill(1),
+            let count = node.mesh.and_then(|mesh| placed.get_mut(mesh.value()));
+            count.into_iter().for_each(|count| *count += 1);
+            next.extend(node.children.iter().flatten().copied());
+        }
+        placed
+    }
+
+    /// Decides what is read, makes room for what the nodes place, and refuses more than may be: what the file does not hold is said
+    /// when it is read.
+    fn foresee(&mut self) -> Result<()> {
+        let placed = self.times_placed();
+        let of_placed = || self.accessors.root.meshes.iter().zip(&placed).filter(|(_, times)| **times > 0);
+        if !of_placed().any(|(mesh, _)| mesh.primitives.iter().any(|primitive| Wanted::Triangles.has(primitive))) {
+            self.wanted = Wanted::Points;
         }
         let mut amount = Amount::default();
-        for (mesh, &times) in self.accessors.root.meshes.iter().zip(&placed) {
-            for primitive in &mesh.primitives {
+        for (mesh, &times) in of_placed() {
+            for primitive in mesh.primitives.iter().filter(|primitive| self.wanted.has(primitive)) {
                 let position = primitive.attributes.get(&Checked::Valid(Semantic::Positions)).copied();
                 let count = |accessor| self.accessors.elements(accessor).map_or(0, |elements| elements.count);
                 let vertices = position.map_or(0, count);
-                let corners = primitive.indices.map_or(vertices, count);
+                let corners = match self.wanted {
+                    Wanted::Triangles => primitive.indices.map_or(vertices, count),
+                    Wanted::Points => 0,
+                };
                 amount.vertices = amount.vertices.saturating_add(vertices.saturating_mul(times));
                 amount.corners = amount.corners.saturating_add(corners.saturating_mul(times));
                 amount.most = [amount.most[0].max(vertices), amount.most[1].max(corners)];
@@ -187,11 +255,12 @@ impl<'a, 'p> Reader<'a, 'p> {
 
     fn primitive(&mut self, primitive: &Primitive, world: DMat4, at: &str) -> Result<()> {
         let attribute = |semantic| primitive.attributes.get(&Checked::Valid(semantic)).copied();
-        let mode = match primitive.mode {
-            Checked::Valid(mode @ (Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan)) => mode,
-            Checked::Valid(_) => return Ok(()),
-            Checked::Invalid => return self.accessors.fail(at, "its mode is unknown; there are 0 to 6"),
+        let Checked::Valid(mode) = primitive.mode else {
+            return self.accessors.fail(at, "its mode is unknown; there are 0 to 6");
         };
+        if !self.wanted.has(primitive) {
+            return Ok(());
+        }
         let Some(positions) = attribute(Semantic::Positions) else { return Ok(()) };
         self.progress.check()?;
         let positions = self.accessors.elements(positions)?;
@@ -232,6 +301,20 @@ impl<'a, 'p> Reader<'a, 'p> {
             all.resize(first + count, [255; 4]);
         }
         self.mesh.positions.extend(points);
+        if self.wanted == Wanted::Points {
+            let normals = attribute(Semantic::Normals);
+            let normals = normals.map(|normals| self.accessors.normals(normals, count, world, at)).transpose()?;
+            // Of some points alone they are left out.
+            self.normals = match (self.normals.take(), normals) {
+                (Some(mut all), Some(more)) if all.len() == first => {
+                    all.extend(more);
+                    Some(all)
+                }
+                (None, Some(all)) if first == 0 => Some(all),
+                _ => None,
+            };
+            return Ok(());
+        }
         let mirrored = world.determinant() < 0.0;
         let mut add = |a: u32, b: u32, c: u32| {
             let triangle = if mirrored { [a, c, b] } else { [a, b, c] };
