@@ -3,27 +3,27 @@
 /// What the channels of colours count to, by the largest so far.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Count {
-    ToOne,
-    ToByte,
-    ToWord,
+    One,
+    Byte,
+    Word,
 }
 
 impl Count {
     /// Multiplied by this, channels lie in 0 to 255.
     pub(super) fn factor(self) -> f64 {
         match self {
-            Count::ToOne => 255.0,
-            Count::ToByte => 1.0,
-            Count::ToWord => 1.0 / 257.0,
+            Count::One => 255.0,
+            Count::Byte => 1.0,
+            Count::Word => 1.0 / 257.0,
         }
     }
 
     /// From here on channels count to more. Light that is too bright for 1 stays below 2.
     pub(super) fn end(self) -> f64 {
         match self {
-            Count::ToOne => 2.0,
-            Count::ToByte => 256.0,
-            Count::ToWord => f64::INFINITY,
+            Count::One => 2.0,
+            Count::Byte => 256.0,
+            Count::Word => f64::INFINITY,
         }
     }
 
@@ -33,8 +33,8 @@ impl Count {
     pub(super) fn widened(self, channel: f64, before: &mut [[u8; 4]], channels: usize) -> Count {
         let wider = match self {
             _ if channel < self.end() => return self,
-            Count::ToOne if channel < Count::ToByte.end() => Count::ToByte,
-            _ => Count::ToWord,
+            Count::One if channel < Count::Byte.end() => Count::Byte,
+            _ => Count::Word,
         };
         let factor = wider.factor() / self.factor();
         for colour in before {
@@ -56,13 +56,13 @@ mod tests {
     #[test]
     fn colours_before_the_first_large_one_are_counted_anew() {
         let mut before = [[255, 128, 0, 255]];
-        assert_eq!(Count::ToOne.widened(1.5, &mut before, 3), Count::ToOne);
+        assert_eq!(Count::One.widened(1.5, &mut before, 3), Count::One);
         assert_eq!(before, [[255, 128, 0, 255]]);
-        assert_eq!(Count::ToOne.widened(255.0, &mut before, 3), Count::ToByte);
+        assert_eq!(Count::One.widened(255.0, &mut before, 3), Count::Byte);
         assert_eq!(before, [[1, 1, 0, 255]]);
-        assert_eq!(Count::ToByte.widened(256.0, &mut before, 4), Count::ToWord);
+        assert_eq!(Count::Byte.widened(256.0, &mut before, 4), Count::Word);
         assert_eq!(before, [[0, 0, 0, 1]]);
-        assert_eq!(Count::ToOne.widened(65535.0, &mut before, 4), Count::ToWord);
+        assert_eq!(Count::One.widened(65535.0, &mut before, 4), Count::Word);
     }
 
     /// Vertices of an OBJ or of a PLY with colours in floats.

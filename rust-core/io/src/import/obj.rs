@@ -57,7 +57,7 @@ pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, progress: &
     let mut lines = Lines::new(input, length, &scan.path);
     let mut positions: Vec<DVec3> = Vec::new();
     let mut colours: Vec<[u8; 4]> = Vec::new();
-    let mut colours_count = Count::ToOne;
+    let mut colours_count = Count::One;
     let mut triangles: Vec<[u32; 3]> = Vec::new();
     let mut polygons = Polygons::default();
     // Faces may name vertices that come later: checked at the end.

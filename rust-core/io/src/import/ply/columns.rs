@@ -191,7 +191,7 @@ impl Attributes {
             };
         }
         let is_float = |channel: usize| matches!(plan.types[COLOUR + channel], Some(ScalarType::F32 | ScalarType::F64));
-        let end = if (0..3).all(is_float) { Count::ToOne.end() } else { f64::INFINITY };
+        let end = if (0..3).all(is_float) { Count::One.end() } else { f64::INFINITY };
         let mut order = [0; SLOTS];
         for (place, &slot) in plan.slots.iter().enumerate() {
             order[slot] = place;
@@ -202,7 +202,7 @@ impl Attributes {
             normals,
             colour,
             scale,
-            count: Count::ToOne,
+            count: Count::One,
             end,
             order,
             floats: Vec::new(),
