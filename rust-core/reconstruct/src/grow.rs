@@ -125,6 +125,8 @@ pub(super) struct Front<'a, F> {
     pub(super) reach: Reach,
     /// While parts are joined, the triangles of each that is joined with no other or is the first of those that are.
     pub(super) members: FxHashMap<u32, Vec<u32>>,
+    /// Facets for which a part was turned over since a triangle was added last, by edge and apex.
+    pub(super) turned: FxHashSet<([u32; 2], u32)>,
     /// The facets with an edge and what their clearances are at least: kept and refilled, so that nothing is allocated for each edge.
     pub(super) ring: Vec<(f32, Around)>,
 }
@@ -155,6 +157,7 @@ impl<'a, F: FnMut([u32; 3]) -> f64> Front<'a, F> {
             refused: FxHashSet::default(),
             reach: Reach::Sampling,
             members: FxHashMap::default(),
+            turned: FxHashSet::default(),
             ring: Vec::new(),
         };
         for (share, factor) in [(FEW, TANGENT), (1, TANGENT), (1, 0.0)] {
@@ -210,6 +213,7 @@ impl<'a, F: FnMut([u32; 3]) -> f64> Front<'a, F> {
         if !self.members.is_empty() {
             let part = self.part(triangle[0]);
             self.members.entry(part).or_default().push(self.triangles.len() as u32);
+            self.turned.clear();
         }
         self.triangles.push(triangle);
     }
@@ -261,6 +265,12 @@ impl<'a, F: FnMut([u32; 3]) -> f64> Front<'a, F> {
         Ok(())
     }
 
+    /// Takes what is queued until nothing is left.
+    ///
+    /// Theorem: it ends. Three numbers fall, as the digits of one number do: facets that are no triangles, facets that are not refused, and facets that
+    /// may still turn a part over ([`Front::may_turn`]). A facet that is taken and becomes a triangle, is refused anew or turns a part makes one of
+    /// them fall, and only those behind it may rise. Any other leaves the queue for the best facet at its edge that is possible, or for none.
+    /// That one, unless a number has fallen meanwhile, makes one fall when it is taken, or leaves the queue for none.
     fn exhaust(&mut self, progress: &Progress<'_>) -> Result<()> {
         while let Some(Reverse(Candidate { edge: [from, to], apex, cell, .. })) = self.queue.pop() {
             progress.check()?;
@@ -279,11 +289,7 @@ impl<'a, F: FnMut([u32; 3]) -> f64> Front<'a, F> {
                     self.enqueue_possible([from, to]);
                 }
                 Fit::WithTwin(twin, twin_cell) => self.glue(triangle, cell, twin, twin_cell),
-                Fit::Turned => {
-                    self.turn_smaller(from, apex);
-                    self.enqueue([from, to]);
-                    self.enqueue([to, from]);
-                }
+                Fit::Turned => self.turn_for([from, to], apex),
                 Fit::Waits if self.patience < Patience::NextBest => {}
                 Fit::No | Fit::Waits => self.enqueue_possible([from, to]),
             }
@@ -376,7 +382,7 @@ impl<'a, F: FnMut([u32; 3]) -> f64> Front<'a, F> {
                 best = Some((twin.rank, [edge[1], edge[0], end], twin.cell));
             }
         }
-        if !self.members.is_empty() && self.part(from) != self.part(apex) {
+        if self.may_turn([from, to], apex) {
             for (edge, end) in [([previous, apex], from), ([apex, next], to)] {
                 if self.twin(edge, end).is_some_and(|twin| best.is_none_or(|best| twin.rank < best.0)) {
                     return Fit::Turned;

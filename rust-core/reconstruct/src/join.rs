@@ -47,8 +47,26 @@ impl<F: FnMut([u32; 3]) -> f64> Front<'_, F> {
         }
     }
 
+    /// Whether a part may be turned over so that the facet between an edge and an apex fits: two parts meet at it, and it has turned none since
+    /// a triangle was added last. Of facets that want two parts the other way round than each other, one gives in, so that
+    /// turning ends.
+    pub(super) fn may_turn(&mut self, edge: [u32; 2], apex: u32) -> bool {
+        !self.members.is_empty()
+            && self.part(edge[0]) != self.part(apex)
+            && !self.turned.contains(&(undirected(edge), apex))
+    }
+
+    /// Turns a part over so that the facet between an edge and an apex fits.
+    pub(super) fn turn_for(&mut self, edge: [u32; 2], apex: u32) {
+        let [from, to] = edge;
+        self.turned.insert((undirected(edge), apex));
+        self.turn_smaller(from, apex);
+        self.enqueue([from, to]);
+        self.enqueue([to, from]);
+    }
+
     /// Turns the smaller one of the parts of two vertices over.
-    pub(super) fn turn_smaller(&mut self, a: u32, b: u32) {
+    fn turn_smaller(&mut self, a: u32, b: u32) {
         let (a, b) = (self.part(a), self.part(b));
         let part = if self.members[&a].len() < self.members[&b].len() { a } else { b };
         let mut vertices: Vec<u32> = Vec::with_capacity(3 * self.members[&part].len());
@@ -69,4 +87,9 @@ impl<F: FnMut([u32; 3]) -> f64> Front<'_, F> {
             self.enqueue([to, from]);
         }
     }
+}
+
+/// An edge as it is from both its sides: turned parts have theirs the other way round.
+fn undirected([from, to]: [u32; 2]) -> [u32; 2] {
+    [from.min(to), from.max(to)]
 }

@@ -1,6 +1,7 @@
 use glam::{DVec2, DVec3};
 use proptest::prelude::*;
 
+mod exact;
 mod jumps;
 mod open;
 mod openings;
