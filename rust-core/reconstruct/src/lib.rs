@@ -5,6 +5,7 @@
 //! | 0 | `prepare` | points -> samples in an order of their own, equal ones once |
 //! |   | `seen` | from which side they were seen, where sensors or normals say |
 //! |   | `noise`, `smooth` | how much noise they carry; where that is much, samples on the surface they tell, without outliers |
+//! |   | `rounding` | the steps of their coordinates, which hide noise |
 //! |   | `isolated` | whether samples without noise have outliers, which are left out then |
 //! | 1 | `geom::delaunay3` | samples -> tetrahedra |
 //! |   | `balls`, `slivers` | the circumscribed balls of these, however flat |
@@ -41,6 +42,7 @@ mod isolated;
 mod noise;
 mod patch;
 mod prepare;
+mod rounding;
 mod scales;
 mod seeds;
 mod seen;

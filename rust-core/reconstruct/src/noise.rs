@@ -8,6 +8,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::patch::{Frame, Quadric};
+use super::rounding::Rounding;
 use super::seeds::{FEWEST, WINDOW, seeds};
 use super::seen::Fronts;
 use base::error::Result;
@@ -59,6 +60,8 @@ pub(super) struct Measured {
     pub(super) looks: Vec<Option<Look>>,
     /// Neighbours that this was seen from.
     pub(super) count: usize,
+    /// ... and by what they were spread for it.
+    pub(super) rounding: Rounding,
     /// Over all samples, if there was need for it.
     pub(super) tree: Option<KdTree>,
 }
@@ -86,29 +89,68 @@ pub(super) fn measure(samples: &[DVec3], fronts: &Fronts, progress: &Progress<'_
         return Ok(Measured::default());
     }
     let seeds: Vec<usize> = seeds(samples.len()).collect();
-    let looks = over(&seeds, progress, |seed, _, nearest| {
+    let none = Rounding::default();
+    let looks = along(samples, &seeds, &none, progress)?;
+    let noise = usual(&looks).0;
+    let is_clean = noise.spacings() <= INTERPOLATED;
+    let mut rounding = Rounding::of(samples, noise.spacing, progress)?;
+    if is_clean && let Some(steps) = rounding {
+        let spread = usual(&along(samples, &seeds, &steps, progress)?).0;
+        rounding = rounding.filter(|steps| steps.hides(spread, noise));
+    }
+    if is_clean && rounding.is_none() {
+        return Ok(Measured { noise, looks, count: FEWEST, rounding: none, tree: None });
+    }
+    let tree = KdTree::try_new(samples, progress)?;
+    let seen = if is_clean {
+        Measured { noise, looks, count: FEWEST, rounding: none, tree: None }
+    } else {
+        as_far_as_tells(samples, &seeds, &tree, fronts, none, progress)?
+    };
+    let spread = match rounding {
+        Some(steps) => Some(as_far_as_tells(samples, &seeds, &tree, fronts, steps, progress)?),
+        None => None,
+    };
+    let hidden = spread.filter(|spread| spread.rounding.hides(spread.noise, seen.noise));
+    Ok(Measured { tree: Some(tree), ..hidden.unwrap_or(seen) })
+}
+
+/// What is seen at the seeds among so many neighbours that noise is no larger than what they lie in.
+fn as_far_as_tells(
+    samples: &[DVec3],
+    seeds: &[usize],
+    tree: &KdTree,
+    fronts: &Fronts,
+    rounding: Rounding,
+    progress: &Progress<'_>,
+) -> Result<Measured> {
+    let mut count = FEWEST;
+    loop {
+        let looks = around(samples, seeds, tree, count, (fronts, &rounding), progress)?;
+        let (noise, radius) = usual(&looks);
+        if noise.deviation <= WITHIN * radius || 2 * count > MOST {
+            return Ok(Measured { noise, looks, count, rounding, tree: None });
+        }
+        count *= 2;
+    }
+}
+
+/// What is seen around seeds among the nearest of the samples before and after them on the curve.
+fn along(
+    samples: &[DVec3],
+    seeds: &[usize],
+    rounding: &Rounding,
+    progress: &Progress<'_>,
+) -> Result<Vec<Option<Look>>> {
+    over(seeds, progress, |seed, _, nearest| {
         let window = seed.saturating_sub(WINDOW)..(seed + WINDOW).min(samples.len());
         nearest.extend(window.map(|i| (samples[i].distance_squared(samples[seed]), samples[i])));
         let count = FEWEST.min(nearest.len());
         // By place where equally near: the order of the curve is the samples' own.
         nearest.sort_by(|a, b| a.0.total_cmp(&b.0));
         nearest.truncate(count);
-        look(samples[seed], nearest)
-    })?;
-    let noise = usual(&looks).0;
-    if noise.spacings() <= INTERPOLATED {
-        return Ok(Measured { noise, looks, count: FEWEST, tree: None });
-    }
-    let tree = KdTree::try_new(samples, progress)?;
-    let mut count = FEWEST;
-    loop {
-        let looks = around(samples, &seeds, &tree, count, fronts, progress)?;
-        let (noise, radius) = usual(&looks);
-        if noise.deviation <= WITHIN * radius || 2 * count > MOST {
-            return Ok(Measured { noise, looks, count, tree: Some(tree) });
-        }
-        count *= 2;
-    }
+        look(samples[seed], nearest, rounding)
+    })
 }
 
 /// What is seen around seeds among so many of the nearest samples.
@@ -117,7 +159,7 @@ pub(super) fn around(
     seeds: &[usize],
     tree: &KdTree,
     count: usize,
-    fronts: &Fronts,
+    (fronts, rounding): (&Fronts, &Rounding),
     progress: &Progress<'_>,
 ) -> Result<Vec<Option<Look>>> {
     over(seeds, progress, |seed, few: &mut Few, nearest| {
@@ -125,7 +167,7 @@ pub(super) fn around(
         // What was seen from the other side is of another surface, however near.
         let near = few.iter().filter(|&(i, _)| !fronts.is_behind(i as usize, fronts.at(seed)));
         nearest.extend(near.map(|(i, squared)| (squared, samples[i as usize])));
-        look(samples[seed], nearest)
+        look(samples[seed], nearest, rounding)
     })
 }
 
@@ -157,7 +199,9 @@ fn usual(looks: &[Option<Look>]) -> (Noise, f64) {
     (Noise { deviation: median(|look| look.spacings) * spacing, spacing }, median(|look| look.radius))
 }
 
-fn look(seed: DVec3, nearest: &[(f64, DVec3)]) -> Option<Look> {
+fn look(seed: DVec3, nearest: &mut [(f64, DVec3)], rounding: &Rounding) -> Option<Look> {
+    let seed = rounding.spread(seed);
+    nearest.iter_mut().for_each(|(_, sample)| *sample = rounding.spread(*sample));
     let count = nearest.len();
     let half = count.div_ceil(2);
     if half <= 6 {
@@ -181,5 +225,9 @@ fn look(seed: DVec3, nearest: &[(f64, DVec3)]) -> Option<Look> {
         sorted.sort_unstable_by(f64::total_cmp);
         square = sorted[..half].iter().map(|offset| offset * offset).sum::<f64>() / half as f64;
     }
-    Some(Look { spacings: square.sqrt() * consistency(half) / spacing, spacing, radius })
+    let deviation = square.sqrt() * consistency(half);
+    let added = rounding.variance(frame.across());
+    // Where nothing was added, to the bit.
+    let deviation = if added > 0.0 { (deviation * deviation - added).max(0.0).sqrt() } else { deviation };
+    Some(Look { spacings: deviation / spacing, spacing, radius })
 }

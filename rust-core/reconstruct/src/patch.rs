@@ -53,6 +53,11 @@ impl Frame {
         self.origin + self.axes[2] * height
     }
 
+    /// The direction across the surface.
+    pub(super) fn across(&self) -> DVec3 {
+        self.axes[2]
+    }
+
     /// The direction across the surface on whose side another lies; zero for zero.
     pub(super) fn front(&self, towards: DVec3) -> DVec3 {
         let across = self.axes[2];

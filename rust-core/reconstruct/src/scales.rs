@@ -6,7 +6,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::noise::{self, INTERPOLATED, Look, Noise};
+use super::noise::{self, INTERPOLATED, Look, Measured};
 use super::seen::Fronts;
 use base::error::Result;
 use base::progress::Progress;
@@ -52,16 +52,16 @@ impl Scale {
 pub(super) struct Scales(Vec<Scale>);
 
 impl Scales {
-    /// `looks` at seeds, among `count` neighbours, say whether there is anything to look for; `tree`: over the samples. Cost: where there is, that
+    /// What was `measured` at seeds says whether there is anything to look for; `tree`: over the samples. Cost: where there is, that
     /// of a small fit for every few samples.
     pub(super) fn of(
         samples: &[DVec3],
         fronts: &Fronts,
-        usual: Noise,
-        (looks, count): (&[Option<Look>], usize),
+        measured: &Measured,
         tree: &KdTree,
         progress: &Progress<'_>,
     ) -> Result<Self> {
+        let Measured { noise: usual, looks, count, rounding, .. } = measured;
         if !(usual.spacing > 0.0) {
             return Ok(Scales::default());
         }
@@ -74,7 +74,7 @@ impl Scales {
             return Ok(Scales::default());
         }
         let places: Vec<usize> = (0..samples.len()).step_by(EACH).collect();
-        let looks = noise::around(samples, &places, tree, WIDER * count, fronts, progress)?;
+        let looks = noise::around(samples, &places, tree, WIDER * count, (fronts, rounding), progress)?;
         let at: Vec<DVec3> = places.iter().map(|&place| samples[place]).collect();
         let seen: Vec<Option<[f64; 2]>> =
             looks.into_iter().map(|look| look.filter(Look::is_telling).map(ratios)).collect();

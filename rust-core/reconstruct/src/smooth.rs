@@ -112,11 +112,11 @@ pub(super) fn smoothed(
     progress: &Progress<'_>,
 ) -> Result<(Samples, Smoothing)> {
     let fronts = Fronts::of(Sighted { samples: &samples, seen }, progress)?;
-    let measured = noise::measure(&samples.points, &fronts, progress)?;
+    let mut measured = noise::measure(&samples.points, &fronts, progress)?;
     let noise = measured.noise;
     // Farther than the points reach there is nothing that tells.
     let radius = smooth.radius.map(|radius| (radius * samples.factor).min(extent(&samples.points)));
-    let mut tree = measured.tree;
+    let mut tree = measured.tree.take();
     let is_clean = radius.is_none() && noise.spacings() <= INTERPOLATED;
     let is_left = smooth.noisy_points == NoisyPoints::AsClean
         || samples.points.len() < 4
@@ -128,7 +128,7 @@ pub(super) fn smoothed(
         Some(tree) => tree,
         None => KdTree::try_new(&samples.points, progress)?,
     };
-    let scales = Scales::of(&samples.points, &fronts, noise, (&measured.looks, measured.count), &tree, progress)?;
+    let scales = Scales::of(&samples.points, &fronts, &measured, &tree, progress)?;
     let (mut is_outlier, few) = lonely(&samples.points, &scales, &tree, progress)?;
     drop(tree);
     // Of clean points the smallest neighbourhoods say which lie off the surface.

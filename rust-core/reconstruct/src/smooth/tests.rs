@@ -1,4 +1,5 @@
 mod isolated;
+mod rounded;
 mod uneven;
 
 use glam::DVec3;

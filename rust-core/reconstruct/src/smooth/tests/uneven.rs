@@ -71,7 +71,7 @@ fn scales(samples: &[DVec3]) -> Scales {
     let (fronts, progress) = (Fronts::default(), Progress::none());
     let measured = noise::measure(samples, &fronts, &progress).unwrap();
     let tree = KdTree::new(samples);
-    Scales::of(samples, &fronts, measured.noise, (&measured.looks, measured.count), &tree, &progress).unwrap()
+    Scales::of(samples, &fronts, &measured, &tree, &progress).unwrap()
 }
 
 #[test]
