@@ -8,6 +8,7 @@ use crate::finding::Finding;
 use crate::judge::glance;
 use crate::linear::apart;
 use crate::pair::Pair;
+use crate::reach::Bound;
 use crate::view::View;
 
 /// Scans that lie in one frame: their numbers and poses in it.
@@ -33,6 +34,8 @@ pub(crate) enum Standing {
     Disagrees,
     /// Sensors of other scans see through where it would put them.
     SeenThrough,
+    /// It would put scans beyond reach of where they were given.
+    Beyond,
     /// It was not sure.
     Unused,
 }
@@ -68,16 +71,21 @@ struct Assembly<'a> {
     views: &'a [View],
     pairs: &'a [Pair],
     groups: Vec<Option<Group>>,
+    bound: &'a Bound,
+    is_fixed: &'a [bool],
     group_of: Vec<usize>,
     standings: Vec<Standing>,
 }
 
-/// Joins `groups` by the pairs that are sure or trusted, the best first; then by pairs that are weak or doubted where two say the same.
+/// Joins `groups` by the pairs that are sure or trusted, the best first; then by pairs that are weak or doubted where two say the same;
+/// all but by those that would put a scan beyond reach.
 /// Returns the groups, and what became of each pair.
 pub(crate) fn assemble(
     views: &[View],
     pairs: &[Pair],
     groups: Vec<Group>,
+    bound: &Bound,
+    is_fixed: &[bool],
     is_trusted: impl Fn(&Pair) -> bool,
 ) -> (Vec<Group>, Vec<Standing>) {
     let mut group_of = vec![0; views.len()];
@@ -86,7 +94,7 @@ pub(crate) fn assemble(
     }
     let standings = vec![Standing::Unused; pairs.len()];
     let groups = groups.into_iter().map(Some).collect();
-    let mut assembly = Assembly { views, pairs, groups, group_of, standings };
+    let mut assembly = Assembly { views, pairs, groups, bound, is_fixed, group_of, standings };
     let doubted = doubted(views.len(), pairs);
     let mut order: Vec<(bool, f64, usize)> = Vec::new();
     for (k, pair) in pairs.iter().enumerate() {
@@ -168,17 +176,22 @@ impl Assembly<'_> {
             self.standings[k] = Standing::SeenThrough;
             return;
         }
-        self.standings[k] = Standing::Joins;
         // The frame of fixed scans, which come first, stays.
         let (first, second) = (self.group_of[a], self.group_of[b]);
         let (kept, gone, motion) =
             if second < first { (second, first, motion.inverse()) } else { (first, second, motion) };
-        let moved = self.groups[gone].take().expect("scans are in their groups");
-        let joined = self.groups[kept].as_mut().expect("scans are in their groups");
-        for (scan, pose) in moved.members {
-            self.group_of[scan] = kept;
-            joined.members.push((scan, motion * pose));
+        let members = |group: usize| &self.groups[group].as_ref().expect("scans are in their groups").members;
+        let moved = members(gone).iter().map(|&(scan, pose)| (scan, motion * pose));
+        let joined: Vec<(usize, DAffine3)> = members(kept).iter().copied().chain(moved).collect();
+        let slack = |scan: usize| AGREE * self.views[scan].coarse.cell;
+        if !trusted && !self.bound.allows_all(self.views, &joined, self.is_fixed, slack) {
+            self.standings[k] = Standing::Beyond;
+            return;
         }
+        self.standings[k] = Standing::Joins;
+        joined.iter().for_each(|(scan, _)| self.group_of[*scan] = kept);
+        self.groups[gone] = None;
+        self.groups[kept] = Some(Group { members: joined });
     }
 
     /// The best of the weak pairs whose word is confirmed: by another one of the same two groups, or by two that lead through a third

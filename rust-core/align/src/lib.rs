@@ -3,8 +3,8 @@
 //! Steps, each a file: a scan's surface by few points and by more (`level`), what its sensor saw through (`sight`); what looks like
 //! what (`features`, `correspond`); which scans may touch (`retrieve`); motions that many like points agree on (`hypothesise`),
 //! made exact (`refine`), judged (`judge`) and found sure or not (`finding`; not where a scan repeats itself, `symmetries`), on a
-//! turntable about its axis (`turntable`), by colours where shape leaves it open (`tint`, `coloured`); groups (`assemble`); all
-//! poses at once (`relax`) and how far they may be off (`uncertainty`); what no pose explains (`misfit`); what is said (`report`:
+//! turntable about its axis (`turntable`), by colours where shape leaves it open (`tint`, `coloured`), near poses that are rough
+//! (`reach`); groups (`assemble`); all poses at once (`relax`) and how far they may be off (`uncertainty`); what no pose explains (`misfit`); what is said (`report`:
 //! `summary`, `words`). One scan alone, by hand: `snap`.
 //!
 //! A scan is placed only if overlap, balance and uniqueness pass: never guessed. Nothing is drawn at random, and scans are
@@ -26,6 +26,7 @@ mod modes;
 mod neighbours;
 mod pair;
 mod params;
+mod reach;
 mod refine;
 mod relax;
 mod report;
@@ -190,7 +191,7 @@ impl Prepared {
         });
         let stays: Vec<snap::Stays<'_>> = stays.collect();
         let view = &self.views[inside];
-        let reach = params.reach.unwrap_or(search::ROUGH_REACH * view.reduced.radius);
+        let reach = params.reach.unwrap_or(reach::ROUGH_REACH * view.reduced.radius);
         let limits = finding::Limits::of(params);
         progress.plan(SNAPPING);
         let pool = base::threads::pool(params.threads)?;

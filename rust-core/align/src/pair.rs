@@ -9,6 +9,7 @@ use crate::hypothesise::{Effort, Like, hypothesise};
 use crate::judge::{Mode, glance, judge, tolerance};
 use crate::linear::apart;
 use crate::modes::{FEW, MANY, exact, last_rough, rank, refined_roughly};
+use crate::reach::Bound;
 use crate::refine::{Both, Reach};
 use crate::symmetries::symmetries;
 use crate::view::View;
@@ -25,31 +26,28 @@ pub(crate) struct Pair {
     pub b: usize,
     pub modes: Vec<Mode>,
     pub finding: Finding,
+    /// The likeliest motion that fits, where all lie beyond reach.
+    pub beyond: Option<DAffine3>,
 }
 
 impl Pair {
-    /// Searches for the motion, without any start.
-    pub fn search(views: &[View], a: usize, b: usize, effort: Effort, limits: &Limits) -> Self {
-        Self::judged(views, a, b, rough_modes([&views[a], &views[b]], effort), limits)
+    /// Searches for the motion: anywhere, or within reach of rough poses.
+    pub fn search(views: &[View], a: usize, b: usize, effort: Effort, bound: &Bound, limits: &Limits) -> Self {
+        let both = [&views[a], &views[b]];
+        let mut rough = rough_modes(both, effort, |motion| bound.allows(views, [a, b], motion));
+        if bound.binds() {
+            let given = both[0].reduced.world_from_local().inverse() * both[1].reduced.world_from_local();
+            rough.extend(rough_near(both, &given, bound.reach(a).max(bound.reach(b))));
+        }
+        Self::judged(views, a, b, rough, bound, limits)
     }
 
     /// Looks near a motion.
     pub fn near(views: &[View], a: usize, b: usize, start: &DAffine3, reach: f64, limits: &Limits) -> Self {
         let both = [&views[a], &views[b]];
-        let cell = both[0].coarse.cell.max(both[1].coarse.cell);
-        let halvings = (reach / (2.0 * cell)).log2().ceil().max(0.0) as i32;
-        let by = |n: i32| Reach {
-            distance: 2.0 * cell * 2.0_f64.powi(n),
-            scale: cell * 2.0_f64.powi(n),
-            steps: 6,
-            enough: 0.05 * cell,
-        };
-        let schedule: Vec<Reach> = (0..=halvings).rev().map(by).chain([last_rough(cell)]).collect();
-        let coarse = Both::new(&both[0].coarse, &both[1].coarse, FEW);
-        let radius = both[0].reduced.radius.min(both[1].reduced.radius);
-        let rough: Vec<DAffine3> = coarse.refine(start, &schedule, radius).into_iter().collect();
+        let rough: Vec<DAffine3> = rough_near(both, start, reach).into_iter().collect();
         let modes = exact(both, &rough);
-        Pair { a, b, finding: find(both, &modes, limits), modes }
+        Pair { a, b, finding: find(both, &modes, limits), modes, beyond: None }
     }
 
     /// As the caller has it.
@@ -58,7 +56,7 @@ impl Pair {
         let fine = Both::new(both[0].fine(), both[1].fine(), MANY);
         let verdict = judge(both, &fine, a_from_b, tolerance(both));
         let modes = vec![Mode { a_from_b: *a_from_b, verdict }];
-        Pair { a, b, finding: find(both, &modes, limits), modes }
+        Pair { a, b, finding: find(both, &modes, limits), modes, beyond: None }
     }
 
     /// Places in which one fits the other.
@@ -72,9 +70,13 @@ impl Pair {
         self.modes.iter().filter(fitting).count()
     }
 
-    fn judged(views: &[View], a: usize, b: usize, rough: Vec<DAffine3>, limits: &Limits) -> Self {
+    fn judged(views: &[View], a: usize, b: usize, rough: Vec<DAffine3>, bound: &Bound, limits: &Limits) -> Self {
         let both = [&views[a], &views[b]];
-        let mut pair = Pair { a, b, modes: exact(both, &rough), finding: Finding::Nothing };
+        let is_allowed = |mode: &Mode| bound.allows(views, [a, b], &mode.a_from_b);
+        let (modes, out): (Vec<Mode>, Vec<Mode>) = exact(both, &rough).into_iter().partition(is_allowed);
+        let fits_there = |mode: &&Mode| matches!(fits(both, &mode.verdict, limits), Finding::Sure | Finding::Weak);
+        let beyond = out.iter().find(fits_there).filter(|_| modes.is_empty()).map(|mode| mode.a_from_b);
+        let mut pair = Pair { a, b, modes, finding: Finding::Nothing, beyond };
         pair.finding = find(both, &pair.modes, limits);
         if matches!(pair.finding, Finding::Sure | Finding::Weak) {
             // A scan that fits itself elsewhere fits others elsewhere, too.
@@ -83,7 +85,7 @@ impl Pair {
             let others: Vec<DAffine3> =
                 of_a.iter().map(|own| *own * best).chain(of_b.iter().map(|own| best * *own)).collect();
             if !others.is_empty() {
-                pair.modes.extend(exact(both, &others));
+                pair.modes.extend(exact(both, &others).into_iter().filter(is_allowed));
                 rank(&mut pair.modes, both);
                 pair.finding = find(both, &pair.modes, limits);
             }
@@ -94,7 +96,7 @@ impl Pair {
         if limits.use_colour
             && matches!(pair.finding, Finding::Slides | Finding::Weak | Finding::Ambiguous)
             && coloured::can_tell(both)
-            && let Some(mode) = coloured::place(both, &pair.modes, limits)
+            && let Some(mode) = coloured::place(both, &pair.modes, limits).filter(is_allowed)
         {
             (pair.modes, pair.finding) = (vec![mode], Finding::Sure);
         }
@@ -102,8 +104,23 @@ impl Pair {
     }
 }
 
-/// Motions by what looks alike, refined at the coarser level, the best first.
-fn rough_modes(both: [&View; 2], effort: Effort) -> Vec<DAffine3> {
+/// A motion near another, refined at the coarser level.
+fn rough_near(both: [&View; 2], start: &DAffine3, reach: f64) -> Option<DAffine3> {
+    let cell = both[0].coarse.cell.max(both[1].coarse.cell);
+    let halvings = (reach / (2.0 * cell)).log2().ceil().max(0.0) as i32;
+    let by = |n: i32| Reach {
+        distance: 2.0 * cell * 2.0_f64.powi(n),
+        scale: cell * 2.0_f64.powi(n),
+        steps: 6,
+        enough: 0.05 * cell,
+    };
+    let schedule: Vec<Reach> = (0..=halvings).rev().map(by).chain([last_rough(cell)]).collect();
+    let coarse = Both::new(&both[0].coarse, &both[1].coarse, FEW);
+    coarse.refine(start, &schedule, both[0].reduced.radius.min(both[1].reduced.radius))
+}
+
+/// Motions by what looks alike, refined at the coarser level, the best first: those that are allowed, if there are any.
+fn rough_modes(both: [&View; 2], effort: Effort, is_allowed: impl Fn(&DAffine3) -> bool) -> Vec<DAffine3> {
     let [first, second] = both;
     if first.is_empty() || second.is_empty() {
         return Vec::new();
@@ -121,6 +138,9 @@ fn rough_modes(both: [&View; 2], effort: Effort) -> Vec<DAffine3> {
         found.push((seen.map_or(hypothesis.inliers as f64, |seen| seen.score()), hypothesis.a_from_b));
     }
     found.sort_by(|x, y| y.0.total_cmp(&x.0));
+    if found.iter().any(|(_, motion)| is_allowed(motion)) {
+        found.retain(|(_, motion)| is_allowed(motion));
+    }
     let times = if effort == Effort::Thorough { THOROUGHLY } else { 1 };
     found.truncate(times * ROUGH);
     let mut modes = refined_roughly(both, found.into_iter().map(|f| f.1));

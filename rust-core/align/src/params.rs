@@ -5,9 +5,9 @@ use base::params::{choice, flag, length, ratio};
 base::choices! {
     /// What is known of the scans' poses.
     pub enum Start {
-        /// Nothing: each scan may lie anywhere.
+        /// Nothing: each scan may lie anywhere, whatever pose it has.
         Unknown = "unknown" "Unknown",
-        /// They are near where they belong: places near them are tried first.
+        /// They are near where they belong: no scan is placed further from its pose than `reach`.
         Rough = "rough" "Rough",
     }
 }
@@ -30,7 +30,7 @@ base::params! {
     pub struct AlignParams of "align" with threads {
         /// What is known of the poses that the scans have.
         start: Start = choice("Start", Start::CHOICES),
-        /// With rough poses, how far off they may be.
+        /// With rough poses, how far off they may be: no sample of a scan is placed further from where its pose has it. A scan that fits no nearer is left out, and the report says how far that would be.
         reach: Option<f64> = length("Reach")
             .from_data("a tenth of the scan's size").above(0.0),
         /// Whether the object turned on a table while the sensor stood still: then only turns about one axis are looked for, unless none is found, which is said.

@@ -10,9 +10,9 @@ use crate::assemble::{Group, Standing, apart_at_first, assemble};
 use crate::constraints::{Inside, Told};
 use crate::finding::{Finding, Limits};
 use crate::hypothesise::Effort;
-use crate::linear::apart;
 use crate::pair::Pair;
-use crate::params::{AlignParams, Start};
+use crate::params::AlignParams;
+use crate::reach::{Bound, ROUGH_REACH};
 use crate::retrieve::likeness;
 use crate::turntable::Table;
 use crate::view::View;
@@ -41,6 +41,7 @@ struct Search<'a, 'p> {
     views: &'a [View],
     inside: &'a Inside,
     limits: Limits,
+    bound: &'a Bound,
     progress: &'a Progress<'p>,
     pairs: BTreeMap<[usize; 2], Pair>,
     /// Those that were searched thoroughly.
@@ -49,15 +50,29 @@ struct Search<'a, 'p> {
 }
 
 /// Finds pairs and joins them to groups.
-pub(crate) fn search(views: &[View], params: &AlignParams, inside: &Inside, progress: &Progress<'_>) -> Result<Found> {
+pub(crate) fn search(
+    views: &[View],
+    params: &AlignParams,
+    inside: &Inside,
+    bound: &Bound,
+    progress: &Progress<'_>,
+) -> Result<Found> {
     let limits = Limits::of(params);
-    let mut search =
-        Search { views, inside, limits, progress, pairs: BTreeMap::new(), thorough: BTreeSet::new(), table: None };
+    let mut search = Search {
+        views,
+        inside,
+        limits,
+        bound,
+        progress,
+        pairs: BTreeMap::new(),
+        thorough: BTreeSet::new(),
+        table: None,
+    };
     let likeness = likeness(views, progress)?;
     let count = views.len();
     progress.stage(1, (count * (count - 1) / 2).min(count * OF_GROUP) as u64);
     search.told()?;
-    if params.start == Start::Rough {
+    if bound.binds() {
         search.near(params)?;
     }
     let alone: Vec<usize> = (0..count).collect();
@@ -137,12 +152,12 @@ fn numbers(groups: &[Group], count: usize) -> Vec<usize> {
 
 impl Search<'_, '_> {
     fn round(&mut self, wanted: Vec<[usize; 2]>, effort: Effort) -> Result<()> {
-        let (views, limits) = (self.views, self.limits);
+        let (views, limits, bound) = (self.views, self.limits, self.bound);
         let wanted: Vec<[usize; 2]> = wanted.into_iter().filter(|pair| self.is_new(*pair, effort)).collect();
         let table = self.table.clone();
         let search = |a: usize, b: usize| match &table {
-            Some(table) => table.pair(views, a, b, &limits),
-            None => Pair::search(views, a, b, effort, &limits),
+            Some(table) => table.pair(views, a, b, bound, &limits),
+            None => Pair::search(views, a, b, effort, bound, &limits),
         };
         self.add(&wanted, |a, b| Some(search(a, b)))?;
         if effort == Effort::Thorough {
@@ -185,7 +200,8 @@ impl Search<'_, '_> {
     fn joined(&self) -> (Vec<Group>, Vec<Standing>) {
         let pairs: Vec<Pair> = self.pairs.values().cloned().collect();
         let groups = apart_at_first(self.views, &self.inside.is_fixed);
-        assemble(self.views, &pairs, groups, |pair| self.inside.is_trusted(pair.a, pair.b))
+        let is_trusted = |pair: &Pair| self.inside.is_trusted(pair.a, pair.b);
+        assemble(self.views, &pairs, groups, self.bound, &self.inside.is_fixed, is_trusted)
     }
 
     /// Pairs that the caller names.
@@ -194,8 +210,8 @@ impl Search<'_, '_> {
         told.extend(self.inside.picks.iter().map(|pick| pick.scans));
         told.sort_unstable();
         told.dedup();
-        let (views, inside, limits) = (self.views, self.inside, self.limits);
-        self.add(&told, |a, b| Some(picked(views, inside, a, b, &limits)))
+        let (views, inside, bound, limits) = (self.views, self.inside, self.bound, self.limits);
+        self.add(&told, |a, b| Some(picked(views, inside, a, b, bound, &limits)))
     }
 
     /// Finds the turntable's axis where it is not given, by pairs that need none, and takes these for what they are on it.
@@ -210,7 +226,7 @@ impl Search<'_, '_> {
             }
         }
         let Some(table) = self.table.clone() else { return Ok(()) };
-        let (views, inside, limits) = (self.views, self.inside, self.limits);
+        let (views, inside, bound, limits) = (self.views, self.inside, self.bound, self.limits);
         let is_told = |pair: &Pair| inside.is_trusted(pair.a, pair.b);
         // What lies elsewhere is no turn; what was not found, or not for sure, may be found on the table.
         self.pairs.retain(|_, pair| {
@@ -219,7 +235,7 @@ impl Search<'_, '_> {
         let neighbours = table.angles.as_deref().map(neighbours).unwrap_or_default();
         let wanted: Vec<[usize; 2]> =
             neighbours.into_iter().filter(|pair| self.pairs.get(pair).is_none_or(|pair| !is_told(pair))).collect();
-        self.add(&wanted, |a, b| Some(table.pair(views, a, b, &limits)))
+        self.add(&wanted, |a, b| Some(table.pair(views, a, b, bound, &limits)))
     }
 
     /// Pairs that touch, or nearly do, where the scans lie as they are given.
@@ -236,27 +252,21 @@ impl Search<'_, '_> {
         };
         let all = (0..views.len()).flat_map(|a| (a + 1..views.len()).map(move |b| [a, b]));
         let wanted: Vec<[usize; 2]> = all.filter(touch).filter(|pair| !self.pairs.contains_key(pair)).collect();
-        let limits = self.limits;
+        let (bound, limits) = (self.bound, self.limits);
         self.add(&wanted, |a, b| {
             let start = motion(a, b);
             let pair = Pair::near(views, a, b, &start, reach(a, b), &limits);
-            let radius = views[a].reduced.radius.min(views[b].reduced.radius);
-            let stayed =
-                pair.modes.first().is_some_and(|mode| apart(&mode.a_from_b, &start, radius) < STRAY * reach(a, b));
-            (stayed && matches!(pair.finding, Finding::Sure | Finding::Weak)).then_some(pair)
+            let is_allowed = pair.modes.first().is_some_and(|mode| bound.allows(views, [a, b], &mode.a_from_b));
+            (is_allowed && matches!(pair.finding, Finding::Sure | Finding::Weak)).then_some(pair)
         })
     }
 }
 
-/// By default rough poses are off by this share of a scan's radius.
-pub(crate) const ROUGH_REACH: f64 = 0.2;
-/// What was found near a rough pose may lie so many reaches from it.
-const STRAY: f64 = 3.0;
 /// Picks are exact to so many coarse cells.
 pub(crate) const PICKED: f64 = 6.0;
 
 /// The motion of two scans that the caller joins: by picks where they give one, else the likeliest that agrees with them.
-fn picked(views: &[View], inside: &Inside, a: usize, b: usize, limits: &Limits) -> Pair {
+fn picked(views: &[View], inside: &Inside, a: usize, b: usize, bound: &Bound, limits: &Limits) -> Pair {
     let picks: Vec<_> = inside.picks_of(a, b).collect();
     let cell = views[a].coarse.cell.max(views[b].coarse.cell);
     let off = |motion: &DAffine3| {
@@ -273,14 +283,14 @@ fn picked(views: &[View], inside: &Inside, a: usize, b: usize, limits: &Limits) 
         }
         if let Some(start) = horn.solve() {
             if off(&start) > PICKED * cell {
-                return Pair { a, b, modes: Vec::new(), finding: Finding::Nothing };
+                return Pair { a, b, modes: Vec::new(), finding: Finding::Nothing, beyond: None };
             }
             let mut pair = Pair::near(views, a, b, &start, PICKED * cell, limits);
             pair.modes.retain(|mode| off(&mode.a_from_b) < PICKED * cell);
             return if pair.modes.is_empty() { Pair::given(views, a, b, &start, limits) } else { pair };
         }
     }
-    let mut pair = Pair::search(views, a, b, Effort::Thorough, limits);
+    let mut pair = Pair::search(views, a, b, Effort::Thorough, bound, limits);
     pair.modes.retain(|mode| picks.is_empty() || off(&mode.a_from_b) < PICKED * cell);
     if pair.modes.is_empty() {
         pair.finding = Finding::Nothing;

@@ -14,6 +14,7 @@ use crate::linear::{Matrix6, eigen};
 use crate::misfit::Placed;
 use crate::pair::Pair;
 use crate::params::AlignParams;
+use crate::reach::Bound;
 use crate::refine::Both;
 use crate::relax::{Link, Net, Start, Tie, contacts};
 use crate::search::{Found, search};
@@ -34,6 +35,7 @@ pub(crate) struct Solved {
     pub rejected: Vec<[usize; 2]>,
     pub trusted: Vec<[usize; 2]>,
     pub picks: Vec<Pick>,
+    pub bound: Bound,
     /// Whether there was a turntable, and where, if it was found.
     pub is_turned: bool,
     pub table: Option<Table>,
@@ -49,6 +51,8 @@ pub(crate) struct SolvedGroup {
     pub frame: usize,
     /// Of a scan by itself that was joined, but is not held: how far it may be off.
     pub adrift: Option<f64>,
+    /// Scans that fit others too far from where they were given, and how far that is.
+    pub beyond: Vec<(usize, f64)>,
     /// Links that tints hold as well, and scans that points hold which the caller picked.
     pub coloured: BTreeSet<Link>,
     pub tied: BTreeSet<usize>,
@@ -104,6 +108,7 @@ impl Looked {
 struct Known<'a> {
     views: &'a [View],
     inside: &'a Inside,
+    bound: &'a Bound,
     limits: &'a Limits,
     table: Option<&'a Table>,
 }
@@ -118,9 +123,10 @@ const FEW: usize = 300;
 const MANY: usize = 1000;
 
 pub(crate) fn solve(views: &[View], params: &AlignParams, inside: &Inside, progress: &Progress<'_>) -> Result<Solved> {
-    let Found { pairs, standings, groups, table } = search(views, params, inside, progress)?;
+    let bound = Bound::of(views, params, inside);
+    let Found { pairs, standings, groups, table } = search(views, params, inside, &bound, progress)?;
     let limits = Limits::of(params);
-    let known = Known { views, inside, limits: &limits, table: table.as_ref() };
+    let known = Known { views, inside, bound: &bound, limits: &limits, table: table.as_ref() };
     progress.stage(2, views.len() as u64);
     let mut solved = Vec::new();
     let mut looked = Vec::new();
@@ -151,6 +157,7 @@ pub(crate) fn solve(views: &[View], params: &AlignParams, inside: &Inside, progr
         rejected: inside.rejected.clone(),
         trusted: inside.trusted.clone(),
         picks: inside.picks.clone(),
+        bound,
         is_turned: inside.turned.is_some(),
         table,
     })
@@ -160,6 +167,9 @@ pub(crate) fn solve(views: &[View], params: &AlignParams, inside: &Inside, progr
 fn held(known: &Known<'_>, group: &Group, progress: &Progress<'_>) -> Result<Vec<Settled>> {
     let Known { views, inside, limits, .. } = *known;
     let (solved, links) = settle(known, group, progress)?;
+    if let Some(parts) = within_reach(known, &solved, progress)? {
+        return Ok(parts);
+    }
     let holds = |(link, verdict): &&(Link, Verdict)| {
         let finding = fits([&views[link.a], &views[link.b]], verdict, limits);
         inside.is_trusted(link.a, link.b) || matches!(finding, Finding::Sure | Finding::Weak | Finding::Slides)
@@ -189,6 +199,33 @@ fn held(known: &Known<'_>, group: &Group, progress: &Progress<'_>) -> Result<Vec
         all.extend(held(known, &Group { members }, progress)?);
     }
     Ok(all)
+}
+
+/// A group whose scans do not all lie within reach of where they were given, as those that do and those that don't: these may fit each
+/// other where they were given. `None` if all do.
+fn within_reach(known: &Known<'_>, solved: &SolvedGroup, progress: &Progress<'_>) -> Result<Option<Vec<Settled>>> {
+    let Known { views, inside, bound, .. } = *known;
+    let beyond = |(scan, pose): &(usize, DAffine3)| match inside.is_fixed[*scan] {
+        true => None,
+        false => bound.beyond(views, *scan, pose).map(|moved| (*scan, moved)),
+    };
+    let outside: Vec<(usize, f64)> = solved.members.iter().filter_map(beyond).collect();
+    if outside.is_empty() {
+        return Ok(None);
+    }
+    let least = outside.iter().map(|(_, moved)| *moved).fold(f64::INFINITY, f64::min);
+    let how_far = |scan: usize| outside.iter().find(|other| other.0 == scan).map(|(_, moved)| *moved);
+    let (far, near): (Vec<_>, Vec<_>) = solved.members.iter().copied().partition(|(scan, _)| how_far(*scan).is_some());
+    let mut all = Vec::new();
+    for members in [near, far] {
+        for (mut group, links) in held(known, &Group { members }, progress)? {
+            // Those that stay fit the others no nearer.
+            let scans = group.members.iter().map(|member| member.0);
+            group.beyond = scans.map(|scan| (scan, how_far(scan).unwrap_or(least))).collect();
+            all.push((group, links));
+        }
+    }
+    Ok(Some(all))
 }
 
 /// A group without those of its scans that may be so far off that it is not known where they are.
@@ -228,7 +265,7 @@ const ADRIFT: f64 = 3.0;
 
 /// All scans of a group at once: which of them touch, poses that fit all of these, twice.
 fn settle(known: &Known<'_>, group: &Group, progress: &Progress<'_>) -> Result<Settled> {
-    let Known { views, inside, limits, table } = *known;
+    let Known { views, inside, limits, table, .. } = *known;
     let has_fixed = group.members.iter().any(|member| inside.is_fixed[member.0]);
     // Numbers rise as areas fall.
     let frame = group.members.iter().map(|member| member.0).min().expect("no group is empty");
@@ -271,6 +308,7 @@ fn settle(known: &Known<'_>, group: &Group, progress: &Progress<'_>) -> Result<S
         members: members.iter().map(|&scan| (scan, net.poses[scan].expect("members have poses"))).collect(),
         frame,
         adrift: None,
+        beyond: Vec::new(),
         coloured: net.coloured,
         tied: members.into_iter().filter(|&scan| ties_of(inside, scan) >= HOLDING).collect(),
     };

@@ -13,6 +13,7 @@ use crate::finding::{BALANCE, Finding, Limits, find_where, fits};
 use crate::judge::{Hold, Mode, Verdict, judge, tolerance};
 use crate::linear::{apart, eigen};
 use crate::pair::Pair;
+use crate::reach::Bound;
 use crate::refine::Both;
 use crate::relax::Tie;
 use crate::view::View;
@@ -189,7 +190,7 @@ impl Table {
     }
 
     /// Searches two scans for the turn between them, or looks at the one that is known.
-    pub fn pair(&self, views: &[View], a: usize, b: usize, limits: &Limits) -> Pair {
+    pub fn pair(&self, views: &[View], a: usize, b: usize, bound: &Bound, limits: &Limits) -> Pair {
         let both = [&views[a], &views[b]];
         let angles = self.known(a, b).map_or_else(|| self.likely(views, a, b), |angle| vec![angle]);
         let fine = Both::new(both[0].fine(), both[1].fine(), MANY);
@@ -197,7 +198,8 @@ impl Table {
             let a_from_b = self.motion(views, a, b, angle);
             Mode { a_from_b, verdict: judge(both, &fine, &a_from_b, tolerance(both)) }
         };
-        let mut modes: Vec<Mode> = angles.into_iter().map(mode).collect();
+        let is_allowed = |mode: &Mode| bound.allows(views, [a, b], &mode.a_from_b);
+        let mut modes: Vec<Mode> = angles.into_iter().map(mode).filter(is_allowed).collect();
         modes.sort_by(|x, y| y.verdict.score().total_cmp(&x.verdict.score()));
         let fit = |verdict: &Verdict| match fits(both, verdict, limits) {
             Finding::Slides | Finding::Weak
@@ -208,7 +210,7 @@ impl Table {
             }
             finding => finding,
         };
-        Pair { a, b, finding: find_where(&modes, fit), modes }
+        Pair { a, b, finding: find_where(&modes, fit), modes, beyond: None }
     }
 
     /// Turns at which two scans may fit, refined, different ones.

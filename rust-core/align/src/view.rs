@@ -36,6 +36,8 @@ pub(crate) struct Reduced {
     pub area: f64,
     /// Largest distance of a point from the middle.
     pub radius: f64,
+    /// The box of the points.
+    pub bounds: [DVec3; 2],
     /// The same for the same samples.
     pub content: u64,
     /// Whether its tints are colours; else they are intensities, if there are any.
@@ -93,6 +95,7 @@ impl Reduced {
             spacing,
             area,
             radius: positions.iter().map(|p| p.length()).fold(0.0, f64::max),
+            bounds: positions.iter().fold([DVec3::ZERO; 2], |[lo, hi], p| [lo.min(*p), hi.max(*p)]),
             content: hasher.finish(),
             has_chroma: colour.is_some(),
             sight: DepthMap::new(&positions, &areas, spacing, viewing),

@@ -70,12 +70,26 @@ pub(crate) fn reason(
             Shown::digits(deviation, 2)
         ));
     }
+    let group = solved.groups.iter().find(|group| group.has(k));
+    if let Some((_, moved)) = group.and_then(|group| group.beyond.iter().find(|(scan, _)| *scan == k)) {
+        let there = too_far(*moved, solved.bound.reach(k));
+        return Ok(format!("it fits other scans {there}: check its pose, or raise reach"));
+    }
     if let Some(text) = nearly(views, solved, names, k, progress)? {
         return Ok(joined(text));
     }
     let telling = of_scan().filter_map(|pair| Some((pair, why_not(views, solved, pair, other(pair))?)));
     if let Some((_, text)) = telling.max_by(|(x, _), (y, _)| most(x, y)) {
         return Ok(joined(text));
+    }
+    let far = solved.pairs.iter().zip(&solved.standings).filter(|(pair, _)| pair.a == k || pair.b == k);
+    let far = far.filter_map(|(pair, standing)| Some((pair, beyond(views, solved, pair, *standing, k)?)));
+    if let Some((pair, moved)) = far.min_by(|(_, x), (_, y)| x.total_cmp(y)) {
+        let there = too_far(moved, solved.bound.reach(k));
+        return Ok(joined(format!(
+            "it fits {:?} {there}: check its pose and raise reach, or scan more of what both show",
+            other(pair)
+        )));
     }
     let standings = solved.pairs.iter().zip(&solved.standings);
     let is_through =
@@ -92,6 +106,23 @@ pub(crate) fn reason(
     Ok(joined("no place was found where it fits another scan: it is of something else, or shares too little (neighbours should share a third of what they \
          see); give it a rough pose, or pairs of points"
             .to_owned()))
+}
+
+fn too_far(moved: f64, reach: f64) -> String {
+    let [moved, reach] = [moved, reach].map(|length| Shown::digits(length, 2));
+    format!("only where it would lie {moved} from where it was given, and reach allows {reach}")
+}
+
+/// How far from where it was given a pair would put a scan `k` that is not placed because of that.
+fn beyond(views: &[View], solved: &Solved, pair: &Pair, standing: Standing, k: usize) -> Option<f64> {
+    let a_from_b = match standing {
+        Standing::Beyond => pair.modes[0].a_from_b,
+        _ => pair.beyond?,
+    };
+    let (other, other_from_k) = if pair.a == k { (pair.b, a_from_b.inverse()) } else { (pair.a, a_from_b) };
+    let placed = solved.groups.first().and_then(|group| group.pose(other));
+    let world_from_other = placed.unwrap_or_else(|| views[other].reduced.world_from_local());
+    solved.bound.beyond(views, k, &(world_from_other * other_from_k))
 }
 
 fn touching(pair: &Pair) -> f64 {
@@ -152,7 +183,11 @@ fn nearly(
     };
     let snaps: Vec<Snap> = starts.par_iter().map(drawn).collect::<Result<_>>()?;
     let score = |snap: &Snap| snap.overlap * (1.0 - snap.seen_through / THROUGH);
-    let best = snaps.into_iter().max_by(|x, y| score(x).total_cmp(&score(y)));
+    let is_within = |snap: &Snap| {
+        let world_from_local = snap.world_from_scan * DAffine3::from_translation(views[k].reduced.middle);
+        solved.bound.beyond(views, k, &world_from_local).is_none()
+    };
+    let best = snaps.into_iter().filter(is_within).max_by(|x, y| score(x).total_cmp(&score(y)));
     let Some(best) = best.filter(|best| best.overlap >= NEARLY && best.seen_through <= THROUGH) else {
         return Ok(None);
     };

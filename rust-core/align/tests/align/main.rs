@@ -5,6 +5,7 @@ mod by_hand;
 mod misfit;
 mod naive;
 mod painted;
+mod reach;
 mod scans;
 mod told;
 mod turntable;
