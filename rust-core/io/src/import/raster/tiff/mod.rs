@@ -1,8 +1,10 @@
-//! TIFF: one channel of whole numbers or floats, in strips or tiles, plain, LZW or deflate. Of GeoTIFF the place
+//! TIFF: one channel of whole numbers or floats, in strips or tiles, plain, LZW, deflate or Zstandard. Of GeoTIFF the place
 //! (`ModelPixelScale` with `ModelTiepoint`), its coordinate reference system, and GDAL's no-data value are read. A pixel has no value
 //! where a second channel that is alpha is 0, or where a mask in the file is ([`mask`]).
 
 mod mask;
+mod overlay;
+mod zstd;
 
 use std::io::{BufReader, Read, Seek};
 
@@ -10,7 +12,8 @@ use ::tiff::ColorType;
 use ::tiff::decoder::{Decoder, DecodingResult, Limits};
 use ::tiff::tags::{ExtraSamples, Tag};
 
-use self::mask::Overlay;
+use self::overlay::Overlay;
+use self::zstd::Packed;
 use super::super::crs::geo_keys::GeoKeys;
 use super::super::file::{self, Input, Watched, decoding_error, reserve, watched};
 use super::super::{Content, Scan};
@@ -46,7 +49,7 @@ pub(super) fn read(input: BufReader<Watched<'_>>, length: u64, scan: &Scan, prog
     // Packed bytes are in the file.
     limits.intermediate_buffer_size = usize::try_from(length).unwrap_or(usize::MAX).max(LITTLE);
     limits.ifd_value_size = 4 << 20;
-    let mut decoder = Decoder::new(Overlay::new(input)).map_err(wrong)?.with_limits(limits.clone());
+    let mut decoder = Decoder::new(Overlay::new(input, length)).map_err(wrong)?.with_limits(limits.clone());
     let (width, height) = decoder.dimensions().map_err(wrong)?;
     let (cols, rows) = (width as usize, height as usize);
     let colour = decoder.colortype().map_err(wrong)?;
@@ -66,18 +69,25 @@ pub(super) fn read(input: BufReader<Watched<'_>>, length: u64, scan: &Scan, prog
         .and_then(|text| text.trim_matches(['\0', ' ']).parse::<f64>().ok());
     let count = packed_pixels(rows as u64, cols as u64, scan)?;
     let pixel_bits = u64::from(colour.bit_depth()) * channels as u64;
-    can_be_in(length, count as u64 * pixel_bits / 8, MOST, scan)?;
+    let packed = Packed::of(&mut decoder, 0, colour, scan)?;
+    can_be_in(length, count as u64 * pixel_bits / 8, if packed.is_some() { zstd::MOST } else { MOST }, scan)?;
     let mut values = reserve(count, &scan.path)?;
     values.resize(rows * cols, f64::NAN);
     // The whole image may be one strip, whose pixels take no more than the result's.
     limits.decoding_buffer_size = (values.len() * channels * size_of::<f64>()).max(LITTLE);
+    let unpacked = packed.as_ref().map_or(0, Packed::size);
+    limits.intermediate_buffer_size = limits.intermediate_buffer_size.max(unpacked);
     decoder = decoder.with_limits(limits);
     let (chunk_cols, chunk_rows) = decoder.chunk_dimensions();
     if chunk_cols == 0 || chunk_rows == 0 {
         return fail("tiles or strips without pixels".to_owned());
     }
     let chunk = f64::from(chunk_cols) * f64::from(chunk_rows) * pixel_bits as f64 / 8.0;
-    memory::expect(chunk, || format!("decoding {}", known_as(&scan.path)), "use smaller strips or tiles")?;
+    memory::expect(
+        chunk + unpacked as f64,
+        || format!("decoding {}", known_as(&scan.path)),
+        "use smaller strips or tiles",
+    )?;
     let across = cols.div_ceil(chunk_cols as usize);
     let chunks = across * rows.div_ceil(chunk_rows as usize);
     // Of a file that keeps its channels apart, alpha has as many tiles or strips of its own.
@@ -91,8 +101,13 @@ pub(super) fn read(input: BufReader<Watched<'_>>, length: u64, scan: &Scan, prog
             return fail("too many tiles".to_owned());
         };
         let (used_cols, used_rows) = decoder.chunk_data_dimensions(index);
+        packed.iter().try_for_each(|packed| packed.unpack(&mut decoder, chunk, scan))?;
         let data = decoder.read_chunk(index).map_err(wrong)?;
-        let alpha = if apart { Some(decoder.read_chunk(index_of_alpha).map_err(wrong)?) } else { None };
+        let mut alpha = None;
+        if apart {
+            packed.iter().try_for_each(|packed| packed.unpack(&mut decoder, chunk + chunks, scan))?;
+            alpha = Some(decoder.read_chunk(index_of_alpha).map_err(wrong)?);
+        }
         let corner = (chunk / across * chunk_rows as usize) * cols + chunk % across * chunk_cols as usize;
         let size = [used_rows as usize, used_cols as usize];
         let mut place = |data: &mut dyn ExactSizeIterator<Item = f64>| -> bool {

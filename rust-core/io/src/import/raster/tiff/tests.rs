@@ -12,6 +12,7 @@ use super::*;
 
 const NAN: f64 = f64::NAN;
 const DEFLATE: u16 = 8;
+const ZSTD: u16 = 50000;
 
 fn scan() -> Scan {
     Scan::new(Path::new("x.tif"))
@@ -45,12 +46,18 @@ struct Stored<'a> {
 impl Stored<'_> {
     fn write<K: TiffKind>(&self, encoder: &mut TiffEncoder<&mut Cursor<Vec<u8>>, K>) {
         let mut tags = encoder.image_directory().unwrap();
-        let is_packed = self.more.contains(&(Tag::Compression, DEFLATE));
+        let is_packed = |by: u16| self.more.contains(&(Tag::Compression, by));
         let (mut places, mut lengths) = (Vec::new(), Vec::new());
         for strip in self.strips {
-            let mut packed = flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::default());
-            packed.write_all(strip).unwrap();
-            let bytes = if is_packed { packed.finish().unwrap() } else { strip.to_vec() };
+            let bytes = if is_packed(DEFLATE) {
+                let mut packed = flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::default());
+                packed.write_all(strip).unwrap();
+                packed.finish().unwrap()
+            } else if is_packed(ZSTD) {
+                ruzstd::encoding::compress_to_vec(*strip, ruzstd::encoding::CompressionLevel::Fastest)
+            } else {
+                strip.to_vec()
+            };
             places.push(tags.write_data(&bytes[..]).unwrap() as u32);
             lengths.push(bytes.len() as u32);
         }
@@ -110,8 +117,9 @@ fn masks_in_the_file_are_applied() {
     let of_bytes = Stored { bits: &[8], strips: &[&bytes], rows_per_strip: 3, ..BITS };
     let small = Stored { size: [5, 2], kind: 5, strips: &[&[0, 0]], ..BITS };
     let packed = Stored { more: &[(Tag::Compression, DEFLATE)], ..BITS };
+    let zstd = Stored { more: &[(Tag::Compression, ZSTD)], ..BITS };
     for is_big in [false, true] {
-        for behind in [vec![BITS], vec![packed], vec![of_bytes], vec![small, BITS]] {
+        for behind in [vec![BITS], vec![packed], vec![zstd], vec![of_bytes], vec![small, BITS]] {
             let file = with_behind(&behind, is_big);
             assert_eq!(some(&values(&file)), some(&masked()));
         }
@@ -207,4 +215,50 @@ fn alpha_is_applied() {
     let unknown = Stored { more: &[(Tag::ExtraSamples, 0)], strips: &[&pixels], rows_per_strip: 2, ..apart };
     let error = read(parse, &alone(&unknown), &scan()).unwrap_err().to_string();
     assert!(error.contains("2 channels a pixel; a height map or depth image has one"), "{error}");
+}
+
+/// Theorem: Zstandard gives what plain files do, by strips of any size, in any predictor, with channels apart or not.
+#[test]
+fn zstandard_is_unpacked() {
+    let whole: Vec<u16> = (0..6000_u32).map(|i| (i * i % 977) as u16).collect();
+    let bytes: Vec<u8> = whole.iter().flat_map(|x| x.to_le_bytes()).collect();
+    let differences: Vec<u8> = whole
+        .chunks(60)
+        .flat_map(|row| row.iter().scan(0_u16, |before, &x| Some(x.wrapping_sub(std::mem::replace(before, x)))))
+        .flat_map(u16::to_le_bytes)
+        .collect();
+    let expected: Vec<f64> = whole.iter().map(|&x| f64::from(x)).collect();
+    for rows in [100, 7, 1] {
+        let plain: Vec<&[u8]> = bytes.chunks(120 * rows).collect();
+        let predicted: Vec<&[u8]> = differences.chunks(120 * rows).collect();
+        let stored = Stored {
+            size: [60, 100],
+            kind: 0,
+            meaning: 1,
+            bits: &[16],
+            format: 1,
+            strips: &plain,
+            rows_per_strip: rows as u32,
+            more: &[(Tag::Compression, ZSTD)],
+        };
+        let more = [(Tag::Compression, ZSTD), (Tag::Predictor, 2)];
+        for image in [stored, Stored { strips: &predicted, more: &more, ..stored }] {
+            assert_eq!(values(&alone(&image)), expected, "{rows} rows a strip");
+            let mut bytes = Cursor::new(Vec::new());
+            image.write(&mut TiffEncoder::new_big(&mut bytes).unwrap());
+            assert_eq!(values(&bytes.into_inner()), expected, "{rows} rows a strip, BigTIFF");
+        }
+        endure(parse, &alone(&stored), &scan());
+    }
+    let apart = Stored {
+        size: [2, 2],
+        kind: 0,
+        meaning: 1,
+        bits: &[8, 8],
+        format: 1,
+        strips: &[&[7, 8], &[9, 10], &[255, 0], &[1, 0]],
+        rows_per_strip: 1,
+        more: &[(Tag::ExtraSamples, 2), (Tag::PlanarConfiguration, 2), (Tag::Compression, ZSTD)],
+    };
+    assert_eq!(some(&values(&alone(&apart))), [Some(7.0), None, Some(9.0), None]);
 }
