@@ -109,7 +109,7 @@ pub use types::{
 };
 
 use base::error::Result;
-use base::progress::Progress;
+use base::progress::{Pace, Progress};
 use mesh::point_cloud::PointCloud;
 
 /// Spacings that the mean side of a trusted facet may have, before the factor. Samples at random over a plane leave
@@ -226,15 +226,16 @@ fn scale<'a>(
     Ok(Scale { complex, incident, star: Star::default(), spacings, global, trusted })
 }
 
-/// The closed surface, through all samples in its reach. `is_mostly_met`: whether what is enclosed at first meets most of them.
+/// The closed surface, through all samples in its reach. `is_mostly_met`: whether what is enclosed at first meets most of them; `may_be_lids`: whether
+/// to look for these.
 fn close(
     solid: &mut Solid<'_>,
     mut on_surface: Vec<bool>,
-    is_mostly_met: bool,
+    [is_mostly_met, may_be_lids]: [bool; 2],
     params: &ReconstructParams,
     report: &mut ReconstructReport,
     progress: &Progress<'_>,
-) -> Result<Vec<[u32; 3]>> {
+) -> Result<Enclosing> {
     let (complex, incident) = (solid.complex, solid.incident.clone());
     let typical = || mean_perimeter(complex, &solid.surface(progress)?, progress);
     let mut scale = scale(complex, &incident, params, typical, report)?;
@@ -268,7 +269,39 @@ fn close(
     fans::keep_largest(&mut triangles, complex.points.len(), |triangle| complex.perimeter(triangle), progress)?;
     report.cut_facets = before - triangles.len();
     report.closed = report.cut_facets == 0 || fans::are_closed(&triangles, complex.points.len());
-    Ok(triangles)
+    let lids =
+        if may_be_lids { lids_over_gaps(complex, &triangles, |facet| scale.allowed(facet), progress)? } else { 0.0 };
+    Ok(Enclosing { triangles, lids })
+}
+
+/// A closed surface.
+struct Enclosing {
+    triangles: Vec<[u32; 3]>,
+    /// The share of its area that is in facets larger than the sampling allows; 0 where these are not looked for.
+    lids: f64,
+}
+
+/// Triangles that are looked at for that share.
+const LOOKED_AT: usize = 4096;
+
+/// The share of the area of triangles, in an order of their own, that is in facets larger than allowed.
+fn lids_over_gaps(
+    complex: Complex<'_>,
+    triangles: &[[u32; 3]],
+    mut allowed: impl FnMut([u32; 3]) -> f64,
+    progress: &Progress<'_>,
+) -> Result<f64> {
+    let (mut lids, mut all) = (0.0, 0.0);
+    let mut pace = Pace::new(progress);
+    for &facet in triangles.iter().step_by(triangles.len().div_ceil(LOOKED_AT).max(1)) {
+        pace.after(1)?;
+        let area = complex.area(facet);
+        all += area;
+        if complex.perimeter(facet) > allowed(facet) {
+            lids += area;
+        }
+    }
+    Ok(if all > 0.0 { lids / all } else { 0.0 })
 }
 
 /// Of samples, the part that is on the surface.

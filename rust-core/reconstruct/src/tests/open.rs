@@ -2,7 +2,7 @@
 
 use std::cell::Cell;
 
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DVec2, DVec3};
 
 use super::*;
 
@@ -80,6 +80,38 @@ fn what_lies_far_apart_stays_apart() {
         .collect();
     let (_, apart) = reconstruct(sheets, &ReconstructParams::default());
     assert_eq!((apart.components, apart.boundary_loops, apart.genus()), (2, 2, Some(0)), "{apart}");
+}
+
+/// What an airborne laser sees of trees so close that their crowns touch: one point a pulse, on the ground or somewhere in a crown.
+fn forest(side: i32, seed: u64) -> Vec<DVec3> {
+    let mut random = random(seed);
+    let size = f64::from(side);
+    let trees: Vec<[f64; 4]> = (0..side * side / 14)
+        .map(|_| [size * random(), size * random(), 2.0 + 2.0 * random(), 8.0 + 10.0 * random()])
+        .collect();
+    (0..side * side)
+        .map(|i| {
+            let at = DVec2::new(f64::from(i % side) + 0.4 * random(), f64::from(i / side) + 0.4 * random());
+            let ground = 2.0 * (at.x / 20.0).sin() + 1.5 * (at.y / 15.0).cos();
+            let crown = |&[x, y, radius, height]: &[f64; 4]| {
+                let off = at.distance(DVec2::new(x, y)) / radius;
+                if off < 1.0 { height * (1.0 - 0.6 * off * off) } else { 0.0 }
+            };
+            let top = trees.iter().map(crown).fold(0.0, f64::max);
+            let depth = -1.5 * (1.0 - random()).ln();
+            at.extend(ground + (top - depth).max(0.0) + 0.05 * random())
+        })
+        .collect()
+}
+
+#[test]
+fn trees_seen_from_above_get_no_lid() {
+    let points = forest(48, 2);
+    let (made, report) = reconstruct(points.clone(), &ReconstructParams::default());
+    assert!(made.report.smoothing > 0.0, "no noise");
+    assert!(!made.report.closed && report.is_manifold() && report.components == 1, "{report}");
+    let closed = ReconstructParams { closure: Closure::Closed, ..Default::default() };
+    assert!(reconstruct(points, &closed).0.report.closed, "nothing is to be decided");
 }
 
 /// The tetrahedralization of samples without noise, as `space` has it.
