@@ -3,8 +3,8 @@
 use glam::{DAffine3, DVec3};
 
 use crate::range_image::samples::SampleGrid;
-use crate::range_image::spacing::{EdgeLimit, median_spacing};
-use crate::range_image::{RangeImage, Viewing};
+use crate::range_image::spacing::{EdgeLimit, Spacing};
+use crate::range_image::{RangeImage, Viewing, repeats};
 use base::error::{Error, Result};
 use base::magnitude;
 use base::progress::Progress;
@@ -26,7 +26,7 @@ pub struct OrientedPoints {
     pub intensity: Option<Vec<f32>>,
     /// From where they were seen, if that is known.
     pub viewing: Option<Viewing>,
-    /// Median distance of neighbours.
+    /// Median distance of neighbours; the larger one of rows and columns where pixels are not square.
     pub spacing: f64,
     /// Places them in the world.
     pub world_from_points: DAffine3,
@@ -41,16 +41,18 @@ impl OrientedPoints {
     /// [`magnitude::LARGEST`]; cancelled.
     pub fn of_image(image: &RangeImage, progress: &Progress<'_>) -> Result<Self> {
         image.validate()?;
+        let own_size = repeats::undone(image);
+        let image = own_size.as_ref().unwrap_or(image);
         let grid = SampleGrid::new(image, progress)?;
         magnitude::points("sample", &grid.positions)?;
-        let spacing = median_spacing(&grid, progress)?;
+        let spacing = Spacing::of(image, &grid, progress)?;
         let limit = EdgeLimit::from_data(image, &grid, spacing, progress)?;
         let mut points = OrientedPoints {
             viewing: Some(match image.projection().eye() {
                 Some(eye) => Viewing::From(eye),
                 None => Viewing::Parallel(image.projection().view_direction(DVec3::ZERO)),
             }),
-            spacing,
+            spacing: spacing.larger(),
             world_from_points: image.world_from_sensor,
             colour: image.colour.as_ref().map(|_| Vec::new()),
             intensity: image.intensity.as_ref().map(|_| Vec::new()),
@@ -59,9 +61,7 @@ impl OrientedPoints {
         for block in progress.ranges(grid.len()) {
             for k in block? {
                 let here = grid.positions[k];
-                let [left, right, up, down] = grid.neighbours(k).map(|n| {
-                    n.map(|n| grid.positions[n]).filter(|&there| limit.allows(here, there)).map(|there| there - here)
-                });
+                let [left, right, up, down] = limit.allowed(&grid, k).map(|n| n.map(|n| grid.positions[n] - here));
                 let mut sum = DVec3::ZERO;
                 for (first, second) in [(right, down), (down, left), (left, up), (up, right)] {
                     if let (Some(first), Some(second)) = (first, second) {

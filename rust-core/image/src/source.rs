@@ -12,7 +12,7 @@ use crate::oriented::OrientedPoints;
 use crate::places::Places;
 use crate::range_image::noise::Noise;
 use crate::range_image::smooth::{self, Smoothed};
-use crate::range_image::{RangeImage, Samples, blocks};
+use crate::range_image::{RangeImage, Samples, blocks, repeats};
 use crate::sight::LinesOfSight;
 use crate::triangulate::{self, RangeSurface, TriangulateParams};
 use base::error::{Error, Result};
@@ -326,6 +326,8 @@ impl OrientedSurface {
     pub fn from_range_image(image: &RangeImage, loading: &Loading, progress: &Progress<'_>) -> Result<Self> {
         let Loading { triangulation, cell } = loading;
         triangulate::expect(image, triangulation)?;
+        let own_size = repeats::undone(image);
+        let image = own_size.as_ref().unwrap_or(image);
         let noise = Noise::measure(image, progress)?;
         let side = blocks::side(image, &noise, *cell);
         let averaged = match side {

@@ -16,7 +16,7 @@ pub use camera::Camera;
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use crate::range_image::{DepthKind, Projection, RangeImage};
+use crate::range_image::{DepthKind, Projection, RangeImage, far, repeats};
 use base::error::{Error, Result};
 use base::progress::Progress;
 
@@ -73,6 +73,10 @@ pub struct LeftOut {
     pub out_of_reach: usize,
     /// Those seen through the black rim of the colour image.
     pub black_rim: usize,
+    /// Those far beyond all others of their frame, which stand for nothing.
+    pub far: usize,
+    /// Columns and rows of the depth image as it was recorded and as it is taken, where it was enlarged by repeating pixels.
+    pub enlarged: Option<[[usize; 2]; 2]>,
 }
 
 impl ColourImage {
@@ -89,6 +93,8 @@ impl LeftOut {
         self.low_confidence += other.low_confidence;
         self.out_of_reach += other.out_of_reach;
         self.black_rim += other.black_rim;
+        self.far += other.far;
+        self.enlarged = self.enlarged.or(other.enlarged);
     }
 
     /// A sentence for people; `None` where nothing was left out.
@@ -97,11 +103,18 @@ impl LeftOut {
             (self.low_confidence, "of low confidence"),
             (self.out_of_reach, "beyond the sensor's reach"),
             (self.black_rim, "in the black rim of the colour image"),
+            (self.far, "far beyond all others"),
         ];
         let share = |count: usize| format!("{:.1} %", 100.0 * count as f64 / self.of.max(1) as f64);
         let parts: Vec<String> =
             parts.iter().filter(|part| part.0 > 0).map(|(count, why)| format!("{} {why}", share(*count))).collect();
-        (!parts.is_empty()).then(|| format!("left out of the samples: {}", parts.join(", ")))
+        let left_out = (!parts.is_empty()).then(|| format!("left out of the samples: {}", parts.join(", ")));
+        let enlarged = self.enlarged.map(|[from, to]| {
+            let ([cols, rows], [own_cols, own_rows]) = (from, to);
+            format!("{cols} x {rows} pixels of depth are {own_cols} x {own_rows} pixels, repeated; they are taken in that size")
+        });
+        let said: Vec<String> = enlarged.into_iter().chain(left_out).collect();
+        (!said.is_empty()).then(|| said.join("; "))
     }
 }
 
@@ -123,7 +136,13 @@ impl Frame {
     pub fn into_range_image(self, progress: &Progress<'_>) -> Result<(RangeImage, LeftOut)> {
         self.validate()?;
         let Frame { mut depth, colour, confidence, reach } = self;
-        let mut left_out = LeftOut { of: depth.valid_count(), ..LeftOut::default() };
+        let mut enlarged = None;
+        if let Some(own_size) = repeats::undone(&depth) {
+            enlarged = Some([&depth, &own_size].map(|image| [image.cols(), image.rows()]));
+            depth = own_size;
+        }
+        let mut left_out = LeftOut { of: depth.valid_count(), enlarged, ..LeftOut::default() };
+        left_out.far = far::leave_out(&mut depth).map_or(0, |far| far.count);
         if let Some(confidence) = &confidence {
             left_out.low_confidence = confidence.apply(&mut depth);
         }

@@ -130,8 +130,13 @@ fn what_can_not_be_trusted_is_left_out_and_counted() {
     let samples = 47;
     // 8 columns by confidence; columns 41 on lie beyond 5; of the rest the rows whose centre falls on row 176 on.
     let in_rim = (0..48).filter(|row| (f64::from(*row) + 0.5) * 4.0 - 0.5 >= 175.5).count();
-    let expected =
-        LeftOut { of: 64 * samples, low_confidence: 8 * samples, out_of_reach: 23 * samples, black_rim: 33 * in_rim };
+    let expected = LeftOut {
+        of: 64 * samples,
+        low_confidence: 8 * samples,
+        out_of_reach: 23 * samples,
+        black_rim: 33 * in_rim,
+        ..LeftOut::default()
+    };
     assert_eq!(left_out, expected);
     assert_eq!(out.valid_count(), expected.of - 31 * samples - 33 * in_rim);
     let words = left_out.in_words().unwrap();
@@ -144,4 +149,29 @@ fn what_can_not_be_trusted_is_left_out_and_counted() {
     assert!(error.to_string().contains("the confidence image of 32 x 24 pixels has 3"), "{error}");
     let cancelled = frame.into_range_image(&Progress::cancel_after(0));
     assert!(matches!(cancelled, Err(Error::Cancelled)));
+}
+
+#[test]
+fn enlarged_depth_is_taken_in_its_own_size_and_a_background_left_out() {
+    // A wall that is turned, and a background that stands for nothing.
+    let (small, times) = ([40, 30], 4);
+    let depth = |r: usize, c: usize| if c > 35 { 1e10 } else { 1.0 + 0.003 * r as f64 + 0.004 * (c * c) as f64 / 7.0 };
+    let image = |times: usize| {
+        let [cols, rows] = small.map(|side| side * times);
+        let scale = times as f64;
+        let centre = [19.5, 14.5].map(|c| (c + 0.5) * scale - 0.5);
+        let projection = Camera::new([30.0 * scale; 2], centre).projection(DepthKind::Planar);
+        let values = (0..rows * cols).map(|i| depth(i / cols / times, i % cols / times)).collect();
+        RangeImage::from_values(rows, cols, values, projection).unwrap()
+    };
+    let (as_it_was, of_small) = made(Frame::new(image(1)));
+    let (back, of_large) = made(Frame::new(image(times)));
+    assert_eq!([back.cols(), back.rows()], small);
+    assert_eq!((of_small.far, of_large.far), (4 * 30, 4 * 30));
+    let ranges = |image: &RangeImage| -> Vec<u64> { (0..image.len()).map(|i| image.range(i).to_bits()).collect() };
+    assert_eq!(ranges(&back), ranges(&as_it_was));
+    assert_eq!(of_large.enlarged, Some([[160, 120], small]));
+    let words = of_large.in_words().unwrap();
+    assert!(words.starts_with("160 x 120 pixels of depth are 40 x 30 pixels, repeated;"), "{words}");
+    assert!(words.ends_with("left out of the samples: 10.0 % far beyond all others"), "{words}");
 }

@@ -30,7 +30,8 @@ impl RangeImage {
         progress.stage(SAMPLES, 1);
         let grid = samples::SampleGrid::new(self, progress)?;
         magnitude::points("sample", &grid.positions)?;
-        let limit = spacing::EdgeLimit::from_data(self, &grid, spacing::median_spacing(&grid, progress)?, progress)?;
+        let spacing = spacing::Spacing::of(self, &grid, progress)?;
+        let limit = spacing::EdgeLimit::from_data(self, &grid, spacing, progress)?;
         progress.stage(NORMALS, grid.len() as u64);
         let mut normals = Vec::with_capacity(grid.len());
         for range in progress.ranges(grid.len()) {

@@ -12,6 +12,8 @@
 //! | `attributes` | what pixels have besides their samples, as attributes of the vertices they become |
 //! | `noise` | standard deviation of the noise, from the data alone |
 //! | `smooth` | noise taken out along the rays |
+//! | `repeats` | images that were enlarged by repeating pixels, in their own size |
+//! | `far` | values that stand for nothing, left out |
 
 pub mod projection;
 
@@ -31,7 +33,11 @@ mod cloud;
 
 pub mod noise;
 
-pub(crate) mod pitch;
+pub mod pitch;
+
+pub mod far;
+
+pub mod repeats;
 
 pub(crate) mod blocks;
 

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::RangeImage;
 use super::samples::SampleGrid;
-use super::spacing::{EdgeLimit, median_spacing};
+use super::spacing::{EdgeLimit, Spacing};
 use base::error::Result;
 use base::progress::Progress;
 
@@ -17,7 +17,7 @@ pub fn normals(image: &RangeImage) -> Result<Vec<[f32; 3]>> {
     image.validate()?;
     let progress = &Progress::none();
     let grid = SampleGrid::new(image, progress)?;
-    let limit = EdgeLimit::from_data(image, &grid, median_spacing(&grid, progress)?, progress)?;
+    let limit = EdgeLimit::from_data(image, &grid, Spacing::of(image, &grid, progress)?, progress)?;
     let mut normals = vec![[0.0; 3]; image.len()];
     for (k, &pixel) in grid.pixels.iter().enumerate() {
         normals[pixel as usize] = sample_normal(image, &grid, limit, k).as_vec3().to_array();
@@ -29,9 +29,7 @@ pub fn normals(image: &RangeImage) -> Result<Vec<[f32; 3]>> {
 /// grid edges within `limit`. With all four neighbours that is the cross product of the two central differences.
 pub fn sample_normal(image: &RangeImage, grid: &SampleGrid, limit: EdgeLimit, sample: usize) -> DVec3 {
     let here = grid.positions[sample];
-    let [left, right, up, down] = grid
-        .neighbours(sample)
-        .map(|n| n.map(|n| grid.positions[n]).filter(|&there| limit.allows(here, there)).map(|there| there - here));
+    let [left, right, up, down] = limit.allowed(grid, sample).map(|n| n.map(|n| grid.positions[n] - here));
     let mut sum = DVec3::ZERO;
     for (first, second) in [(right, down), (down, left), (left, up), (up, right)] {
         if let (Some(first), Some(second)) = (first, second) {

@@ -2,7 +2,55 @@
 
 use glam::DVec3;
 
+use super::samples::{NO_SAMPLE, SampleGrid};
 use super::{Projection, RangeImage};
+
+/// Pixels are square if neither side is longer than the other by this factor: sides of point grids are measured, and
+/// scanners that step two axes alike come within a few percent.
+pub const SQUARE: f64 = 1.5;
+
+/// Samples of a point grid whose neighbours are looked at.
+const LOOKED_AT: usize = 1 << 11;
+
+/// Whether pixels are as high as wide, as seen along their rays, whatever the surface's slant. `grid` has the samples of
+/// `image`, as they are or smoothed. O(1) beside a few of the samples.
+pub fn is_square(image: &RangeImage, grid: &SampleGrid) -> bool {
+    let [width, height] = match *image.projection() {
+        Projection::Orthographic { step, .. } | Projection::Spherical { step, .. } => step.map(f64::abs),
+        Projection::Pinhole { focal, .. } => focal.map(|focal| focal.abs().recip()),
+        Projection::PointGrid(_) => sides(image, grid),
+    };
+    width.max(height) < SQUARE * width.min(height)
+}
+
+/// Median width and height of a point grid's pixels across their rays, by range where rays fan out. 1 and 1 where one of
+/// them isn't known.
+fn sides(image: &RangeImage, grid: &SampleGrid) -> [f64; 2] {
+    let (projection, eye) = (image.projection(), image.projection().eye());
+    let across = |a: usize, b: usize| {
+        let (a, b) = (grid.positions[a], grid.positions[b]);
+        let across = (b - a).reject_from_normalized(projection.view_direction(a)).length();
+        eye.map_or(across, |eye| across / a.distance(eye))
+    };
+    // Odd, so that it is no multiple of an even number of columns.
+    let looked_at = || (0..grid.len()).step_by(grid.len() / LOOKED_AT | 1);
+    // Pairs at the same place say nothing.
+    let is_apart = |length: &f64| *length > 0.0;
+    let right = looked_at().filter(|&k| grid.has_right(k)).map(|k| across(k, k + 1)).filter(is_apart);
+    let is_above = |k: &usize| grid.down[*k] != NO_SAMPLE;
+    let down = looked_at().filter(is_above).map(|k| across(k, grid.down[k] as usize)).filter(is_apart);
+    match (middle(right.collect()), middle(down.collect())) {
+        (Some(width), Some(height)) => [width, height],
+        _ => [1.0; 2],
+    }
+}
+
+/// The median of those that are finite.
+fn middle(mut lengths: Vec<f64>) -> Option<f64> {
+    lengths.retain(|length| length.is_finite());
+    let middle = lengths.len() / 2;
+    (!lengths.is_empty()).then(|| *lengths.select_nth_unstable_by(middle, f64::total_cmp).1)
+}
 
 /// Distance of neighbouring pixels across their rays: a length, or, where rays fan out from `eye`, that at distance 1 from it.
 pub struct Pitch {
@@ -20,18 +68,20 @@ impl Pitch {
             }
             Projection::Pinhole { focal, .. } => 1.0 / focal[0].abs().max(focal[1].abs()),
             Projection::PointGrid(_) => {
-                let mut lengths: Vec<f64> = (1..image.len())
-                    .filter(|i| i % image.cols() > 0)
-                    .map(|i| {
-                        let (a, b) = (image.point_in_sensor(i - 1), image.point_in_sensor(i));
-                        let across = (b - a).reject_from_normalized(image.projection().view_direction(a)).length();
-                        eye.map_or(across, |eye| across / a.distance(eye))
-                    })
-                    .filter(|length| length.is_finite())
-                    .collect();
-                let middle = lengths.len() / 2;
-                // Without neighbours there is no noise to compare it with.
-                if lengths.is_empty() { 1.0 } else { *lengths.select_nth_unstable_by(middle, f64::total_cmp).1 }
+                let across = |i: usize, j: usize| {
+                    let (a, b) = (image.point_in_sensor(i), image.point_in_sensor(j));
+                    let across = (b - a).reject_from_normalized(image.projection().view_direction(a)).length();
+                    eye.map_or(across, |eye| across / a.distance(eye))
+                };
+                let cols = image.cols();
+                let width = middle((1..image.len()).filter(|i| i % cols > 0).map(|i| across(i - 1, i)).collect());
+                let looked_at = (cols..image.len()).step_by(image.len() / LOOKED_AT | 1);
+                let height = middle(looked_at.map(|i| across(i - cols, i)).collect());
+                match (width, height) {
+                    (Some(width), Some(height)) if height > 0.0 && SQUARE * height <= width => height,
+                    // Without neighbours there is no noise to compare it with.
+                    _ => width.unwrap_or(1.0),
+                }
             }
         };
         Pitch { length, eye }

@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
-use super::RangeImage;
 use super::samples::SampleGrid;
+use super::{RangeImage, pitch};
 use base::error::Result;
 use base::progress::Progress;
 
@@ -11,68 +11,140 @@ use base::progress::Progress;
 /// scans of the Stanford bunny give 690,821 triangles, against 690,534 in the paper's Table 1 \[MI04\].
 pub const JUMP_FACTOR: f64 = 3.4;
 
-/// Longest edge that still belongs to the surface.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum EdgeLimit {
-    /// A length: for parallel rays, whose samples are equally dense at any range, and for a length given by the caller.
-    Length(f64),
-    /// A share of the distance between `eye` and the nearer end of the edge: where rays fan out from a point, samples
-    /// are the further apart the further away they are, and one length for all would tear far surfaces or bridge near
-    /// jumps.
-    ShareOfRange {
-        /// Where the rays start.
-        eye: DVec3,
-        /// Edge length by range.
-        share: f64,
-    },
+/// Distances of neighbouring samples along rows and along columns. One number where pixels are square: on a slanted surface
+/// both differ, but a jump is the same in either direction.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Spacing {
+    /// Median distance of neighbours in a row.
+    pub along_rows: f64,
+    /// Median distance of neighbours in a column.
+    pub along_columns: f64,
+    /// Whether both are one number.
+    is_one: bool,
 }
 
-impl EdgeLimit {
-    /// [`JUMP_FACTOR`] times the median distance of neighbouring samples; times the median of distance by range where
-    /// the rays fan out from a point.
+impl Spacing {
+    /// Measures it; pairs at the same place don't count. 0 where there is no pair.
     ///
     /// # Errors
     /// [`base::Error::Cancelled`].
-    pub fn from_data(image: &RangeImage, grid: &SampleGrid, spacing: f64, progress: &Progress<'_>) -> Result<Self> {
-        let Some(eye) = image.projection().eye() else {
-            return Ok(EdgeLimit::Length(JUMP_FACTOR * spacing));
+    pub fn of(image: &RangeImage, grid: &SampleGrid, progress: &Progress<'_>) -> Result<Self> {
+        Self::median(pitch::is_square(image, grid), &grid.right_squared, &grid.down_squared, progress)
+    }
+
+    /// The median of the square roots of both, or of each.
+    fn median(is_one: bool, rows: &[f64], columns: &[f64], progress: &Progress<'_>) -> Result<Self> {
+        let [along_rows, along_columns] = if is_one {
+            [median_root(rows, columns, progress)?; 2]
+        } else {
+            [median_root(rows, &[], progress)?, median_root(columns, &[], progress)?]
         };
+        Ok(Spacing { along_rows, along_columns, is_one })
+    }
+
+    /// The larger of both: within it each sample has neighbours on all sides.
+    pub fn larger(&self) -> f64 {
+        self.along_rows.max(self.along_columns)
+    }
+}
+
+/// Direction in the grid from one end of an edge to the other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Along {
+    /// From column to column.
+    Row,
+    /// From row to row.
+    Column,
+    /// Across a cell of 2 x 2 pixels.
+    Diagonal,
+}
+
+/// Longest edges that still belong to the surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EdgeLimit {
+    /// Where rays fan out from, and edges are measured by their range: the distance between `eye` and the nearer end of the
+    /// edge. Samples are the further apart the further away they are, and one length for all would tear far surfaces or
+    /// bridge near jumps. `None`: lengths count, for parallel rays, whose samples are equally dense at any range, and for a
+    /// length given by the caller.
+    eye: Option<DVec3>,
+    /// By [`Along`].
+    limits: [f64; 3],
+}
+
+impl EdgeLimit {
+    /// One length for all edges.
+    pub fn length(length: f64) -> Self {
+        EdgeLimit { eye: None, limits: [length; 3] }
+    }
+
+    /// [`JUMP_FACTOR`] times the median distance of neighbouring samples; times the median of distance by range where
+    /// the rays fan out from a point. Where pixels are not square, edges along the longer side and diagonals are compared with
+    /// the median along that side, edges along the other one with the geometric mean of both medians.
+    ///
+    /// # Errors
+    /// [`base::Error::Cancelled`].
+    pub fn from_data(image: &RangeImage, grid: &SampleGrid, spacing: Spacing, progress: &Progress<'_>) -> Result<Self> {
+        let Some(eye) = image.projection().eye() else { return Ok(Self::times(None, spacing)) };
         let by_range = |squared: f64, a: usize, b: usize| {
             let range = grid.positions[a].distance_squared(eye).min(grid.positions[b].distance_squared(eye));
             if range > 0.0 { squared / range } else { f64::INFINITY }
         };
-        let mut squared = Vec::new();
+        let mut rows = Vec::new();
         for block in progress.ranges(grid.len()) {
             let block = block?;
-            squared.extend(block.filter(|&k| grid.has_right(k)).map(|k| by_range(grid.right_squared[k], k, k + 1)));
+            rows.extend(block.filter(|&k| grid.has_right(k)).map(|k| by_range(grid.right_squared[k], k, k + 1)));
         }
+        let mut columns = Vec::new();
         for block in progress.ranges(grid.len()) {
             let down = block?.filter(|&k| grid.down_squared[k] < f64::INFINITY);
-            squared.extend(down.map(|k| by_range(grid.down_squared[k], k, grid.down[k] as usize)));
+            columns.extend(down.map(|k| by_range(grid.down_squared[k], k, grid.down[k] as usize)));
         }
-        let share = JUMP_FACTOR * median_root(&squared, &[], progress)?;
-        Ok(EdgeLimit::ShareOfRange { eye, share })
+        Ok(Self::times(Some(eye), Spacing::median(spacing.is_one, &rows, &columns, progress)?))
+    }
+
+    fn times(eye: Option<DVec3>, spacing: Spacing) -> Self {
+        let larger = spacing.larger();
+        let limits = if spacing.is_one {
+            [larger; 3]
+        } else {
+            // A surface that is seen at a grazing angle along the finer direction is not torn where nothing tells, between
+            // two of the coarser steps, that it should be.
+            let mean = (spacing.along_rows * spacing.along_columns).sqrt();
+            [mean.max(spacing.along_rows), mean.max(spacing.along_columns), larger]
+        };
+        EdgeLimit { eye, limits: limits.map(|spacing| JUMP_FACTOR * spacing) }
+    }
+
+    /// Where rays fan out from, if edges are measured by their range.
+    pub(crate) fn eye(&self) -> Option<DVec3> {
+        self.eye
+    }
+
+    /// Squares of the limits, by [`Along`].
+    pub(crate) fn squares(&self) -> [f64; 3] {
+        self.limits.map(|limit| limit * limit)
     }
 
     /// Whether the edge between points `a` and `b` is short enough.
-    pub fn allows(&self, a: DVec3, b: DVec3) -> bool {
+    pub fn allows(&self, along: Along, a: DVec3, b: DVec3) -> bool {
         let squared = a.distance_squared(b);
-        match *self {
-            EdgeLimit::Length(limit) => squared <= limit * limit,
-            EdgeLimit::ShareOfRange { eye, share } => {
-                squared <= share * share * a.distance_squared(eye).min(b.distance_squared(eye))
-            }
+        let limit = self.limits[along as usize];
+        match self.eye {
+            None => squared <= limit * limit,
+            Some(eye) => squared <= limit * limit * a.distance_squared(eye).min(b.distance_squared(eye)),
         }
     }
-}
 
-/// Median distance between samples that are neighbours in a row or a column; pairs at the same place don't count. 0
-/// where there is no pair. The mean of both middle distances where their number is even.
-///
-/// # Errors
-/// [`base::Error::Cancelled`].
-pub fn median_spacing(grid: &SampleGrid, progress: &Progress<'_>) -> Result<f64> {
-    median_root(&grid.right_squared, &grid.down_squared, progress)
+    /// The neighbours of a sample that are no jump away: left, right, upper, lower.
+    pub fn allowed(&self, grid: &SampleGrid, sample: usize) -> [Option<usize>; 4] {
+        let mut neighbours = grid.neighbours(sample);
+        for (along, neighbour) in
+            [Along::Row, Along::Row, Along::Column, Along::Column].into_iter().zip(&mut neighbours)
+        {
+            *neighbour = neighbour.filter(|&n| self.allows(along, grid.positions[sample], grid.positions[n]));
+        }
+        neighbours
+    }
 }
 
 /// Size of the sample that brackets the median, a power of two; with 512 the bracket of +- 8 % of the ranks misses once

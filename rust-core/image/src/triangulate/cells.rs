@@ -9,7 +9,7 @@
 use glam::DVec3;
 
 use crate::range_image::samples::{NO_SAMPLE, SampleGrid};
-use crate::range_image::spacing::EdgeLimit;
+use crate::range_image::spacing::{Along, EdgeLimit};
 use crate::range_image::{Projection, Viewing};
 use base::error::Result;
 use base::progress::Progress;
@@ -52,15 +52,17 @@ pub(super) fn triangulate(
     grazing_limit: f64,
     progress: &Progress<'_>,
 ) -> Result<Cells> {
-    match limit {
-        EdgeLimit::Length(length) => {
-            let limit = length * length;
-            with_limit(projection, grid, |squared, _, _| squared <= limit, grazing_limit, progress)
+    let squares = limit.squares();
+    match limit.eye() {
+        None => {
+            let allows = |along: Along, squared, _, _| squared <= squares[along as usize];
+            with_limit(projection, grid, allows, grazing_limit, progress)
         }
-        EdgeLimit::ShareOfRange { eye, share } => {
-            let limit = share * share;
+        Some(eye) => {
             let range: Vec<f64> = grid.positions.iter().map(|p| p.distance_squared(eye)).collect();
-            let allows = |squared, a, b| squared <= limit * range[a as usize].min(range[b as usize]);
+            let allows = |along: Along, squared, a, b| {
+                squared <= squares[along as usize] * range[a as usize].min(range[b as usize])
+            };
             with_limit(projection, grid, allows, grazing_limit, progress)
         }
     }
@@ -71,7 +73,7 @@ pub(super) fn triangulate(
 fn with_limit(
     projection: &Projection,
     grid: &SampleGrid,
-    allows: impl Fn(f64, u32, u32) -> bool,
+    allows: impl Fn(Along, f64, u32, u32) -> bool,
     grazing_limit: f64,
     progress: &Progress<'_>,
 ) -> Result<Cells> {
@@ -123,7 +125,7 @@ fn with_limit(
 fn fill_as_most_turn(
     projection: &Projection,
     grid: &SampleGrid,
-    allows: &impl Fn(f64, u32, u32) -> bool,
+    allows: &impl Fn(Along, f64, u32, u32) -> bool,
     side: &impl Fn(u32, u32, u32) -> f64,
     grazing_limit: f64,
     progress: &Progress<'_>,
@@ -145,7 +147,7 @@ const VOTES: usize = 256;
 /// Whether most corners (a, b, d) of some of the cells turn counter-clockwise seen from the sensor.
 fn guess_turn(
     grid: &SampleGrid,
-    allows: &impl Fn(f64, u32, u32) -> bool,
+    allows: &impl Fn(Along, f64, u32, u32) -> bool,
     side: &impl Fn(u32, u32, u32) -> f64,
 ) -> bool {
     let mut balance = 0_i64;
@@ -153,8 +155,8 @@ fn guess_turn(
         let (a, b, d) = (k as u32, k as u32 + 1, grid.down[k]);
         if d != NO_SAMPLE
             && grid.has_right(k)
-            && allows(grid.right_squared[k], a, b)
-            && allows(grid.down_squared[k], a, d)
+            && allows(Along::Row, grid.right_squared[k], a, b)
+            && allows(Along::Column, grid.down_squared[k], a, d)
         {
             let side = side(a, b, d);
             balance += i64::from(side > 0.0) - i64::from(side < 0.0);
@@ -167,7 +169,7 @@ fn guess_turn(
 fn fill(
     projection: &Projection,
     grid: &SampleGrid,
-    allows: &impl Fn(f64, u32, u32) -> bool,
+    allows: &impl Fn(Along, f64, u32, u32) -> bool,
     side: &impl Fn(u32, u32, u32) -> f64,
     forward: bool,
     grazing_limit: f64,
@@ -187,9 +189,10 @@ fn fill(
         normal.dot(view).abs() >= least_cosine * normal.length()
     };
     let mut folds = 0;
-    // Adds a triangle given clockwise on the screen with the squared lengths of its edges, if it is part of the surface.
-    let mut add = |surroundings: &mut [Surroundings], [i, j, k]: [u32; 3], [ij, jk, ki]: [f64; 3]| -> bool {
-        let short = allows(ij, i, j) && allows(jk, j, k) && allows(ki, k, i);
+    // Adds a triangle given clockwise on the screen with its edges' squared lengths and directions, if it is part of the
+    // surface.
+    let mut add = |surroundings: &mut [Surroundings], [i, j, k]: [u32; 3], [ij, jk, ki]: [(Along, f64); 3]| -> bool {
+        let short = allows(ij.0, ij.1, i, j) && allows(jk.0, jk.1, j, k) && allows(ki.0, ki.1, k, i);
         if !short {
             return false;
         }
@@ -205,6 +208,9 @@ fn fill(
         }
         true
     };
+    let row = |squared: f64| (Along::Row, squared);
+    let column = |squared: f64| (Along::Column, squared);
+    let diagonal = |squared: f64| (Along::Diagonal, squared);
     for k in 0..grid.len() {
         if k.is_multiple_of(CHECK) {
             progress.check()?;
@@ -214,18 +220,23 @@ fn fill(
         // The cell to the left has no upper left corner.
         if d != NO_SAMPLE && !grid.has_left(k) && grid.has_left(d as usize) {
             let (b, c, d) = (a, d, d - 1);
-            add(&mut surroundings, [b, c, d], [below[k], right[d as usize], distance_squared(d, b)]);
+            let edges = [column(below[k]), row(right[d as usize]), diagonal(distance_squared(d, b))];
+            add(&mut surroundings, [b, c, d], edges);
         }
         match (grid.has_right(k), d != NO_SAMPLE) {
             (true, true) if grid.has_right(d as usize) => {
                 let c = d + 1;
-                let [ab, bc, cd, da] = [right[k], below[k + 1], right[d as usize], below[k]];
+                let [ab, bc, cd, da] = [row(right[k]), column(below[k + 1]), row(right[d as usize]), column(below[k])];
                 let (ac, bd) = (distance_squared(a, c), distance_squared(b, d));
-                let both = if ac <= bd {
-                    add(&mut surroundings, [a, b, c], [ab, bc, ac]) & add(&mut surroundings, [a, c, d], [ac, cd, da])
+                let (triangles, edges) = if ac <= bd {
+                    let ac = diagonal(ac);
+                    ([[a, b, c], [a, c, d]], [[ab, bc, ac], [ac, cd, da]])
                 } else {
-                    add(&mut surroundings, [a, b, d], [ab, bd, da]) & add(&mut surroundings, [b, c, d], [bc, cd, bd])
+                    let bd = diagonal(bd);
+                    ([[a, b, d], [b, c, d]], [[ab, bd, da], [bc, cd, bd]])
                 };
+                let both =
+                    add(&mut surroundings, triangles[0], edges[0]) & add(&mut surroundings, triangles[1], edges[1]);
                 if both {
                     for v in [a, b, c, d] {
                         surroundings[v as usize].0 += 1;
@@ -233,18 +244,21 @@ fn fill(
                 }
             }
             (true, true) => {
-                add(&mut surroundings, [a, b, d], [right[k], distance_squared(b, d), below[k]]);
+                let edges = [row(right[k]), diagonal(distance_squared(b, d)), column(below[k])];
+                add(&mut surroundings, [a, b, d], edges);
             }
             (true, false) => {
                 let c = grid.down[k + 1];
                 if c != NO_SAMPLE {
-                    add(&mut surroundings, [a, b, c], [right[k], below[k + 1], distance_squared(a, c)]);
+                    let edges = [row(right[k]), column(below[k + 1]), diagonal(distance_squared(a, c))];
+                    add(&mut surroundings, [a, b, c], edges);
                 }
             }
             (false, true) => {
                 if grid.has_right(d as usize) {
                     let c = d + 1;
-                    add(&mut surroundings, [a, c, d], [distance_squared(a, c), right[d as usize], below[k]]);
+                    let edges = [diagonal(distance_squared(a, c)), row(right[d as usize]), column(below[k])];
+                    add(&mut surroundings, [a, c, d], edges);
                 }
             }
             (false, false) => {}

@@ -14,9 +14,9 @@ use std::f64::consts::FRAC_PI_2;
 use glam::DVec3;
 
 use crate::range_image::samples::SampleGrid;
-use crate::range_image::spacing::{self, EdgeLimit};
-use crate::range_image::{RangeImage, confidence};
-use base::error::Result;
+use crate::range_image::spacing::{EdgeLimit, Spacing};
+use crate::range_image::{RangeImage, confidence, repeats};
+use base::error::{Error, Result, Shown};
 use base::magnitude;
 use base::memory;
 use base::params::{angle, length};
@@ -49,7 +49,7 @@ pub struct RangeSurface {
     pub confidence: Vec<f32>,
     /// Three vertices a triangle, counter-clockwise seen from the sensor.
     pub triangles: Vec<[u32; 3]>,
-    /// Median distance of neighbouring samples.
+    /// Median distance of neighbouring samples; the larger one of rows and columns where pixels are not square.
     pub spacing: f64,
     /// Valid pixels without a triangle.
     pub isolated_pixels: usize,
@@ -62,13 +62,15 @@ impl RangeSurface {
     /// # Errors
     /// [`base::error::Error::Cancelled`].
     pub fn into_mesh(self, image: &RangeImage, progress: &Progress<'_>) -> Result<TriMesh> {
-        let mut attributes = image.attributes_of(&self.pixels, progress)?;
-        attributes.retain(|attribute| attribute.name != "confidence");
-        attributes.push(Attribute::f32("confidence", self.confidence));
-        let mut mesh = TriMesh::new(self.positions, self.triangles);
-        mesh.vertex_attributes = attributes;
-        mesh.crs = image.crs_of_frame();
-        Ok(mesh)
+        progress.watch(|| {
+            let mut attributes = image.attributes_of(&self.pixels, progress)?;
+            attributes.retain(|attribute| attribute.name != "confidence");
+            attributes.push(Attribute::f32("confidence", self.confidence));
+            let mut mesh = TriMesh::new(self.positions, self.triangles);
+            mesh.vertex_attributes = attributes;
+            mesh.crs = image.crs_of_frame();
+            Ok(mesh)
+        })
     }
 }
 
@@ -79,7 +81,10 @@ impl RangeSurface {
 /// the limit, or if it is seen from behind or edge-on: where neighbouring pixels of a point grid lie in another order
 /// than the grid's (a fold), one hides behind the other. Default edge limit: 3.4 times the median distance of
 /// neighbours; where rays fan out from a point (pinhole, spherical, point grids seen from a point) 3.4 times the median
-/// of distance by range, times the range of the edge's nearer end, since sampling thins out with range.
+/// of distance by range, times the range of the edge's nearer end, since sampling thins out with range. Where pixels are
+/// not square (one side, across the rays, is longer than the other by [`SQUARE`](crate::range_image::pitch::SQUARE) or
+/// more), rows and columns have a median each: edges along the longer side and diagonals are compared with its own, edges
+/// along the other one with the geometric mean of both.
 ///
 /// Guarantees: triangles turn counter-clockwise seen from the sensor; no zero-area triangle; every vertex has a
 /// triangle; vertices in pixel order. Without own confidences a vertex's confidence is the cosine between its normal and
@@ -89,15 +94,37 @@ impl RangeSurface {
 /// Cost: O(pixels), one thread; about 120 bytes a valid pixel.
 ///
 /// # Errors
-/// Parameters out of range, attributes of the wrong length, more than 2^32 - 2 pixels, or a coordinate larger than
-/// [`magnitude::LARGEST`]; [`base::Error::OutOfMemory`]; [`base::Error::Cancelled`].
+/// An image that gives no triangle; parameters out of range, attributes of the wrong length, more than 2^32 - 2 pixels, or
+/// a coordinate larger than [`magnitude::LARGEST`]; [`base::Error::OutOfMemory`]; [`base::Error::Cancelled`].
 ///
 /// Sources: contract of section 0; the ramp: \[CL96\].
 pub fn triangulate(image: &RangeImage, params: &TriangulateParams, progress: &Progress<'_>) -> Result<RangeSurface> {
-    triangulate_samples(image, samples(image, params, progress)?, params, progress)
+    let surface = progress.watch(|| triangulate_samples(image, samples(image, params, progress)?, params, progress))?;
+    if surface.triangles.is_empty() { Err(no_triangle(image, params)) } else { Ok(surface) }
 }
 
-/// [`triangulate`] with the samples of the image moved along their rays.
+/// Says that an image gives no triangle, and what may help.
+pub fn no_triangle(image: &RangeImage, params: &TriangulateParams) -> Error {
+    let valid = image.valid_count();
+    let remedy = match params.edge_limit {
+        _ if valid < 3 => "Check how the image was made: pixels of value NaN are not measured.".to_owned(),
+        Some(limit) => format!("Raise edge_limit, which is {}, or leave it out to have it measured.", Shown(limit)),
+        None if params.grazing_limit < FRAC_PI_2 => {
+            format!("Raise grazing_limit, which is {} degrees.", Shown(params.grazing_limit.to_degrees()))
+        }
+        None => {
+            "Check that neighbouring pixels hold neighbouring points, seen from where the image was taken.".to_owned()
+        }
+    };
+    Error::input(format!(
+        "{}: no triangle comes of its {} x {} pixels, of which {valid} are valid, but a mesh has at least one: three          neighbouring pixels that no jump separates. {remedy}",
+        image.called(),
+        image.rows(),
+        image.cols()
+    ))
+}
+
+/// [`triangulate`] with the samples of the image moved along their rays; the surface may be empty.
 ///
 /// # Errors
 /// As [`triangulate`].
@@ -112,8 +139,9 @@ pub(crate) fn triangulate_samples(
         magnitude::points("sample", &grid.positions)?;
         let spacing = match spacing {
             Some(spacing) => spacing,
-            None => spacing::median_spacing(&grid, progress)?,
-        };
+            None => Spacing::of(image, &grid, progress)?,
+        }
+        .larger();
         let mut weights = confidence::ramp(&grid, |k| cells.is_interior(k), progress)?;
         confidence::weigh(image, &grid, &mut weights, progress)?;
         keep_used(grid, cells, weights, spacing, progress)
@@ -144,7 +172,8 @@ pub fn triangles_over_pixels(
     params: &TriangulateParams,
     progress: &Progress<'_>,
 ) -> Result<(Vec<[u32; 3]>, Vec<u32>)> {
-    let (SampleGrid { pixels, .. }, mut triangles) = over_samples(image, params, progress)?;
+    let (SampleGrid { positions, pixels, .. }, mut triangles) = over_samples(image, params, progress)?;
+    magnitude::points("sample", &positions)?;
     for triangle in &mut triangles {
         *triangle = triangle.map(|k| pixels[k as usize]);
     }
@@ -177,12 +206,21 @@ fn cells_of(
     grid: &SampleGrid,
     params: &TriangulateParams,
     progress: &Progress<'_>,
-) -> Result<(cells::Cells, Option<f64>)> {
+) -> Result<(cells::Cells, Option<Spacing>)> {
     let (limit, spacing) = match params.edge_limit {
-        Some(length) => (EdgeLimit::Length(length), None),
+        Some(length) => (EdgeLimit::length(length), None),
         None => {
-            let spacing = spacing::median_spacing(grid, progress)?;
-            (EdgeLimit::from_data(image, grid, spacing, progress)?, Some(spacing))
+            let spacing = Spacing::of(image, grid, progress)?;
+            // Where pixels are repeated most neighbours are equal, and those that are not lie a whole block apart.
+            let limit = match repeats::undone(image) {
+                Some(own_size) => {
+                    let grid = SampleGrid::new(&own_size, progress)?;
+                    let spacing = Spacing::of(&own_size, &grid, progress)?;
+                    EdgeLimit::from_data(&own_size, &grid, spacing, progress)?
+                }
+                None => EdgeLimit::from_data(image, grid, spacing, progress)?,
+            };
+            (limit, Some(spacing))
         }
     };
     let cells = cells::triangulate(image.projection(), grid, limit, params.grazing_limit, progress)?;

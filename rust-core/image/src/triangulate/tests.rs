@@ -1,16 +1,23 @@
 use std::collections::BTreeSet;
+use std::f64::consts::PI;
 
 use glam::DVec3;
 use proptest::prelude::*;
 
 use super::*;
 use crate::range_image::test_images::*;
-use crate::range_image::{Projection, Viewing};
+use crate::range_image::{Projection, Samples, Viewing};
 
 const UNIT_GRID: Projection = Projection::Orthographic { first: [0.0; 2], step: [1.0, 1.0] };
 
 fn run(image: &RangeImage) -> RangeSurface {
-    triangulate(image, &TriangulateParams::default(), &Progress::none()).unwrap()
+    run_with(image, &TriangulateParams::default())
+}
+
+/// A surface that may be empty.
+fn run_with(image: &RangeImage, params: &TriangulateParams) -> RangeSurface {
+    let none = &Progress::none();
+    triangulate_samples(image, samples(image, params, none).unwrap(), params, none).unwrap()
 }
 
 fn with_limit(limit: f64) -> TriangulateParams {
@@ -99,12 +106,12 @@ proptest! {
         let projection = projections(rows, cols)[which];
         let values = depths[..rows * cols].iter().map(|d| d.map_or(f64::NAN, |d| d)).collect();
         let image = RangeImage::from_values(rows, cols, values, projection).unwrap();
-        let surface = triangulate(&image, &with_limit(limit), &Progress::none()).unwrap();
+        let surface = run_with(&image, &with_limit(limit));
         check(&image, &surface);
         prop_assert_eq!(pixel_triangles(&surface), naive(&image, limit));
         // The same samples as points (f32) give what they give by the definition, too.
         let grid = as_point_grid(&image);
-        let surface = triangulate(&grid, &with_limit(limit), &Progress::none()).unwrap();
+        let surface = run_with(&grid, &with_limit(limit));
         check(&grid, &surface);
         prop_assert_eq!(pixel_triangles(&surface), naive(&grid, limit));
     }
@@ -166,7 +173,7 @@ fn a_step_is_a_jump_and_the_default_limit_comes_from_the_median() {
     assert_eq!(run(&step(3.0)).triangles.len(), 2 * 49);
     assert_eq!(run(&step(3.2)).triangles.len(), 2 * 49 - 7 * 2, "edges pass, diagonals don't");
     assert_eq!(run(&step(4.0)).triangles.len(), 2 * 42);
-    assert_eq!(triangulate(&step(4.0), &with_limit(9.0), &Progress::none()).unwrap().triangles.len(), 2 * 49);
+    assert_eq!(run_with(&step(4.0), &with_limit(9.0)).triangles.len(), 2 * 49);
     assert_eq!(run(&step(4.0)).spacing, 1.0);
 }
 
@@ -180,7 +187,7 @@ fn where_rays_fan_out_the_limit_grows_with_range() {
     for image in [as_point_grid(&image), image] {
         let surface = run(&image);
         assert_eq!(surface.triangles.len(), 2 * 39 * 199);
-        let absolute = triangulate(&image, &with_limit(3.4 * surface.spacing), &Progress::none()).unwrap();
+        let absolute = run_with(&image, &with_limit(3.4 * surface.spacing));
         assert!(absolute.triangles.len() < surface.triangles.len());
     }
     // A ball before it is torn off, and the spiral behind it is whole around the shadow.
@@ -204,7 +211,7 @@ fn grazing_surfaces_are_left_out_above_the_limit() {
         let image = render(10, 10, projection, plane(centre, normal));
         let count = |degrees: f64| {
             let params = TriangulateParams { grazing_limit: degrees.to_radians(), edge_limit: Some(1e3) };
-            triangulate(&image, &params, &Progress::none()).unwrap().triangles.len()
+            run_with(&image, &params).triangles.len()
         };
         assert_eq!((count(34.0), count(87.0), count(90.0)), (0, 2 * 81, 2 * 81), "{projection:?}");
         if matches!(projection, Projection::Orthographic { .. }) {
@@ -249,7 +256,7 @@ fn confidence_is_the_cosine_ramped_to_zero_at_the_border() {
         let mut values: Vec<f64> = (0..256).map(|i| image.range(i)).collect();
         values[hole] = f64::NAN;
         let mut image = RangeImage::from_values(16, 16, values, projection).unwrap();
-        let surface = triangulate(&image, &with_limit(10.0), &Progress::none()).unwrap();
+        let surface = run_with(&image, &with_limit(10.0));
         check(&image, &surface);
         let border =
             |r: i32, c: i32| r <= 0 || c <= 0 || r >= 15 || c >= 15 || ((r - 5).abs() <= 1 && (c - 7).abs() <= 1);
@@ -272,7 +279,7 @@ fn confidence_is_the_cosine_ramped_to_zero_at_the_border() {
         }
         // Given confidences take the cosine's place.
         image.confidence = Some(vec![3.0; 256]);
-        let given = triangulate(&image, &with_limit(10.0), &Progress::none()).unwrap();
+        let given = run_with(&image, &with_limit(10.0));
         for (k, &pixel) in surface.pixels.iter().enumerate() {
             let (_, direction) = image.ray_in_sensor(pixel as usize);
             let cosine = normal.dot(direction).abs() as f32;
@@ -314,4 +321,128 @@ fn bad_parameters_are_named() {
             .to_string()
             .starts_with("grazing_limit must be > 0")
     );
+}
+
+/// A grid of points with rows for columns.
+fn transposed(image: &RangeImage) -> RangeImage {
+    let (Samples::Points(points), &Projection::PointGrid(viewing)) = (image.samples(), image.projection()) else {
+        panic!("no grid of points")
+    };
+    let (rows, cols) = (image.rows(), image.cols());
+    let points = (0..image.len()).map(|i| points[i % rows * cols + i / rows]).collect();
+    RangeImage::from_points(cols, rows, points, viewing).unwrap()
+}
+
+/// Triangles as points of the world, apart from the side that they show.
+fn in_space(surface: &RangeSurface) -> BTreeSet<[[u64; 3]; 3]> {
+    let corners = |t: &[u32; 3]| {
+        let mut corners = t.map(|v| surface.positions[v as usize].to_array().map(|x| (x + 0.0).to_bits()));
+        corners.sort_unstable();
+        corners
+    };
+    surface.triangles.iter().map(corners).collect()
+}
+
+#[test]
+fn rows_may_lie_further_apart_than_columns_and_columns_than_rows() {
+    for ratio in [1.0, 1.4, 1.6, 3.0, 3.5, 4.0, 10.0, 100.0] {
+        for (rows, cols) in [(40, 60), (60, 40), (9, 60)] {
+            let projection = Projection::Orthographic { first: [0.0; 2], step: [0.05, 0.05 * ratio] };
+            // No step, one that runs down the middle, one that runs across it.
+            for (step, is_across) in [(0.0, false), (0.6 * ratio.sqrt(), false), (0.6 * ratio, true)] {
+                let is_up = |i: usize| if is_across { i / cols >= rows / 2 } else { i % cols >= cols / 2 };
+                let values = (0..rows * cols).map(|i| if is_up(i) { step } else { 0.0 }).collect();
+                let image = RangeImage::from_values(rows, cols, values, projection).unwrap();
+                let torn = match is_across {
+                    _ if step == 0.0 => 0,
+                    true => cols - 1,
+                    false => rows - 1,
+                };
+                let grid = as_point_grid(&image);
+                for image in [&image, &grid] {
+                    let surface = run(image);
+                    check(image, &surface);
+                    let all = (rows - 1) * (cols - 1);
+                    assert_eq!(surface.triangles.len(), 2 * (all - torn), "{rows} x {cols}, {ratio}, a step of {step}");
+                }
+                let (surface, turned) = (run(&grid), run(&transposed(&grid)));
+                assert!(in_space(&turned) == in_space(&surface), "{rows} x {cols}, {ratio}, a step of {step}");
+                assert_eq!(turned.spacing, surface.spacing);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_spinning_scanner_sees_all_of_a_room() {
+    // 16 rings 2 degrees apart, samples 0.2 degrees apart, in a box; no ray runs along an axis.
+    let projection = Projection::Spherical {
+        first: [0.05 - PI, 15_f64.to_radians()],
+        step: [0.2_f64.to_radians(), -2_f64.to_radians()],
+    };
+    let (low, high) = (DVec3::new(-2.5, -2.4, -1.2), DVec3::new(1.5, 0.6, 1.3));
+    let wall = |_, to: DVec3| Some((DVec3::select(to.cmpgt(DVec3::ZERO), high, low) / to).min_element());
+    let image = render(16, 1800, projection, wall);
+    for image in [as_point_grid(&image), image] {
+        let surface = run(&image);
+        check(&image, &surface);
+        assert_eq!(surface.triangles.len(), 2 * 15 * 1799);
+        let normals = crate::range_image::normals::normals(&image).unwrap();
+        assert!(normals.iter().all(|normal| *normal != [0.0; 3]));
+    }
+}
+
+#[test]
+fn a_slant_makes_no_pixel_longer() {
+    // Seen at 80 degrees rows lie 5.8 times as far apart as columns; pixels are square, so one number holds for both.
+    for projection in projections(30, 40) {
+        let centre = ahead(&projection);
+        let towards = centre.normalize();
+        let up = projection.ray(10, 20, DVec3::NAN).1 - projection.ray(20, 20, DVec3::NAN).1;
+        let up = if up == DVec3::ZERO { DVec3::Y } else { up.normalize() };
+        let normal = towards * 80_f64.to_radians().cos() + up * 80_f64.to_radians().sin();
+        let image = render(30, 40, projection, |o, d| plane(centre, normal)(o, d).filter(|t| (0.0..9.0).contains(t)));
+        let none = &Progress::none();
+        for image in [as_point_grid(&image), image] {
+            let grid = SampleGrid::new(&image, none).unwrap();
+            let spacing = Spacing::of(&image, &grid, none).unwrap();
+            assert_eq!(spacing.along_rows, spacing.along_columns, "{projection:?}");
+        }
+    }
+}
+
+#[test]
+fn an_image_without_a_triangle_is_an_error_in_three_parts() {
+    let image = heights(3, 3, |r, c| if (r + c) % 2 == 0 { 0.0 } else { f64::NAN });
+    let said = |image: &RangeImage, params: &TriangulateParams| {
+        triangulate(image, params, &Progress::none()).unwrap_err().to_string()
+    };
+    let text = said(&image, &TriangulateParams::default());
+    assert!(text.starts_with("the image: no triangle comes of its 3 x 3 pixels, of which 5 are valid, but"), "{text}");
+    let flat = heights(3, 3, |_, _| 0.0);
+    assert!(
+        said(&flat, &with_limit(0.5)).ends_with("Raise edge_limit, which is 0.5, or leave it out to have it measured.")
+    );
+    let grazing = TriangulateParams { grazing_limit: 0.1, ..TriangulateParams::default() };
+    let steep = heights(3, 3, |r, _| r as f64);
+    assert!(said(&steep, &grazing).contains("Raise grazing_limit"));
+    assert!(said(&heights(3, 3, |_, _| f64::NAN), &grazing).ends_with("pixels of value NaN are not measured."));
+}
+
+#[test]
+fn a_caller_is_asked_before_each_step_of_the_work() {
+    use std::ops::ControlFlow;
+    use std::sync::atomic::{AtomicUsize, Ordering};
+    let asked = AtomicUsize::new(0);
+    let ask = |_| {
+        asked.fetch_add(1, Ordering::Relaxed);
+        ControlFlow::Continue(())
+    };
+    let (mut image, params) = (heights(5, 5, |r, c| (r + c) as f64), TriangulateParams::default());
+    let surface = triangulate(&image, &params, &Progress::none()).unwrap();
+    surface.into_mesh(&image, &Progress::new(ask)).unwrap();
+    assert!(asked.swap(0, Ordering::Relaxed) > 0, "attributes of many vertices take their time");
+    image.intensity = Some(vec![0.0; 3]);
+    triangulate(&image, &params, &Progress::new(ask)).unwrap_err();
+    assert!(asked.swap(0, Ordering::Relaxed) > 0, "so does collecting many samples, after the image is looked at");
 }
