@@ -65,7 +65,7 @@ use std::borrow::Cow;
 
 use rayon::prelude::*;
 
-use base::error::{Error, Result};
+use base::error::{Error, Result, Shown};
 use base::magnitude::LARGEST;
 use base::memory;
 use base::progress::Progress;
@@ -342,6 +342,16 @@ impl Source<'_> {
         let mut kept = Vec::with_capacity(measured.quads.len());
         for range in progress.ranges(measured.quads.len()) {
             kept.extend(range?.map(is_kept));
+        }
+        if !kept.contains(&true) {
+            return Err(Error::input(format!(
+                "{}: none of the {} x {} quads is covered by valid pixels to {}, but a mesh has at least one quad. Lower \
+                 coverage, or ask for more rows and columns, so that quads are smaller.",
+                self.image.called(),
+                net.rows - 1,
+                net.cols - 1,
+                Shown(coverage)
+            )));
         }
         let share = |m: &Measured| if self.extent > 0.0 { m.error(Judge::Mean) / self.extent } else { 0.0 };
         let pixel: Vec<usize> = net.sites.iter().map(|s| s[0] as usize * self.image.cols() + s[1] as usize).collect();

@@ -342,6 +342,9 @@ fn what_cannot_be_done_is_said() {
         message(&small, &QuadParams { target, ..params }).contains("max_error must be a finite number >= 0, got -1")
     );
     assert!(message(&flat(20, 20, |r, _| if r < 9.0 { 1e308 } else { -1e308 }), &params).contains("use a larger unit"));
+    let scattered = flat(20, 20, |r, c| if (r + c) % 5.0 == 0.0 { 1.0 } else { f64::NAN });
+    let text = message(&scattered, &QuadParams { coverage: 1.0, gap_passes: 0, ..params });
+    assert!(text.contains("a mesh has at least one quad. Lower coverage"), "{text}");
     let mut named = flat(20, 20, |_, _| f64::NAN);
     named.name = "chin".to_owned();
     assert!(message(&named, &params).starts_with("chin: "));
