@@ -3,8 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use base::error::{Error, Result};
-use base::memory::{attempted, available, size};
+use base::memory::{attempted, available, limit_of_calls, size};
 use base::progress::Progress;
+use base::threads;
 use merge::again::{Merger, Versioned};
 use merge::disk::{LEAST, Workspace};
 use merge::{MergeParams, Merged, ScanSource};
@@ -63,14 +64,9 @@ pub fn merge_again_in_files(
     files: &InFiles,
     progress: &Progress<'_>,
 ) -> Result<Merged> {
-    let again = attempted(|| merger.run_if_it_fits(scans, params, files.max_memory, progress));
-    match again {
-        Some(Ok(Some(merged))) => return Ok(merged),
-        Some(Ok(None) | Err(Error::OutOfMemory(_))) | None => merger.forget(),
-        Some(Err(error)) => return Err(error),
-    }
     let sources: Vec<&dyn ScanSource> = scans.iter().map(|scan| scan.scan).collect();
-    merge_in_files(&sources, params, &InFiles { only_if_needed: true, ..files.clone() }, progress)
+    let in_memory = || merger.run_if_it_fits(scans, params, files.max_memory, progress);
+    where_it_fits(&sources, params, files, progress, in_memory)
 }
 
 /// What `in_memory` gives; else the merge in files, else one in cells that fit.
@@ -105,12 +101,19 @@ fn in_files(
     params.validate()?;
     let temporary = std::env::temp_dir();
     let folder = existing(files.workspace.as_deref().unwrap_or(&temporary))?;
-    let memory = memory(files.max_memory, params.threads, "in files")?;
-    let mut mesh = TriMesh::default();
-    let workspace = Workspace { folder, memory, kept: None };
-    let mut report = merge::disk::run(sources, params, workspace, &mut mesh, progress)?;
-    report.in_files = true;
-    Ok(Merged { mesh, report })
+    let memory = memory(files.max_memory, 1, "in files")?;
+    // Whether it can be done must not depend on the threads there are: elsewhere cells are larger.
+    let most = (memory / LEAST) as usize;
+    let merge = |threads| {
+        let threads = threads::pool(threads)?.current_num_threads().min(most);
+        let params = &MergeParams { threads, ..*params };
+        let mut mesh = TriMesh::default();
+        let workspace = Workspace { folder, memory, kept: None };
+        let mut report = merge::disk::run(sources, params, workspace, &mut mesh, progress)?;
+        report.in_files = true;
+        Ok(Merged { mesh, report })
+    };
+    threads::fewer_where_memory_is_short(params.threads, || true, merge)
 }
 
 /// A folder to work in.
@@ -121,13 +124,17 @@ pub fn existing(folder: &Path) -> Result<&Path> {
     Ok(folder)
 }
 
-/// Bytes to work with; `how` says where.
-pub fn memory(most: Option<u64>, threads: usize, how: &str) -> Result<u64> {
-    let workers = base::threads::pool(threads)?.current_num_threads() as u64;
-    let (there, known) = available();
-    let there = if there.is_finite() { there as u64 } else { UNKNOWN };
+/// Bytes to work with for so many threads; `how` says where.
+pub fn memory(most: Option<u64>, workers: usize, how: &str) -> Result<u64> {
+    let (left, known) = available();
+    let there = match limit_of_calls() {
+        // What is taken at the moment is chance.
+        Some(limit) if known != "free" => limit,
+        _ if left.is_finite() => left as u64,
+        _ => UNKNOWN,
+    };
     let (memory, known) = most.filter(|&most| most < there).map_or((there, known), |most| (most, "given"));
-    let least = LEAST * workers;
+    let least = LEAST * workers as u64;
     if memory < least {
         let least = size(least as f64);
         let (each, memory) = (size(LEAST as f64), size(memory as f64));

@@ -89,5 +89,5 @@ fn folder<'a>(file: &'a Path, given: Option<&'a Path>) -> Result<&'a Path> {
 
 /// Bytes to work with.
 pub fn memory(most: Option<u64>, threads: usize) -> Result<u64> {
-    merge_in_files::memory(most, threads, "into a file")
+    merge_in_files::memory(most, base::threads::pool(threads)?.current_num_threads(), "into a file")
 }

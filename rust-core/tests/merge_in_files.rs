@@ -1,14 +1,18 @@
 //! Merges in files into a surface in memory, asked for or where memory is short.
 #![allow(clippy::unwrap_used)]
 
+use std::borrow::Cow;
 use std::path::Path;
 use std::sync::OnceLock;
 
+use glam::{DAffine3, DVec3};
 use surfrecon::context::{Context, choose};
 use surfrecon::geom::bvh::Bvh;
 use surfrecon::memory;
 use surfrecon::merge::again::{Merger, Versioned};
-use surfrecon::merge::{self, MergeParams, MergeReport, Merged, ScanSource, VoxelReason};
+use surfrecon::merge::{
+    self, Loading, MergeParams, MergeReport, Merged, OrientedSurface, PlacedMesh, ScanSource, VoxelReason,
+};
 use surfrecon::mesh::shapes::Shape;
 use surfrecon::scan::{ScanParams, Turntable, bounds, scan, turntable};
 use surfrecon::{Error, InFiles, Progress, RangeImage, Result, merge_again_in_files, merge_in_files};
@@ -107,10 +111,10 @@ fn where_memory_is_short_it_goes_by_files_and_nothing_else_changes() {
         let found = found.unwrap();
         assert!(found.report.in_files);
         assert_same(&found, &expected);
-        // What is kept was taken before.
+        // What is kept was taken before; but a voxel that is measured has to fit as if nothing was.
         let found = allowing(LITTLE, &mut again);
         let found = found.unwrap();
-        assert!(!found.report.in_files);
+        assert_eq!(found.report.in_files, voxel.is_none());
         assert_same(&found, &expected);
         assert_eq!(merger.renewed().bricks, 0);
         let found = allowing(LITTLE, || {
@@ -182,4 +186,85 @@ fn progress_never_falls_and_cancelled_anywhere_it_leaves_nothing() {
         checks += 1 + checks / 2;
     }
     assert!(most > 100 && is_empty(folder.path()), "{most}");
+}
+
+/// A few scans, whose merge takes some megabytes.
+fn few() -> &'static [RangeImage] {
+    static SCANS: OnceLock<Vec<RangeImage>> = OnceLock::new();
+    SCANS.get_or_init(|| {
+        let shape = Shape::Torus { major: 1.0, minor: 0.4 }.mesh(24);
+        let tree = Bvh::build(&shape.positions, &shape.triangles, 0).unwrap();
+        let table = Turntable { around: 10, above: 0, below: 0, pixels: 60, ..Turntable::default() };
+        let cameras = turntable(bounds(&shape.positions).unwrap(), &table, &Progress::none()).unwrap();
+        let scan = |camera| scan(&shape, &tree, camera, &ScanParams::default(), &Progress::none()).unwrap();
+        cameras.iter().map(scan).collect()
+    })
+}
+
+/// A scan that takes so much memory while it is loaded that two at a time are too many.
+struct Greedy<'a>(&'a RangeImage);
+
+impl ScanSource for Greedy<'_> {
+    fn name(&self) -> &str {
+        &self.0.name
+    }
+
+    fn load(&self, loading: &Loading, progress: &Progress<'_>) -> Result<OrientedSurface> {
+        let taken = vec![1_u8; 3 << 20];
+        std::thread::sleep(std::time::Duration::from_millis(3));
+        assert_eq!(std::hint::black_box(&taken).len(), 3 << 20);
+        self.0.load(loading, progress)
+    }
+
+    fn image(&self, _: &Progress<'_>) -> Result<Option<Cow<'_, RangeImage>>> {
+        Ok(Some(Cow::Borrowed(self.0)))
+    }
+}
+
+#[test]
+fn where_memory_chooses_the_cell_equal_calls_give_equal_surfaces() {
+    let folder = tempfile::tempdir().unwrap();
+    let files = InFiles { workspace: Some(folder.path().to_owned()), only_if_needed: true, ..InFiles::default() };
+    let (mesh, none) = (Shape::Torus { major: 1.0, minor: 0.4 }.mesh(48), Progress::none());
+    let place = |i: usize| PlacedMesh {
+        name: format!("torus {i}"),
+        mesh: &mesh,
+        world_from_mesh: DAffine3::from_translation(DVec3::new(3.0, 0.2, 0.1) * i as f64),
+    };
+    let scans: Vec<PlacedMesh<'_>> = (0..7).map(place).collect();
+    let mut sources: Vec<&dyn ScanSource> = scans.iter().map(|scan| scan as &dyn ScanSource).collect();
+    let versioned: Vec<_> = (0..).zip(&sources).map(|(version, &scan)| Versioned { scan, version }).collect();
+    let params = |threads| MergeParams { threads, ..MergeParams::default() };
+    let before = choose(Some(Context::new().unwrap()));
+    let whole = memory::guarded(|| merge::run(&sources, &params(1), &none)).unwrap();
+    let foreseen = memory::foreseen();
+    choose(before);
+    let limit = foreseen / 10 * 9;
+    assert!(limit < merge::disk::LEAST, "{limit}");
+    let expected = allowing(limit, || merge::run(&sources, &params(1), &none)).unwrap();
+    let MergeReport { voxel, voxel_reason, .. } = expected.report;
+    assert!(voxel_reason == VoxelReason::Memory && voxel > whole.report.voxel, "{limit}: {voxel}");
+    for threads in [2, 3] {
+        sources.rotate_left(3);
+        assert_same(&allowing(limit, || merge::run(&sources, &params(threads), &none)).unwrap(), &expected);
+    }
+    // Less than files need, and than what a merger keeps.
+    assert_same(&allowing(limit, || merge_in_files(&sources, &params(3), &files, &none)).unwrap(), &expected);
+    let mut merger = Merger::default();
+    for threads in [1, 3] {
+        let again = allowing(limit, || merger.run(&versioned, &params(threads), &none));
+        assert_same(&again.unwrap(), &expected);
+    }
+    let again = || merge_again_in_files(&mut merger, &versioned, &params(3), &files, &none);
+    assert_same(&allowing(limit, again).unwrap(), &expected);
+}
+
+#[test]
+fn what_fits_on_one_thread_is_merged_on_many() {
+    let scans: Vec<Greedy<'_>> = few().iter().map(Greedy).collect();
+    let sources: Vec<&dyn ScanSource> = scans.iter().map(|scan| scan as &dyn ScanSource).collect();
+    let params = |threads| MergeParams { threads, voxel: Some(0.2), ..MergeParams::default() };
+    let run = |threads| allowing(5_000_000, || merge::run(&sources, &params(threads), &Progress::none()));
+    let expected = run(1).unwrap();
+    assert_same(&run(4).unwrap(), &expected);
 }

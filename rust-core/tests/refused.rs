@@ -91,6 +91,11 @@ fn starved<R>(k: usize, all: bool, work: impl FnOnce() -> Result<R>) -> (bool, R
 /// Theorem: whichever allocation fails, the call answers that memory is short, nothing is held afterwards, no file is left,
 /// and the next call answers as ever.
 fn survives<R: PartialEq>(name: &str, folder: &Path, work: impl Fn() -> Result<R>) {
+    survives_by(name, folder, false, work);
+}
+
+/// [`survives`] of work that may do without an allocation that threads fail at, and is done anew by one thread.
+fn survives_by<R: PartialEq>(name: &str, folder: &Path, has_another_way: bool, work: impl Fn() -> Result<R>) {
     let expected = memory::guarded(&work).unwrap_or_else(|error| panic!("{name}: {error}"));
     let files = || {
         let mut files: Vec<_> = std::fs::read_dir(folder).unwrap().map(|file| file.unwrap().file_name()).collect();
@@ -109,9 +114,11 @@ fn survives<R: PartialEq>(name: &str, folder: &Path, work: impl Fn() -> Result<R
                 Err(Error::OutOfMemory(_)) => assert!(refused, "{name}: refused without need"),
                 Err(error) => panic!("{name}, allocation {k}: {error}"),
                 Ok(result) => {
-                    assert!(!refused, "{name}: done without allocation {k}");
+                    assert!(!refused || has_another_way && !all, "{name}: done without allocation {k}");
                     assert!(result == expected, "{name}: another result");
-                    break;
+                    if !refused {
+                        break;
+                    }
                 }
             }
             assert_eq!(files(), present, "{name}, allocation {k}");
@@ -208,8 +215,10 @@ fn operations(folder: &Path, threads: usize) {
     let scans: Vec<RangeImage> = cameras.iter().take(4).map(|camera| scan(camera).unwrap()).collect();
     let sources: Vec<&dyn ScanSource> = scans.iter().map(|scan| scan as &dyn ScanSource).collect();
     let merging = MergeParams { voxel: Some(0.1), threads, ..Default::default() };
-    survives("merge", folder, || Ok(merge::run(&sources, &merging, &progress)?.mesh));
-    survives("merge in files", folder, || Ok(merge_in_files(&sources, &merging, &InFiles::default(), &progress)?.mesh));
+    let are_several = threads > 1;
+    survives_by("merge", folder, are_several, || Ok(merge::run(&sources, &merging, &progress)?.mesh));
+    let in_files = || Ok(merge_in_files(&sources, &merging, &InFiles::default(), &progress)?.mesh);
+    survives_by("merge in files", folder, are_several, in_files);
     let path = folder.join("merged.ply");
     survives("merge to file", folder, || {
         merge_to_file(&sources, &path, &merging, &IntoFile::default(), &progress)?;

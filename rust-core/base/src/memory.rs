@@ -24,7 +24,7 @@ const ALWAYS_THERE: f64 = 16e6;
 const SMALL: f64 = 1e5;
 const SHARE_OF_SMALL: f64 = 0.01;
 
-/// Sets the most memory that calls may take, in bytes: together, where several run at a time. `None`, the default, for all
+/// Sets the most memory that calls may take, in bytes: together, where several run at a time. `None`, the default, and 0 for all
 /// that is free. For the whole process but for contexts with a limit of their own, and from now on: also for what running calls go on to
 /// take. What a host makes and keeps meanwhile counts as theirs; what it was handed before does not, however much it is, unless another call
 /// was running all the time since.
@@ -32,7 +32,7 @@ pub fn set_limit(bytes: Option<u64>) {
     allowed::set_limit_of(0, bytes);
 }
 
-/// What [`set_limit`] set.
+/// What [`set_limit`] set; `None` for no limit.
 pub fn limit() -> Option<u64> {
     allowed::limit_of(0)
 }
@@ -180,6 +180,11 @@ fn expect_or(bytes: f64, what: impl FnOnce() -> String, remedy: impl FnOnce(f64)
 /// Notes what the running calls are estimated to take in all, by work that compares it with what there is itself.
 pub fn note(bytes: f64) {
     calls().foreseen.fetch_max((bytes * (1.0 + SHARE_OF_SMALL) + SMALL) as u64, Ordering::Relaxed);
+}
+
+/// The limit on what the calls take together that work for the same as this thread, whatever they have taken; `None` where none was set.
+pub fn limit_of_calls() -> Option<u64> {
+    limit_here()
 }
 
 /// Bytes that a call may take now, and whether they are `free` or only `allowed`. Infinite where neither is known.

@@ -1,7 +1,8 @@
 //! Memory that a merge will take, found out before it is taken: a cell a thousand times too small, a slip of the unit, would
 //! otherwise end the host.
 
-use std::sync::{Mutex, PoisonError};
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use glam::{DMat3, DVec3};
 use rustc_hash::FxHashMap;
@@ -26,20 +27,71 @@ const HELD: f64 = 100.0;
 /// of a room with a Kinect's noise 1.35 times the peak is foreseen with it.
 const CROSSINGS_A_BRICK: f32 = 20e3;
 
+/// Words for what decides.
+const FREE: &str = "free";
+const ALLOWED: &str = "allowed";
+
 /// Scans that weren't seen when memory was used up make it so many times as much, at most.
 const UNSEEN: f64 = 3.0;
 
-/// What the scans seen so far will take.
+/// What the scans will take, as far as they are counted: one after the other in their order, whichever of them are loaded first, so that what is
+/// decided follows from the scans and from what is allowed.
 pub(super) struct Budget {
     /// Size of a cell.
     pub(super) voxel: f64,
     /// Scans there are.
     scans: usize,
-    /// Bytes that there are, and whether they are `free` or only `allowed` or `given`; infinite where the system does not say.
+    /// Bytes that decide, and whether they are `given`, only `allowed` or, where neither is said, `free`; infinite where the system does not say.
     available: (f64, &'static str),
-    /// Bytes that are held already of what is foreseen, where scans are kept for another merge.
-    kept: Option<f64>,
-    seen: Mutex<Seen>,
+    /// Bytes that are free, where they do not decide: a merge that needs more is refused.
+    free: f64,
+    /// Where scans are kept for another merge.
+    keeping: Option<Keeping>,
+    counting: Mutex<Counting>,
+}
+
+/// What is to be kept for another merge.
+#[derive(Clone, Copy)]
+struct Keeping {
+    /// Bytes that are held already of what is foreseen.
+    held: f64,
+    /// Whether a merge that keeps nothing has to fit as well: else it would choose other cells.
+    as_fresh: bool,
+}
+
+/// The scans as far as they are counted.
+#[derive(Default)]
+struct Counting {
+    seen: Seen,
+    /// The first that is not counted yet ...
+    next: usize,
+    /// ... and those after it that were loaded before; `None` for those without a triangle.
+    waiting: BTreeMap<usize, Option<Arc<Foreseen>>>,
+    refusal: Option<Refusal>,
+}
+
+/// A scan that does not fit beside those before it.
+#[derive(Clone, Copy)]
+struct Refusal {
+    scan: usize,
+    /// Bytes that it needs with those before it, and those there are.
+    needed: f64,
+    available: (f64, &'static str),
+    /// A cell that will fit.
+    fits: f64,
+    /// Whether all merges of these scans are refused that are allowed as much.
+    is_for_all: bool,
+}
+
+/// What is foreseen of a scan in cells of one size.
+#[derive(Default)]
+pub(super) struct Foreseen {
+    /// Bricks with the middle of a triangle, and the crossings of their triangles, each brick once.
+    bricks: Vec<([i64; 3], f64)>,
+    /// Crossings of large triangles, and how many bricks these reach.
+    of_large: [f64; 2],
+    /// All crossings.
+    crossings: f64,
 }
 
 /// What the grid will hold.
@@ -53,8 +105,6 @@ struct Seen {
     /// triangles reach.
     bricks: FxHashMap<[i64; 3], f32>,
     more_bricks: f64,
-    /// A cell that fits, where one is too small.
-    fits: Option<f64>,
 }
 
 impl Seen {
@@ -64,43 +114,64 @@ impl Seen {
             + (BYTES_A_BRICK + a_brick) * (self.bricks.len() as f64 + self.more_bricks)
     }
 
-    /// About how many lines of the grid meet the surface: along each axis as many as its shadow has cells; and which bricks
-    /// it lies in.
-    fn add(&mut self, surface: &OrientedSurface, voxel: f64) {
-        let cells_from_surface = surface.world_from_surface.matrix3 * voxel.recip();
-        let brick = f64::from(BRICK);
-        let (mut last, mut of_brick, mut of_scan) = ([i64::MIN; 3], 0.0, 0.0);
+    fn add(&mut self, scan: &Foreseen) {
         self.scans += 1;
-        for t in &surface.triangles {
-            let corners = t.map(|v| surface.positions[v as usize]);
-            let crossings = crossings_of(corners, &cells_from_surface);
-            of_scan += crossings;
-            let [a, b, c] = corners;
-            let middle = surface.world_from_surface.transform_point3((a + b + c) / 3.0) / (voxel * brick);
-            let key = middle.floor().to_array().map(|x| x as i64);
-            if key != last {
-                self.put(last, of_brick);
-                (last, of_brick) = (key, 0.0);
-            }
-            if crossings <= brick * brick {
-                of_brick += crossings;
-            } else {
-                self.crossings += crossings;
-                self.more_bricks += crossings / (brick * brick);
-            }
-        }
-        self.put(last, of_brick);
-        self.most_crossings = self.most_crossings.max(of_scan);
-    }
-
-    /// Adds crossings of a brick, as far as they count.
-    fn put(&mut self, brick: [i64; 3], crossings: f64) {
-        if brick[0] != i64::MIN {
+        for &(brick, crossings) in &scan.bricks {
             let known = self.bricks.entry(brick).or_default();
             let counted = crossings.min(f64::from(CROSSINGS_A_BRICK - *known));
             *known += counted as f32;
             self.crossings += counted;
         }
+        let [crossings, bricks] = scan.of_large;
+        self.crossings += crossings;
+        self.more_bricks += bricks;
+        self.most_crossings = self.most_crossings.max(scan.crossings);
+    }
+}
+
+impl Foreseen {
+    /// About how many lines of the grid meet the surface: along each axis as many as its shadow has cells; and which bricks
+    /// it lies in.
+    fn of(surface: &OrientedSurface, voxel: f64) -> Self {
+        let cells_from_surface = surface.world_from_surface.matrix3 * voxel.recip();
+        let side = f64::from(BRICK);
+        let mut found = Foreseen::default();
+        let mut bricks: FxHashMap<[i64; 3], f64> = FxHashMap::default();
+        let mut last = None;
+        for t in &surface.triangles {
+            let corners = t.map(|v| surface.positions[v as usize]);
+            let crossings = crossings_of(corners, &cells_from_surface);
+            found.crossings += crossings;
+            let [a, b, c] = corners;
+            let middle = surface.world_from_surface.transform_point3((a + b + c) / 3.0) / (voxel * side);
+            let brick = middle.floor().to_array().map(|x| x as i64);
+            let counted = if crossings <= side * side {
+                crossings
+            } else {
+                found.of_large[0] += crossings;
+                found.of_large[1] += crossings / (side * side);
+                0.0
+            };
+            // Neighbouring triangles mostly lie in one.
+            last = match last {
+                Some((known, sum)) if known == brick => Some((brick, sum + counted)),
+                before => {
+                    before.into_iter().for_each(|(brick, sum)| *bricks.entry(brick).or_default() += sum);
+                    Some((brick, counted))
+                }
+            };
+        }
+        last.into_iter().for_each(|(brick, sum)| *bricks.entry(brick).or_default() += sum);
+        found.bricks = bricks.into_iter().collect();
+        found
+    }
+
+    /// Bytes that it takes at least, whichever scans are beside it.
+    fn least(&self) -> f64 {
+        let counted = |crossings: f64| crossings.min(f64::from(CROSSINGS_A_BRICK));
+        let crossings: f64 = self.bricks.iter().map(|brick| counted(brick.1)).sum();
+        let [of_large, more_bricks] = self.of_large;
+        BYTES_A_CROSSING[0] * (crossings + of_large) + BYTES_A_BRICK * (self.bricks.len() as f64 + more_bricks)
     }
 }
 
@@ -118,71 +189,134 @@ pub(super) fn crossings(surface: &OrientedSurface, voxel: f64) -> f64 {
 }
 
 impl Budget {
-    /// For a grid of cells of size `voxel`, within the memory that is free now, and `most` bytes.
+    /// For a grid of cells of size `voxel`, within `most` bytes and what is allowed; where neither is said, within what is free now.
     pub(super) fn new(voxel: f64, scans: usize, most: f64) -> Self {
         // What the scans that are loaded take is given back before the peak.
-        let (available, there) = memory::available();
-        let available = available + memory::taken();
-        Budget { scans, ..Self::within(voxel, if most < available { (most, "given") } else { (available, there) }) }
+        let (there, known) = memory::available();
+        let there = there + memory::taken();
+        let allowed = memory::limit_of_calls().map_or(f64::INFINITY, |bytes| bytes as f64);
+        let free = if known == FREE { there } else { f64::INFINITY };
+        let available = match most.min(allowed) {
+            f64::INFINITY => (free, FREE),
+            bytes if most < allowed => (bytes, "given"),
+            bytes => (bytes, ALLOWED),
+        };
+        Budget { scans, free, ..Self::within(voxel, available) }
     }
 
     fn within(voxel: f64, available: (f64, &'static str)) -> Self {
-        Budget { voxel, scans: 1, available, kept: None, seen: Mutex::default() }
+        Budget { voxel, scans: 1, available, free: f64::INFINITY, keeping: None, counting: Mutex::default() }
     }
 
-    /// A cell that will fit, where one of this size does not.
+    fn counting(&self) -> MutexGuard<'_, Counting> {
+        self.counting.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// A cell that will fit, where one of this size does not for any merge of these scans that is allowed as much.
     pub(super) fn fits(&self) -> Option<f64> {
-        self.seen.lock().unwrap_or_else(PoisonError::into_inner).fits
+        self.counting().refusal.filter(|refusal| refusal.is_for_all).map(|refusal| refusal.fits)
     }
 
     /// Whether a cell of this size does not fit, and all that speaks against the surface's fitting alone is unknown.
     pub(super) fn leaves_room_for_the_surface(&self) -> bool {
-        let seen = self.seen.lock().unwrap_or_else(PoisonError::into_inner);
-        seen.fits.is_some() && BYTES_A_VERTEX * seen.most_crossings <= self.available.0
+        let Counting { seen, refusal, .. } = &*self.counting();
+        refusal.is_some() && BYTES_A_VERTEX * seen.most_crossings <= self.available.0.min(self.free)
     }
 
-    /// Begins anew for scans that are kept for another merge, of which so many crossings are kept already.
-    pub(super) fn begin_keeping(&mut self, crossings: u64) {
-        self.kept = Some(HELD * crossings as f64);
-        let seen = self.seen.get_mut().unwrap_or_else(PoisonError::into_inner);
-        *seen = Seen { fits: seen.fits, ..Seen::default() };
+    /// Begins anew for scans that are kept for another merge, of which so many crossings are kept already; `as_fresh` where those fit alone
+    /// that fit if nothing is kept.
+    pub(super) fn begin_keeping(&mut self, crossings: u64, as_fresh: bool) {
+        self.keeping = Some(Keeping { held: HELD * crossings as f64, as_fresh });
+        *self.counting() = Counting::default();
     }
 
-    /// Takes a scan into account that has so many crossings in each of these bricks, by world.
-    pub(super) fn know(&self, bricks: impl Iterator<Item = ([i64; 3], f64)>) {
-        let mut seen = self.seen.lock().unwrap_or_else(PoisonError::into_inner);
-        seen.scans += 1;
-        bricks.for_each(|(brick, crossings)| seen.put(brick, crossings));
+    /// Takes a scan into account of which this was foreseen; `None` for one without a triangle.
+    pub(super) fn know(&self, scan: usize, foreseen: Option<Arc<Foreseen>>) {
+        let counting = &mut *self.counting();
+        if counting.refusal.is_some() || scan < counting.next {
+            return;
+        }
+        counting.waiting.insert(scan, foreseen);
+        while counting.refusal.is_none()
+            && let Some(foreseen) = counting.waiting.remove(&counting.next)
+        {
+            counting.next += 1;
+            if let Some(foreseen) = foreseen {
+                counting.seen.add(&foreseen);
+                counting.refusal = self.refusal(&counting.seen, counting.next - 1);
+            }
+        }
     }
 
-    /// Takes a scan into account.
+    /// Whether what was seen up to this scan does not fit.
+    fn refusal(&self, seen: &Seen, scan: usize) -> Option<Refusal> {
+        let held = self.keeping.map_or(0.0, |keeping| keeping.held);
+        let (bytes, known) = self.available;
+        let bound = if known == FREE { bytes + held } else { bytes };
+        // Half of what there is. Scans that weren't seen yet overlap with those that were, or don't.
+        let unseen = (self.scans as f64 / seen.scans as f64).clamp(1.0, UNSEEN);
+        let beyond = |needed: f64, available: f64, known, is_for_all| {
+            let fits = 1.05 * self.voxel * (2.0 * unseen * needed / available).sqrt();
+            (needed > available).then_some(Refusal { scan, needed, available: (available, known), fits, is_for_all })
+        };
+        let (fresh, kept) = (seen.bytes(false), seen.bytes(true));
+        memory::note(if self.keeping.is_some() { kept } else { fresh });
+        match self.keeping {
+            None => beyond(fresh, bound, known, true).or_else(|| beyond(fresh, self.free, FREE, false)),
+            Some(keeping) => {
+                let as_fresh = if keeping.as_fresh { beyond(fresh, bound, known, false) } else { None };
+                as_fresh.or_else(|| beyond(kept, self.free.min(bytes) + held, known, false))
+            }
+        }
+    }
+
+    /// Takes a scan into account: what is foreseen of it.
     ///
     /// # Errors
-    /// [`Error::OutOfMemory`] if it and those before it will need more than there is, with a voxel that fits.
-    pub(super) fn expect(&self, surface: &OrientedSurface) -> Result<()> {
-        let mut seen = self.seen.lock().unwrap_or_else(PoisonError::into_inner);
-        seen.add(surface, self.voxel);
-        let needed = seen.bytes(self.kept.is_some());
-        memory::note(needed);
-        let (available, there) = self.available;
-        let available = available + self.kept.unwrap_or(0.0);
-        if needed <= available {
-            return Ok(());
+    /// [`Error::OutOfMemory`] if it and those before it will need more than there is, with a voxel that fits: once all those are counted, as
+    /// [`Self::refused`] says.
+    pub(super) fn expect(&self, scan: usize, surface: &OrientedSurface) -> Result<Arc<Foreseen>> {
+        let foreseen = Arc::new(Foreseen::of(surface, self.voxel));
+        self.know(scan, Some(foreseen.clone()));
+        let counting = self.counting();
+        if let Some(refusal) = counting.refusal.filter(|refusal| refusal.scan <= scan) {
+            return Err(self.error(&refusal));
         }
-        if !needed.is_finite() {
-            return Err(Error::input("a scan is too large to be counted in cells: check the scale of its pose"));
+        // Those before it that are not counted yet only add to what it needs.
+        let mut alone = Seen::default();
+        if scan >= counting.next && counting.refusal.is_none() && foreseen.least() > self.most() {
+            alone.add(&foreseen);
+            if let Some(refusal) = self.refusal(&alone, scan) {
+                return Err(self.error(&refusal));
+            }
         }
-        // Half of what there is, in two digits rounded up. Scans that weren't seen yet overlap with those that were, or don't.
-        let unseen = (self.scans as f64 / seen.scans as f64).clamp(1.0, UNSEEN);
-        let fits = 1.05 * self.voxel * (2.0 * unseen * needed / available).sqrt();
-        seen.fits = Some(seen.fits.unwrap_or(0.0).max(fits));
-        Err(Error::OutOfMemory(format!(
+        Ok(foreseen)
+    }
+
+    /// Bytes beyond which nothing fits, whatever is kept.
+    fn most(&self) -> f64 {
+        self.available.0.min(self.free) + self.keeping.map_or(0.0, |keeping| keeping.held)
+    }
+
+    /// The first scan that does not fit beside those before it, and the error of that.
+    pub(super) fn refused(&self) -> Option<(usize, Error)> {
+        let refusal = self.counting().refusal?;
+        Some((refusal.scan, self.error(&refusal)))
+    }
+
+    fn error(&self, refusal: &Refusal) -> Error {
+        if !refusal.needed.is_finite() {
+            return Error::input("a scan is too large to be counted in cells: check the scale of its pose");
+        }
+        let (available, there) = refusal.available;
+        // In two digits rounded up.
+        Error::OutOfMemory(format!(
             "a voxel of {} (in the unit of the scans) needs {} or more, {} are {there}; a voxel of {} fits",
             Shown(self.voxel),
-            size(needed),
+            size(refusal.needed),
             size(available),
-            Shown::digits(fits, 2)
-        )))
+            Shown::digits(refusal.fits, 2)
+        ))
     }
 }
 
@@ -210,7 +344,7 @@ mod tests {
             discretize(&sphere(), "sphere", 0, &lattice, &mut buckets, &Progress::none()).unwrap();
             let (found, foreseen) = (buckets.len as f64, {
                 let mut seen = Seen::default();
-                seen.add(&sphere(), voxel);
+                seen.add(&Foreseen::of(&sphere(), voxel));
                 seen.crossings
             });
             assert!((found / foreseen - 1.0).abs() < 0.3 * voxel, "{found} {foreseen}");
@@ -221,7 +355,7 @@ mod tests {
     fn what_is_foreseen_follows_the_surface_however_many_scans_there_are() {
         let bytes = |scans: usize| {
             let mut seen = Seen::default();
-            (0..scans).for_each(|_| seen.add(&sphere(), 0.1));
+            (0..scans).for_each(|_| seen.add(&Foreseen::of(&sphere(), 0.1)));
             seen.bytes(false)
         };
         let [few, many, more] = [2, 400, 800].map(bytes);
@@ -229,20 +363,62 @@ mod tests {
     }
 
     #[test]
+    fn what_is_refused_follows_from_the_scans_whichever_are_loaded_first() {
+        let scans: Vec<OrientedSurface> = (0..6)
+            .map(|i| {
+                let pose =
+                    DAffine3::from_translation(DVec3::X * 0.7 * f64::from(i)) * DAffine3::from_rotation_y(f64::from(i));
+                let shape = Shape::Sphere { radius: 1.0 + 0.2 * f64::from(i * i % 4) };
+                OrientedSurface::from_mesh(&shape.mesh(6 + i as usize), pose).unwrap()
+            })
+            .collect();
+        let told = |available: f64, order: &[usize], known: &[usize]| {
+            let mut budget = Budget { scans: 9, ..Budget::within(0.1, (available, ALLOWED)) };
+            if !known.is_empty() {
+                budget.begin_keeping(0, true);
+            }
+            let foreseen = |&scan: &usize| (scan, Some(Arc::new(Foreseen::of(&scans[scan], 0.1))));
+            known.iter().map(foreseen).for_each(|(scan, foreseen)| budget.know(scan, foreseen));
+            budget.know(6, None);
+            let refused = |&&scan: &&usize| budget.expect(scan, &scans[scan]).is_err();
+            let of: Vec<usize> = order.iter().filter(refused).copied().collect();
+            let (scan, error) = budget.refused()?;
+            // What is refused before all scans before it are known is so by itself.
+            assert!(of.iter().all(|&refused| refused >= scan), "{of:?} {scan}");
+            Some((scan, error.to_string(), budget.counting().refusal.map(|refusal| refusal.fits.to_bits())))
+        };
+        let mut all = Seen::default();
+        scans.iter().for_each(|scan| all.add(&Foreseen::of(scan, 0.1)));
+        let orders =
+            [[0, 1, 2, 3, 4, 5], [5, 4, 3, 2, 1, 0], [1, 0, 3, 2, 5, 4], [2, 5, 0, 4, 1, 3], [4, 0, 5, 1, 2, 3]];
+        for share in [1.01, 0.99, 0.8, 0.6, 0.4, 0.2, 0.05] {
+            let of = |are_kept: bool| share * all.bytes(are_kept);
+            let expected = told(of(false), &orders[0], &[]);
+            assert_eq!(expected.is_some(), share < 1.0);
+            assert!(orders.iter().all(|order| told(of(false), order, &[]) == expected), "{share}");
+            let expected = told(of(true), &orders[0], &[6]);
+            assert_eq!(expected.is_some(), share < 1.0);
+            for (order, known) in [([3, 1, 5, 0], [4, 2]), ([0, 3, 4, 5], [1, 2])] {
+                assert_eq!(told(of(true), &order, &known), expected, "{share}");
+            }
+        }
+    }
+
+    #[test]
     fn what_does_not_fit_is_refused_with_a_voxel_that_does() {
         let budget = Budget::within(0.1, (1e7, "free"));
-        budget.expect(&sphere()).unwrap();
-        let text = std::iter::repeat_with(|| budget.expect(&sphere())).find_map(Result::err).unwrap().to_string();
+        let text = (0..).map(|scan| budget.expect(scan, &sphere())).find_map(Result::err).unwrap().to_string();
+        assert!(budget.refused().unwrap().0 > 0);
         let voxel = text
             .strip_prefix("not enough memory: a voxel of 0.1 (in the unit of the scans) needs 10 MB or more, 10 MB are free; a voxel of ")
             .and_then(|rest| rest.strip_suffix(" fits"))
             .unwrap_or_else(|| panic!("{text}"));
         let mut one = Seen::default();
-        one.add(&sphere(), 0.1);
+        one.add(&Foreseen::of(&sphere(), 0.1));
         let scans = (1e7 / one.bytes(false)) as usize + 1;
         let budget = Budget::within(voxel.parse().unwrap(), (1e7, "free"));
-        (0..scans).for_each(|_| budget.expect(&sphere()).unwrap());
-        let text = Budget::within(1e-9, (1e9, "free")).expect(&sphere()).unwrap_err().to_string();
+        (0..scans).for_each(|scan| assert!(budget.expect(scan, &sphere()).is_ok()));
+        let text = Budget::within(1e-9, (1e9, "free")).expect(0, &sphere()).err().unwrap().to_string();
         assert!(text.contains(" GB or more, 1000 MB are free"), "{text}");
     }
 }

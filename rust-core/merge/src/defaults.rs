@@ -175,7 +175,7 @@ pub fn looked_at(roll: &Roll<'_>) -> Vec<usize> {
 
 /// To three digits: so a scan more or less, or one that is turned, seldom changes what all others come to; and the cell that was
 /// reported, given as it is read, gives the same surface.
-fn rounded(cell: f64) -> f64 {
+pub fn rounded(cell: f64) -> f64 {
     format!("{cell:.2e}").parse().expect("a number")
 }
 

@@ -11,8 +11,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::budget::Budget;
+use super::budget::{Budget, Foreseen};
 use super::bundles::{Buckets, Store};
+use super::defaults::rounded;
 use super::discretize::discretize;
 use super::lattice::Lattice;
 use super::numbers::Roll;
@@ -44,6 +45,8 @@ pub struct Group {
     pub scans: Vec<usize>,
     /// What it found.
     pub found: Discretized,
+    /// What was foreseen of its scan, where each is a group of its own.
+    pub foreseen: Option<Arc<Foreseen>>,
     /// Where the first of them has its first triangle, in the world.
     pub near: DVec3,
 }
@@ -110,18 +113,17 @@ pub fn in_cells_that_fit<T>(
     report: &mut MergeReport,
     mut find: impl FnMut(&mut Budget) -> Result<T>,
 ) -> Result<T> {
-    let may_be_larger = params.voxel.is_none() && setup.fit.keeps_to_cells.is_none();
+    let may_be_larger = params.voxel.is_none() && !setup.fit.keeps_to_cells;
     loop {
         let mut budget = Budget::new(report.voxel, scans, setup.fit.memory);
         match find(&mut budget) {
             Err(Error::OutOfMemory(_)) if may_be_larger && budget.fits().is_some_and(|v| v > report.voxel) => {
-                report.voxel = budget.fits().unwrap_or(report.voxel);
+                report.voxel = budget.fits().map_or(report.voxel, rounded);
                 report.voxel_reason = VoxelReason::Memory;
             }
             found => {
-                if let (Err(Error::OutOfMemory(_)), Some(is_too_large)) = (&found, &setup.fit.keeps_to_cells) {
-                    is_too_large.store(budget.leaves_room_for_the_surface(), Ordering::Relaxed);
-                }
+                setup.fit.is_refused.store(budget.refused().is_some(), Ordering::Relaxed);
+                setup.fit.surface_may_fit.store(budget.leaves_room_for_the_surface(), Ordering::Relaxed);
                 return found;
             }
         }
@@ -192,15 +194,12 @@ impl<'a, 'p> Intake<'a, 'p> {
     pub fn take_all(&self, mut todo: BTreeSet<usize>) -> Result<(Option<Lattice>, Vec<Group>)> {
         let mut good: Vec<Group> = Vec::new();
         let mut failure: Option<Failure> = None;
-        let mut is_again = false;
         while !todo.is_empty() {
             let list: Vec<usize> = todo.iter().copied().collect();
             let next = AtomicUsize::new(0);
             let workers = rayon::current_num_threads().min(list.len());
-            let found: Vec<_> =
-                (0..workers).into_par_iter().with_max_len(1).map(|_| self.work(&list, &next, is_again)).collect();
+            let found: Vec<_> = (0..workers).into_par_iter().with_max_len(1).map(|_| self.work(&list, &next)).collect();
             self.progress.check()?;
-            is_again = true;
             // Of the scans before the first with a triangle none was passed over, so that this one is known now.
             let lattice = self.lattice();
             for (groups, empty, failed) in found {
@@ -217,13 +216,17 @@ impl<'a, 'p> Intake<'a, 'p> {
                 }
             }
             // Those before it may fail too, and then are the first.
-            let end = failure.as_ref().map_or(usize::MAX, |failure| failure.scan);
+            let refused = self.budget.refused().map(|refused| refused.0);
+            let end =
+                failure.as_ref().map(|failure| failure.scan).into_iter().chain(refused).min().unwrap_or(usize::MAX);
             todo.retain(|scan| *scan < end);
             self.last.store(end, Ordering::Relaxed);
         }
-        match failure {
-            Some(failure) => Err(failure.error),
-            None => Ok((self.lattice(), good)),
+        // All scans before the first that failed are counted now.
+        match (self.budget.refused(), failure) {
+            (Some((scan, error)), failure) if failure.as_ref().is_none_or(|failure| failure.scan >= scan) => Err(error),
+            (_, Some(failure)) => Err(failure.error),
+            (_, None) => Ok((self.lattice(), good)),
         }
     }
 
@@ -252,14 +255,14 @@ impl<'a, 'p> Intake<'a, 'p> {
     }
 
     /// One worker's groups, scans without a triangle, and first failure.
-    fn work(&self, list: &[usize], next: &AtomicUsize, is_again: bool) -> (Vec<Group>, Vec<usize>, Option<Failure>) {
+    fn work(&self, list: &[usize], next: &AtomicUsize) -> (Vec<Group>, Vec<usize>, Option<Failure>) {
         let (mut groups, mut empty) = (Vec::new(), Vec::new());
         while let Some(&scan) = list.get(next.fetch_add(1, Ordering::Relaxed)) {
             if scan > self.last.load(Ordering::Relaxed) {
                 break;
             }
             let mut lattice = None;
-            match self.take(scan, &mut lattice, &mut groups, is_again) {
+            match self.take(scan, &mut lattice, &mut groups) {
                 Ok(true) => {}
                 Ok(false) => empty.push(scan),
                 Err(error) => {
@@ -272,30 +275,27 @@ impl<'a, 'p> Intake<'a, 'p> {
     }
 
     /// Loads a scan and finds its crossings; false if it has no triangle.
-    fn take(
-        &self,
-        scan: usize,
-        counted_in: &mut Option<Lattice>,
-        groups: &mut Vec<Group>,
-        is_again: bool,
-    ) -> Result<bool> {
+    fn take(&self, scan: usize, counted_in: &mut Option<Lattice>, groups: &mut Vec<Group>) -> Result<bool> {
         let (source, number) = (self.roll.sources[scan], self.roll.numbers()[scan]);
         let surface = source
             .load(&Loading { triangulation: self.params.triangulation, cell: self.budget.voxel }, self.progress)?;
         self.progress.check()?;
         let Some(&[first, ..]) = surface.triangles.first() else {
+            self.budget.know(scan, None);
             return self.progress.advance(1).map(|()| false);
         };
         let near = surface.world_from_surface.transform_point3(surface.positions[first as usize]);
         let lattice = self.lattice_for(scan, near)?;
         *counted_in = Some(lattice);
-        if !is_again {
-            self.budget.expect(&surface)?;
+        let foreseen = self.budget.expect(scan, &surface);
+        if let Some((refused, _)) = self.budget.refused() {
+            self.last.fetch_min(refused, Ordering::Relaxed);
         }
+        let foreseen = Some(foreseen?).filter(|_| self.are_apart);
         if self.are_apart || groups.last().is_none_or(|group| group.found.lattice != lattice) {
             let buckets = vec![Buckets::with_store(self.store(lattice))];
             let found = Discretized { buckets, ..Discretized::none(lattice) };
-            groups.push(Group { scans: Vec::new(), found, near });
+            groups.push(Group { scans: Vec::new(), found, foreseen, near });
         }
         let Group { scans, found, .. } = groups.last_mut().expect("one was just pushed");
         discretize(&surface, source.name(), number, &lattice, &mut found.buckets[0], self.progress)?;

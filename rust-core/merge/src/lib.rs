@@ -101,7 +101,7 @@ pub mod again;
 // more than memory holds
 pub mod disk;
 
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use field::{BrickLabels, Vertices};
 use rustc_hash::FxHashMap;
@@ -112,6 +112,7 @@ pub use types::{MergeParams, MergeReport, Merged, SCHEMA, VoxelReason};
 
 use base::error::{Error, Result, Shown};
 use base::progress::Progress;
+use base::threads;
 use close::Room;
 use graph::{Graph, Out};
 use memory::Memory;
@@ -167,16 +168,21 @@ pub fn run_if_it_fits(
 
 /// What `run` gives that keeps to cells as they are, if these fit.
 fn if_it_fits(memory: Option<u64>, run: impl FnOnce(&Setup) -> Result<Merged>) -> Result<Option<Merged>> {
-    let keeps_to_cells = Some(AtomicBool::new(false));
-    let setup = Setup { fit: Fit { keeps_to_cells, ..Fit::within(memory) }, ..Setup::default() };
+    let setup = Setup { fit: Fit { keeps_to_cells: true, ..Fit::within(memory) }, ..Setup::default() };
     match run(&setup) {
-        Err(Error::OutOfMemory(_)) if setup.fit.keeps_to_cells.is_some_and(AtomicBool::into_inner) => Ok(None),
+        Err(Error::OutOfMemory(_)) if setup.fit.leaves_hope() => Ok(None),
         other => other.map(Some),
     }
 }
 
 fn run_by(sources: &[&dyn ScanSource], params: &MergeParams, setup: &Setup, progress: &Progress<'_>) -> Result<Merged> {
-    started(sources, params, progress, || merge(sources, params, setup, progress))
+    let merge = |threads| {
+        setup.fit.begin();
+        let params = &MergeParams { threads, ..*params };
+        started(sources, params, progress, || merge(sources, params, setup, progress))
+    };
+    // What was foreseen not to fit does not with one either.
+    threads::fewer_where_memory_is_short(params.threads, || !setup.fit.is_refused.load(Ordering::Relaxed), merge)
 }
 
 /// Does the work of merging scans, if they can be merged.
@@ -199,7 +205,7 @@ fn started<T: Send>(
     }
     common_crs(sources)?;
     progress.plan(PLAN);
-    let pool = base::threads::pool(params.threads)?;
+    let pool = threads::pool(params.threads)?;
     let merged = progress.run(&pool, work);
     // Whatever else went wrong meanwhile, the caller asked for an end.
     if merged.is_err() {
@@ -251,13 +257,34 @@ struct Setup {
 struct Fit {
     /// Bytes that there are at most.
     memory: f64,
-    /// Where cells are never larger than given or measured: whether they are too large for memory, and the surface may not be.
-    keeps_to_cells: Option<AtomicBool>,
+    /// Whether cells are never larger than given or measured.
+    keeps_to_cells: bool,
+    /// Answered: whether it was foreseen that these cells do not fit ...
+    is_refused: AtomicBool,
+    /// ... and the surface alone may.
+    surface_may_fit: AtomicBool,
 }
 
 impl Fit {
     fn within(memory: Option<u64>) -> Self {
-        Fit { memory: memory.map_or(f64::INFINITY, |bytes| bytes as f64), keeps_to_cells: None }
+        let memory = memory.map_or(f64::INFINITY, |bytes| bytes as f64);
+        Fit {
+            memory,
+            keeps_to_cells: false,
+            is_refused: AtomicBool::new(false),
+            surface_may_fit: AtomicBool::new(false),
+        }
+    }
+
+    /// Nothing is foreseen yet.
+    fn begin(&self) {
+        self.is_refused.store(false, Ordering::Relaxed);
+        self.surface_may_fit.store(false, Ordering::Relaxed);
+    }
+
+    /// Whether a merge in files may fit where this one did not.
+    fn leaves_hope(&self) -> bool {
+        self.surface_may_fit.load(Ordering::Relaxed) || !self.is_refused.load(Ordering::Relaxed)
     }
 }
 

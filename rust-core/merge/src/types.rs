@@ -41,7 +41,8 @@ base::choices! {
         Noise = "noise" "half the noise of the samples",
         /// 1.5 times the median distance between scans that overlap.
         Distance = "distance" "1.5 times the distance between overlapping scans",
-        /// Coarser than that, so that it fits into the memory there is.
+        /// Coarser than that, so that it fits into memory: by the limit and the scans alone, or, where there is no limit, by what is free
+        /// at that moment.
         Memory = "memory" "coarser, to fit into memory",
     }
 }

@@ -24,6 +24,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use super::numbers::Roll;
 use super::{MergeParams, Merged, Setup, defaults, numbers, started};
 use base::error::{Error, Result};
+use base::memory::attempted;
 use base::progress::Progress;
 use image::source::ScanSource;
 use image::triangulate::TriangulateParams;
@@ -49,7 +50,7 @@ pub struct Merger {
 
 impl Merger {
     /// Merges the scans into one surface: the same as [`super::run`] gives, but for the seconds and the working bytes in the report. After
-    /// an error, or when it was cancelled, what was kept before stays.
+    /// an error, or when it was cancelled, what was kept before stays; where memory holds the merge but not what would be kept, nothing is.
     ///
     /// # Errors
     /// As [`super::run`]; two scans of one version.
@@ -82,14 +83,24 @@ impl Merger {
         if let Some(twice) = scans.iter().find(|scan| !seen.insert(scan.version)) {
             return Err(Error::input(format!("two scans have the version {}: give each its own", twice.version)));
         }
-        // Where a refused allocation ends the call, nothing is kept.
+        // Where a refused allocation ends the work, nothing is kept.
         let mut kept = self.kept.take().unwrap_or_default();
         let sources: Vec<&dyn ScanSource> = scans.iter().map(|scan| scan.scan).collect();
-        let merged = started(&sources, params, progress, || {
-            super::in_memory(&mut Again::new(&mut kept, scans, params, setup), params, progress)
+        setup.fit.begin();
+        let merged = attempted(|| {
+            let work = || super::in_memory(&mut Again::new(&mut kept, scans, params, setup), params, progress);
+            started(&sources, params, progress, work)
         });
-        self.kept = Some(kept);
-        merged
+        match merged {
+            Some(Err(Error::OutOfMemory(_))) | None => {}
+            Some(merged) => {
+                self.kept = Some(kept);
+                return merged;
+            }
+        }
+        // Cells that memory chooses must not depend on what is kept.
+        drop(kept);
+        super::run_by(&sources, params, setup, progress)
     }
 
     /// Of how many bricks of space that scans speak of, what was known before the last run did not tell all.

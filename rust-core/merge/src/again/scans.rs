@@ -1,14 +1,14 @@
 //! Stage 1 of scans that are new: the crossings of each are kept by themselves.
 
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use crate::budget::Budget;
+use crate::budget::{Budget, Foreseen};
 use crate::bundles::ScanCrossings;
-use crate::crossing::OnLine;
 use crate::intake::{Discretized, Group, Intake, in_cells_that_fit};
-use crate::lattice::{ACROSS, BRICK_BITS, Lattice};
+use crate::lattice::Lattice;
 use crate::numbers::Roll;
 use crate::{DISCRETIZING, MergeParams, MergeReport, Setup, nothing_to_merge};
 use base::error::Result;
@@ -30,8 +30,8 @@ pub struct Scan {
     pub crossings: ScanCrossings,
     /// Where its first triangle is, in the world; `None` if it has none.
     near: Option<DVec3>,
-    /// Crossings by brick.
-    bricks: Vec<([i32; 3], u32)>,
+    /// What was foreseen of it.
+    foreseen: Option<Arc<Foreseen>>,
     /// What was measured of it, if it is a range image.
     measured: Option<Measured>,
     /// What else was found.
@@ -65,7 +65,8 @@ impl Scans {
         }
         let versions = &list.roll.versions;
         loop {
-            budget.begin_keeping(self.all.values().map(|scan| scan.crossings.len()).sum());
+            let held = self.all.values().map(|scan| scan.crossings.len()).sum();
+            budget.begin_keeping(held, list.params.voxel.is_none());
             let first = self.first(list)?;
             let is_new = |version: &u64| match self.all.get(version) {
                 None => true,
@@ -74,7 +75,7 @@ impl Scans {
             };
             let todo: BTreeSet<usize> = (0..versions.len()).filter(|&scan| is_new(&versions[scan])).collect();
             let known = versions.iter().enumerate().filter(|(scan, _)| !todo.contains(scan));
-            known.for_each(|(_, version)| self.all[version].foresee(budget));
+            known.for_each(|(scan, version)| budget.know(scan, self.all[version].foreseen.clone()));
             progress.stage(DISCRETIZING, todo.len() as u64);
             let intake = Intake::new(list.roll, list.params, list.setup, budget, progress).of_some(first);
             let (lattice, groups) = intake.take_all(todo.clone())?;
@@ -129,31 +130,14 @@ struct List<'a> {
 
 impl Scan {
     fn empty() -> Self {
-        Scan { crossings: ScanCrossings::default(), near: None, bricks: Vec::new(), measured: None, found: None }
-    }
-
-    /// Takes it into account.
-    fn foresee(&self, budget: &Budget) {
-        let Some(found) = &self.found else { return };
-        let in_world = |brick: [i32; 3]| [0, 1, 2].map(|i| (found.lattice.base[i] >> BRICK_BITS) + i64::from(brick[i]));
-        budget.know(self.bricks.iter().map(|&(brick, count)| (in_world(brick), f64::from(count))));
+        Scan { crossings: ScanCrossings::default(), near: None, foreseen: None, measured: None, found: None }
     }
 }
 
 impl From<Group> for Scan {
-    fn from(Group { mut found, near, .. }: Group) -> Self {
+    fn from(Group { mut found, foreseen, near, .. }: Group) -> Self {
         let crossings: ScanCrossings = found.buckets.remove(0).into();
         let measured = found.images.pop().map(|image| image.1);
-        let mut counts: FxHashMap<[i32; 3], u32> = FxHashMap::default();
-        for (key, list) in crossings.iter() {
-            let [u, v] = ACROSS[key.axis as usize];
-            let mut brick = [0; 3];
-            [brick[u], brick[v]] = key.across;
-            for of_brick in list.chunk_by(|a, b| a.cell() >> BRICK_BITS == b.cell() >> BRICK_BITS) {
-                brick[key.axis as usize] = of_brick[0].cell() >> BRICK_BITS;
-                *counts.entry(brick).or_default() += of_brick.len() as u32;
-            }
-        }
-        Scan { crossings, near: Some(near), bricks: counts.into_iter().collect(), measured, found: Some(found) }
+        Scan { crossings, near: Some(near), foreseen, measured, found: Some(found) }
     }
 }

@@ -36,6 +36,11 @@ pub struct Setting<'a> {
     pub has_all: bool,
 }
 
+/// Bytes of crossings that a worker holds who has so much memory.
+fn held_by(memory: u64) -> u64 {
+    (memory / 6).max(1 << 20)
+}
+
 impl<'a> Setting<'a> {
     /// For the threads that this thread's work is shared by.
     pub fn of(folder: &'a Path, memory: u64) -> Self {
@@ -46,7 +51,7 @@ impl<'a> Setting<'a> {
             folder,
             cut: Cut { side: side.clamp(2, 64) },
             memory,
-            held: (each / 6).max(1 << 20),
+            held: held_by(each),
             kept: crate::bundles::MANY,
             corner: [0; 3],
             stays: false,
@@ -64,15 +69,18 @@ impl<'a> Setting<'a> {
     /// # Errors
     /// [`Error::OutOfMemory`]: not one.
     pub fn workers(&self, samples: usize) -> Result<usize> {
-        let each = SCAN + BYTES_A_SAMPLE * samples as u64 + self.held;
-        match self.memory / each {
-            0 => Err(Error::OutOfMemory(format!(
+        let needed = |held: u64| SCAN + BYTES_A_SAMPLE * samples as u64 + held;
+        // As one thread alone would need, so that whether it can be done is the same for any number.
+        let alone = needed(held_by(self.memory));
+        if self.memory < alone {
+            return Err(Error::OutOfMemory(format!(
                 "scans of {samples} samples need {} or more even in files, {} are allowed",
-                size(each as f64),
+                size(alone as f64),
                 size(self.memory as f64)
-            ))),
-            workers => Ok((workers as usize).min(rayon::current_num_threads())),
+            )));
         }
+        let workers = self.memory / needed(self.held);
+        Ok((workers.max(1) as usize).min(rayon::current_num_threads()))
     }
 
     /// Where a mark is, by its number.
