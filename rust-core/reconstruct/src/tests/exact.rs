@@ -88,7 +88,7 @@ fn assert_it_ends(about: &str, points: Vec<DVec3>, params: &ReconstructParams) {
 #[test]
 fn exact_shapes_come_to_an_end() {
     let is_all = std::env::var_os("SURFRECON_TIER").is_some_and(|tier| tier == "all");
-    for seed in 0..if is_all { 10_000 } else { 100 } {
+    for seed in 0..if is_all { 10_000 } else { 80 } {
         let (name, points) = shape(seed);
         let closure = if seed % 4 == 3 { Closure::Closed } else { Closure::Auto };
         assert_it_ends(&format!("{name} {seed}"), points, &ReconstructParams { closure, ..Default::default() });

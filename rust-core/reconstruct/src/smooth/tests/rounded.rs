@@ -38,7 +38,7 @@ fn area(mesh: &TriMesh) -> f64 {
 #[test]
 fn noise_is_measured_through_the_steps_of_coordinates() {
     let mut normal = normal(5);
-    for noise in [0.5, 0.6, 1.0] {
+    for noise in [0.6, 1.0] {
         for turn in
             [DMat3::IDENTITY, DMat3::from_rotation_y(0.1), DMat3::from_euler(glam::EulerRot::XYZ, 0.6, 0.5, 0.3)]
         {
@@ -96,13 +96,10 @@ fn lattices() -> Vec<(&'static str, Vec<DVec3>)> {
         ("level", plane([0.0; 2], DVec3::ONE)),
         ("slope of a half", plane([0.5, 0.0], DVec3::ONE)),
         ("slopes of a half", plane([0.5, 0.5], DVec3::ONE)),
-        ("a tenth", plane([0.1, 0.0], DVec3::ONE)),
-        ("stretched", plane([0.5, 0.5], DVec3::new(1.0, 2.0, 1.0))),
         ("half as high", plane([1.0, 0.0], DVec3::new(1.0, 1.0, 0.5))),
         ("shell", shell),
         ("shell with gaps", sparse),
         ("stairs", stairs.collect()),
-        ("two sides", sides.clone().collect()),
         ("two sides, half a step apart", sides.map(|p| p * DVec3::new(1.0, 1.0, 0.4)).collect()),
         ("waves", waves.collect()),
     ]
