@@ -19,7 +19,8 @@ use mesh::TriMesh;
 /// * A sample that is a vertex of the triangle, coordinate by coordinate, has error 0.
 /// * On a lattice, let `w_i` be twice the area, in pixels, of the triangle that a pixel makes with the edge across from
 ///   corner `i`, and `w` their sum: whole numbers, so exact. Of an orthographic image of heights `h` the error is
-///   `sum w_i (h - h_i) / w`; of a pinhole image of depths `d` along the optical axis it is `(w / sum (w_i / d_i) - d) s`,
+///   `sum w_i (h - h_i) / w`, and what rounding the places of pixels may add where that is more than heights are rounded by:
+///   on steep triangles far from the origin; of a pinhole image of depths `d` along the optical axis it is `(w / sum (w_i / d_i) - d) s`,
 ///   where `s` is the length of the ray by depth. As no `w_i` is negative, rounding is at most a few units in the last
 ///   place of the largest `h - h_i`, or of the range.
 /// * Elsewhere it is the distance from the sample, along its ray, to the triangle that the ray meets.
@@ -214,6 +215,7 @@ fn on_lattice(image: &RangeImage, values: &[f64], mesh: &TriMesh, progress: &Pro
         return Ok(Measured { errors, face_errors });
     }
     let projected: Vec<Projected> = mesh.positions.par_iter().map(|&p| project(image, p)).collect();
+    let rounding = Rounding::of(image);
     let mut bands: Vec<Vec<u32>> = vec![Vec::new(); rows.div_ceil(BAND)];
     let mut pace = Pace::new(progress);
     for (t, triangle) in mesh.triangles.iter().enumerate() {
@@ -238,6 +240,7 @@ fn on_lattice(image: &RangeImage, values: &[f64], mesh: &TriMesh, progress: &Pro
             for &t in triangles {
                 let corners = mesh.triangles[t as usize].map(|v| projected[v as usize]);
                 let mut worst = 0.0_f64;
+                let rounded = rounding.along_rays(&corners);
                 for_each_pixel(corners, [first_row, first_row + errors.len() / cols], cols, |row, col, weights| {
                     let i = row * cols + col;
                     if values[i].is_nan() {
@@ -246,7 +249,8 @@ fn on_lattice(image: &RangeImage, values: &[f64], mesh: &TriMesh, progress: &Pro
                     let error = if corners.iter().any(|c| c.pixel == i) {
                         0.0
                     } else {
-                        behind(image.projection(), row, col, values[i], &corners, weights)
+                        let error = behind(image.projection(), row, col, values[i], &corners, weights);
+                        error + rounded.copysign(error)
                     };
                     worst = worst.max(error.abs());
                     let slot = &mut errors[i - first_row * cols];
@@ -266,6 +270,44 @@ fn on_lattice(image: &RangeImage, values: &[f64], mesh: &TriMesh, progress: &Pro
         }
     }
     Ok(Measured { errors, face_errors })
+}
+
+/// Rounding of the places of an orthographic image's columns and rows, which lie on no lattice far from the origin.
+struct Rounding {
+    /// Largest one of columns and of rows, in steps of the lattice.
+    steps: [f64; 2],
+}
+
+/// Rounding along the rays of less than this share of a triangle's heights is that of the heights themselves.
+const OF_HEIGHTS: f64 = 64.0 * f64::EPSILON;
+
+impl Rounding {
+    fn of(image: &RangeImage) -> Rounding {
+        let Projection::Orthographic { first, step } = *image.projection() else { return Rounding { steps: [0.0; 2] } };
+        let largest = |axis: usize, count: usize| {
+            let off = |i: usize| {
+                let place = first[axis] + i as f64 * step[axis];
+                (i as f64).mul_add(step[axis], first[axis] - place).abs()
+            };
+            (0..count).map(off).fold(0.0, f64::max) / step[axis].abs()
+        };
+        Rounding { steps: [largest(0, image.cols()), largest(1, image.rows())] }
+    }
+
+    /// How far a triangle moves along the rays, at most, as its corners and the rays are rounded; 0 where that is nothing
+    /// beside the rounding of heights.
+    fn along_rays(&self, [a, b, c]: &[Projected; 3]) -> f64 {
+        if self.steps == [0.0; 2] {
+            return 0.0;
+        }
+        let [to_b, to_c] = [b, c].map(|p| [p.col - a.col, p.row - a.row, p.value - a.value]);
+        let area = (to_b[0] * to_c[1] - to_b[1] * to_c[0]).abs();
+        let by_col = (to_b[2] * to_c[1] - to_c[2] * to_b[1]).abs() / area;
+        let by_row = (to_c[2] * to_b[0] - to_b[2] * to_c[0]).abs() / area;
+        let moved = 2.0 * (by_col * self.steps[0] + by_row * self.steps[1]);
+        let heights = a.value.abs().max(b.value.abs()).max(c.value.abs());
+        if moved > OF_HEIGHTS * heights { moved } else { 0.0 }
+    }
 }
 
 /// How far behind the sample a triangle lies along the ray, by the weights of its corners: see [`Certificate`].

@@ -83,7 +83,8 @@ pub struct SculptReport {
     pub depth_extent: f64,
     /// Triangles of the step-discontinuity triangulation but the hidden ones: the mesh that has every covered sample.
     pub full_triangles: usize,
-    /// Triangles left out because they hide behind others, as seen along the rays.
+    /// Triangles left out because they hide behind others, as seen along the rays. The tolerance does not hold for samples
+    /// that have only such triangles: nothing covers them, the certificate does not measure them, and they count as isolated.
     pub hidden_triangles: usize,
     /// Triangles after the digging, before the polish.
     pub dug_triangles: usize,
@@ -128,7 +129,8 @@ pub struct Sculpted {
 /// near 100 bytes a pixel beside the image.
 ///
 /// # Errors
-/// Parameters out of range, attributes of the wrong length, more than 2^32 - 2 pixels, a world in degrees; [`base::Error::Cancelled`].
+/// An image that gives no triangle; parameters out of range, attributes of the wrong length, more than 2^32 - 2 pixels, a
+/// coordinate too large, a world in degrees; [`base::Error::Cancelled`].
 ///
 /// Source: \[SG07\], with the differences listed at the module.
 pub fn run(image: &RangeImage, params: &SculptParams, progress: &Progress<'_>) -> Result<Sculpted> {

@@ -17,6 +17,7 @@ use base::error::{Error, Result, Shown};
 use base::memory;
 use base::progress::{Progress, Seconds};
 use image::range_image::RangeImage;
+use image::triangulate::no_triangle;
 use mesh::Crs;
 use mesh::dump::{self, Stage};
 
@@ -99,7 +100,8 @@ impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
     /// Finds where the mesh may be. O(pixels).
     ///
     /// # Errors
-    /// Parameters out of range, attributes of the wrong length, more than 2^32 - 2 pixels, a world in degrees.
+    /// An image that gives no triangle; parameters out of range, attributes of the wrong length, more than 2^32 - 2 pixels, a
+    /// coordinate too large, a world in degrees.
     pub fn new(image: I, params: &SculptParams) -> Result<Self> {
         Self::prepare(image, params, &Progress::none())
     }
@@ -122,6 +124,9 @@ impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
         let pool = base::threads::pool(params.threads)?;
         let triangulation = &params.triangulation;
         let domain = progress.watch(|| pool.install(|| Domain::new(image.borrow(), triangulation, progress)))?;
+        if domain.triangles.is_empty() {
+            return Err(no_triangle(image.borrow(), triangulation));
+        }
         let ladder = Ladder::new(domain.extent(), many);
         progress.lap("domain");
         Ok(Sculptor { image, params: *params, domain, prepared: progress.seconds(), ladder })

@@ -163,3 +163,44 @@ fn pixels_that_rounding_puts_in_one_place_are_refused() {
     let text = run(&image, &absolute(0.0), &Progress::none()).unwrap_err().to_string();
     assert!(text.contains("move the image nearer to the origin"), "{text}");
 }
+
+/// Largest distance along the vertical between samples and triangles of an orthographic image, at the places where both are:
+/// differences of coordinates that lie close together are exact.
+fn farthest_as_placed(image: &RangeImage, mesh: &TriMesh) -> f64 {
+    let origin = image.point_in_sensor(0);
+    let mut worst = 0.0_f64;
+    for triangle in &mesh.triangles {
+        let [a, b, c] = triangle.map(|v| mesh.positions[v as usize] - origin);
+        let normal = (b - a).cross(c - a);
+        for pixel in 0..image.len() {
+            let at = image.point_in_sensor(pixel) - origin;
+            let turn = |p: DVec3, q: DVec3| (q.x - p.x) * (at.y - p.y) - (q.y - p.y) * (at.x - p.x);
+            let sides = [turn(a, b), turn(b, c), turn(c, a)];
+            let slack = 1e-6 * normal.z.abs();
+            if sides.iter().all(|side| side * normal.z.signum() >= -slack) {
+                let height = a.z - (normal.x * (at.x - a.x) + normal.y * (at.y - a.y)) / normal.z;
+                worst = worst.max((height - at.z).abs());
+            }
+        }
+    }
+    worst
+}
+
+#[test]
+fn far_from_the_origin_the_places_of_pixels_are_rounded() {
+    let steep: [&dyn Fn(usize, usize) -> f64; 2] =
+        [&|r, c| (c + 2 * r) as f64, &|r, c| 3.0 * c as f64 + noise(7, (r * 64 + c) as u64)];
+    for at in [0.0, 5e6] {
+        let projection = Projection::Orthographic { first: [at + 0.1, 0.3 - at], step: [1e-3, -1e-3] };
+        for height in steep {
+            let values = (0..20 * 24).map(|i| height(i / 24, i % 24)).collect();
+            let image = RangeImage::from_values(20, 24, values, projection).unwrap();
+            for tolerance in [0.0, 1e-7, 0.3] {
+                let sculpted = sculpt(&image, &absolute(tolerance));
+                let (told, found) = (sculpted.certificate.max_error, farthest_as_placed(&image, &sculpted.mesh));
+                assert!(told <= tolerance && sculpted.certificate.max_error_single >= told);
+                assert!(found <= told + 1e-12, "at {at} within {tolerance}: {found}, but {told} is told");
+            }
+        }
+    }
+}

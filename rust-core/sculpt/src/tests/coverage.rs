@@ -34,12 +34,21 @@ proptest! {
 }
 
 #[test]
-fn nothing_to_mesh_gives_an_empty_mesh() {
+fn nothing_to_mesh_is_an_error() {
+    let said = |image: &RangeImage| {
+        let none = &Progress::none();
+        let at_once = run(image, &SculptParams::default(), none).unwrap_err().to_string();
+        let first = Sculptor::prepare(image, &SculptParams::default(), none).err().unwrap().to_string();
+        assert_eq!(at_once, first);
+        at_once
+    };
     for (rows, cols) in [(0, 0), (0, 7), (1, 1), (1, 9), (9, 1), (5, 5)] {
         let image = flat(rows, cols, |_, _| if rows == 5 { f64::NAN } else { 1.0 });
-        let sculpted = sculpt(&image, &SculptParams::default());
-        assert!(sculpted.mesh.triangles.is_empty() && sculpted.certificate.worst_pixel.is_none());
+        let text = said(&image);
+        assert!(text.contains("no triangle comes of its") && text.contains("but a mesh has at least one"), "{text}");
     }
+    let text = said(&flat(5, 5, |r, c| if r > c { 1e300 } else { 0.0 }));
+    assert!(text.contains("1e300") && !text.contains("no triangle"), "{text}");
 }
 
 #[test]
