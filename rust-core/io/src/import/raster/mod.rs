@@ -36,8 +36,9 @@ use super::file::watched;
 use super::window::Window;
 use super::{Content, ReadOptions, Scan};
 use base::error::{Error, Result};
+use base::log::{self, Level};
 use base::progress::Progress;
-use image::range_image::{Projection, RangeImage};
+use image::range_image::{Projection, RangeImage, far, repeats};
 
 /// An image of numbers as its file has them, row by row from the top; NaN where the file has none.
 pub(super) struct Raster {
@@ -135,6 +136,14 @@ impl Raster {
         }
         let mut image = RangeImage::from_values(rows, cols, self.values, projection)
             .map_err(|error| Error::format(&scan.path, "whole image", error.to_string()))?;
+        if let Some(own_size) = repeats::undone(&image) {
+            let words = repeats::in_words(&image, [own_size.cols(), own_size.rows()]);
+            log::tell(Level::Info, &format!("{}: {words}", scan.name));
+            image = own_size;
+        }
+        if let Some(far) = far::leave_out(&mut image) {
+            log::tell(Level::Warning, &format!("{}: {}", scan.name, far.in_words()));
+        }
         image.name = scan.name.clone();
         image.world_from_sensor = scan.world_from_sensor * DAffine3::from_translation(translation);
         Ok(Content::RangeImage(image))
