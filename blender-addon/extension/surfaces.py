@@ -67,6 +67,8 @@ def part_of(evaluated, matrix):
 
 def union(parts):
     """A `surfrecon.Mesh` of (positions, triangles, colours or `None`)."""
+    if not parts:
+        return surfrecon.Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.uint32))
     counts = np.cumsum([0] + [len(positions) for positions, _, _ in parts])
     colour = None
     if any(colours is not None for _, _, colours in parts):

@@ -1058,7 +1058,7 @@ typedef struct {
   uint64_t worst_col;
   // Samples whose rays meet the mesh.
   uint64_t samples;
-  // Valid pixels that no mesh covers, for want of neighbours or hidden behind others.
+  // Valid pixels that no mesh covers, for want of neighbours or hidden behind others. The tolerance does not hold for them.
   uint64_t isolated_pixels;
   // Triangles of the mesh that has every sample.
   uint64_t full_triangles;
@@ -1639,7 +1639,8 @@ srf_status srf_image_attributes(const srf_image *image,
                                 srf_array *out_confidences);
 
 // Triangulates the pixels of an image, leaving out jumps, in the sensor's frame. The mesh has the vertex attributes
-// range_row, range_col, colour and intensity where the image has them, and confidence. O(pixels).
+// range_row, range_col, colour and intensity where the image has them, and confidence. SRF_ERR_INPUT where it would have no
+// triangle. O(pixels).
 // image      not NULL
 // params     NULL for the defaults
 // progress   NULL for none
@@ -3104,7 +3105,9 @@ srf_status srf_sculptor_free(srf_sculptor *sculptor);
 
 // The mesh of few triangles within a tolerance, finer or coarser than any before; it does not depend on those. In the
 // sensor's frame; srf_image_camera() places it. Every sample's ray meets the mesh within the tolerance, nothing covers an
-// invalid pixel or bridges a jump, and seen from the sensor the mesh covers every place at most once. Vertex attributes:
+// invalid pixel or bridges a jump, and seen from the sensor the mesh covers every place at most once. One exception: samples
+// whose triangles all hide behind others, as seen along the rays, are not covered and have no bound; they count as
+// isolated_pixels. Vertex attributes:
 // range_row, range_col, error, and colour, intensity, confidence where the image has them; of triangles: error.
 // sculptor         not NULL
 // tolerance        in the unit of the samples, >= 0; SRF_FROM_DATA for that of the params of srf_sculptor_create()

@@ -6,6 +6,7 @@ use bytemuck::Zeroable as _;
 use glam::DAffine3;
 use surfrecon::RangeImage;
 use surfrecon::frame::{Camera, ColourImage, ConfidenceImage, Frame, LeftOut, TURNED};
+use surfrecon::log::{self, Level};
 use surfrecon::range_image::DepthKind;
 
 use crate::array::{Borrowed, Rows, srf_array};
@@ -176,6 +177,11 @@ pub unsafe extern "C" fn srf_image_from_frame(
         };
         watched(progress, |progress| {
             let (image, left_out) = progress.watch(|| taken.into_range_image(progress))?;
+            // The struct counts the rest.
+            let others = LeftOut { low_confidence: 0, out_of_reach: 0, black_rim: 0, ..left_out };
+            if let Some(words) = others.in_words() {
+                log::tell(Level::Warning, &format!("{}: {words}", image.called()));
+            }
             if !out_left_out.is_null() {
                 sized::write("out_left_out", out_left_out, left_out.into())?;
             }

@@ -147,6 +147,7 @@ pub unsafe extern "C" fn srf_image_create(
         if !name.is_null() {
             image.name = pointer::text("name", name)?.to_owned();
         }
+        image.leave_out_what_is_no_measurement();
         handle::give("out_image", out_image, image.into())
     })
 }
@@ -376,7 +377,8 @@ pub unsafe extern "C" fn srf_image_attributes(
 }
 
 /// Triangulates the pixels of an image, leaving out jumps, in the sensor's frame. The mesh has the vertex attributes
-/// range_row, range_col, colour and intensity where the image has them, and confidence. O(pixels).
+/// range_row, range_col, colour and intensity where the image has them, and confidence. SRF_ERR_INPUT where it would have no
+/// triangle. O(pixels).
 /// image      not NULL
 /// params     NULL for the defaults
 /// progress   NULL for none

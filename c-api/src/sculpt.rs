@@ -65,7 +65,7 @@ pub struct srf_certificate {
     pub worst_col: u64,
     /// Samples whose rays meet the mesh.
     pub samples: u64,
-    /// Valid pixels that no mesh covers, for want of neighbours or hidden behind others.
+    /// Valid pixels that no mesh covers, for want of neighbours or hidden behind others. The tolerance does not hold for them.
     pub isolated_pixels: u64,
     /// Triangles of the mesh that has every sample.
     pub full_triangles: u64,
@@ -140,7 +140,9 @@ pub unsafe extern "C" fn srf_sculptor_free(sculptor: *mut srf_sculptor) -> srf_s
 
 /// The mesh of few triangles within a tolerance, finer or coarser than any before; it does not depend on those. In the
 /// sensor's frame; srf_image_camera() places it. Every sample's ray meets the mesh within the tolerance, nothing covers an
-/// invalid pixel or bridges a jump, and seen from the sensor the mesh covers every place at most once. Vertex attributes:
+/// invalid pixel or bridges a jump, and seen from the sensor the mesh covers every place at most once. One exception: samples
+/// whose triangles all hide behind others, as seen along the rays, are not covered and have no bound; they count as
+/// isolated_pixels. Vertex attributes:
 /// range_row, range_col, error, and colour, intensity, confidence where the image has them; of triangles: error.
 /// sculptor         not NULL
 /// tolerance        in the unit of the samples, >= 0; SRF_FROM_DATA for that of the params of srf_sculptor_create()

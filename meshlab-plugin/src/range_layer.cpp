@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <set>
 #include <utility>
 
@@ -141,6 +142,17 @@ surfrecon::GridCamera facing(const MeshModel &layer, const Grid &grid)
     return camera;
 }
 
+// The triangles of a range image; nothing for an image that has none.
+std::optional<surfrecon::Mesh> surface_of(const surfrecon::Image &image)
+{
+    try {
+        return image.triangulate();
+    } catch (const surfrecon::Error &error) {
+        if (error.status() != SRF_ERR_INPUT) throw;
+        return std::nullopt;
+    }
+}
+
 // Gives a layer the triangles of its range image, which bridge no jump. How far each vertex can be trusted as one of that surface, 0
 // for those without triangles.
 std::vector<double> join(MeshModel &layer, const surfrecon::Image &image)
@@ -151,7 +163,12 @@ std::vector<double> join(MeshModel &layer, const surfrecon::Image &image)
     for (std::size_t i = 0; i < row_of.size(); ++i) {
         at[static_cast<std::size_t>(row_of[i]) * columns + static_cast<std::size_t>(column_of[i])] = static_cast<std::uint32_t>(i);
     }
-    const surfrecon::Mesh surface = image.triangulate();
+    const std::optional<surfrecon::Mesh> found = surface_of(image);
+    if (!found) {
+        replace_faces(layer, {});
+        return std::vector<double>(row_of.size());
+    }
+    const surfrecon::Mesh &surface = *found;
     const auto row = surface.attribute<std::int32_t>(SRF_DOMAIN_VERTICES, row_name);
     const auto column = surface.attribute<std::int32_t>(SRF_DOMAIN_VERTICES, column_name);
     const auto weight = surface.attribute<float>(SRF_DOMAIN_VERTICES, "confidence");

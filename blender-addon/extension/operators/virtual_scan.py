@@ -81,7 +81,12 @@ class ScanOperator(JobOperator):
         """All images as one surface in the world."""
         parts = []
         for image in images:
-            mesh, matrix = image.triangulate(), image.world_from_sensor
+            try:
+                mesh = image.triangulate()
+            except surfrecon.InputError:
+                # A camera may see too little for a triangle.
+                continue
+            matrix = image.world_from_sensor
             parts.append((mesh.positions @ matrix[:3, :3].T + matrix[:3, 3], mesh.triangles, None))
         return surfaces.union(parts), np.eye(4)
 

@@ -226,6 +226,7 @@ impl Frame {
         dict.set_item("low_confidence", out.low_confidence)?;
         dict.set_item("out_of_reach", out.out_of_reach)?;
         dict.set_item("black_rim", out.black_rim)?;
+        dict.set_item("far", out.far)?;
         report("LeftOutReport", dict)
     }
 

@@ -81,6 +81,7 @@ impl RangeImage {
 fn made(image: surfrecon::Result<Core>, name: Option<String>) -> PyResult<RangeImage> {
     let mut image = image.map_err(|e| to_python(&e))?;
     image.name = name.unwrap_or_default();
+    image.leave_out_what_is_no_measurement();
     Ok(image.into())
 }
 
@@ -495,6 +496,7 @@ impl RangeImage {
     ///
     /// Raises:
     ///     ParameterError: a limit out of its range.
+    ///     InputError: an image that gives no triangle, or one that can't be used.
     // options: $self triangulate
     #[pyo3(signature = (**options), text_signature = "($self, *, edge_limit=None, grazing_limit=1.5707963267948966)")]
     fn triangulate(&self, py: Python<'_>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Mesh> {

@@ -18,7 +18,9 @@ use crate::report;
 /// Meshes a range image with few triangles, none farther from any sample than a tolerance.
 ///
 /// Distances are measured along each sample's own ray. The mesh covers what ``RangeImage.triangulate`` covers: nothing
-/// over invalid pixels, nothing across jumps. Options that are ``None`` take their
+/// over invalid pixels, nothing across jumps. One exception: triangles that hide behind others, as seen along the rays
+/// (``report.hidden_triangles``), are left out, and the tolerance does not hold for samples that have only such triangles.
+/// These count as ``isolated_pixels``; the certificate does not measure them. Options that are ``None`` take their
 /// defaults.
 ///
 /// Args:
@@ -32,7 +34,7 @@ use crate::report;
 ///
 /// Raises:
 ///     ParameterError: an option out of its range; the text names value, range and unit.
-///     InputError: both tolerances given, or an image that can't be used.
+///     InputError: both tolerances given, an image that gives no triangle, or one that can't be used.
 ///     Cancelled: ``progress`` returned ``False``.
 #[pyfunction]
 // options: sculpt

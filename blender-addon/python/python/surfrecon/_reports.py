@@ -247,7 +247,8 @@ class SculptReport(Report):
         tolerance: Tolerance used.
         depth_extent: Difference between the farthest and the nearest range of the covered samples.
         full_triangles: Triangles of the mesh with every sample.
-        hidden_triangles: Those left out because they hide behind others.
+        hidden_triangles: Those left out because they hide behind others. The tolerance does not hold for samples that have
+            only such triangles; these count as isolated.
         dug_triangles: Triangles before vertices were removed.
         triangles: Triangles of the mesh.
         covered_pixels: Samples that the mesh covers.
@@ -475,6 +476,7 @@ class LeftOutReport(Report):
         low_confidence: Those of low confidence.
         out_of_reach: Those beyond the reach of the sensor.
         black_rim: Those of the black rim of a corrected image.
+        far: Those far beyond all others of their frame, which stand for no measurement.
     """
 
     __slots__ = ()
@@ -482,3 +484,4 @@ class LeftOutReport(Report):
     low_confidence: int
     out_of_reach: int
     black_rim: int
+    far: int
