@@ -265,7 +265,8 @@ typedef enum {
   SRF_VOXEL_REASON_NOISE = 2,
   // 1.5 times the median distance between scans that overlap.
   SRF_VOXEL_REASON_DISTANCE = 3,
-  // Coarser than that, so that it fits into the memory there is.
+  // Coarser than that, so that it fits into memory: by the limit and the scans alone, or, where there is no limit, by what is free
+  // at that moment.
   SRF_VOXEL_REASON_MEMORY = 4,
 } srf_voxel_reason;
 
@@ -3031,7 +3032,7 @@ srf_status srf_merger_run(const srf_merger *merger,
 // out_mesh        receives a new handle on SRF_OK only; not NULL
 // out_report      initialized by srf_merge_report_init(); NULL if not wanted
 // returns         SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT also for a workspace that is no folder, SRF_ERR_FORMAT, SRF_ERR_IO also for a
-//                 full disk, SRF_ERR_OUT_OF_MEMORY also where the surface does not fit, and in files for less than 12 MB a thread,
+//                 full disk, SRF_ERR_OUT_OF_MEMORY also where the surface does not fit, and in files for less than 12 MB,
 //                 SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.2.
 srf_status srf_merger_run_in_files(const srf_merger *merger,
                                    const srf_merge_params *params,

@@ -260,7 +260,8 @@ inline void set_log(LogFunction log)
 inline void set_threads(std::uint32_t threads) { check(srf_set_threads(threads)); }
 inline std::uint32_t threads() { return srf_threads(); }
 inline std::uint64_t memory_limit() { return srf_memory_limit(); }
-// Limits what calls take together; what they handed out before does not count once no call is running. See srf_set_memory_limit().
+// Limits what calls take together, 0 for no limit; what they handed out before does not count once no call is running.
+// See srf_set_memory_limit().
 inline void set_memory_limit(std::uint64_t bytes) { check(srf_set_memory_limit(bytes)); }
 
 // Threads, a limit on memory and a log for a part of a program: what is called while a Use of it lives is under it.
@@ -287,7 +288,8 @@ public:
         check(srf_context_threads(get(), &threads));
         return threads;
     }
-    // Limits what its calls take together; what they handed out before, which held() counts, does not count once none is running.
+    // Limits what its calls take together, 0 for as much as the process's limit; what they handed out before, which held() counts,
+    // does not count once none is running.
     void set_memory_limit(std::uint64_t bytes) { check(srf_context_set_memory_limit(get(), bytes)); }
     std::uint64_t memory_limit() const
     {

@@ -139,7 +139,7 @@ pub unsafe extern "C" fn srf_context_threads(context: *const srf_context, out_th
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_context_set_memory_limit(context: *mut srf_context, bytes: u64) -> srf_status {
     guard(|| {
-        handle::get("context", context.cast_const())?.set_memory_limit(Some(bytes).filter(|bytes| *bytes != 0));
+        handle::get("context", context.cast_const())?.set_memory_limit(Some(bytes));
         Ok(())
     })
 }

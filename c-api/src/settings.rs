@@ -79,7 +79,7 @@ pub extern "C" fn srf_threads() -> u32 {
 #[unsafe(no_mangle)]
 pub extern "C" fn srf_set_memory_limit(bytes: u64) -> srf_status {
     guard(|| {
-        memory::set_limit(Some(bytes).filter(|bytes| *bytes != 0));
+        memory::set_limit(Some(bytes));
         Ok(())
     })
 }

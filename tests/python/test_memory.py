@@ -279,11 +279,21 @@ def test_file_errors_survive_pickling(tmp_path):
 @pytest.mark.parametrize("given", [-1, -(10**6000), 1 << 64, 1 << 100], ids=["-1", "long", "2^64", "2^100"])
 def test_a_limit_that_is_no_number_of_bytes_is_refused_in_words(limit, given):
     for name, call in [("bytes", limit), ("memory_limit", lambda given: surfrecon.Context(memory_limit=given))]:
-        with pytest.raises(surfrecon.InputError, match=rf"^{name} must be >= 0 and < 2\^64, or None for no limit, got"):
+        with pytest.raises(surfrecon.InputError, match=rf"^{name} must be >= 0 and < 2\^64, 0 or None for no limit, got"):
             call(given)
         with pytest.raises(TypeError):
             call("much")
     assert surfrecon.memory_limit() is None
+
+
+def test_a_limit_of_no_bytes_is_none(limit):
+    limit(10**9)
+    limit(0)
+    assert surfrecon.memory_limit() is None
+    assert surfrecon.Context(memory_limit=0).memory_limit is None
+    surfrecon.reconstruct(np.random.default_rng(1).random((100, 3)))
+    mesh = surfrecon.sculpture(cell=8.0)
+    assert not surfrecon.merge([mesh], voxel=8.0, max_memory=0).report.in_files
 
 
 def test_a_limit_may_be_larger_than_any_memory(limit):

@@ -37,7 +37,7 @@ thread_local! {
 ///
 /// Args:
 ///     threads: Worker threads of calls that are not told how many; 0 for one a core. Results are the same for any number.
-///     memory_limit: Most memory that calls may take, in bytes; together, where several run at a time. ``None`` for as much as
+///     memory_limit: Most memory that calls may take, in bytes; together, where several run at a time. ``None`` and 0 for as much as
 ///         ``set_memory_limit`` says. What is called elsewhere does not count, nor does its limit concern what is called here.
 ///     log: called as ``log(level, text)``, on the thread of the call that has something to tell: level as ``logging.INFO``, how files
 ///         were understood, or ``logging.WARNING``, what was left out or is open. A logger's method fits, ``logging.getLogger("mine").log``.
@@ -63,7 +63,7 @@ impl Context {
             .ok()
             .filter(|threads| *threads <= 1024)
             .ok_or_else(|| parameter_error(format!("threads must be >= 0 and <= 1024, got {threads}")))?;
-        let limit = memory_limit.map(|given| limit_of("memory_limit", given)).transpose()?;
+        let limit = memory_limit.map(|given| limit_of("memory_limit", given)).transpose()?.flatten();
         if let Some(log) = log.as_ref().filter(|log| !log.is_callable()) {
             return Err(PyTypeError::new_err(format!(
                 "log must be a function of level and text, got {}",

@@ -22,7 +22,9 @@ use crate::sources::{Clouds, Source, as_dyn, sources};
 /// Merges registered scans into one surface (Marching Intersections).
 ///
 /// Options that are ``None`` take their defaults. The default voxel is measured on up to eight scans, spread through the list in
-/// the order of their names; ``report.voxel_reason`` says what decided.
+/// the order of their names; ``report.voxel_reason`` says what decided. Where memory makes it grow, that follows from the scans and the limit
+/// (``max_memory``, ``set_memory_limit`` or the context's) alone; without a limit it follows from what is free at that moment: for equal
+/// results give a limit, or ``voxel``.
 ///
 /// The noise of range images is measured and averaged out. Of three and more range images that know from where they were seen
 /// (all but grids of points with parallel rays), more may see through a place than have a surface there: that place is dropped
@@ -39,7 +41,7 @@ use crate::sources::{Clouds, Source, as_dyn, sources};
 ///         measured does not fit there (``report.in_files``); where files do not do either, a measured voxel grows. ``"never"``,
 ///         the default without ``max_memory`` and ``workspace``, only lets it grow.
 ///     max_memory: most bytes that the merge takes; scans that are being read come on top, one a thread, and in files the surface.
-///         Default, and at most: what ``set_memory_limit`` or the context allow, else what is free.
+///         Default, for 0 too, and at most: what ``set_memory_limit`` or the context allow, else what is free.
 ///     workspace: a folder that exists, for what memory does not hold: on a disk, which the system's for temporary files, the
 ///         default, is not on every system.
 ///     progress: called as ``progress(stage, fraction)`` about every 30 ms on the calling thread; ``False`` cancels.
@@ -55,7 +57,7 @@ use crate::sources::{Clouds, Source, as_dyn, sources};
 ///     ParameterError: an option out of its range; the text names value, range and unit.
 ///     InputError, FormatError, FileError: a scan that can't be used or read.
 ///     OutOfMemoryError: a given ``voxel`` that needs more memory than there is; the text names one that fits. In files: no memory for
-///         the surface, or less than 12 MB a thread.
+///         the surface, or less than 12 MB.
 ///     Cancelled: ``progress`` returned ``False``.
 #[pyfunction]
 // options: merge
@@ -83,6 +85,7 @@ pub fn in_files(
     max_memory: Option<&Bound<'_, PyAny>>,
     workspace: Option<PathBuf>,
 ) -> PyResult<Option<InFiles>> {
+    let max_memory = max_memory.map(|given| limit_of("max_memory", given)).transpose()?.flatten();
     let is_given = max_memory.is_some() || workspace.is_some();
     let only_if_needed = match files.unwrap_or(if is_given { "always" } else { "never" }) {
         "always" => false,
@@ -98,7 +101,6 @@ pub fn in_files(
             return Err(to_python(&error));
         }
     };
-    let max_memory = max_memory.map(|given| limit_of("max_memory", given)).transpose()?;
     Ok(Some(InFiles { max_memory, workspace, only_if_needed }))
 }
 

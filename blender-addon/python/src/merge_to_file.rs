@@ -124,7 +124,7 @@ impl FileCall {
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         let params = params("merge_to_file", options)?;
-        let max_memory = max_memory.map(|given| limit_of("max_memory", given)).transpose()?;
+        let max_memory = max_memory.map(|given| limit_of("max_memory", given)).transpose()?.flatten();
         let sources = sources(scans, Clouds::Refused)?.into_iter().map(Arc::new).collect();
         Ok(FileCall { sources, path, params, into: IntoFile { max_memory, workspace, keep, write } })
     }

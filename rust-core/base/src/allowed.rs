@@ -55,7 +55,9 @@ pub(crate) fn calls() -> &'static Calls {
 }
 
 /// Sets the most memory that the calls of an account may take together; those of the process's and of all without a limit, for number 0.
+/// 0 bytes are no limit.
 pub(crate) fn set_limit_of(account: usize, bytes: Option<u64>) {
+    let bytes = bytes.filter(|&bytes| bytes > 0);
     if let Some(bytes) = bytes {
         CALLS[account].limit.store(bytes, Ordering::SeqCst);
     }

@@ -46,7 +46,7 @@ impl Context {
     }
 
     /// The most memory that the calls of this context may take together, as `memory::set_limit` says it of the process; `None`, the
-    /// default, for as much as is said there.
+    /// default, and 0 for as much as is said there.
     pub fn set_memory_limit(&self, bytes: Option<u64>) {
         allowed::set_limit_of(self.number(), bytes);
     }
@@ -158,6 +158,15 @@ mod tests {
         })
         .unwrap();
         assert!(chosen().is_none() && number() == 0);
+    }
+
+    #[test]
+    fn a_limit_of_no_bytes_is_none() {
+        let context = Context::new().unwrap();
+        context.set_memory_limit(Some(1 << 40));
+        assert_eq!(context.memory_limit(), Some(1 << 40));
+        context.set_memory_limit(Some(0));
+        assert_eq!(context.memory_limit(), None);
     }
 
     #[test]
