@@ -372,9 +372,9 @@ mod tests {
                 OrientedSurface::from_mesh(&shape.mesh(6 + i as usize), pose).unwrap()
             })
             .collect();
-        let told = |available: f64, order: &[usize], known: &[usize]| {
+        let told = |available: f64, are_kept: bool, order: &[usize], known: &[usize]| {
             let mut budget = Budget { scans: 9, ..Budget::within(0.1, (available, ALLOWED)) };
-            if !known.is_empty() {
+            if are_kept {
                 budget.begin_keeping(0, true);
             }
             let foreseen = |&scan: &usize| (scan, Some(Arc::new(Foreseen::of(&scans[scan], 0.1))));
@@ -393,13 +393,13 @@ mod tests {
             [[0, 1, 2, 3, 4, 5], [5, 4, 3, 2, 1, 0], [1, 0, 3, 2, 5, 4], [2, 5, 0, 4, 1, 3], [4, 0, 5, 1, 2, 3]];
         for share in [1.01, 0.99, 0.8, 0.6, 0.4, 0.2, 0.05] {
             let of = |are_kept: bool| share * all.bytes(are_kept);
-            let expected = told(of(false), &orders[0], &[]);
+            let expected = told(of(false), false, &orders[0], &[]);
             assert_eq!(expected.is_some(), share < 1.0);
-            assert!(orders.iter().all(|order| told(of(false), order, &[]) == expected), "{share}");
-            let expected = told(of(true), &orders[0], &[6]);
+            assert!(orders.iter().all(|order| told(of(false), false, order, &[]) == expected), "{share}");
+            let expected = told(of(true), true, &orders[0], &[]);
             assert_eq!(expected.is_some(), share < 1.0);
             for (order, known) in [([3, 1, 5, 0], [4, 2]), ([0, 3, 4, 5], [1, 2])] {
-                assert_eq!(told(of(true), &order, &known), expected, "{share}");
+                assert_eq!(told(of(true), true, &order, &known), expected, "{share}");
             }
         }
     }
