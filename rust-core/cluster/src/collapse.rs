@@ -105,9 +105,10 @@ fn pass(
         if ring_a.iter().chain(&ring_b).any(|&v| touched[v as usize]) {
             continue;
         }
-        let (border_a, border_b) = (net.on_rail(a), net.on_rail(b));
+        let (free_a, free_b) = (freedom(net, a), freedom(net, b));
         let at_border = links.twins[h as usize] == NONE;
-        if border_a && border_b && !at_border {
+        let along = at_border || net.is_ridge(a, b);
+        if free_a.max(free_b) < Freedom::Surface && !along || free_a == Freedom::None && free_b == Freedom::None {
             continue;
         }
         let common = ring_a.iter().filter(|v| ring_b.contains(v)).count();
@@ -116,20 +117,18 @@ fn pass(
         if common != expected || ring_a.len() + ring_b.len() < least + 2 * expected {
             continue;
         }
-        if border_b && !border_a {
+        if free_b < free_a {
             std::mem::swap(&mut a, &mut b);
         }
         // On a border of three edges nothing may go.
         if at_border && border_is_short(net, links, h) {
             continue;
         }
-        let stay =
-            |v: u32| Spot { point: net.points[v as usize], place: net.places[v as usize], rail: net.rails[v as usize] };
         let middle = (net.points[a as usize] + net.points[b as usize]) * 0.5;
-        let spots = if border_a != border_b {
-            [stay(a); 3]
+        let spots = if free_a != free_b {
+            [net.spot(a); 3]
         } else {
-            [net.project(surface, a as usize, middle), stay(a), stay(b)]
+            [net.project(surface, a as usize, middle), net.spot(a), net.spot(b)]
         };
         let before = if better { smallest_before(net, links, a, b) } else { 0.0 };
         let best = spots[..if better { 3 } else { 1 }]
@@ -149,7 +148,27 @@ fn pass(
     Ok(())
 }
 
-fn ends(net: &Net, h: u32) -> [u32; 2] {
+/// Where a node may go, the least first.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Freedom {
+    /// It stays at a corner.
+    None,
+    Border,
+    Crease,
+    Surface,
+}
+
+fn freedom(net: &Net, v: u32) -> Freedom {
+    match (net.is_fixed(v), net.on_rail(v), net.on_crease(v)) {
+        (true, ..) => Freedom::None,
+        (_, true, _) => Freedom::Border,
+        (_, _, true) => Freedom::Crease,
+        _ => Freedom::Surface,
+    }
+}
+
+/// The ends of an edge.
+pub fn ends(net: &Net, h: u32) -> [u32; 2] {
     let t = net.triangles[h as usize / 3];
     [t[h as usize % 3], t[(h as usize + 1) % 3]]
 }
@@ -203,21 +222,18 @@ fn smallest_after(net: &Net, links: &Links, a: u32, b: u32, spot: &Spot) -> Opti
 
 /// Drops the nodes that have gone into others, and their triangles.
 fn close_ranks(net: &mut Net, into: &[u32]) {
-    let kept = |v: usize| into[v] == v as u32;
     let mut number = vec![NONE; into.len()];
-    let mut count = 0;
-    for v in 0..into.len() {
-        if kept(v) {
-            number[v] = count;
-            count += 1;
-        }
+    for (count, v) in (0..).zip((0..into.len()).filter(|&v| into[v] == v as u32)) {
+        number[v] = count;
     }
-    let mut v = 0;
-    net.points.retain(|_| (kept(v), v += 1).0);
-    v = 0;
-    net.places.retain(|_| (kept(v), v += 1).0);
-    v = 0;
-    net.rails.retain(|_| (kept(v), v += 1).0);
+    net.renumber(&number);
+    for ends in &mut net.ridges {
+        *ends = ends.map(|v| number[into[v as usize] as usize]);
+        ends.sort_unstable();
+    }
+    net.ridges.retain(|[a, b]| a != b);
+    net.ridges.sort_unstable();
+    net.ridges.dedup();
     for triangle in &mut net.triangles {
         *triangle = triangle.map(|v| number[into[v as usize] as usize]);
     }

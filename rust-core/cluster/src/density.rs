@@ -8,6 +8,7 @@
 
 use rayon::prelude::*;
 
+use super::creases::{Creases, Pieces};
 use super::fans;
 use super::kmeans::members;
 use super::polygons::Polygons;
@@ -29,6 +30,7 @@ const CHUNK: usize = 1024;
 /// [`base::Error::Cancelled`].
 pub fn weights(
     surface: &Surface,
+    sharp: &[u32],
     areas: &[f64],
     labels: &[u32],
     patches: usize,
@@ -37,7 +39,7 @@ pub fn weights(
 ) -> Result<Vec<f64>> {
     // A patch may have lost all its points to others.
     let (labels, patches) = &used(labels, patches);
-    let (bends, sizes) = bends(surface, areas, labels, *patches, progress)?;
+    let (bends, sizes) = bends(surface, sharp, areas, labels, *patches, progress)?;
     let mut smooth = bends;
     for _ in 0..SMOOTHINGS {
         progress.check()?;
@@ -66,14 +68,17 @@ fn used(labels: &[u32], patches: usize) -> (Vec<u32>, usize) {
 /// For each patch the mean distance of its points from its fan as a share of its area, and the area.
 fn bends(
     surface: &Surface,
+    sharp: &[u32],
     areas: &[f64],
     labels: &[u32],
     patches: usize,
     progress: &Progress<'_>,
 ) -> Result<(Vec<f64>, Vec<f64>)> {
-    let polygons = Polygons::trace(surface, labels);
+    let creases = Creases::of(surface, sharp, patches, progress)?;
+    let pieces = Pieces::of(&creases, surface, labels, patches);
+    let polygons = Polygons::trace(surface, labels, Some(&pieces));
     progress.check()?;
-    let net = fans::mesh(surface, areas, labels, patches, &polygons);
+    let net = fans::mesh(surface, areas, labels, patches, &polygons, Some(&pieces));
     progress.check()?;
     let owners: Vec<u32> = net.triangles.iter().map(|t| t[0]).collect();
     let (starts, fans) = members(&owners, patches);

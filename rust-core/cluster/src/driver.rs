@@ -1,6 +1,9 @@
 //! The driver: the stages in their order, for one resolution or a chain of them.
 
+use std::sync::Arc;
+
 use super::connect::Repairs;
+use super::creases::{Creases, Pieces, sharp_edges};
 use super::flip::Goal;
 use super::kmeans::KMeans;
 use super::net::Net;
@@ -161,7 +164,8 @@ fn chain(
     memory::expect_each(triangles, each, vertices, "clustering", "triangles")?;
     progress.stage(stage, resolutions.iter().map(|&r| steps(r, params)).sum());
     let surface = Surface::new(mesh, progress)?;
-    let job = Job { input: mesh, weights: point_weights(&surface), surface, params };
+    let sharp = sharp_edges(&surface, params.feature_angle, progress)?;
+    let job = Job { input: mesh, weights: point_weights(&surface), surface, sharp, params };
     // Coarse to fine; bounds on the error find their own number last.
     let mut order: Vec<usize> = (0..resolutions.len()).collect();
     order.sort_by_key(|&i| job.patches(resolutions[i]).unwrap_or(usize::MAX));
@@ -207,6 +211,8 @@ pub(super) struct Job<'a> {
     input: &'a TriMesh,
     pub(super) surface: Surface,
     weights: Vec<f64>,
+    /// Edges that creases are made of.
+    sharp: Vec<u32>,
     pub(super) params: &'a ClusterParams,
 }
 
@@ -215,6 +221,7 @@ pub(super) struct Disks {
     labels: Vec<u32>,
     patches: usize,
     polygons: Polygons,
+    creases: Arc<Creases>,
     repairs: Repairs,
     energy: f64,
 }
@@ -328,8 +335,15 @@ impl<'a> Job<'a> {
         for part in parts {
             kmeans.split_to(patches / part, progress)?;
             let (labels, patches) = (&kmeans.labels, kmeans.centres.len());
-            let weights =
-                density::weights(&self.surface, &self.weights, labels, patches, self.params.adaptivity, progress)?;
+            let weights = density::weights(
+                &self.surface,
+                &self.sharp,
+                &self.weights,
+                labels,
+                patches,
+                self.params.adaptivity,
+                progress,
+            )?;
             kmeans.set_weights(weights);
         }
         kmeans.split_to(patches, progress)?;
@@ -339,9 +353,24 @@ impl<'a> Job<'a> {
     }
 
     pub(super) fn repaired(&self, kmeans: &KMeans<'_>, progress: &Progress<'_>) -> Result<Disks> {
+        let surface = &self.surface;
+        let creases = Creases::of(surface, &self.sharp, kmeans.centres.len(), progress)?;
+        let drawn;
+        let kmeans = if creases.is_empty() {
+            kmeans
+        } else {
+            let mut copy = kmeans.clone();
+            creases.attract(surface, &mut copy, progress)?;
+            drawn = copy;
+            &drawn
+        };
         let mut labels = kmeans.labels.clone();
-        let (patches, polygons, repairs) = subcluster::make_disks(&self.surface, &self.weights, &mut labels, progress)?;
-        Ok(Disks { labels, patches, polygons, repairs, energy: kmeans.energy() })
+        let (patches, mut polygons, repairs) = subcluster::make_disks(surface, &self.weights, &mut labels, progress)?;
+        if !creases.is_empty() {
+            let pieces = Pieces::of(&creases, surface, &labels, patches);
+            polygons = Polygons::trace(surface, &labels, Some(&pieces));
+        }
+        Ok(Disks { labels, patches, polygons, creases: Arc::new(creases), repairs, energy: kmeans.energy() })
     }
 
     /// Fans of the patches, relaxed; `None` if the topology leaves more than `nodes`, and more than the input has.
@@ -357,7 +386,11 @@ impl<'a> Job<'a> {
             values: disks.labels.iter().map(|&label| label as i32 + 1).collect(),
             ..self.stage_of(self.cut_input())
         })?;
-        let mut net = fans::mesh(surface, &self.weights, &disks.labels, disks.patches, &disks.polygons);
+        let creases = Arc::clone(&disks.creases);
+        let pieces = (!creases.is_empty()).then(|| Pieces::of(&creases, surface, &disks.labels, disks.patches));
+        let mut net =
+            fans::mesh(surface, &self.weights, &disks.labels, disks.patches, &disks.polygons, pieces.as_ref());
+        net.creases = Arc::clone(&creases);
         let before = net.shape(progress)?;
         dump::stage("cluster-2-fans", || self.stage_of(finish::mesh(surface, self.input, net.clone())))?;
         progress.lap("fans");
@@ -377,8 +410,10 @@ impl<'a> Job<'a> {
                 relax::relax(surface, &mut net, few, progress)?;
             }
             mend::mend(surface, &mut net, nodes, progress)?;
+            mend::release(surface, &mut net, progress)?;
             features::keep(surface, &mut net, progress)?;
         }
+        net.let_go();
         progress.lap("relax");
         let rounds = self.params.fitting as usize;
         if to_the_least {

@@ -2,48 +2,68 @@
 
 use glam::DVec3;
 
+use super::creases::Pieces;
 use super::kmeans::members;
-use super::net::Net;
+use super::net::{CORNER, Net};
 use super::polygons::{Polygons, Spot};
 use super::surface::{NONE, Place, Surface};
 
-/// The mesh of all fans. Nodes: the centres in the order of the patches, then the nodes of the polygons.
-pub fn mesh(surface: &Surface, weights: &[f64], labels: &[u32], patches: usize, polygons: &Polygons) -> Net {
+/// The mesh of all fans. Nodes: the centres in the order of the patches, then the nodes of the polygons. Those of patches with a
+/// piece of a crease lie on it.
+pub fn mesh(
+    surface: &Surface,
+    weights: &[f64],
+    labels: &[u32],
+    patches: usize,
+    polygons: &Polygons,
+    pieces: Option<&Pieces<'_>>,
+) -> Net {
     let (starts, list) = members(labels, patches);
-    let mut places = Vec::with_capacity(patches + polygons.spots.len());
-    let mut rails = Vec::with_capacity(places.capacity());
+    let at_vertex = |v: u32| Place { point: surface.points[v as usize], triangle: surface.first[v as usize] / 3 };
+    let piece = |patch: usize| pieces.and_then(|p| p.chosen[patch].as_ref());
+    let way = |v: u32| pieces.map_or(NONE, |p| p.creases.way(v));
+    // Where each node is, the border and the crease along which it slides.
+    let mut nodes = Vec::with_capacity(patches + polygons.spots.len());
     for patch in 0..patches {
         let members = &list[starts[patch] as usize..starts[patch + 1] as usize];
-        places.push(centre(surface, weights, members));
-        rails.push(NONE);
+        nodes.push(match piece(patch) {
+            Some(piece) => (at_vertex(piece.centre), NONE, way(piece.centre)),
+            None => (centre(surface, weights, members), NONE, NONE),
+        });
     }
-    for spot in &polygons.spots {
-        let (place, rail) = match *spot {
-            Spot::Face(t) => {
-                let [a, b, c] = surface.corners(t);
-                (Place { point: a + ((b - a) + (c - a)) / 3.0, triangle: t }, NONE)
-            }
-            Spot::BorderEdge(h) => {
-                let [a, b] = [surface.from(h), surface.to(h)].map(|v| surface.points[v as usize]);
-                (Place { point: a + (b - a) * 0.5, triangle: h / 3 }, h)
-            }
-            Spot::BorderVertex(v) => {
-                let h = surface.first[v as usize];
-                (Place { point: surface.points[v as usize], triangle: h / 3 }, h)
-            }
-        };
-        places.push(place);
-        rails.push(rail);
-    }
+    nodes.extend(polygons.spots.iter().map(|spot| match *spot {
+        Spot::Face(t) => {
+            let [a, b, c] = surface.corners(t);
+            (Place { point: a + ((b - a) + (c - a)) / 3.0, triangle: t }, NONE, NONE)
+        }
+        Spot::BorderEdge(h) => (middle(surface, h), h, NONE),
+        Spot::BorderVertex(v) => {
+            let ends = pieces.is_some_and(|p| p.has(v, labels[v as usize]));
+            (at_vertex(v), surface.first[v as usize], if ends { CORNER } else { NONE })
+        }
+        Spot::Crease(h) => (middle(surface, h), NONE, h),
+    }));
     let mut triangles = Vec::with_capacity(polygons.nodes.len());
+    let mut ridges = Vec::new();
     for (c, &patch) in polygons.patches.iter().enumerate() {
         let circle = polygons.circle(c);
         for (i, &node) in circle.iter().enumerate() {
             let next = circle[if i + 1 == circle.len() { 0 } else { i + 1 }];
-            triangles.push([patch, node + patches as u32, next + patches as u32]);
+            let node = node + patches as u32;
+            triangles.push([patch, node, next + patches as u32]);
+            if piece(patch as usize).is_some() && nodes[node as usize].2 != NONE {
+                ridges.push([patch, node]);
+            }
         }
     }
-    Net::new(places, rails, triangles)
+    ridges.sort_unstable();
+    Net::new(nodes, triangles, ridges)
+}
+
+/// The middle of an edge.
+fn middle(surface: &Surface, h: u32) -> Place {
+    let [a, b] = [surface.from(h), surface.to(h)].map(|v| surface.points[v as usize]);
+    Place { point: a + (b - a) * 0.5, triangle: h / 3 }
 }
 
 /// The place on the patch nearest to its centroid, found from its nearest vertex.

@@ -126,7 +126,7 @@ fn ideals(net: &Net) -> Vec<i64> {
 fn is_better(net: &Net, links: &Links, h: u32, g: u32, ideals: &[i64]) -> bool {
     let [a, b, c, d] = quad(net, h, g);
     // An edge between them lies on a crease.
-    if net.is_held(a) && net.is_held(b) {
+    if net.is_held(a) && net.is_held(b) || net.is_ridge(a, b) {
         return false;
     }
     if !ideals.is_empty() {

@@ -159,7 +159,8 @@ impl<'a> KMeans<'a> {
         members(&self.labels, self.centres.len())
     }
 
-    fn move_centres(&mut self) {
+    /// Every centre to the mean of its points.
+    pub fn move_centres(&mut self) {
         let mut sums = vec![(DVec3::ZERO, 0.0); self.centres.len()];
         for ((&p, &w), &label) in self.points.iter().zip(self.weights.iter()).zip(&self.labels) {
             let sum = &mut sums[label as usize];
@@ -180,7 +181,11 @@ impl<'a> KMeans<'a> {
         }
     }
 
-    fn assign(&mut self, progress: &Progress<'_>) -> Result<()> {
+    /// Every point to its nearest centre, of equally near ones the first.
+    ///
+    /// # Errors
+    /// [`base::Error::Cancelled`].
+    pub fn assign(&mut self, progress: &Progress<'_>) -> Result<()> {
         let centres = &self.centres;
         let tree = CentreTree::new(centres);
         let listed = LISTED.min(centres.len() - 1);

@@ -4,6 +4,7 @@
 //! |---|---|---|
 //! | 0 | `reconstruct` | points -> the surface through them |
 //! | 1 | `kmeans`, `tree` | vertices -> k patches, each of the points nearest to its centre |
+//! | | `creases` | sharp edges -> the creases that the result keeps; patches -> patches with their centres on them |
 //! | 2 | `subcluster`, `connect` | patches -> patches that are disks |
 //! | 3, 4 | `polygons` | patches -> the polygon around each, from its neighbours |
 //! | 5 | `fans`, `collapse` | polygons -> triangles around the patches' centres |
@@ -18,7 +19,7 @@
 //! be asked for; the few that k patches make too many are collapsed. (6) Beside the springs, edges are
 //! flipped and sharp angles mended. (7) A spring has a least natural length, or any part of the net could shrink to a point.
 //! (8) On request vertices leave the surface for where it lies nearest; with a least angle triangles take any shape, too.
-//! (9) Nodes beside a crease go onto it. (10) Points become the surface through them first, whose edges say which patches are neighbours: balls around patches, as in the
+//! (9) Patches are drawn onto creases, along which edges run then. (10) Points become the surface through them first, whose edges say which patches are neighbours: balls around patches, as in the
 //! paper, join the two sides of a thin wall and leave the topology to chance.
 
 mod params;
@@ -27,6 +28,7 @@ mod params;
 mod surface;
 
 // 1. patches
+mod creases;
 mod density;
 mod kmeans;
 mod tree;

@@ -3,16 +3,19 @@
 
 use glam::DVec3;
 
-use super::collapse::{by_length, collapse_sharp};
+use super::collapse::{by_length, collapse_sharp, ends};
 use super::flip::{Goal, Links, flips};
-use super::net::{Net, Spot, Stars, area_vector, smallest_angle};
+use super::net::{Net, Stars, area_vector, smallest_angle};
 use super::relax::relax;
 use super::surface::{NONE, Surface};
 use base::error::Result;
 use base::progress::Progress;
+use mesh::measure::angles;
 
 /// Angles below this, in degrees, are to be mended.
 const SHARP: f64 = 35.0;
+/// Angles below this, in radians, let go of creases: 30 degrees.
+const RELEASED: f64 = std::f64::consts::FRAC_PI_6;
 /// Rounds of joining, adding and moving nodes.
 const ROUNDS: usize = 4;
 /// Relaxation steps after nodes were joined or added.
@@ -68,6 +71,39 @@ pub fn mend(surface: &Surface, net: &mut Net, wanted: Option<usize>, progress: &
     Ok(())
 }
 
+/// Lets go of creases beside angles below 30 degrees, unless two creases make that angle, and mends these: lines that noise makes
+/// leave triangles no room.
+///
+/// # Errors
+/// [`base::Error::Cancelled`].
+pub fn release(surface: &Surface, net: &mut Net, progress: &Progress<'_>) -> Result<()> {
+    for _ in 0..ROUNDS {
+        progress.check()?;
+        let crowded = |t: &&[u32; 3]| {
+            let angles = angles(t.map(|v| net.points[v as usize]));
+            (0..3).any(|k| {
+                let [v, a, b] = [0, 1, 2].map(|i| t[(k + i) % 3]);
+                angles[k] < RELEASED && !(net.is_ridge(v, a) && net.is_ridge(v, b))
+            })
+        };
+        let mut free: Vec<u32> =
+            net.triangles.iter().filter(crowded).flatten().copied().filter(|&v| net.on_crease(v)).collect();
+        if free.is_empty() {
+            break;
+        }
+        free.sort_unstable();
+        free.iter().for_each(|&v| net.ways[v as usize] = NONE);
+        net.ridges.retain(|ends| ends.iter().all(|v| free.binary_search(v).is_err()));
+        for _ in 0..SWEEPS {
+            flips(net, Goal::Angle, progress)?;
+            if sweep(surface, net, SHARP.to_radians(), progress)? == 0 {
+                break;
+            }
+        }
+    }
+    Ok(())
+}
+
 /// Puts nodes in the middle of the `count` longest edges, of those inside that don't share a triangle.
 fn split_longest(surface: &Surface, net: &mut Net, count: usize, progress: &Progress<'_>) -> Result<()> {
     let links = Links::of(&net.triangles, net.points.len(), progress)?;
@@ -79,11 +115,11 @@ fn split_longest(surface: &Surface, net: &mut Net, count: usize, progress: &Prog
         if left == 0 {
             break;
         }
-        if g == NONE || used[h as usize / 3] || used[g as usize / 3] {
+        let [a, b] = ends(net, h);
+        if g == NONE || used[h as usize / 3] || used[g as usize / 3] || net.is_ridge(a, b) {
             continue;
         }
-        let corner = |h: u32| net.triangles[h as usize / 3][h as usize % 3];
-        let [a, b, c, d] = [corner(h), corner(g), corner(Surface::previous(h)), corner(Surface::previous(g))];
+        let [c, d] = [h, g].map(|h| ends(net, Surface::previous(h))[0]);
         let middle = (net.points[a as usize] + net.points[b as usize]) * 0.5;
         let place = surface.walk(middle, net.places[a as usize]);
         // On a rim the walk may end elsewhere.
@@ -95,6 +131,7 @@ fn split_longest(surface: &Surface, net: &mut Net, count: usize, progress: &Prog
         net.points.push(place.point);
         net.places.push(place.triangle);
         net.rails.push(NONE);
+        net.ways.push(NONE);
         net.triangles[h as usize / 3] = [a, new, c];
         net.triangles[g as usize / 3] = [b, new, d];
         net.triangles.extend([[new, b, c], [new, a, d]]);
@@ -118,7 +155,7 @@ pub fn sweep(surface: &Surface, net: &mut Net, sharp: f64, progress: &Progress<'
     }
     nodes.sort_unstable();
     nodes.dedup();
-    nodes.retain(|&v| !net.is_held(v));
+    nodes.retain(|&v| !net.is_fixed(v));
     let stars = Stars::of(&net.triangles, net.points.len());
     let mut moved = 0;
     for (i, &v) in nodes.iter().enumerate() {
@@ -148,7 +185,7 @@ fn improve(surface: &Surface, net: &mut Net, stars: &Stars, v: usize) -> bool {
             x * cos + y * sin
         })
         .collect();
-    let before = Spot { point: net.points[v], place: net.places[v], rail: net.rails[v] };
+    let before = net.spot(v as u32);
     let areas: Vec<DVec3> = star.iter().map(|&c| net.area_vector(c as usize / 3)).collect();
     let smallest = |net: &Net, point: DVec3| {
         let mut smallest = f64::INFINITY;
@@ -169,7 +206,7 @@ fn improve(surface: &Surface, net: &mut Net, stars: &Stars, v: usize) -> bool {
     for _ in 0..SEARCH {
         let from = best;
         for &direction in &directions {
-            let place = Net::project_from(surface, &from.1, from.1.point + direction * step);
+            let place = net.project_from(surface, &from.1, from.1.point + direction * step);
             let angle = smallest(net, place.point);
             if angle > best.0 {
                 best = (angle, place);

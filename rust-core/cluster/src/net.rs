@@ -2,11 +2,17 @@
 
 use glam::DVec3;
 
+use std::sync::Arc;
+
+use super::creases::Creases;
 use super::surface::{NONE, Place, Surface, looking};
 use base::error::Result;
 use base::progress::Progress;
 use mesh::TriMesh;
 use mesh::measure::{self, Quality};
+
+/// Instead of the half-edge that a node on a crease slides along: one at its corner stays.
+pub const CORNER: u32 = NONE - 1;
 
 /// Nodes and triangles.
 #[derive(Clone)]
@@ -17,14 +23,28 @@ pub struct Net {
     /// Half-edge of the surface's border on which a node lies and slides, else `NONE`.
     pub rails: Vec<u32>,
     pub triangles: Vec<[u32; 3]>,
-    /// Nodes that stay where they are; empty if none does.
+    /// Nodes at corners of the border, which stay where they are; empty if none does.
     pub held: Vec<bool>,
+    /// Half-edge of a crease on which a node lies and slides, `CORNER` at its corner, else `NONE`.
+    pub ways: Vec<u32>,
+    /// Edges along creases by their ends, the smaller first, in order.
+    pub ridges: Vec<[u32; 2]>,
+    pub creases: Arc<Creases>,
 }
 
 impl Net {
-    pub fn new(places: Vec<Place>, rails: Vec<u32>, triangles: Vec<[u32; 3]>) -> Self {
-        let (points, places) = places.into_iter().map(|p| (p.point, p.triangle)).unzip();
-        Net { points, places, rails, triangles, held: Vec::new() }
+    /// Nodes come with the half-edges of border and crease that they lie on.
+    pub fn new(nodes: Vec<(Place, u32, u32)>, triangles: Vec<[u32; 3]>, ridges: Vec<[u32; 2]>) -> Self {
+        Net {
+            points: nodes.iter().map(|n| n.0.point).collect(),
+            places: nodes.iter().map(|n| n.0.triangle).collect(),
+            rails: nodes.iter().map(|n| n.1).collect(),
+            ways: nodes.iter().map(|n| n.2).collect(),
+            triangles,
+            held: Vec::new(),
+            ridges,
+            creases: Arc::default(),
+        }
     }
 
     /// Quality of the triangles, and their angles in steps of 5 degrees.
@@ -56,31 +76,77 @@ impl Net {
         self.rails[node as usize] != NONE
     }
 
-    /// Whether a node stays where it is.
+    /// Whether a node lies on a crease.
+    #[inline]
+    pub fn on_crease(&self, node: u32) -> bool {
+        self.ways[node as usize] != NONE
+    }
+
+    /// Whether a node is held at a corner of the border.
     #[inline]
     pub fn is_held(&self, node: u32) -> bool {
         self.held.get(node as usize).copied().unwrap_or(false)
     }
 
-    /// The place nearest to `p` to which `node` may go: where it is, if it is held; on its border, or on the surface near where it is.
+    /// Whether a node stays where it is.
+    #[inline]
+    pub fn is_fixed(&self, node: u32) -> bool {
+        self.is_held(node) || self.ways[node as usize] == CORNER
+    }
+
+    /// Whether the edge between two nodes lies on a crease.
+    #[inline]
+    pub fn is_ridge(&self, a: u32, b: u32) -> bool {
+        self.on_crease(a) && self.on_crease(b) && self.ridges.binary_search(&[a.min(b), a.max(b)]).is_ok()
+    }
+
+    /// Lets go of corners and creases.
+    pub fn let_go(&mut self) {
+        self.held = Vec::new();
+        self.ways.fill(NONE);
+        self.ridges = Vec::new();
+    }
+
+    /// Where a node is.
+    pub fn spot(&self, node: u32) -> Spot {
+        let v = node as usize;
+        Spot { point: self.points[v], place: self.places[v], rail: self.rails[v], way: self.ways[v] }
+    }
+
+    /// Gives nodes the numbers in `number`; those without one have gone.
+    pub fn renumber(&mut self, number: &[u32]) {
+        let stays = |v: usize| number[v] != NONE;
+        let mut v = 0;
+        self.points.retain(|_| (stays(v), v += 1).0);
+        for of_nodes in [&mut self.places, &mut self.rails, &mut self.ways] {
+            v = 0;
+            of_nodes.retain(|_| (stays(v), v += 1).0);
+        }
+    }
+
+    /// The place nearest to `p` to which `node` may go: where it is, if it is fixed; on its border or crease, or on the surface near where it is.
     pub fn project(&self, surface: &Surface, node: usize, p: DVec3) -> Spot {
-        let from = Spot { point: self.points[node], place: self.places[node], rail: self.rails[node] };
-        if self.is_held(node as u32) {
+        let from = self.spot(node as u32);
+        if self.is_fixed(node as u32) {
             return from;
         }
-        Self::project_from(surface, &from, p)
+        self.project_from(surface, &from, p)
     }
 
     /// The place nearest to `p` to which a node at `from` may go.
-    pub fn project_from(surface: &Surface, from: &Spot, p: DVec3) -> Spot {
+    pub fn project_from(&self, surface: &Surface, from: &Spot, p: DVec3) -> Spot {
         match from.rail {
+            NONE if from.way != NONE => {
+                let (point, way) = self.creases.walk(surface, p, from.way);
+                Spot { point, place: way / 3, rail: NONE, way }
+            }
             NONE => {
                 let place = surface.walk(p, from.place);
-                Spot { point: place.point, place: place.triangle, rail: NONE }
+                Spot { point: place.point, place: place.triangle, rail: NONE, way: NONE }
             }
             rail => {
                 let (point, rail) = surface.walk_border(p, rail);
-                Spot { point, place: rail / 3, rail }
+                Spot { point, place: rail / 3, rail, way: NONE }
             }
         }
     }
@@ -90,6 +156,7 @@ impl Net {
         self.points[node] = spot.point;
         self.places[node] = spot.place;
         self.rails[node] = spot.rail;
+        self.ways[node] = spot.way;
     }
 }
 
@@ -99,6 +166,7 @@ pub struct Spot {
     pub point: DVec3,
     pub place: u32,
     pub rail: u32,
+    pub way: u32,
 }
 
 /// Twice the area of a triangle times its normal.

@@ -33,6 +33,8 @@ base::params! {
         fitting: u32 = count("Fitting").at_most(100.0).off("vertices stay on the surface"),
         /// Smallest angle of triangles that may have any shape for the least mean square distance, instead of one as even as can be. Vertices leave the surface, in as many rounds as `fitting` says, but at least two. 30 degrees leave a third of the mean error at the same number of vertices, in up to five times the time.
         min_angle: f64 = angle("Min angle").at_most(std::f64::consts::FRAC_PI_6).off("triangles are as even as can be"),
+        /// Edges whose triangles turn by at least this angle are kept as edges of the result, where they make lines a few of its edges long: those of parts and buildings. Noise makes no such lines.
+        feature_angle: f64 = angle("Feature angle").default(40_f64.to_radians()).at_most(std::f64::consts::PI).off("no edge is kept"),
         /// Which way round patches are split.
         seed: u32 = count("Seed").at_most(4_294_967_295.0),
     }

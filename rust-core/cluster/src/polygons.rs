@@ -5,6 +5,9 @@
 //! four meet in a point. A border of the mesh is a neighbour too: the nodes on it are where two patches meet, and between
 //! two of them one more on the border of the patch, without which the border would be coarser than the rest.
 
+use std::collections::BTreeMap;
+
+use super::creases::Pieces;
 use super::surface::{NONE, Surface};
 
 /// Where a node of a polygon is.
@@ -16,6 +19,8 @@ pub enum Spot {
     BorderEdge(u32),
     /// A vertex on the border, amid a patch.
     BorderVertex(u32),
+    /// A half-edge along a crease, between two patches.
+    Crease(u32),
 }
 
 /// The circles around patches, each a cycle of nodes with the patch on its left.
@@ -30,11 +35,13 @@ pub struct Polygons {
 }
 
 impl Polygons {
-    /// Traces the circles of all patches.
-    pub fn trace(surface: &Surface, labels: &[u32]) -> Self {
+    /// Traces the circles of all patches, with nodes where creases cross them.
+    pub fn trace(surface: &Surface, labels: &[u32], pieces: Option<&Pieces<'_>>) -> Self {
         let mut tracer = Tracer {
             surface,
             labels,
+            pieces,
+            at_crease: BTreeMap::new(),
             at_face: vec![NONE; surface.triangles.len()],
             at_border: vec![NONE; if surface.border_in.iter().any(|&h| h != NONE) { surface.points.len() } else { 0 }],
             done: vec![false; surface.twins.len()],
@@ -58,6 +65,9 @@ impl Polygons {
 struct Tracer<'a> {
     surface: &'a Surface,
     labels: &'a [u32],
+    pieces: Option<&'a Pieces<'a>>,
+    /// Node of each edge of a crease between two labels, by its first half-edge.
+    at_crease: BTreeMap<u32, u32>,
     /// Node of each face with three labels.
     at_face: Vec<u32>,
     /// Node of each border half-edge between two labels, at the vertex it leaves.
@@ -99,6 +109,9 @@ impl Tracer<'_> {
         let (v, w) = (s.from(h), s.to(h));
         let x = s.to(Surface::next(h));
         let patch = self.label(v);
+        if self.pieces.is_some_and(|p| p.joins(s, self.labels, h)) {
+            self.node_at_crease(h);
+        }
         // The edge by which the circle leaves the face, as its half-edge in this face, and the patch's end of it.
         let (exit, inner) = if self.label(x) == patch {
             (Surface::next(h), x)
@@ -124,7 +137,9 @@ impl Tracer<'_> {
             let h = self.surface.first[v as usize];
             let w = self.surface.to(h);
             if self.label(w) != patch {
-                self.polygons.spots.push(Spot::BorderVertex(self.run[self.run.len() / 2]));
+                let on_crease = |v: &&u32| self.pieces.is_some_and(|p| p.has(**v, patch));
+                let middle = self.run.iter().find(on_crease).unwrap_or(&self.run[self.run.len() / 2]);
+                self.polygons.spots.push(Spot::BorderVertex(*middle));
                 self.polygons.nodes.push(self.polygons.spots.len() as u32 - 1);
                 self.node_at_border(h);
                 return h;
@@ -140,6 +155,16 @@ impl Tracer<'_> {
             self.polygons.spots.push(Spot::Face(t));
         }
         self.polygons.nodes.push(*node);
+    }
+
+    fn node_at_crease(&mut self, h: u32) {
+        let first = h.min(self.surface.twins[h as usize]);
+        let new = self.polygons.spots.len() as u32;
+        let node = *self.at_crease.entry(first).or_insert(new);
+        if node == new {
+            self.polygons.spots.push(Spot::Crease(first));
+        }
+        self.polygons.nodes.push(node);
     }
 
     fn node_at_border(&mut self, h: u32) {

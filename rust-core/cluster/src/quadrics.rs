@@ -190,10 +190,7 @@ impl Collapse<'_> {
     /// Where the ends of an edge may go, with the cost, the cheapest first.
     fn spots(&self, a: u32, b: u32) -> Vec<(f64, Spot)> {
         let net = &*self.net;
-        let stay = |v: u32| {
-            let v = v as usize;
-            Spot { point: net.points[v], place: net.places[v], rail: net.rails[v] }
-        };
+        let stay = |v: u32| net.spot(v);
         let [p, q] = [a, b].map(|v| net.points[v as usize]);
         let middle = (p + q) * 0.5;
         let free = |point: DVec3| Spot { point, ..stay(a) };
@@ -332,12 +329,7 @@ fn close_ranks(net: &mut Net, gone: &[bool]) {
     for (count, v) in (0..).zip((0..gone.len()).filter(|&v| !gone[v])) {
         number[v] = count;
     }
-    let mut kept = gone.iter().map(|gone| !gone);
-    net.points.retain(|_| kept.next() == Some(true));
-    let mut kept = gone.iter().map(|gone| !gone);
-    net.places.retain(|_| kept.next() == Some(true));
-    let mut kept = gone.iter().map(|gone| !gone);
-    net.rails.retain(|_| kept.next() == Some(true));
+    net.renumber(&number);
     net.triangles.retain(|[a, b, c]| a != b && b != c && c != a);
     for triangle in &mut net.triangles {
         *triangle = triangle.map(|v| number[v as usize]);

@@ -8,7 +8,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::net::{Net, Spot, Stars, area_vector};
-use super::surface::Surface;
+use super::surface::{NONE, Surface};
 use base::error::Result;
 use base::progress::Progress;
 
@@ -80,7 +80,7 @@ fn step(
         (0..net.triangles.len()).into_par_iter().with_min_len(CHUNK).map(|t| net.area_vector(t)).collect();
     let side = |t: usize| side(areas[t]).max(floors[t]);
     let sides: Vec<f64> = (0..areas.len()).map(side).collect();
-    let mut targets = vec![Spot { point: DVec3::ZERO, place: 0, rail: 0 }; net.points.len()];
+    let mut targets = vec![Spot { point: DVec3::ZERO, place: 0, rail: NONE, way: NONE }; net.points.len()];
     let moving: &Net = net;
     targets.par_chunks_mut(CHUNK).zip(speeds.par_chunks_mut(CHUNK)).enumerate().try_for_each(
         |(chunk, (targets, speeds))| {
@@ -90,7 +90,8 @@ fn step(
                 let stiffness = 0.5 * stars.around(v).len() as f64;
                 let damping = DAMPING * 2.0 * stiffness.sqrt();
                 let tangential = |d: DVec3| d - normal * d.dot(normal);
-                let pull = if moving.on_rail(v as u32) { force } else { tangential(force) };
+                let slides = moving.on_rail(v as u32) || moving.on_crease(v as u32);
+                let pull = if slides { force } else { tangential(force) };
                 *speed = tangential(*speed) * (1.0 - dt * damping) + pull * dt;
                 *target = moving.project(surface, v, moving.points[v] + *speed * dt);
                 *speed = (target.point - moving.points[v]) / dt;
@@ -147,7 +148,7 @@ fn settle(surface: &Surface, net: &Net, stars: &Stars, areas: &[DVec3], targets:
             targets[v] = if round < HALVINGS {
                 net.project(surface, v, here + (targets[v].point - here) * 0.5)
             } else {
-                Spot { point: here, place: net.places[v], rail: net.rails[v] }
+                net.spot(v as u32)
             };
             speeds[v] = targets[v].point - here;
         }

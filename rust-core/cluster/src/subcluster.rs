@@ -35,7 +35,7 @@ pub fn make_disks(
         progress.check()?;
         let dissolving = round < DISSOLVING_ROUNDS;
         let patches = connect(surface, weights, labels, dissolving, &mut repairs, progress)?;
-        let polygons = Polygons::trace(surface, labels);
+        let polygons = Polygons::trace(surface, labels, None);
         progress.check()?;
         let bad = bad_patches(surface, labels, patches, &polygons);
         let Some(bad) = bad else { return Ok((patches, polygons, repairs)) };

@@ -270,7 +270,8 @@ impl Surface {
         (best.0, at)
     }
 
-    fn on_half_edge(&self, p: DVec3, h: u32) -> (DVec3, f64) {
+    /// The closest point to `p` of a half-edge, and where along it.
+    pub fn on_half_edge(&self, p: DVec3, h: u32) -> (DVec3, f64) {
         let (a, b) = (self.points[self.from(h) as usize], self.points[self.to(h) as usize]);
         let along = b - a;
         let t = ((p - a).dot(along) / along.length_squared()).clamp(0.0, 1.0);

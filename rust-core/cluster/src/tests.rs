@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use glam::DVec3;
 use proptest::prelude::*;
 
+mod creases;
 mod least_angle;
 mod points;
 
@@ -153,26 +154,6 @@ fn fitted_vertices_leave_the_surface_for_less_error() {
         for (a, b) in on.mesh.positions.iter().zip(&fitted.mesh.positions) {
             assert!(name != "open cylinder" || a.z > 1e-9 && a.z < 3.0 - 1e-9 || a == b);
         }
-    }
-}
-
-#[test]
-fn creases_are_kept() {
-    // The mesh would cut across the edges of the box and lie off them by 0.4 spacings in the mean.
-    let mesh = Shape::Cuboid { half: DVec3::new(1.0, 0.8, 0.6) }.mesh(40);
-    let at_edge = |p: &DVec3| {
-        let gaps = DVec3::new(1.0, 0.8, 0.6) - p.abs();
-        [gaps.x, gaps.y, gaps.z].iter().filter(|g| g.abs() < 1e-9).count() >= 2
-    };
-    let edge: Vec<DVec3> = mesh.positions.iter().copied().filter(at_edge).collect();
-    for vertices in [150, 600] {
-        let result = cluster(&mesh, Resolution::Vertices(vertices)).unwrap();
-        let off = measure::deviation(&edge, &result.mesh, Side::Ignored, 2, &Progress::none()).unwrap().summary;
-        let spacing = (8.0 / f64::from(vertices)).sqrt();
-        assert!(off.mean < 0.2 * spacing, "{vertices}: {} of {spacing}", off.mean);
-        assert!(result.mesh.positions.iter().filter(|p| at_edge(p)).count() as f64 > 4.0 / spacing);
-        assert!(result.report.after.smallest_angle.to_degrees() > 25.0);
-        assert_same_topology(&mesh, &result, "cube");
     }
 }
 
