@@ -1,7 +1,8 @@
 //! Intrinsics of depth cameras.
 //!
 //! Read are Open3D's JSON (`intrinsic_matrix`, nine numbers column by column, also inside `intrinsic`), plain JSON with
-//! `fx fy cx cy` (or `fl_x fl_y`, as nerfstudio writes them; `width` and `height` or `w` and `h` are optional), a text of
+//! `fx fy cx cy` (or `fl_x fl_y`, as nerfstudio writes them; `width` and `height` or `w` and `h` are optional; also inside `camera`,
+//! as Replica's), a text of
 //! the 3 x 3 matrix or of the 4 x 4 one, as ScanNet's, and a text of the four numbers fx fy cx cy. Pixel centres lie at whole numbers.
 
 use std::io::Read;
@@ -70,7 +71,7 @@ pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Camera> {
 }
 
 fn from_json(value: &Value) -> Option<Camera> {
-    let value = value.get("intrinsic").unwrap_or(value);
+    let value = value.get("intrinsic").or(value.get("camera")).unwrap_or(value);
     let number = |names: [&str; 2]| names.iter().find_map(|name| value.get(name)?.as_f64());
     let mut camera = if let Some(matrix) = value.get("intrinsic_matrix") {
         let m: Vec<f64> = flattened(matrix)?;
@@ -141,6 +142,8 @@ mod tests {
         assert_eq!(read(rows).unwrap(), plain);
         assert_eq!(read(r#"{"fx":525,"fy":526,"cx":319.5,"cy":239.5}"#).unwrap(), plain);
         assert_eq!(read(r#"{"fl_x":525,"fl_y":526,"cx":319.5,"cy":239.5,"w":640,"h":480}"#).unwrap(), sized);
+        let nested = r#"{"camera": {"w":640,"h":480,"fx":525,"fy":526,"cx":319.5,"cy":239.5,"scale":6553.5}}"#;
+        assert_eq!(read(nested).unwrap(), sized);
         assert_eq!(read(" 525.0 0 319.5\r\n 0 526 239.5\n0 0 1\n").unwrap(), plain);
         assert_eq!(read("525 0 319.5 0\n0 526 239.5 0\n0 0 1 0\n0 0 0 1\n").unwrap(), plain);
         assert_eq!(read("525, 526, 319.5, 239.5").unwrap(), plain);

@@ -79,7 +79,7 @@ use mesh::Crs;
 
 pub use crs::provenance;
 pub use image::frame::Camera;
-pub use options::{PixelMeaning, ReadOptions, SCHEMA};
+pub use options::{CameraAxes, PixelMeaning, PoseSense, ReadOptions, SCHEMA};
 pub use registry::{Format, formats};
 use registry::{Role, format_of, is_known_by_content};
 pub(crate) use scan::Begin;
@@ -208,7 +208,9 @@ fn open_listed(listed: &[Listed], options: &ReadOptions, progress: &Progress<'_>
                 options.camera = Some(camera);
             }
             Role::Trajectory(read) => {
-                if let Some((other, _)) = poses.replace((path, read(path)?)) {
+                let mut found = read(path)?;
+                found.as_told(&options);
+                if let Some((other, _)) = poses.replace((path, found)) {
                     let problem = format!("{} is a trajectory too; give one", known_as(other));
                     return Err(Error::input(format!("{}: {problem}", known_as(path))));
                 }

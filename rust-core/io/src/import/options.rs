@@ -20,6 +20,30 @@ base::choices! {
     }
 }
 
+base::choices! {
+    /// Which way poses go.
+    pub enum PoseSense {
+        /// As the layout has them, unless the frames lie on each other only in the other sense.
+        Auto = "auto" "Auto",
+        /// From the camera to the world.
+        CameraToWorld = "camera_to_world" "Camera to world",
+        /// From the world to the camera.
+        WorldToCamera = "world_to_camera" "World to camera",
+    }
+}
+
+base::choices! {
+    /// Axes of the cameras that poses place.
+    pub enum CameraAxes {
+        /// As the layout has them, unless the frames lie on each other only with the other axes.
+        Auto = "auto" "Auto",
+        /// y down, looking along z, as OpenCV and Open3D have them.
+        YDown = "y_down" "y down, along z",
+        /// y up, looking along -z, as OpenGL, Blender and ARKit have them.
+        YUp = "y_up" "y up, along -z",
+    }
+}
+
 base::params! {
     /// What files do not say themselves.
     #[derive(Clone, Debug, PartialEq)]
@@ -41,6 +65,10 @@ base::params! {
         max_decoded_gib: f64 = ratio("Largest unpacked size (GiB)").default(4.0).above(0.0).at_most(1e6),
         /// Lists may name files outside their own folder.
         allow_outside: bool = flag("Allow outside").off("such lists are refused"),
+        /// Which way the poses of a recording or of a list of poses go.
+        poses: PoseSense = choice("Poses", PoseSense::CHOICES).since("0.2"),
+        /// Axes of the cameras that the poses of a recording or of a list of poses place.
+        axes: CameraAxes = choice("Camera axes", CameraAxes::CHOICES).since("0.2"),
     }
     besides {
         /// Makes images depth images, seen by this camera; `None`: they are height maps seen from above.

@@ -113,11 +113,6 @@ impl Overlap {
         Overlap { scans: points.iter().map(|points| KdTree::new(points)).collect() }
     }
 
-    /// Whether there is no second scan that one could lie on.
-    pub(super) fn is_alone(&self) -> bool {
-        self.scans.iter().filter(|scan| !scan.points().is_empty()).count() < 2
-    }
-
     /// Median over points of all scans of the distance to the nearest point of any other scan, where `pose` places each.
     pub(super) fn median(&self, pose: &dyn Fn(usize) -> DAffine3) -> f64 {
         let per_scan = (QUERIES / self.scans.len().max(1)).max(16);

@@ -150,8 +150,8 @@ static FORMATS: &[Format] = &[
     Format::of("ScanNet frames", &["sens"], super::frames::sens::sniff, Role::Recording(super::frames::open_sens)),
     Format::of("camera of depth images", &["json"], super::camera::sniff, Role::Camera(super::camera::read)),
     Format::of(
-        "trajectory (Open3D log or TUM)",
-        &["log", "freiburg"],
+        "trajectory (Open3D log, TUM and others)",
+        &["log", "freiburg", trajectory::AXIS_ANGLE],
         trajectory::sniff,
         Role::Trajectory(trajectory::read),
     ),
@@ -164,6 +164,19 @@ static FORMATS: &[Format] = &[
 
 /// Bytes of a file that its format is recognized by.
 const SNIFFED: usize = 4096;
+
+/// Bytes of JSON that its format is recognized by: its keys come in any order.
+const SNIFFED_OF_JSON: usize = 1 << 20;
+
+/// The start of a file, as much as its format is recognized by, and its length.
+fn start_of(path: &Path) -> Result<(Vec<u8>, u64)> {
+    let (start, length) = file::read_start(path, SNIFFED)?;
+    let is_long_json = length > SNIFFED as u64;
+    if is_long_json && file::start_of_text(&start).trim_start().starts_with('{') {
+        return file::read_start(path, SNIFFED_OF_JSON);
+    }
+    Ok((start, length))
+}
 
 /// The formats that can be read, and which of them can be written.
 pub fn formats() -> &'static [Format] {
@@ -200,17 +213,20 @@ pub fn ending_for(path: &Path, holding: Holding) -> Result<&'static str> {
 
 /// Whether what a file holds says what it is, whatever its name.
 pub(super) fn is_known_by_content(path: &Path) -> Result<bool> {
-    let (start, _) = file::read_start(path, SNIFFED)?;
+    let (start, _) = start_of(path)?;
     Ok(FORMATS.iter().any(|format| (format.sniff)(&start)))
 }
 
 /// The format of a file: by its content, else by the ending of its name, so that its reader can say what is wrong.
 pub(super) fn format_of(path: &Path) -> Result<&'static Format> {
-    let (start, length) = file::read_start(path, SNIFFED)?;
-    if let Some(format) = FORMATS.iter().find(|format| (format.sniff)(&start)) {
-        return Ok(format);
-    }
+    let (start, length) = start_of(path)?;
     let named = |extension: &str| FORMATS.iter().find(|format| format.extensions.contains(&extension));
+    if let Some(format) = FORMATS.iter().find(|format| (format.sniff)(&start)) {
+        // Lines of numbers could be anything.
+        let is_any = FORMATS.last().is_some_and(|last| std::ptr::eq(last, format));
+        let of_poses = named(trajectory::AXIS_ANGLE).filter(|_| is_any && trajectory::is_axis_angle(path));
+        return Ok(of_poses.unwrap_or(format));
+    }
     // A binary one has no mark, but a length that says it.
     if let Some(format) = named("stl").filter(|_| stl::has_length_of_binary(&start, length)) {
         return Ok(format);

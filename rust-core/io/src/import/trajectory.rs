@@ -1,27 +1,48 @@
-//! Poses of a sequence of images: Open3D's log and TUM's list, both camera to world.
+//! Poses of a sequence of images, camera to world but for ARKitScenes'.
 //!
 //! ```text
-//! Open3D   k k k+1            TUM   # timestamp tx ty tz qx qy qz qw
-//!          4 x 4 matrix             1305031102.1758 1.3405 0.6266 1.6575 0.6574 0.6126 -0.2949 -0.3248
+//! Open3D          k k k+1
+//!                 4 x 4 matrix
+//! TUM             timestamp tx ty tz qx qy qz qw
+//! RTAB-Map        timestamp tx ty tz qx qy qz qw id
+//! Replica, KITTI  16 or 12 numbers of a matrix, row by row
+//! many            tx ty tz qx qy qz qw
+//! ScanNet         4 x 4 matrix, the only one of the file
+//! ARKitScenes     timestamp rx ry rz tx ty tz: a rotation vector, world to camera; by the ending .traj
 //! ```
 
 use std::path::Path;
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
-use super::text::{Lines, lines_of};
-use super::{Scan, file, pose};
+use super::options::{CameraAxes, PoseSense};
+use super::text::{Lines, lines_of, whole_lines};
+use super::{ReadOptions, Scan, file, pose};
 use base::error::{Error, Result};
+use image::frame::TURNED;
 
 /// Most seconds between an image and its pose.
 pub(super) const APART: f64 = 0.02;
+
+/// How far the length of a quaternion of a list may be from 1.
+const UNIT_WITHIN: f64 = 0.02;
+
+/// Most numbers of a line: those of a matrix.
+const MOST: usize = 16;
+
+/// The ending of ARKitScenes' lists, whose numbers could be anything.
+pub(super) const AXIS_ANGLE: &str = "traj";
 
 /// Poses in the order of a file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Trajectory {
     poses: Vec<DAffine3>,
-    /// Their times in seconds, for TUM's lists; ascending.
+    /// Their times in seconds, where lines begin with them; ascending.
     times: Option<Vec<f64>>,
+    /// Numbers of the images, where lines end with them.
+    ids: Vec<i64>,
+    /// Whether the file has them world to camera; here they are inverted.
+    is_world_to_camera: bool,
 }
 
 /// Whether a file that starts like this is one.
@@ -36,14 +57,69 @@ pub(super) fn sniff(start: &[u8]) -> bool {
         let rows: Vec<Vec<f64>> = (0..4).map(|_| numbers(lines.next())).collect();
         return rows.iter().all(|row| row.len() == 4) && rows[3] == [0.0, 0.0, 0.0, 1.0];
     }
-    // A unit quaternion at the end of eight numbers.
-    first.len() == 8 && (first[4..].iter().map(|x| x * x).sum::<f64>() - 1.0).abs() < 1e-2
+    match first.len() {
+        // A unit quaternion at the end of eight numbers.
+        8 => is_unit(&first[4..]),
+        4 => {
+            let rest: Vec<Vec<f64>> = lines.map(|line| numbers(Some(line))).collect();
+            rest.len() == 3 && is_matrix(&[&first, &rest[0][..], &rest[1], &rest[2]].concat())
+        }
+        12 | 16 => is_matrix(&first),
+        7 | 9 => are_quaternions(whole_lines(start)),
+        _ => false,
+    }
+}
+
+/// Whether numbers are those of a rigid transform, row by row, with or without the last row.
+fn is_matrix(numbers: &[f64]) -> bool {
+    let rows = matrix(numbers);
+    rows.is_some_and(|rows| rows[12..] == [0.0, 0.0, 0.0, 1.0] && pose::from_rows(&rows).is_ok())
+}
+
+/// The rows of a matrix of 12 or 16 numbers.
+pub(super) fn matrix(numbers: &[f64]) -> Option<[f64; 16]> {
+    let mut rows = [0.0; 16];
+    rows[15] = 1.0;
+    rows.get_mut(..numbers.len()).filter(|_| matches!(numbers.len(), 12 | 16))?.copy_from_slice(numbers);
+    Some(rows)
+}
+
+fn is_unit(quaternion: &[f64]) -> bool {
+    (quaternion.iter().map(|x| x * x).sum::<f64>() - 1.0).abs() < 1e-2
+}
+
+/// Whether all lines are `tx ty tz qx qy qz qw`, or RTAB-Map's with a time before and a number behind it. Points with normals have
+/// as many numbers: of those some column of four is 0 throughout, and the last does not count up.
+fn are_quaternions(text: &[u8]) -> bool {
+    let text = String::from_utf8_lossy(text);
+    let lines = lines_of(&text).map(str::trim).filter(|line| !line.is_empty() && !line.starts_with('#'));
+    let rows: Option<Vec<Vec<f64>>> =
+        lines.map(|line| line.split_ascii_whitespace().map(|word| word.parse().ok()).collect()).collect();
+    let Some(rows) = rows.filter(|rows| !rows.is_empty()) else { return false };
+    let (width, at) = (rows[0].len(), if rows[0].len() == 7 { 3 } else { 4 });
+    if rows.iter().any(|row| row.len() != width || !is_unit(&row[at..at + 4])) {
+        return false;
+    }
+    let is_zero = |column: usize| rows.iter().all(|row| row[column] == 0.0);
+    if width == 7 {
+        // Level robots turn about z alone.
+        return !is_zero(6) && (!is_zero(3) || is_zero(4));
+    }
+    let ids: Vec<f64> = rows.iter().map(|row| row[8]).filter(|id| *id >= 0.0).collect();
+    let count_up = ids.windows(2).all(|pair| pair[0] < pair[1]) && ids.iter().all(|id| id.fract() == 0.0);
+    count_up && (ids.len() > 1 || text.contains("timestamp"))
 }
 
 /// Reads a file of poses.
 pub(super) fn read(path: &Path) -> Result<Trajectory> {
     let (file, length) = file::open(path)?;
-    parse(Lines::new(file, length, path))
+    let lines = Lines::new(file, length, path);
+    if is_axis_angle(path) { parse_axis_angle(lines) } else { parse(lines) }
+}
+
+/// Whether a file is a list of ARKitScenes', by its name.
+pub(super) fn is_axis_angle(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case(AXIS_ANGLE))
 }
 
 /// Parses the lines of a file.
@@ -51,37 +127,49 @@ pub(super) fn parse(mut lines: Lines<'_>) -> Result<Trajectory> {
     let mut trajectory = Trajectory::default();
     let mut times: Vec<f64> = Vec::new();
     let mut numbers: Vec<f64> = Vec::new();
+    let mut widths = None;
     while lines.next_content()? {
         if lines.rest().starts_with(b"#") {
             continue;
         }
-        let mut row = [0.0; 8];
+        let mut row = [0.0; MOST];
         let mut count = 0;
-        while !lines.is_done() && count < 8 {
+        while !lines.is_done() && count < MOST {
             row[count] = lines.f64("a number")?;
             count += 1;
         }
-        if count == 3 {
-            numbers.push(row[0]);
-            trajectory.poses.push(matrix(&mut lines)?);
-        } else if count == 8 && lines.is_done() {
-            if !row.iter().all(|x| x.is_finite()) || times.last().is_some_and(|last| *last > row[0]) {
-                return Err(lines.fail("expected finite numbers, times ascending"));
-            }
-            let quaternion = DQuat::from_xyzw(row[4], row[5], row[6], row[7]);
-            if !((quaternion.length_squared() - 1.0).abs() < 0.02) {
-                return Err(lines.fail("the quaternion (the last four numbers) does not have unit length"));
-            }
-            let rotation = DMat3::from_quat(quaternion.normalize());
-            let translation = DVec3::new(row[1], row[2], row[3]);
-            trajectory.poses.push(DAffine3 { matrix3: rotation, translation });
-            times.push(row[0]);
-        } else {
-            let problem = "expected three whole numbers and a 4 x 4 matrix (Open3D) or eight numbers (TUM)";
-            return Err(lines.fail(problem));
+        if !lines.is_done() {
+            count += 1;
         }
-        if !times.is_empty() && times.len() != trajectory.poses.len() {
-            return Err(lines.fail("poses with and without a time are mixed"));
+        let pose = match count {
+            3 => {
+                numbers.push(row[0]);
+                block(&mut lines, 0, [0.0; 4])?
+            }
+            4 if trajectory.poses.is_empty() => block(&mut lines, 1, [row[0], row[1], row[2], row[3]])?,
+            7 => placed(&lines, &row[..3], &row[3..7])?,
+            // A landmark.
+            9 if row[8] < 0.0 => continue,
+            8 | 9 => {
+                if !row[..8].iter().all(|x| x.is_finite()) || times.last().is_some_and(|last| *last > row[0]) {
+                    return Err(lines.fail("expected finite numbers, times ascending"));
+                }
+                times.push(row[0]);
+                trajectory.ids.extend((count == 9).then_some(row[8] as i64));
+                placed(&lines, &row[1..4], &row[4..8])?
+            }
+            _ => match matrix(&row[..count.min(MOST)]).filter(|_| count <= MOST) {
+                Some(rows) => pose::from_rows(&rows).map_err(|problem| lines.fail(problem))?,
+                None => {
+                    let problem = "expected three whole numbers and a 4 x 4 matrix (Open3D), a time, a place and a quaternion \
+                        (TUM), or 12 or 16 numbers of a matrix (KITTI, Replica)";
+                    return Err(lines.fail(problem));
+                }
+            },
+        };
+        trajectory.poses.push(pose);
+        if *widths.get_or_insert(count) != count {
+            return Err(lines.fail("poses with and without a time are mixed, or lines of another form"));
         }
     }
     if trajectory.poses.is_empty() {
@@ -97,9 +185,48 @@ pub(super) fn parse(mut lines: Lines<'_>) -> Result<Trajectory> {
     Ok(trajectory)
 }
 
-fn matrix(lines: &mut Lines<'_>) -> Result<DAffine3> {
+/// Parses the lines of ARKitScenes'.
+pub(super) fn parse_axis_angle(mut lines: Lines<'_>) -> Result<Trajectory> {
+    let mut trajectory = Trajectory { is_world_to_camera: true, ..Trajectory::default() };
+    let mut times: Vec<f64> = Vec::new();
+    while lines.next_content()? {
+        let mut row = [0.0; 7];
+        for value in &mut row {
+            *value = lines.f64("a number of `timestamp rx ry rz tx ty tz`")?;
+        }
+        if !lines.is_done() {
+            return Err(lines.expected("the end of the line: it has seven numbers"));
+        }
+        if !row.iter().all(|x| x.is_finite()) || times.last().is_some_and(|last| *last > row[0]) {
+            return Err(lines.fail("expected finite numbers, times ascending"));
+        }
+        times.push(row[0]);
+        let [turn, place] = [DVec3::from_slice(&row[1..]), DVec3::from_slice(&row[4..])];
+        let rotation = DQuat::from_scaled_axis(turn);
+        trajectory.poses.push(DAffine3::from_rotation_translation(rotation, place).inverse());
+    }
+    if trajectory.poses.is_empty() {
+        return Err(lines.fail("there is no pose"));
+    }
+    trajectory.times = Some(times);
+    Ok(trajectory)
+}
+
+/// The pose of a place and a quaternion.
+fn placed(lines: &Lines<'_>, place: &[f64], quaternion: &[f64]) -> Result<DAffine3> {
+    let quaternion = DQuat::from_slice(quaternion);
+    if !((quaternion.length_squared() - 1.0).abs() < UNIT_WITHIN) {
+        return Err(lines.fail("the quaternion (four numbers behind the place) does not have unit length"));
+    }
+    let rotation = DMat3::from_quat(quaternion.normalize());
+    Ok(DAffine3 { matrix3: rotation, translation: DVec3::from_slice(place) })
+}
+
+/// The pose of a matrix on four lines, of which `known` rows are read.
+fn block(lines: &mut Lines<'_>, known: usize, first: [f64; 4]) -> Result<DAffine3> {
     let mut rows = [0.0; 16];
-    for row in rows.chunks_exact_mut(4) {
+    rows[..4].copy_from_slice(&first);
+    for row in rows.chunks_exact_mut(4).skip(known) {
         lines.expect_line("a row of a 4 x 4 matrix")?;
         for value in row {
             *value = lines.f64("a number of a 4 x 4 matrix")?;
@@ -119,11 +246,43 @@ impl Trajectory {
 
     /// The pose nearest in time, within [`APART`].
     pub(super) fn at(&self, time: f64) -> Option<DAffine3> {
+        self.within(time, APART)
+    }
+
+    /// The pose nearest in time, within so many seconds.
+    pub(super) fn within(&self, time: f64, apart: f64) -> Option<DAffine3> {
         let times = self.times.as_ref()?;
         let after = times.partition_point(|t| *t < time);
         let near = [after.wrapping_sub(1), after].into_iter().filter(|&i| i < times.len());
         let nearest = near.min_by(|&a, &b| (times[a] - time).abs().total_cmp(&(times[b] - time).abs()))?;
-        ((times[nearest] - time).abs() <= APART).then(|| self.poses[nearest])
+        ((times[nearest] - time).abs() <= apart).then(|| self.poses[nearest])
+    }
+
+    /// The pose of the image of that number.
+    pub(super) fn of_id(&self, id: i64) -> Option<DAffine3> {
+        self.ids.iter().position(|known| *known == id).map(|k| self.poses[k])
+    }
+
+    /// The first and the last time.
+    pub(super) fn span(&self) -> Option<[f64; 2]> {
+        let times = self.times.as_ref()?;
+        Some([*times.first()?, *times.last()?])
+    }
+
+    /// Reads its poses in the sense and by the axes that the caller has named.
+    pub(super) fn as_told(&mut self, options: &ReadOptions) {
+        let is_other = match options.poses {
+            PoseSense::Auto => false,
+            sense => (sense == PoseSense::WorldToCamera) != self.is_world_to_camera,
+        };
+        for pose in &mut self.poses {
+            if is_other {
+                *pose = pose.inverse();
+            }
+            if options.axes == CameraAxes::YUp {
+                *pose = *pose * TURNED;
+            }
+        }
     }
 
     /// Places scans, by the times in their names or in their order; a note that says so.
@@ -185,6 +344,59 @@ mod tests {
         assert!(log.place(&mut named[..1], Path::new("t")).unwrap_err().to_string().contains("2 poses for 1 scans"));
     }
 
+    /// Theorem: a list of poses in any form that recordings have is one, and points with as many numbers a line are none.
+    #[test]
+    fn lists_of_poses_are_told_from_points() {
+        let turn = "0 -1 0 5 1 0 0 6 0 0 1 7";
+        let lists = [
+            format!("{turn}\n{turn}\n"),
+            format!("{turn} 0 0 0 1\n"),
+            turn.split_inclusive(' ')
+                .enumerate()
+                .map(|(i, word)| if i % 4 == 3 { format!("{word}\n") } else { word.to_owned() })
+                .collect::<String>()
+                + "\n0 0 0 1\n",
+            "5 6 7 0 0 0.7071068 0.7071068\n5 6 7 0 0 0.7071068 0.7071068\n".to_owned(),
+            "#timestamp x y z qx qy qz qw id\n1.5 5 6 7 0 0 0.7071068 0.7071068 4\n2.5 0 0 0 0 0 0 1 -3\n".to_owned(),
+        ];
+        for list in &lists {
+            assert!(sniff(list.as_bytes()), "{list}");
+            let pose = read(list).unwrap_or_else(|error| panic!("{list}: {error}")).poses[0];
+            assert!(pose.transform_point3(DVec3::X).abs_diff_eq(DVec3::new(5.0, 7.0, 7.0), 1e-6), "{list}: {pose}");
+        }
+        assert_eq!(read(&lists[4]).unwrap().of_id(4), Some(read(&lists[4]).unwrap().poses[0]));
+        for points in [
+            "1 2 3 0 0 0.6 0.8\n1 2 4 0 0.6 0 0.8\n",
+            "1 2 3 0.6 0 0.8 0\n1 2 3 0.6 0.8 0 0\n",
+            "1 2 3 0 0 0 0.6 0.8 0\n4 5 6 0 0 0 0.8 0.6 0\n",
+            "1 2 3 4\n1 0 0 0\n0 1 0 0\n0 0 0 1\n",
+            "1 2 3 4 5 6 7 8 9 10 11 12\n",
+        ] {
+            assert!(!sniff(points.as_bytes()), "{points}");
+        }
+        // ARKitScenes' are recognized by their name alone.
+        let lines = "7.25 0 0 -1.5707963267948966 6 -5 -7\n";
+        let found = parse_axis_angle(Lines::new(lines.as_bytes(), lines.len() as u64, Path::new("a.traj"))).unwrap();
+        let pose = found.at(7.25).unwrap();
+        assert!(pose.transform_point3(DVec3::X).abs_diff_eq(DVec3::new(5.0, 7.0, 7.0), 1e-9), "{pose}");
+        assert!(is_axis_angle(Path::new("a.TRAJ")) && !is_axis_angle(Path::new("traj")));
+    }
+
+    /// Theorem: the caller's word on sense and axes counts.
+    #[test]
+    fn poses_are_read_as_told() {
+        let told = |poses, axes| {
+            let mut list = read(LOG).unwrap();
+            list.as_told(&ReadOptions { poses, axes, ..ReadOptions::default() });
+            list.poses[1]
+        };
+        let pose = read(LOG).unwrap().poses[1];
+        assert_eq!(told(PoseSense::Auto, CameraAxes::YDown), pose);
+        assert_eq!(told(PoseSense::CameraToWorld, CameraAxes::Auto), pose);
+        assert_eq!(told(PoseSense::WorldToCamera, CameraAxes::Auto), pose.inverse());
+        assert_eq!(told(PoseSense::Auto, CameraAxes::YUp), pose * TURNED);
+    }
+
     #[test]
     fn what_is_wrong_has_a_line() {
         for (text, problem) in [
@@ -192,6 +404,8 @@ mod tests {
             ("0 0 1\n1 0 0 0\n", "line 2: the file ends; expected a row"),
             ("0 0 1\n1 0 0\n", "line 2: the line ends; expected a number of a 4 x 4 matrix"),
             ("1 2\n", "line 1: expected three whole numbers"),
+            ("1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17\n", "line 1: expected three whole numbers"),
+            ("1 0 0 0 0 1 0 0 0 0 1 0\n0 0 0 0 0 0 1\n", "line 2: poses with and without a time are mixed"),
             ("1 2 3 4 5 6 7 8\n", "line 1: the quaternion"),
             ("1 x\n", "line 1: expected a number, found `x`"),
             ("2 0 0 0 0 0 0 1\n1 0 0 0 0 0 0 1\n", "line 2: expected finite numbers, times ascending"),

@@ -108,6 +108,11 @@ impl Archive {
         self.members.contains_key(name) || self.below(name).next().is_some()
     }
 
+    /// The length of a file, unpacked.
+    pub(super) fn length(&self, name: &str) -> Option<u64> {
+        self.members.get(name).map(|member| member.unpacked)
+    }
+
     fn below(&self, folder: &str) -> impl Iterator<Item = &str> {
         let start = if folder.is_empty() { String::new() } else { format!("{folder}/") };
         let range = self.members.range::<str, _>((std::ops::Bound::Included(&*start), std::ops::Bound::Unbounded));

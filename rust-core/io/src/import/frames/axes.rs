@@ -1,24 +1,22 @@
 //! Whether the poses of a recording mean what its layout says: under the right convention its frames lie on each other.
 //!
 //! Programs that write the same layout differ in the axes of a camera (y down and looking along z, or y up and along
-//! -z) and in the sense of a pose (camera to world, or world to camera). All four are tried on some frames.
+//! -z) and in the sense of a pose (camera to world, or world to camera). All four are tried on pairs of frames that overlap, and where
+//! these do not decide on all of these frames together; the caller's word counts before.
 
 use std::sync::Arc;
 
 use glam::DAffine3;
 
 use super::super::ReadOptions;
+use super::super::options::{CameraAxes, PoseSense};
 use super::super::overlap::{Overlap, short};
+use super::clock;
+use super::pairs::Pairs;
 use super::recording::{Convention, Recording};
 use base::error::Result;
 use base::progress::Progress;
-use image::frame::{LeftOut, TURNED};
-
-/// Frames that take part; of more, some are taken evenly.
-const FRAMES: usize = 16;
-
-/// Points of a frame that others are compared with, about.
-const POINTS: usize = 1500;
+use image::frame::TURNED;
 
 /// Another convention than the layout's is taken where it makes distances this many times smaller: where the layout
 /// leaves no doubt, and where it does.
@@ -27,69 +25,142 @@ const CLEARLY: [f64; 2] = [3.0, 1.5];
 /// The ways to read poses: whether the axes and whether the sense are the other ones.
 const WAYS: [[bool; 2]; 4] = [[false, false], [true, false], [false, true], [true, true]];
 
-/// Looks at some frames: finds what their poses mean and corrects all poses where that is not what the layout says.
-/// Notes of what was found, and of what of these frames is left out.
-pub(super) fn check(
-    recording: &mut Recording,
-    options: &Arc<ReadOptions>,
-    progress: &Progress<'_>,
-) -> Result<Vec<String>> {
-    let count = recording.entries.len();
-    let taken: Vec<usize> = (0..count.min(FRAMES)).map(|i| i * count / count.min(FRAMES)).collect();
-    let mut left_out = LeftOut::default();
-    let mut points = Vec::with_capacity(taken.len());
-    for &index in &taken {
-        progress.check()?;
-        let (image, out) = recording.without_colour(index, options, progress)?.into_range_image(progress)?;
-        left_out.add(&out);
-        let step = (image.valid_count() / POINTS).max(1);
-        let valid = (0..image.len()).filter(|&i| image.is_valid(i));
-        points.push(valid.step_by(step).map(|i| image.point_in_sensor(i)).collect());
-    }
-    let mut notes = vec![convention(recording, &taken, &Overlap::of(points))];
-    notes.extend(left_out.in_words().map(|words| format!("of {} frames looked at: {words}", taken.len())));
-    Ok(notes)
+/// What was found about the frames.
+#[derive(Default)]
+pub(super) struct Found {
+    /// What a person should look at.
+    pub(super) doubts: Vec<String>,
+    /// What a person may want to know.
+    pub(super) notes: Vec<String>,
 }
 
-/// Finds the convention, corrects the poses; says which it is and why.
-fn convention(recording: &mut Recording, taken: &[usize], overlap: &Overlap) -> String {
+/// Looks at some frames: finds what their poses mean and corrects all poses where that is not what the layout says.
+pub(super) fn check(recording: &mut Recording, options: &Arc<ReadOptions>, progress: &Progress<'_>) -> Result<Found> {
+    let mut found = Found::default();
+    let mut pairs = Pairs::of(recording, options, progress)?;
+    while !pairs.damaged.is_empty() {
+        found.doubts.extend(recording.skip(std::mem::take(&mut pairs.damaged)));
+        pairs = Pairs::of(recording, options, progress)?;
+    }
+    let count = recording.entries.len();
+    found.doubts.extend(clock::check(recording, &pairs));
+    if recording.entries.len() != count {
+        pairs = Pairs::of(recording, options, progress)?;
+    }
+    let (note, is_doubtful) = convention(recording, options, &pairs);
+    if is_doubtful {
+        found.doubts.push(note)
+    } else {
+        found.notes.push(note)
+    }
+    found
+        .notes
+        .extend(pairs.left_out.in_words().map(|words| format!("of {} frames looked at: {words}", pairs.count())));
+    Ok(found)
+}
+
+/// Finds the convention and corrects the poses; says which it is and why, and whether that is in doubt.
+fn convention(recording: &mut Recording, options: &ReadOptions, pairs: &Pairs) -> (String, bool) {
     let given = recording.convention;
-    let poses: Vec<DAffine3> = taken.iter().map(|&index| recording.entries[index].world_from_sensor).collect();
-    if overlap.is_alone() || poses.iter().all(|pose| pose.matrix3.abs_diff_eq(poses[0].matrix3, 1e-9)) {
-        return format!(
-            "poses read as {}: no frame is turned, nothing shows another sense",
-            describe(given, [false; 2])
-        );
+    let ways: Vec<[bool; 2]> = WAYS.into_iter().filter(|way| is_allowed(*way, given, options)).collect();
+    let poses: Vec<DAffine3> = recording.entries.iter().map(|entry| entry.world_from_sensor).collect();
+    let take = |recording: &mut Recording, way: [bool; 2]| {
+        if way != WAYS[0] {
+            for entry in &mut recording.entries {
+                entry.world_from_sensor = read(entry.world_from_sensor, given, way);
+            }
+        }
+    };
+    let (first, name) = (ways[0], |k: usize| describe(given, ways[k]));
+    if ways.len() == 1 {
+        take(recording, first);
+        return (format!("poses read as {}, as was asked for", name(0)), false);
     }
-    let medians = WAYS.map(|way| overlap.median(&|k| read(poses[k], given, way)));
-    let best = (0..WAYS.len()).min_by(|&a, &b| medians[a].total_cmp(&medians[b])).unwrap_or(0);
-    let next = (0..WAYS.len()).filter(|&k| k != best).min_by(|&a, &b| medians[a].total_cmp(&medians[b])).unwrap_or(0);
+    let is_turned = poses.iter().any(|pose| !pose.matrix3.abs_diff_eq(poses[0].matrix3, 1e-9));
+    if !is_turned || pairs.points().filter(|(_, points)| !points.is_empty()).count() < 2 {
+        take(recording, first);
+        return (format!("poses read as {}: no frame is turned, nothing shows another reading", name(0)), false);
+    }
     let clearly = CLEARLY[usize::from(!given.is_sure)];
-    let distance = |k: usize| format!("{}: {}", describe(given, WAYS[k]), short(medians[k]));
-    if best == 0 || medians[0] < clearly * medians[best] {
-        let doubt = if medians[next] < CLEARLY[1] * medians[0] {
-            ", which does not decide; if frames lie far apart, look at the camera and the scale of the depths"
-        } else {
-            ""
-        };
-        let other = if best == 0 { next } else { best };
-        return format!(
-            "poses read as {} (median distance of overlapping frames {}; {}){doubt}",
-            describe(given, WAYS[0]),
-            short(medians[0]),
-            distance(other)
+    let mut apart: Vec<f64> = ways.iter().map(|&way| pairs.apart(&|k| Some(read(poses[k], given, way)))).collect();
+    let mut decided = decide(&apart, clearly);
+    if decided.is_none() {
+        let (indices, points): (Vec<usize>, Vec<_>) = pairs.points().map(|(k, points)| (k, points.to_vec())).unzip();
+        let overlap = Overlap::of(points);
+        let of_all: Vec<f64> =
+            ways.iter().map(|&way| overlap.median(&|k| read(poses[indices[k]], given, way))).collect();
+        decided = decide(&of_all, clearly);
+        if decided.is_some() || !apart[0].is_finite() {
+            apart = of_all;
+        }
+    }
+    let best_but = |taken: usize| {
+        let others = (0..ways.len()).filter(|&k| k != taken);
+        others.min_by(|&a, &b| apart[a].total_cmp(&apart[b])).unwrap_or(taken)
+    };
+    let Some(best) = decided else {
+        take(recording, first);
+        let other = best_but(0);
+        let clocks = if recording.timed.is_some() { ", at the times of images and poses" } else { "" };
+        let note = format!(
+            "what the poses mean is not decided: they are read as {}, and overlapping frames lie {} apart; as {} they would lie {} \
+             apart. If the scans do not fit, say poses = \"camera_to_world\" or \"world_to_camera\" and axes = \"y_down\" or \
+             \"y_up\"; look also at the camera and at the scale of the depths{clocks}",
+            name(0),
+            short(apart[0]),
+            name(other),
+            short(apart[other])
         );
+        return (note, true);
+    };
+    take(recording, ways[best]);
+    if best == 0 {
+        let other = best_but(0);
+        let note = format!(
+            "poses read as {} (overlapping frames lie {} apart; as {}: {})",
+            name(0),
+            short(apart[0]),
+            name(other),
+            short(apart[other])
+        );
+        return (note, false);
     }
-    for entry in &mut recording.entries {
-        entry.world_from_sensor = read(entry.world_from_sensor, given, WAYS[best]);
-    }
-    format!(
-        "poses read as {}, not as {} usually writes them: so the frames lie on each other (median distance {}; {})",
-        describe(given, WAYS[best]),
+    let note = format!(
+        "poses read as {}, not as {} usually writes them, {}: so the frames lie on each other ({} apart; else {})",
+        name(best),
         recording.layout,
-        short(medians[best]),
-        distance(0)
-    )
+        name(0),
+        short(apart[best]),
+        short(apart[0])
+    );
+    (note, false)
+}
+
+/// The way that is surely the right one, the first where nothing clearly speaks against it; `None` where another is about as good.
+fn decide(apart: &[f64], clearly: f64) -> Option<usize> {
+    let best = (0..apart.len()).min_by(|&a, &b| apart[a].total_cmp(&apart[b]))?;
+    let next = (1..apart.len()).map(|k| apart[k]).fold(f64::INFINITY, f64::min);
+    match best {
+        0 => (next > CLEARLY[1] * apart[0]).then_some(0),
+        _ => (apart[0] >= clearly * apart[best]).then_some(best),
+    }
+}
+
+/// Whether the caller leaves a way open.
+fn is_allowed([other_axes, other_sense]: [bool; 2], given: Convention, options: &ReadOptions) -> bool {
+    let is_up = given.looks_along_minus_z != other_axes;
+    let is_to_camera = given.world_to_camera != other_sense;
+    let axes = match options.axes {
+        CameraAxes::Auto => true,
+        CameraAxes::YDown => !is_up,
+        CameraAxes::YUp => is_up,
+    };
+    let sense = match options.poses {
+        PoseSense::Auto => true,
+        PoseSense::CameraToWorld => !is_to_camera,
+        PoseSense::WorldToCamera => is_to_camera,
+    };
+    axes && sense
 }
 
 /// A pose that was read as the layout says, read in another way.
@@ -105,6 +176,6 @@ fn describe(given: Convention, [other_axes, other_sense]: [bool; 2]) -> String {
         true => "y up, looking along -z",
         false => "y down, looking along z",
     };
-    let sense = if other_sense { "the other sense" } else { "the layout's sense" };
-    format!("{axes}, in {sense}")
+    let sense = if given.world_to_camera != other_sense { "world to camera" } else { "camera to world" };
+    format!("{axes}, {sense}")
 }

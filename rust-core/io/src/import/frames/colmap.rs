@@ -9,7 +9,7 @@ use std::collections::HashMap;
 use glam::DAffine3;
 
 use super::decode::Coding;
-use super::recording::{Entry, Recording, in_order, pose_of};
+use super::recording::{Convention, Entry, Recording, in_order, pose_of};
 use super::store::{Place, Store};
 use super::{Asked, counted};
 use crate::import::text::lines_of;
@@ -69,6 +69,7 @@ pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) ->
     recording.depth.coding = Coding::Colmap;
     recording.depth.unit = 1.0;
     recording.reach = Some(FURTHEST);
+    recording.convention = Convention { world_to_camera: true, ..Convention::FORWARD };
     recording.notes.extend(lost);
     recording.notes.push("lengths are those of the reconstruction, which has no scale of its own".to_owned());
     Ok(Recording { entries, ..recording })

@@ -4,18 +4,14 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use glam::DAffine3;
-
-use super::recording::{Convention, Entry, Recording, in_order, pose, pose_of, stem};
+use super::recording::{Convention, Entry, Recording, in_order, stem};
 use super::store::{Place, Store};
-use super::{Asked, counted};
-use crate::import::text::{Lines, lines_of};
-use crate::import::trajectory;
+use super::{Asked, counted, poses};
 use base::error::{Error, Result};
 
-const DEPTHS: &str = "depth";
-const COLOURS: [&str; 6] = ["color", "rgb", "colour", "image", "images", "color_images"];
-const POSES: [&str; 3] = ["trajectory.log", "pose.txt", "poses.txt"];
+pub(super) const DEPTHS: &str = "depth";
+pub(super) const COLOURS: [&str; 6] = ["color", "rgb", "colour", "image", "images", "color_images"];
+const POSES: [&str; 6] = ["trajectory.log", "pose.txt", "poses.txt", "traj.txt", "traj_w_c.txt", "trajectory.txt"];
 
 pub(super) fn recognize(store: &Store) -> bool {
     store.has(DEPTHS) && (poses_of(store).is_some() || COLOURS.into_iter().any(|folder| store.has(folder)))
@@ -32,8 +28,8 @@ fn poses_of(store: &Store) -> Option<&str> {
 pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) -> Result<Recording> {
     let Some(poses) = poses_of(&store) else {
         let problem = format!(
-            "there are images of depth and colour, but no list of poses beside them ({}); open the folder depth with a camera \
-             and align its images",
+            "there are images of depth and colour, but no list of poses beside them ({}) and no folder pose with a file a frame; \
+             open the folder depth with a camera and align its images",
             POSES.join(", ")
         );
         return Err(Error::format(&store.path, "poses", problem));
@@ -43,7 +39,7 @@ pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) ->
         Some(camera) => camera,
         None => asked.camera(&store, layout, usual)?,
     };
-    let (poses, is_sure) = read_poses(&store, poses, asked)?;
+    let (poses, is_sure) = poses::listed(&store, poses, asked)?;
     let depths = images(&store, DEPTHS, asked)?;
     let folder = COLOURS.into_iter().find(|folder| store.has(folder));
     let colours = folder.map_or(Ok(Vec::new()), |folder| images(&store, folder, asked))?;
@@ -86,9 +82,9 @@ const KEYS: [fn(&str) -> &str; 4] = [
     },
 ];
 
-/// The colour image of each depth image: by the first key that finds one for all of the fewer, else by their places where they are as
+/// The colour image, or the file of the pose, of each depth image: by the first key that finds one for all of the fewer, else by their places where they are as
 /// many, else by the key that finds most.
-fn pairs(depths: &[String], colours: &[String]) -> Vec<Option<usize>> {
+pub(super) fn pairs(depths: &[String], colours: &[String]) -> Vec<Option<usize>> {
     let by = |key: fn(&str) -> &str| {
         let keys = |names: &[String]| names.iter().map(|name| key(stem(name)).to_owned()).collect::<Vec<_>>();
         let (of_depths, of_colours) = (keys(depths), keys(colours));
@@ -108,50 +104,11 @@ fn pairs(depths: &[String], colours: &[String]) -> Vec<Option<usize>> {
 }
 
 /// Images of a folder, in their order.
-fn images(store: &Store, folder: &str, asked: &Asked<'_, '_>) -> Result<Vec<String>> {
-    const ENDINGS: [&str; 8] = ["png", "jpg", "jpeg", "tif", "tiff", "exr", "pgm", "pfm"];
+pub(super) fn images(store: &Store, folder: &str, asked: &Asked<'_, '_>) -> Result<Vec<String>> {
+    const ENDINGS: [&str; 9] = ["png", "jpg", "jpeg", "tif", "tiff", "exr", "pgm", "pfm", "npy"];
     let is_image = |name: &String| {
         let ending = name.rsplit_once('.').map_or("", |(_, ending)| ending);
         ENDINGS.iter().any(|known| ending.eq_ignore_ascii_case(known))
     };
     Ok(in_order(store.list(folder, asked.progress)?.into_iter().filter(is_image)))
-}
-
-/// The poses of a file in their order, and whether its form leaves no doubt of what they mean.
-fn read_poses(store: &Store, name: &str, asked: &Asked<'_, '_>) -> Result<(Vec<Option<DAffine3>>, bool)> {
-    let text = store.text(name, asked.progress)?;
-    if trajectory::sniff(text.as_bytes()) {
-        let path = store.path_of(name);
-        let found = trajectory::parse(Lines::new(text.as_bytes(), text.len() as u64, &path))?;
-        return Ok((found.poses().iter().map(|pose| Some(*pose)).collect(), true));
-    }
-    let mut poses = Vec::new();
-    for (number, line) in lines_of(&text).enumerate() {
-        let fail = |problem: &str| Error::format(&store.path_of(name), format!("line {}", number + 1), problem);
-        let line = line.trim();
-        if line.is_empty() || line.starts_with('#') {
-            continue;
-        }
-        let numbers: Vec<f64> = line
-            .split_ascii_whitespace()
-            .map(|word| word.parse().ok())
-            .collect::<Option<_>>()
-            .ok_or_else(|| fail("expected numbers"))?;
-        poses.push(one_line(&numbers).map_err(|problem| fail(&problem))?);
-    }
-    Ok((poses, false))
-}
-
-/// The pose of a line: seven numbers, or the rows of a matrix with or without the last.
-fn one_line(numbers: &[f64]) -> Result<Option<DAffine3>, String> {
-    let mut rows = [0.0; 16];
-    rows[15] = 1.0;
-    match *numbers {
-        [x, y, z, qx, qy, qz, qw] => pose_of([qx, qy, qz, qw], [x, y, z]).map(Some),
-        _ if matches!(numbers.len(), 12 | 16) => {
-            rows[..numbers.len()].copy_from_slice(numbers);
-            pose(&rows)
-        }
-        _ => Err("expected tx ty tz qx qy qz qw, or 12 or 16 numbers of a matrix".to_owned()),
-    }
 }

@@ -2,33 +2,45 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | `seven_scenes`, `tum`, `icl_nuim`, `folders` | data sets, the last Open3D's and Redwood's: folders of images, poses |
-//! | `polycam`, `record3d`, `scanner_app`, `stray` | what phones export |
-//! | `nerfstudio`, `colmap`, `sens` | `transforms.json`; dense workspaces; ScanNet and BundleFusion |
+//! | `seven_scenes`, `tum`, `icl_nuim`, `scannet`, `replica`, `arkit_scenes` | data sets |
+//! | `folders` | Open3D's and Redwood's: folders of images, a list of poses |
+//! | `polycam`, `record3d`, `scanner_app`, `stray`, `rtabmap` | what phones and robots export |
+//! | `nerfstudio`, `colmap`, `sens` | `transforms.json`; dense workspaces; ScanNet's and BundleFusion's one file |
 //! | `recording` | a recording: its frames listed, each read as its layout says |
 //! | `store`, `archive` | where its files lie: a folder, a zip archive, one file |
 //! | `decode` | images to numbers and colours |
-//! | `axes` | whether poses mean what the layout says, by the overlap of the frames |
+//! | `poses` | lists of poses, and a pose a file |
+//! | `whole` | depth images that are gone or damaged |
+//! | `pairs` | frames that surely overlap, and how far apart they lie |
+//! | `axes`, `clock` | whether poses mean what the layout says and are of the images' time, by the overlap of the frames |
 //!
 //! A layout is a module and a line here. It lists frames and decodes none: opening a recording reads its lists, and
 //! depths of a few frames to see how they overlap. Frames without a pose are passed over; the notes say how many.
 
 pub(super) mod archive;
+mod arkit_scenes;
 mod axes;
+mod clock;
 mod colmap;
 mod decode;
 mod folders;
 mod icl_nuim;
 mod nerfstudio;
+mod pairs;
 mod polycam;
+mod poses;
 mod record3d;
 mod recording;
+mod replica;
+mod rtabmap;
 mod scanner_app;
+mod scannet;
 pub(super) mod sens;
 mod seven_scenes;
 mod store;
 mod stray;
 mod tum;
+mod whole;
 
 #[cfg(test)]
 mod tests;
@@ -38,6 +50,7 @@ use std::sync::Arc;
 
 use super::{ReadOptions, Scan, ScanSet, file};
 use base::error::{Error, Result};
+use base::log::{self, Level};
 use base::progress::Progress;
 use image::frame::Camera;
 use image::range_image::DepthKind;
@@ -68,9 +81,13 @@ static LAYOUTS: &[Layout] = &[
     Layout { name: "Stray Scanner", recognize: stray::recognize, list: stray::list },
     Layout { name: "COLMAP", recognize: colmap::recognize, list: colmap::list },
     Layout { name: "nerfstudio", recognize: nerfstudio::recognize, list: nerfstudio::list },
+    Layout { name: "ARKitScenes", recognize: arkit_scenes::recognize, list: arkit_scenes::list },
+    Layout { name: "Replica", recognize: replica::recognize, list: replica::list },
+    Layout { name: "RTAB-Map", recognize: rtabmap::recognize, list: rtabmap::list },
     Layout { name: "7-Scenes", recognize: seven_scenes::recognize, list: seven_scenes::list },
     Layout { name: "ICL-NUIM", recognize: icl_nuim::recognize, list: icl_nuim::list },
     Layout { name: "TUM RGB-D", recognize: tum::recognize, list: tum::list },
+    Layout { name: "ScanNet", recognize: scannet::recognize, list: scannet::list },
     Layout { name: "Open3D or Redwood", recognize: folders::recognize, list: folders::list },
 ];
 
@@ -149,12 +166,8 @@ fn open(layout: &Layout, store: Store, asked: &Asked<'_, '_>) -> Result<ScanSet>
 /// The frames of a recording as scans.
 fn scans(mut recording: Recording, asked: &Asked<'_, '_>) -> Result<ScanSet> {
     let &Asked { options, progress } = asked;
-    if recording.entries.is_empty() {
-        let notes: Vec<String> = recording.notes.iter().map(|note| format!("; {note}")).collect();
-        let problem =
-            format!("a recording of {} in which no frame has depth and pose{}", recording.layout, notes.concat());
-        return Err(Error::format(&recording.store.path, "whole recording", problem));
-    }
+    let mut doubts: Vec<String> = recording.skip_damaged(options, progress)?.into_iter().collect();
+    refuse_empty(&recording, &doubts)?;
     if let Some(camera) = options.camera {
         for entry in &mut recording.entries {
             if entry.colour_camera == entry.depth_camera {
@@ -167,12 +180,19 @@ fn scans(mut recording: Recording, asked: &Asked<'_, '_>) -> Result<ScanSet> {
     if options.depth == DepthKind::Ray {
         recording.depth.kind = DepthKind::Ray;
     }
+    let found = axes::check(&mut recording, options, progress)?;
+    doubts.extend(found.doubts);
+    refuse_empty(&recording, &doubts)?;
     let name = file::name(&recording.store.path);
     let coloured = recording.entries.iter().filter(|entry| entry.colour.is_some()).count();
     let count = recording.entries.len();
     let mut notes = vec![format!("{count} frames of {}, {coloured} with colour", recording.layout)];
+    for doubt in doubts {
+        log::tell(Level::Warning, &format!("{name}: {doubt}"));
+        notes.push(doubt);
+    }
     notes.append(&mut recording.notes);
-    notes.extend(axes::check(&mut recording, options, progress)?);
+    notes.extend(found.notes);
     let recording = Arc::new(recording);
     let scan = |part: usize| {
         let entry = &recording.entries[part];
@@ -187,6 +207,15 @@ fn scans(mut recording: Recording, asked: &Asked<'_, '_>) -> Result<ScanSet> {
     };
     let scans = (0..count).map(scan).collect();
     Ok(ScanSet { scans, notes: notes.into_iter().map(|note| format!("{name}: {note}")).collect() })
+}
+
+fn refuse_empty(recording: &Recording, doubts: &[String]) -> Result<()> {
+    if !recording.entries.is_empty() {
+        return Ok(());
+    }
+    let notes: Vec<String> = recording.notes.iter().chain(doubts).map(|note| format!("; {note}")).collect();
+    let problem = format!("a recording of {} in which no frame has depth and pose{}", recording.layout, notes.concat());
+    Err(Error::format(&recording.store.path, "whole recording", problem))
 }
 
 impl Asked<'_, '_> {

@@ -1,5 +1,6 @@
-//! nerfstudio's `transforms.json`: cameras to world with y up, looking along -z; intrinsics for all frames or for each;
-//! depth images where `depth_file_path` names them, in units of `depth_unit_scale_factor` (0.001).
+//! `transforms.json` of nerfstudio and instant-ngp: cameras to world with y up, looking along -z; intrinsics for all frames or for
+//! each; depth images, also as arrays of NumPy, where `depth_file_path` or `depth_path` names them, in units of
+//! `depth_unit_scale_factor` or `integer_depth_scale` (0.001).
 //!
 //! Pixel centres lie at halves there. Lenses that distort are refused by name: the images must be undistorted first.
 
@@ -8,11 +9,15 @@ use serde_json::Value;
 use super::Asked;
 use super::recording::{Convention, Entry, Recording, flat, json, number, pose, stem, text};
 use super::store::{Place, Store};
+use crate::import::trajectory;
 use base::error::{Error, Result};
 use image::frame::{Camera, TURNED};
 
 const NAME: &str = "transforms.json";
-const UNIT: &str = "depth_unit_scale_factor";
+
+/// Keys of a frame's depth image, and of what its numbers are multiplied with: nerfstudio's, then instant-ngp's.
+const DEPTHS: [&str; 2] = ["depth_file_path", "depth_path"];
+const UNITS: [&str; 2] = ["depth_unit_scale_factor", "integer_depth_scale"];
 
 /// A distortion below this moves no pixel of any image by a tenth.
 const NO_DISTORTION: f64 = 1e-6;
@@ -40,11 +45,15 @@ pub(super) fn listed(store: Store, name: &str, layout: &'static str, asked: &Ask
             let inside = store.inside(given, asked.options).map_err(fail)?;
             Ok(Some(Place::Named(inside)))
         };
-        let Some(depth) = named("depth_file_path")? else {
+        let depth = match named(DEPTHS[0])? {
+            None => named(DEPTHS[1])?,
+            depth => depth,
+        };
+        let Some(depth) = depth else {
             without += 1;
             continue;
         };
-        let rows = frame.get("transform_matrix").and_then(flat).and_then(|all| matrix(&all));
+        let rows = frame.get("transform_matrix").and_then(flat).and_then(|all| trajectory::matrix(&all));
         let rows = rows.ok_or_else(|| fail("`transform_matrix` must be a 4 x 4 matrix".to_owned()))?;
         let Some(pose) = pose(&rows).map_err(fail)? else {
             lost += 1;
@@ -65,14 +74,14 @@ pub(super) fn listed(store: Store, name: &str, layout: &'static str, asked: &Ask
     }
     if without == frames.len() {
         let problem = format!(
-            "none of its {} frames has a `depth_file_path`: this recording is of colour images alone, which no surface \
+            "none of its {} frames has a `depth_file_path` or a `depth_path`: this recording is of colour images alone, which no surface \
              can be read from; export it with depth",
             frames.len()
         );
         return Err(Error::format(&path, "frames", problem));
     }
     let mut recording = Recording::new(store, layout);
-    recording.depth.unit = unit(&file).map_err(|problem| Error::format(&path, UNIT, problem))?;
+    recording.depth.unit = unit(&file).map_err(|problem| Error::format(&path, "unit of depths", problem))?;
     recording.depth.unit_of_floats = recording.depth.unit;
     recording.convention = Convention::BACKWARD;
     recording.notes.extend(super::counted(without, frames.len(), "have no depth and are passed over"));
@@ -89,18 +98,8 @@ fn there(store: &Store, place: &Place) -> Option<Place> {
 
 /// Metres of a number of the depth images.
 fn unit(file: &Value) -> Result<f64, String> {
-    let unit = number(file, UNIT)?.unwrap_or(1e-3);
+    let unit = number(file, UNITS[0])?.or(number(file, UNITS[1])?).unwrap_or(1e-3);
     if unit > 0.0 { Ok(unit) } else { Err(format!("depths are multiplied by {unit}, which must be > 0")) }
-}
-
-fn matrix(all: &[f64]) -> Option<[f64; 16]> {
-    let mut rows = [0.0; 16];
-    rows[15] = 1.0;
-    if !matches!(all.len(), 12 | 16) {
-        return None;
-    }
-    rows[..all.len()].copy_from_slice(all);
-    Some(rows)
 }
 
 /// The camera of a frame: what it says itself, else what the file says for all.

@@ -1,6 +1,7 @@
 //! Polycam's raw export: `keyframes/` with `depth/` (millimetres), `confidence/` (0, 127, 255), `images/` and
 //! `cameras/`, files of a frame named alike by its time. `corrected_images` and `corrected_cameras` come with better
-//! poses and without distortion, but with a black rim around the images; long sessions have none.
+//! poses and without distortion, but with a black rim around the images; long sessions have none, or some alone. Corrected poses are of
+//! another frame of reference than the others, so that all are taken from one of them.
 
 use serde_json::Value;
 
@@ -11,6 +12,11 @@ use base::error::{Error, Result};
 use image::frame::{Camera, TURNED};
 
 const FRAMES: &str = "keyframes";
+
+const LOST: &str = "have no pose and are passed over";
+
+/// The share of the frames from which on corrected poses are taken, and frames without them are passed over.
+const MOST: f64 = 0.9;
 
 /// The folder that holds a kind of files, from the top.
 fn within(store: &Store, folder: &str) -> String {
@@ -26,9 +32,14 @@ pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) ->
     let kinds = ["depth", "confidence", "corrected_images", "corrected_cameras", "images", "cameras"];
     let [depth, confidence, corrected_images, corrected_cameras, images, cameras] =
         kinds.map(|folder| within(&store, folder));
-    let is_corrected = store.has(&corrected_images) && !store.list(&corrected_cameras, asked.progress)?.is_empty();
-    let (images, cameras) = if is_corrected { (corrected_images, corrected_cameras) } else { (images, cameras) };
     let depths = store.list(&depth, asked.progress)?;
+    let having = |cameras: &str| -> Result<usize> {
+        let listed = store.list(cameras, asked.progress)?;
+        Ok(depths.iter().filter(|name| listed.contains(&format!("{}.json", stem(name)))).count())
+    };
+    let (of_corrected, of_all) = (having(&corrected_cameras)?, having(&cameras)?);
+    let is_corrected = store.has(&corrected_images) && of_corrected > 0 && of_corrected as f64 >= MOST * of_all as f64;
+    let (images, cameras) = if is_corrected { (corrected_images, corrected_cameras) } else { (images, cameras) };
     if depths.is_empty() {
         let problem = "there are no depth images: only sessions of LiDAR or room mode have them, exported as raw data \
             with developer mode on before scanning";
@@ -64,10 +75,19 @@ pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) ->
     }
     let mut recording = Recording::of_phone(store, layout);
     recording.black_rim = is_corrected;
-    recording.notes.extend(counted(lost, depths.len(), "have no pose and are passed over"));
-    if !is_corrected {
-        let note = "poses and images are those that were not corrected: the session has no corrected ones";
-        recording.notes.push(note.to_owned());
+    let count = depths.len();
+    if is_corrected {
+        let why = "have no corrected pose and are passed over: others are of another frame of reference";
+        recording.notes.extend(counted(lost, count, if of_all > of_corrected { why } else { LOST }));
+    } else {
+        recording.notes.extend(counted(lost, count, LOST));
+        recording.notes.push(match of_corrected {
+            0 => "poses and images are those that were not corrected: the session has no corrected ones".to_owned(),
+            some => format!(
+                "poses and images are those that were not corrected: the session has corrected ones for {some} of {count} frames \
+                 alone, which are of another frame of reference"
+            ),
+        });
     }
     Ok(Recording { entries, ..recording })
 }

@@ -7,6 +7,7 @@ use glam::{DAffine3, DVec3};
 
 use super::super::ReadOptions;
 use super::super::raster::{Numbers, Raster};
+use super::clock::Timed;
 use super::decode::{self, Coding};
 use super::store::{Place, Store};
 use base::error::{Error, Result};
@@ -34,6 +35,8 @@ pub(crate) struct Recording {
     pub(super) black_rim: bool,
     /// How the layout means its poses.
     pub(super) convention: Convention,
+    /// The times of poses and frames, where a layout brings them together by these alone.
+    pub(super) timed: Option<Timed>,
     /// What a person should know.
     pub(super) notes: Vec<String>,
 }
@@ -76,15 +79,19 @@ pub(super) struct ConfidenceForm {
 pub(super) struct Convention {
     /// Cameras have y up and look along -z, as OpenGL's; else y down, along z.
     pub(super) looks_along_minus_z: bool,
+    /// The files have poses world to camera; entries have them inverted.
+    pub(super) world_to_camera: bool,
     /// Whether the layout leaves no doubt.
     pub(super) is_sure: bool,
 }
 
 impl Convention {
     /// y down, looking along z.
-    pub(super) const FORWARD: Convention = Convention { looks_along_minus_z: false, is_sure: true };
+    pub(super) const FORWARD: Convention =
+        Convention { looks_along_minus_z: false, world_to_camera: false, is_sure: true };
     /// y up, looking along -z, as ARKit's and OpenGL's cameras.
-    pub(super) const BACKWARD: Convention = Convention { looks_along_minus_z: true, is_sure: true };
+    pub(super) const BACKWARD: Convention =
+        Convention { looks_along_minus_z: true, world_to_camera: false, is_sure: true };
 }
 
 impl Recording {
@@ -100,6 +107,7 @@ impl Recording {
             reach: None,
             black_rim: false,
             convention: Convention::FORWARD,
+            timed: None,
             notes: Vec::new(),
         }
     }
@@ -168,15 +176,19 @@ impl Recording {
 
     fn depth(&self, entry: &Entry, options: &Arc<ReadOptions>, progress: &Progress<'_>) -> Result<RangeImage> {
         let path = self.shown(entry, &entry.depth);
-        let bytes = self.store.bytes(&entry.depth, options.max_decoded_bytes(), progress)?;
-        let raster = decode::numbers(&bytes, self.depth.coding, &path, options, progress)?;
-        drop(bytes);
+        let raster = self.decoded(entry, options, progress)?;
         let size = [raster.cols, raster.rows];
         let camera = camera_for(&entry.depth_camera, size, &path)?;
         let unit = if raster.numbers == Numbers::Real { self.depth.unit_of_floats } else { self.depth.unit };
         let values = in_units(raster, unit, options);
         RangeImage::from_values(size[1], size[0], values, camera.projection(self.depth.kind))
             .map_err(|error| Error::format(&path, "whole image", error.to_string()))
+    }
+
+    /// The numbers of a frame's depth image.
+    pub(super) fn decoded(&self, entry: &Entry, options: &Arc<ReadOptions>, progress: &Progress<'_>) -> Result<Raster> {
+        let bytes = self.store.bytes(&entry.depth, options.max_decoded_bytes(), progress)?;
+        decode::numbers(&bytes, self.depth.coding, &self.shown(entry, &entry.depth), options, progress)
     }
 
     /// Reads the confidences of a frame.

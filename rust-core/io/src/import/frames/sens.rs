@@ -7,12 +7,10 @@
 use std::io::{BufReader, Read};
 use std::path::Path;
 
-use glam::DAffine3;
-
 use super::decode::Coding;
 use super::recording::{Entry, Recording, pose};
 use super::store::{Place, Store};
-use super::{Asked, counted};
+use super::{Asked, counted, poses};
 use crate::import::file;
 use base::error::{Error, Result};
 use image::frame::Camera;
@@ -108,17 +106,9 @@ fn listed<R: Read + std::io::Seek>(mut reader: Reader<'_, BufReader<R>>, asked: 
     let mut recording = Recording::new(Store::file(reader.path), "ScanNet or BundleFusion");
     recording.depth.coding = coding;
     recording.depth.unit = 1.0 / shift;
-    recording.colour_from_depth = between(&colour_extrinsic, &depth_extrinsic);
+    recording.colour_from_depth = poses::between(&colour_extrinsic, &depth_extrinsic);
     recording.notes.extend(counted(lost, count as usize, "have no pose and are passed over"));
     Ok(Recording { entries, ..recording })
-}
-
-/// From the depth sensor to the colour camera, each placed in the device; files without calibration have zeros.
-fn between(device_from_colour: &[f64; 16], device_from_depth: &[f64; 16]) -> DAffine3 {
-    match (pose(device_from_colour), pose(device_from_depth)) {
-        (Ok(Some(colour)), Ok(Some(depth))) => colour.inverse() * depth,
-        _ => DAffine3::IDENTITY,
-    }
 }
 
 fn length_left<R>(reader: &Reader<'_, R>) -> u64 {

@@ -4,10 +4,10 @@
 //! Depth and colour of this Kinect are not registered, and no file says by how much: both are taken by the depth's
 //! camera.
 
-use super::recording::{Entry, Recording, photo_of, pose};
+use super::recording::{Entry, Recording, photo_of};
 use super::store::{Place, Store};
-use super::{Asked, counted};
-use base::error::{Error, Result};
+use super::{Asked, counted, poses};
+use base::error::Result;
 use image::frame::Camera;
 
 const DEPTH: &str = ".depth.png";
@@ -27,7 +27,7 @@ pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) ->
         asked.progress.check()?;
         let Some(frame) = frame_of(depth) else { continue };
         let name = format!("{frame}.pose.txt");
-        let pose = if store.has(&name) { read_pose(&store, &name, asked)? } else { None };
+        let pose = if store.has(&name) { poses::of_file(&store, &name, asked)? } else { None };
         let Some(world_from_sensor) = pose else {
             lost += 1;
             continue;
@@ -49,12 +49,4 @@ pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) ->
 /// The frame that a depth image is of, by its name.
 fn frame_of(name: &str) -> Option<&str> {
     name.strip_suffix(DEPTH).or_else(|| name.strip_suffix(".depth.PNG"))
-}
-
-fn read_pose(store: &Store, name: &str, asked: &Asked<'_, '_>) -> Result<Option<glam::DAffine3>> {
-    let text = store.text(name, asked.progress)?;
-    let fail = |problem: &str| Error::format(&store.path_of(name), "whole file", problem);
-    let numbers: Option<Vec<f64>> = text.split_ascii_whitespace().map(|word| word.parse().ok()).collect();
-    let rows = numbers.and_then(|numbers| numbers.try_into().ok()).ok_or_else(|| fail("a pose is a 4 x 4 matrix"))?;
-    pose(&rows).map_err(|problem| fail(&problem))
 }

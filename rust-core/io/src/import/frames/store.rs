@@ -136,6 +136,26 @@ impl Store {
         }
     }
 
+    /// The last bytes of a file, at most so many, and its length; `None` if it is not there. Of an archive's file only the length is
+    /// known: its sum is checked when it is unpacked.
+    pub(super) fn end_of(
+        &self,
+        name: &str,
+        count: u64,
+        progress: &Progress<'_>,
+    ) -> Result<Option<(Option<Vec<u8>>, u64)>> {
+        if let Some(archive) = &self.archive {
+            return Ok(archive.length(name).map(|length| (None, length)));
+        }
+        let path = self.path_of(name);
+        if !file::is_file(&path) {
+            return Ok(None);
+        }
+        let (file, length) = file::open_bytes(&path)?;
+        let count = count.min(length);
+        Ok(Some((Some(file::taken(file, length - count, count, &path, progress)?), length)))
+    }
+
     /// The bytes of a place, at most `most`.
     pub(super) fn bytes(&self, place: &Place, most: u64, progress: &Progress<'_>) -> Result<Vec<u8>> {
         match (place, &self.archive) {
@@ -164,6 +184,17 @@ impl Store {
             Some(rest) => rest.to_owned(),
             None => text,
         })
+    }
+
+    /// The text of a file beside the folder, if it is there, and its path. Beside an archive lies nothing of it.
+    pub(super) fn beside(&self, name: &str) -> Result<(Option<String>, PathBuf)> {
+        let path = self.path.join("..").join(name);
+        if self.archive.is_some() || !file::is_file(&path) {
+            return Ok((None, path));
+        }
+        let text = String::from_utf8(file::read(&path)?)
+            .map_err(|_| Error::format(&path, "whole file", "this is not text (UTF-8)"))?;
+        Ok((Some(text), path))
     }
 
     /// The name within the store of a file that a list at the top names; refused where it leads out.

@@ -52,7 +52,7 @@ pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) ->
     let lost = counted(depths.len() - entries.len(), depths.len(), "have no pose and are passed over");
     let has_video = store.has("rgb.mp4");
     let mut recording = Recording::of_phone(store, layout);
-    recording.convention = Convention { looks_along_minus_z: false, is_sure: false };
+    recording.convention = Convention { is_sure: false, ..Convention::FORWARD };
     recording.notes.extend(lost);
     if has_video {
         recording.notes.push("colours are in a video, rgb.mp4, which is not read".to_owned());

@@ -1,6 +1,7 @@
 //! TUM RGB-D: `depth.txt`, `rgb.txt` and `groundtruth.txt` say times; each depth image takes the colour image and the
-//! pose that are nearest in time. Depths are 5000 to the metre. Lists may name images that are not there.
+//! pose that are nearest in time; whether the lists are of one clock is looked at. Depths are 5000 to the metre. Lists may name images that are not there.
 
+use super::clock::Timed;
 use super::recording::{Entry, Recording};
 use super::store::{Place, Store};
 use super::{Asked, counted};
@@ -30,8 +31,8 @@ pub(super) fn recognize(store: &Store) -> bool {
 
 pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) -> Result<Recording> {
     let (camera, note) = camera(&store, layout, asked)?;
-    let depths = listed(&store, DEPTHS, asked)?;
-    let colours = if store.has(COLOURS) { listed(&store, COLOURS, asked)? } else { Vec::new() };
+    let (depths, gone) = listed(&store, DEPTHS, asked)?;
+    let colours = if store.has(COLOURS) { listed(&store, COLOURS, asked)?.0 } else { Vec::new() };
     if !store.has(POSES) {
         let problem = "it is missing, so the frames have no poses; open the folder depth with a camera and align them";
         return Err(Error::format(&store.path_of(POSES), "whole file", problem));
@@ -39,13 +40,14 @@ pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) ->
     let text = store.text(POSES, asked.progress)?;
     let path = store.path_of(POSES);
     let poses = trajectory::parse(Lines::new(text.as_bytes(), text.len() as u64, &path))?;
-    let (mut entries, mut lost) = (Vec::new(), 0);
+    let (mut entries, mut times, mut lost) = (Vec::new(), Vec::new(), 0);
     for (time, name) in &depths {
         asked.progress.check()?;
         let Some(world_from_sensor) = poses.at(*time) else {
             lost += 1;
             continue;
         };
+        times.push(*time);
         entries.push(Entry {
             name: super::recording::stem(name).into(),
             depth: Place::Named(name.as_str().into()),
@@ -56,12 +58,26 @@ pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) ->
             world_from_sensor,
         });
     }
+    if let (Some([first, last]), [(begin, _), ..], true) = (poses.span(), depths.as_slice(), entries.is_empty()) {
+        let end = depths.last().map_or(*begin, |(time, _)| *time);
+        let problem = format!(
+            "no depth image has a pose within {APART} s: {DEPTHS} lists times from {begin:.3} to {end:.3} s, {POSES} from {first:.3} \
+             to {last:.3} s; bring both to one clock, for example by adding {:.3} to all times of the one list",
+            first - begin
+        );
+        return Err(Error::format(&path, "times", problem));
+    }
     let why = format!("have no pose within {APART} s and are passed over");
     let mut recording = Recording::new(store, layout);
     recording.depth.unit = 1.0 / 5000.0;
     recording.notes.extend(note);
     recording.notes.extend(counted(lost, depths.len(), &why));
-    Ok(Recording { entries, ..recording })
+    recording.notes.extend(counted(
+        gone,
+        depths.len() + gone,
+        "that depth.txt lists are not there and are passed over",
+    ));
+    Ok(Recording { entries, timed: Some(Timed { poses, times }), ..recording })
 }
 
 /// The camera, and a note where no file says it.
@@ -90,9 +106,9 @@ fn camera(store: &Store, layout: &str, asked: &Asked<'_, '_>) -> Result<(Camera,
     }
 }
 
-/// Times and names of the images of a list that are there, by time.
-fn listed(store: &Store, list: &str, asked: &Asked<'_, '_>) -> Result<Vec<(f64, String)>> {
-    let mut found = Vec::new();
+/// Times and names of the images of a list that are there, by time; how many are not.
+fn listed(store: &Store, list: &str, asked: &Asked<'_, '_>) -> Result<(Vec<(f64, String)>, usize)> {
+    let (mut found, mut gone) = (Vec::new(), 0);
     for (number, line) in lines_of(&store.text(list, asked.progress)?).enumerate() {
         let fail = |problem: String| Error::format(&store.path_of(list), format!("line {}", number + 1), problem);
         let line = line.trim();
@@ -107,10 +123,12 @@ fn listed(store: &Store, list: &str, asked: &Asked<'_, '_>) -> Result<Vec<(f64, 
         let name = store.inside(name, asked.options).map_err(fail)?;
         if store.has(&name) {
             found.push((time, String::from(name)));
+        } else {
+            gone += 1;
         }
     }
     found.sort_by(|a, b| a.0.total_cmp(&b.0));
-    Ok(found)
+    Ok((found, gone))
 }
 
 /// The image nearest in time, if it is near.

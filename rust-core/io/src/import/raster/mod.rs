@@ -83,8 +83,11 @@ pub(super) fn numbers(bytes: &[u8], scan: &Scan, progress: &Progress<'_>) -> Res
         watched(input, &scan.path, |input| tiff::read(input, length, scan, progress))
     } else if pgm::sniff(bytes) {
         pgm::read(&mut Window::new(input, length), scan)
+    } else if npy::sniff(bytes) {
+        npy::raster(&mut Window::new(input, length), scan)
     } else {
-        Err(Error::format(&scan.path, "start of file", "an image of depths must be a PNG, OpenEXR, TIFF or PGM file"))
+        let problem = "an image of depths must be a PNG, OpenEXR, TIFF, PGM or NumPy file";
+        Err(Error::format(&scan.path, "start of file", problem))
     }
 }
 

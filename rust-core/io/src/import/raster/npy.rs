@@ -25,13 +25,53 @@ pub(in super::super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, _
     window.failure().map_or(content, |error| Err(Error::io(&scan.path, error)))
 }
 
+/// Reads an array of two dimensions as the image that it is.
+pub(super) fn raster(window: &mut Window<'_>, scan: &Scan) -> Result<Raster> {
+    let array = array(window, scan)?;
+    let (&[rows, cols] | &[rows, cols, 1] | &[1, rows, cols]) = array.shape.as_slice() else {
+        let problem = format!("an image of depths has shape (rows, cols), not {:?}", array.shape);
+        return Err(Error::format(&scan.path, "header", problem));
+    };
+    let count = stored_pixels(rows, cols, array.item.size() as u64, window.left(), scan, "header")?;
+    let values = values(window, scan, &array, [rows as usize, cols as usize], count)?;
+    Ok(Raster { rows: rows as usize, cols: cols as usize, values, numbers: array.item.numbers(), place: None })
+}
+
+/// What the header says, with the window behind it.
+fn array(window: &mut Window<'_>, scan: &Scan) -> Result<Array> {
+    let header = header(window, scan)?;
+    Array::parse(&header).ok_or_else(|| {
+        let shown: String = header.chars().take(120).collect();
+        let problem = format!("expected {{'descr': ..., 'fortran_order': ..., 'shape': (...)}}, found `{shown}`");
+        Error::format(&scan.path, "header", problem)
+    })
+}
+
+/// The numbers of an image, row by row.
+fn values(
+    window: &mut Window<'_>,
+    scan: &Scan,
+    array: &Array,
+    [rows, cols]: [usize; 2],
+    count: usize,
+) -> Result<Vec<f64>> {
+    let mut values: Vec<f64> = reserve(count, &scan.path)?;
+    if array.fortran_order {
+        values.resize(count, f64::NAN);
+        let mut k = 0;
+        numbers(window, scan, array.item, count, |value| {
+            values[k % rows * cols + k / rows] = value;
+            k += 1;
+        })?;
+    } else {
+        numbers(window, scan, array.item, count, |value| values.push(value))?;
+    }
+    Ok(values)
+}
+
 fn read(window: &mut Window<'_>, scan: &Scan) -> Result<Content> {
     let fail = |problem: String| Err(Error::format(&scan.path, "header", problem));
-    let header = header(window, scan)?;
-    let Some(array) = Array::parse(&header) else {
-        let shown: String = header.chars().take(120).collect();
-        return fail(format!("expected {{'descr': ..., 'fortran_order': ..., 'shape': (...)}}, found `{shown}`"));
-    };
+    let array = array(window, scan)?;
     let (rows, cols, depth) = match *array.shape.as_slice() {
         [rows, cols] | [rows, cols, 1] => (rows, cols, 1),
         [rows, cols, 3] => (rows, cols, 3),
@@ -87,17 +127,7 @@ fn read(window: &mut Window<'_>, scan: &Scan) -> Result<Content> {
             ..PointCloud::default()
         }));
     }
-    let mut values: Vec<f64> = reserve(count, &scan.path)?;
-    if array.fortran_order {
-        values.resize(count, f64::NAN);
-        let mut k = 0;
-        numbers(window, scan, array.item, count, |value| {
-            values[k % rows * cols + k / rows] = value;
-            k += 1;
-        })?;
-    } else {
-        numbers(window, scan, array.item, count, |value| values.push(value))?;
-    }
+    let values = values(window, scan, &array, [rows, cols], count)?;
     Raster { rows, cols, values, numbers: array.item.numbers(), place: None }.into_content(scan)
 }
 

@@ -1,0 +1,72 @@
+//! Whether the clocks of images and poses agree, where both have times: how frames overlap shows by how much one is ahead.
+
+use glam::DAffine3;
+
+use super::super::overlap::short;
+use super::super::trajectory::Trajectory;
+use super::pairs::Pairs;
+use super::recording::Recording;
+
+/// Furthest shift that is looked for, and from one try to the next, in seconds: coarse, then fine.
+const FURTHEST: f64 = 3.0;
+const COARSE: f64 = 0.05;
+const FINE: f64 = 0.01;
+
+/// A shift is taken where it makes distances this many times smaller.
+const CLEARLY: f64 = 2.0;
+
+/// Frames that lie further apart than this share of their depths do not lie on each other.
+const APART: f64 = 0.02;
+
+/// Poses with times, and the time of each frame.
+#[derive(Debug)]
+pub(super) struct Timed {
+    pub(super) poses: Trajectory,
+    pub(super) times: Vec<f64>,
+}
+
+/// Finds by how much the poses are late and places the frames anew where they are; says so, or that frames that overlap lie apart.
+pub(super) fn check(recording: &mut Recording, pairs: &Pairs) -> Option<String> {
+    let timed = recording.timed.as_ref()?;
+    let apart = |shift: f64| pairs.apart(&|k| timed.poses.at(timed.times[k] + shift));
+    let found = apart(0.0);
+    let least = |steps: i32, step: f64, around: f64| {
+        let shifts = (-steps..=steps).map(|k| around + f64::from(k) * step);
+        let tried = shifts.map(|shift| (apart(shift), shift));
+        // Of equal ones the least shift.
+        tried.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.abs().total_cmp(&b.1.abs()))).unwrap_or((found, 0.0))
+    };
+    let (_, near) = least((FURTHEST / COARSE).round() as i32, COARSE, 0.0);
+    let (best, shift) = least((COARSE / FINE).round() as i32, FINE, near);
+    if best * CLEARLY < found {
+        let placed: Vec<Option<DAffine3>> = timed.times.iter().map(|time| timed.poses.at(time + shift)).collect();
+        let mut kept = placed.iter().map(Option::is_some);
+        let count = recording.entries.len();
+        for (entry, pose) in recording.entries.iter_mut().zip(&placed) {
+            entry.world_from_sensor = pose.unwrap_or(entry.world_from_sensor);
+        }
+        let lost = placed.iter().filter(|pose| pose.is_none()).count();
+        recording.entries.retain(|_| kept.next().unwrap_or(false));
+        recording.timed = None;
+        let beside = if lost > 0 {
+            format!("; {lost} of {count} frames have no pose then and are skipped")
+        } else {
+            String::new()
+        };
+        return Some(format!(
+            "the clocks of depth images and poses differ: the pose of an image is the one {} s {}, so that overlapping frames lie {} \
+             apart, not {}{beside}",
+            short(shift.abs()),
+            if shift > 0.0 { "later" } else { "earlier" },
+            short(best),
+            short(found)
+        ));
+    }
+    (found.is_finite() && found > APART * pairs.depth()).then(|| {
+        format!(
+            "overlapping frames lie {} apart, and no shift of time within {FURTHEST} s brings them onto each other: look whether the \
+             times of the depth images and of the poses are of one clock, and at the camera",
+            short(found)
+        )
+    })
+}

@@ -1,0 +1,186 @@
+//! Pairs of frames that surely overlap, and how far apart their surfaces lie under poses that are tried.
+//!
+//! The angle by which a frame is turned against another is the same in both senses and with all axes: so pairs are chosen by it before
+//! anything is known. Points of one frame are compared with the depths that the other has where it sees them: as finely as its pixels are,
+//! not as a few points of it lie.
+
+use std::sync::Arc;
+
+use glam::{DAffine3, DVec3};
+
+use super::super::ReadOptions;
+use super::recording::Recording;
+use base::error::{Error, Result};
+use base::progress::Progress;
+use image::frame::LeftOut;
+use image::range_image::{Projection, RangeImage};
+
+/// Pairs at most; of more, some are taken evenly.
+const PAIRS: usize = 8;
+
+/// Frames of a pair are turned against each other by at most this, in radians, but for neighbours: 15 degrees.
+const TURN: f64 = 0.26;
+
+/// Points of a frame, about.
+const POINTS: usize = 1500;
+
+/// One of so many of these is compared.
+const COMPARED: usize = 5;
+
+/// Pixels of a frame that are kept, about.
+const PIXELS: usize = 320_000;
+
+/// The share of all points that lie no further than the distance of a pair: fewer than two frames have in common.
+const SHARE: f64 = 0.3;
+
+/// No distance counts as less than this share of the depths: what is stored is no finer.
+const FINEST: f64 = 1e-4;
+
+/// Frames that are looked at.
+pub(super) struct Pairs {
+    frames: Vec<Seen>,
+    /// Two of the frames each.
+    pairs: Vec<[usize; 2]>,
+    /// What of them is left out.
+    pub(super) left_out: LeftOut,
+    /// Frames of the recording whose depths can't be decoded, and why.
+    pub(super) damaged: Vec<(usize, String)>,
+}
+
+/// A frame.
+struct Seen {
+    /// Its number in the recording.
+    index: usize,
+    points: Vec<DVec3>,
+    /// z of each pixel that is kept, row by row; NaN for none.
+    depths: Vec<f32>,
+    /// Columns and rows that are kept, and pixels from one to the next.
+    size: [usize; 2],
+    step: usize,
+    focal: [f64; 2],
+    centre: [f64; 2],
+}
+
+/// The frames of pairs, by the numbers of the recording.
+fn chosen(recording: &Recording) -> Vec<[usize; 2]> {
+    let count = recording.entries.len();
+    let anchors = PAIRS.min(count.saturating_sub(1));
+    let turn = |a: usize, b: usize| {
+        let [a, b] = [a, b].map(|k| recording.entries[k].world_from_sensor.matrix3);
+        let trace = (a.transpose() * b).to_cols_array();
+        ((trace[0] + trace[4] + trace[8] - 1.0) / 2.0).clamp(-1.0, 1.0).acos()
+    };
+    let partner = |first: usize| {
+        let last = (first + (count / anchors).max(1)).min(count - 1);
+        let within = (first + 1..=last).take_while(|&other| turn(first, other) <= TURN);
+        within.max_by(|&a, &b| turn(first, a).total_cmp(&turn(first, b))).unwrap_or(first + 1)
+    };
+    (0..anchors).map(|k| k * (count - 1) / anchors).map(|first| [first, partner(first)]).collect()
+}
+
+impl Pairs {
+    /// Reads depths and confidences of the frames.
+    pub(super) fn of(recording: &Recording, options: &Arc<ReadOptions>, progress: &Progress<'_>) -> Result<Pairs> {
+        let chosen = chosen(recording);
+        let mut indices: Vec<usize> = chosen.iter().flatten().copied().collect();
+        indices.extend((recording.entries.len() == 1).then_some(0));
+        indices.sort_unstable();
+        indices.dedup();
+        let mut all =
+            Pairs { frames: Vec::new(), pairs: Vec::new(), left_out: LeftOut::default(), damaged: Vec::new() };
+        for index in indices {
+            progress.check()?;
+            let frame = match recording.without_colour(index, options, progress) {
+                Ok(frame) => frame,
+                Err(error @ Error::Format { .. }) => match recording.why_damaged(index, options, progress)? {
+                    Some(why) => {
+                        all.damaged.push((index, why));
+                        continue;
+                    }
+                    None => return Err(error),
+                },
+                Err(other) => return Err(other),
+            };
+            let (image, out) = frame.into_range_image(progress)?;
+            all.left_out.add(&out);
+            all.frames.push(Seen::of(index, &image));
+        }
+        let place = |index: usize| all.frames.iter().position(|frame| frame.index == index);
+        all.pairs = chosen.iter().filter_map(|&[a, b]| Some([place(a)?, place(b)?])).collect();
+        Ok(all)
+    }
+
+    /// How many frames are looked at.
+    pub(super) fn count(&self) -> usize {
+        self.frames.len()
+    }
+
+    /// The numbers of the frames in the recording, and some points of each in its own frame.
+    pub(super) fn points(&self) -> impl Iterator<Item = (usize, &[DVec3])> {
+        self.frames.iter().map(|frame| (frame.index, frame.points.as_slice()))
+    }
+
+    /// The depth in the middle of all.
+    pub(super) fn depth(&self) -> f64 {
+        let mut depths: Vec<f64> = self.frames.iter().flat_map(|frame| frame.points.iter().map(|p| p.z)).collect();
+        if depths.is_empty() {
+            return 0.0;
+        }
+        let middle = depths.len() / 2;
+        *depths.select_nth_unstable_by(middle, f64::total_cmp).1
+    }
+
+    /// How far apart the frames of pairs lie where `pose` places each, by its number in the recording; infinite where too few of their
+    /// points meet, or where half of the pairs have no poses.
+    pub(super) fn apart(&self, pose: &dyn Fn(usize) -> Option<DAffine3>) -> f64 {
+        let mut distances = Vec::new();
+        let mut placed = 0;
+        for &[a, b] in &self.pairs {
+            let (a, b) = (&self.frames[a], &self.frames[b]);
+            let (Some(from_a), Some(from_b)) = (pose(a.index), pose(b.index)) else { continue };
+            placed += 1;
+            for (from, to, relative) in [(a, b, from_b.inverse() * from_a), (b, a, from_a.inverse() * from_b)] {
+                let points = from.points.iter().step_by(COMPARED);
+                distances.extend(points.map(|point| to.distance(relative.transform_point3(*point))));
+            }
+        }
+        if distances.is_empty() || placed * 2 < self.pairs.len() {
+            return f64::INFINITY;
+        }
+        let rank = (SHARE * (distances.len() - 1) as f64) as usize;
+        let share = *distances.select_nth_unstable_by(rank, f64::total_cmp).1;
+        share.max(FINEST * self.depth())
+    }
+}
+
+impl Seen {
+    fn of(index: usize, image: &RangeImage) -> Seen {
+        let (focal, centre) = match *image.projection() {
+            Projection::Pinhole { focal, centre, .. } => (focal, centre),
+            _ => ([1.0; 2], [0.0; 2]),
+        };
+        let step = ((image.len() as f64 / PIXELS as f64).sqrt().ceil() as usize).max(1);
+        let size = [image.cols().div_ceil(step), image.rows().div_ceil(step)];
+        let pixels = (0..size[1]).flat_map(|row| (0..size[0]).map(move |col| row * step * image.cols() + col * step));
+        let depths = pixels.map(|pixel| image.point_in_sensor(pixel).z as f32).collect();
+        let every = (image.valid_count() / POINTS).max(1);
+        let valid = (0..image.len()).filter(|&i| image.is_valid(i));
+        let points = valid.step_by(every).map(|i| image.point_in_sensor(i)).collect();
+        Seen { index, points, depths, size, step, focal, centre }
+    }
+
+    /// How far before or behind the surface a point lies where it is seen; infinite where it is not.
+    fn distance(&self, point: DVec3) -> f64 {
+        let at = |axis: usize| {
+            let place = self.focal[axis] * point[axis] / point.z + self.centre[axis];
+            let pixel = (place / self.step as f64).round();
+            (pixel >= 0.0 && pixel < self.size[axis] as f64).then_some(pixel as usize)
+        };
+        if point.z <= 0.0 {
+            return f64::INFINITY;
+        }
+        let (Some(col), Some(row)) = (at(0), at(1)) else { return f64::INFINITY };
+        let depth = f64::from(self.depths[row * self.size[0] + col]);
+        if depth.is_nan() { f64::INFINITY } else { (point.z - depth).abs() }
+    }
+}
