@@ -129,6 +129,8 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
     # In the files' unit.
     pixel_step: option(READING["step"], in_scene=False)
     pixels: option(READING["pixels"])
+    poses: option(READING["poses"])
+    axes: option(READING["axes"])
 
     by_hand = False
     # The last choice of what is up, as far as `check` has seen it.
@@ -170,7 +172,7 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
         header, body = layout.panel("surfrecon_recordings")
         header.label(text="Recordings", text_ctxt=NAMES)
         if body is not None:
-            for name in ("frames", "cameras", "whole"):
+            for name in ("frames", "cameras", "whole", "poses", "axes"):
                 body.prop(self, name)
         header, body = layout.panel("surfrecon_images", default_closed=True)
         header.label(text="Images", text_ctxt=NAMES)
@@ -195,6 +197,8 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
             "scale": self.pixel_scale or None,
             "step": self.pixel_step or None,
             "pixels": self.pixels,
+            "poses": self.poses,
+            "axes": self.axes,
         }
 
     def execute(self, context):

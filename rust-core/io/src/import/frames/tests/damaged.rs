@@ -143,8 +143,8 @@ fn depths_along_rays_are_read_as_such() {
     assert!((z - along).abs() < 1e-9 && planar.point_in_sensor(valid).length() > z + 1e-3);
 }
 
-/// Theorem: a frame's image that is cut off, empty, missing or no image is refused with its name; the others still
-/// read.
+/// Theorem: a frame whose depth is cut off is skipped with its name said; of other images the frame is refused with theirs. The others
+/// still read.
 #[test]
 fn damaged_images_are_named() {
     let twin = phone();
@@ -154,10 +154,19 @@ fn damaged_images_are_named() {
             files.change(name, |bytes| bytes.truncate(bytes.len() * tenths / 10));
             let (_keep, path) = files.folder();
             let Ok(set) = open(&path) else {
-                // Depths are looked at when a recording is opened.
-                assert!(name != "frame_00003.jpg");
+                // Confidences are looked at when a recording is opened.
+                assert!(name == "conf_00003.png");
                 continue;
             };
+            if name == "depth_00003.png" {
+                assert_eq!(set.scans.len(), FRAMES - 1);
+                let said = set
+                    .notes
+                    .iter()
+                    .any(|note| note.contains("1 of 6 frames are skipped: depth_00003.png is damaged ("));
+                assert!(said && set.scans.iter().all(|scan| scan.read().is_ok()), "{:?}", set.notes);
+                continue;
+            }
             let error = set.scans[3].read().map(drop).unwrap_err().to_string();
             assert!(error.contains(name), "{tenths} tenths of {name}: {error}");
             assert!(set.scans[0].read().is_ok());
@@ -166,9 +175,14 @@ fn damaged_images_are_named() {
     let mut files = writers::colmap(&twin, true);
     let map = "dense/stereo/depth_maps/f1.jpg.geometric.bin";
     files.change(map, |bytes| bytes.truncate(500));
-    refused(&files, "of the 12288 bytes of its pixels; it is damaged or cut off");
+    let skipped = |files: &Files, why: &str| {
+        let (_keep, path) = files.folder();
+        let notes = open(&path).unwrap().notes;
+        assert!(notes.iter().any(|note| note.contains("1 of 6 frames are skipped") && note.contains(why)), "{notes:?}");
+    };
+    skipped(&files, "of the 12288 bytes of its pixels; it is damaged or cut off");
     files.change(map, |bytes| *bytes = b"9999999&9999999&1&".to_vec());
-    refused(&files, "are none, or more than max_decoded_gib allows");
+    skipped(&files, "are none, or more than max_decoded_gib allows");
 }
 
 /// Theorem: a photo that lacks its last bytes is refused, also where a smaller image with an end of its own lies in its header.

@@ -12,26 +12,26 @@ use image::frame::{Camera, LeftOut};
 use image::range_image::RangeImage;
 
 /// What a recording must read as.
-struct Expected {
+pub(super) struct Expected {
     /// Largest error of a depth, in metres.
-    depth: f64,
+    pub(super) depth: f64,
     /// Most that a colour's channel may be off, for nearly all samples.
-    colour: u8,
+    pub(super) colour: u8,
     /// Which frames have colour.
-    coloured: fn(usize) -> bool,
+    pub(super) coloured: fn(usize) -> bool,
     /// Whether the columns of low confidence are left out.
-    low_confidence: bool,
+    pub(super) low_confidence: bool,
 }
 
-const PLAIN: Expected = Expected { depth: 0.00051, colour: 14, coloured: |_| true, low_confidence: false };
-const PHONE: Expected = Expected { low_confidence: true, ..PLAIN };
+pub(super) const PLAIN: Expected = Expected { depth: 0.00051, colour: 14, coloured: |_| true, low_confidence: false };
+pub(super) const PHONE: Expected = Expected { low_confidence: true, ..PLAIN };
 
-fn note<'a>(set: &'a ScanSet, part: &str) -> &'a str {
+pub(super) fn note<'a>(set: &'a ScanSet, part: &str) -> &'a str {
     set.notes.iter().find(|note| note.contains(part)).unwrap_or_else(|| panic!("no `{part}` in {:?}", set.notes))
 }
 
 /// Checks what a recording opened as.
-fn check(set: &ScanSet, twin: &Twin, expected: &Expected) -> Vec<LeftOut> {
+pub(super) fn check(set: &ScanSet, twin: &Twin, expected: &Expected) -> Vec<LeftOut> {
     assert_eq!(set.scans.len(), FRAMES, "{:?}", set.notes);
     let mut all = Vec::new();
     for (k, scan) in set.scans.iter().enumerate() {
@@ -81,7 +81,7 @@ fn colours(image: &RangeImage, most: u8) {
     assert!(wrong * 100 <= count * 12, "{wrong} of {count} colours are wrong");
 }
 
-fn folder(files: &Files, check: impl Fn(&ScanSet)) {
+pub(super) fn folder(files: &Files, check: impl Fn(&ScanSet)) {
     let (_keep, path) = files.folder();
     check(&open(&path).unwrap_or_else(|error| panic!("{error}")));
     // Zipped, the same layout reads the same.
@@ -100,7 +100,7 @@ fn seven_scenes() {
         check(set, &twin, &PLAIN);
         assert_eq!(set.scans[1].name, "frame-000001");
         note(set, "6 frames of 7-Scenes, 6 with colour");
-        note(set, "poses read as y down, looking along z, in the layout's sense (median distance");
+        note(set, "poses read as y down, looking along z, camera to world (overlapping frames lie");
     });
 }
 
@@ -271,14 +271,14 @@ fn other_conventions_are_found() {
     };
     let turned = DAffine3::from_scale(glam::DVec3::new(1.0, -1.0, -1.0));
     let right = opened(&|pose| pose);
-    assert!(right.1.contains("y up, looking along -z, in the layout's sense (median distance"), "{}", right.1);
+    assert!(right.1.contains("y up, looking along -z, camera to world (overlapping frames lie"), "{}", right.1);
     // Written with the axes of OpenCV, where nerfstudio's are OpenGL's.
     let axes = opened(&|pose| pose * turned);
-    assert!(axes.1.contains("y down, looking along z, in the layout's sense, not as nerfstudio usually"), "{}", axes.1);
+    assert!(axes.1.contains("y down, looking along z, camera to world, not as nerfstudio usually"), "{}", axes.1);
     check(&axes.0, &twin, &Expected { depth: 0.000_13, ..PLAIN });
     // World to camera.
     let sense = opened(&|pose| (pose * turned).inverse() * turned);
-    assert!(sense.1.contains("y up, looking along -z, in the other sense, not as nerfstudio"), "{}", sense.1);
+    assert!(sense.1.contains("y up, looking along -z, world to camera, not as nerfstudio"), "{}", sense.1);
     check(&sense.0, &twin, &Expected { depth: 0.000_13, ..PLAIN });
 }
 

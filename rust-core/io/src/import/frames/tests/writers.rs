@@ -10,7 +10,7 @@ use super::twin::{FRAMES, Files, Twin, grey8, grey16, rows};
 pub(super) const LOW: std::ops::Range<usize> = 28..30;
 
 /// Confidence levels, low, medium and high: low in some columns, medium in the one behind them.
-fn levels([cols, rows]: [usize; 2], [low, medium, high]: [u8; 3]) -> Vec<u8> {
+pub(super) fn levels([cols, rows]: [usize; 2], [low, medium, high]: [u8; 3]) -> Vec<u8> {
     let level = |col: usize| {
         if LOW.contains(&col) {
             low
@@ -23,7 +23,7 @@ fn levels([cols, rows]: [usize; 2], [low, medium, high]: [u8; 3]) -> Vec<u8> {
     (0..cols * rows).map(|i| level(i % cols)).collect()
 }
 
-fn quaternion(pose: DAffine3) -> ([f64; 4], DVec3) {
+pub(super) fn quaternion(pose: DAffine3) -> ([f64; 4], DVec3) {
     (DQuat::from_mat3(&pose.matrix3).to_array(), pose.translation)
 }
 
