@@ -90,8 +90,8 @@ def align_lines(context, figures):
 
 
 def lie_apart(report):
-    """Whether merged scans plainly don't fit: where they overlap, another cell of the grid has the other surface."""
-    return report.get("overlap_residual", 0) > report["voxel"]
+    """Whether merged scans plainly don't fit: the report says so, or another cell of the grid has the other surface."""
+    return bool(report.get("warnings")) or report.get("overlap_residual", 0) > report["voxel"]
 
 
 def merge_lines(context, report):
@@ -111,7 +111,9 @@ def merge_lines(context, report):
     yield "Merge distance", length(context, report["merge_distance"])
     if "overlap_residual" in report:
         yield "Scans disagree by", length(context, report["overlap_residual"])
-    if lie_apart(report):
+    for warning in (report.get("warnings") or "").splitlines():
+        yield sentence(warning), None
+    if lie_apart(report) and not report.get("warnings"):
         apart = length(context, report["overlap_residual"])
         yield f"The scans lie {apart} apart where they overlap: align them first", None
     if report.get("noise"):

@@ -12,6 +12,17 @@
 namespace srf {
 namespace {
 
+// While it lives, the core's warnings go to the log: whether layers plainly do not lie where they belong.
+struct Listening {
+    explicit Listening(const Job &job)
+    {
+        surfrecon::set_log([&job](srf_log_level, const char *text) { job.log(text); });
+    }
+    ~Listening() { srf_set_log(nullptr, nullptr); }
+    Listening(const Listening &) = delete;
+    Listening &operator=(const Listening &) = delete;
+};
+
 // Shares of lengths are of the diagonal of what is merged.
 double diagonal(const MeshDocument &document)
 {
@@ -89,6 +100,7 @@ Outputs run(Job &job)
 
     surfrecon::InFiles files;
     files.only_if_needed = true;
+    const Listening listening(job);
     const auto [surface, report] = merger.run_in_files(params, files, job.progress());
     if (surface.triangles().size() == 0) {
         refuse("Nothing is left of the surface: choose a smaller voxel, or keep smaller parts");

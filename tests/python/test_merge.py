@@ -288,3 +288,21 @@ def test_changing_an_image_does_not_change_a_running_job(images):
 def test_nothing_to_merge():
     with pytest.raises(surfrecon.InputError):
         surfrecon.merge([])
+
+
+def test_scans_that_do_not_fit_are_told_of():
+    """A corner seen from one place, and the same image moved, or never placed."""
+    row, col = np.mgrid[0:40, 0:50]
+
+    def seen(name, depth, shift=(0, 0, 0)):
+        image = surfrecon.RangeImage.pinhole(depth, focal=(60, 60), centre=(25, 20), name=name)
+        image.world_from_sensor = np.block([[np.eye(3), np.reshape(shift, (3, 1))], [np.zeros((1, 3)), 1]])
+        return image
+
+    corner = 2 + 0.01 * np.abs(col - 25.0) + 0.004 * row
+    fits = surfrecon.merge([seen("a", corner), seen("b", corner)]).report
+    assert fits.warnings == []
+    [(kind, text)] = surfrecon.merge([seen("a", corner), seen("b", corner + 0.2)]).report.warnings
+    assert kind == "no_poses" and text.startswith("no scan has a pose: all 2 stand at one place")
+    [(kind, text)] = surfrecon.merge([seen("a", corner), seen("b", corner, (0, 0, 0.2))]).report.warnings
+    assert kind == "apart" and "align them first" in text

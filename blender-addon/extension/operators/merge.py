@@ -110,6 +110,7 @@ class SURFRECON_OT_merge(OfSelected, bpy.types.Operator):
         mesh = convert.mesh_from_result("Merged", result.mesh)
         merged = bpy.data.objects.new("Merged", mesh)
         figures, distances = result.report.as_dict(), result.distances
+        figures["warnings"] = "\n".join(text for _, text in result.report.warnings)
         if (renewed := KeptMerge.renewed()) is not None:
             figures["renewed"] = renewed
         if distances is not None:
@@ -129,6 +130,8 @@ class SURFRECON_OT_merge(OfSelected, bpy.types.Operator):
             if self.measure and distances is None:
                 said += ", and it is not measured"
         self.report({"INFO"}, said)
+        for _, text in result.report.warnings:
+            self.report({"WARNING"}, text[0].upper() + text[1:])
 
 
 def temporary():

@@ -264,12 +264,15 @@ pub fn merge_report<'py>(py: Python<'py>, report: surfrecon::merge::MergeReport)
         colour_gains,
         working_bytes,
         in_files,
+        warnings,
         seconds,
     } = report;
     let voxel_reason = voxel_reason.words();
     let (grid, faces): ((u64, u64, u64), (u64, u64, u64)) = (grid.into(), faces.into());
     let (holes, dropped_components): ((u64, u64), (u64, u64)) = (holes.into(), dropped_components.into());
     let colour_gains: Vec<(f64, f64, f64)> = colour_gains.into_iter().map(Into::into).collect();
+    let warnings: Vec<(&str, String)> =
+        warnings.into_iter().map(|warning| (warning.kind.name(), warning.text)).collect();
     let seconds = report::seconds(py, &seconds)?;
     report::report(
         "MergeReport",
@@ -297,6 +300,7 @@ pub fn merge_report<'py>(py: Python<'py>, report: surfrecon::merge::MergeReport)
             colour_gains,
             working_bytes,
             in_files,
+            warnings,
             seconds,
         }),
     )

@@ -12,7 +12,7 @@ use crate::oriented::OrientedPoints;
 use crate::places::Places;
 use crate::range_image::noise::Noise;
 use crate::range_image::smooth::{self, Smoothed};
-use crate::range_image::{RangeImage, Samples, blocks, repeats};
+use crate::range_image::{Projection, RangeImage, Samples, blocks, repeats};
 use crate::sight::LinesOfSight;
 use crate::triangulate::{self, RangeSurface, TriangulateParams};
 use base::error::{Error, Result};
@@ -168,6 +168,8 @@ pub struct OrientedSurface {
     pub noise: Option<SampleNoise>,
     /// What was measured of the range image that it is of.
     pub measured: Option<Measured>,
+    /// Whether it is of a depth image that nobody has placed: its sensor stands at the origin and looks along z.
+    pub is_unplaced: bool,
 }
 
 /// What is measured of a range image beside its samples.
@@ -355,6 +357,8 @@ impl OrientedSurface {
             spacing: surface.spacing,
             noise,
             measured: Some(measured),
+            is_unplaced: matches!(image.projection(), Projection::Pinhole { .. })
+                && image.world_from_sensor == DAffine3::IDENTITY,
         })
     }
 
@@ -387,6 +391,7 @@ impl OrientedSurface {
             spacing: mesh.median_edge(),
             noise: None,
             measured: None,
+            is_unplaced: false,
         })
     }
 }

@@ -4,6 +4,7 @@
 use super::close::Room;
 use super::lattice::Lattice;
 use super::numbers::Places;
+use super::placing::Placing;
 use super::tile::Tiles;
 use super::whole::Whole;
 use super::write::Besides;
@@ -75,6 +76,8 @@ pub struct Built<T> {
     pub reach: f64,
     /// Whether any scan has colours.
     pub coloured: bool,
+    /// How the scans were given.
+    pub placing: Placing,
     /// The system that the scans lie in.
     pub crs: Option<Crs>,
     /// Where the scans of the vertices stand in their order.
@@ -117,9 +120,10 @@ pub fn finish(
     Out { sink, room }: Out<'_>,
     progress: &Progress<'_>,
 ) -> Result<MergeReport> {
-    let Built { tiles, lattice, reach, coloured, crs, places, mut report } = graph.finished()?;
+    let Built { tiles, lattice, reach, coloured, placing, crs, places, mut report } = graph.finished()?;
     report.artificial_intersections = tiles.artificial();
     report.noise = noise::typical(&tiles, progress)?;
+    report.warnings = placing.warnings(&report);
     let chosen = components::choose(&tiles, reach, params.min_component_share, &mut report, progress)?;
     let mut whole = Whole::new(tiles, chosen, progress)?;
     progress.lap("components");

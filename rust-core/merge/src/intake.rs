@@ -17,6 +17,7 @@ use super::defaults::rounded;
 use super::discretize::discretize;
 use super::lattice::Lattice;
 use super::numbers::Roll;
+use super::placing::Placing;
 use super::{DISCRETIZING, MergeParams, MergeReport, Setup, VoxelReason};
 use base::error::{Error, Result};
 use base::progress::Progress;
@@ -35,6 +36,8 @@ pub struct Discretized {
     pub full_trust: f32,
     /// Whether any scan has colours.
     pub coloured: bool,
+    /// How they were given.
+    pub placing: Placing,
     /// What was measured of those scans that are range images, with their numbers, ascending.
     pub images: Vec<(u32, Measured)>,
 }
@@ -133,7 +136,15 @@ pub fn in_cells_that_fit<T>(
 impl Discretized {
     /// Nothing yet.
     pub fn none(lattice: Lattice) -> Self {
-        Discretized { lattice, buckets: Vec::new(), triangles: 0, full_trust: 0.0, coloured: false, images: Vec::new() }
+        Discretized {
+            lattice,
+            buckets: Vec::new(),
+            triangles: 0,
+            full_trust: 0.0,
+            coloured: false,
+            placing: Placing::default(),
+            images: Vec::new(),
+        }
     }
 
     /// Adds what is known of other scans; not their crossings.
@@ -141,6 +152,7 @@ impl Discretized {
         self.triangles += other.triangles;
         self.full_trust = self.full_trust.max(other.full_trust);
         self.coloured |= other.coloured;
+        self.placing.add(&other.placing);
         self.images.extend_from_slice(&other.images);
         self.images.sort_unstable_by_key(|image| image.0);
     }
@@ -306,6 +318,7 @@ impl<'a, 'p> Intake<'a, 'p> {
         found.triangles += surface.triangles.len() as u64;
         found.full_trust = surface.confidence.iter().fold(found.full_trust, |a, &b| a.max(b));
         found.coloured |= surface.colour.is_some();
+        found.placing.add(&Placing::of(&surface));
         found.images.extend(surface.measured.map(|measured| (number, measured)));
         self.progress.advance(1).map(|()| true)
     }

@@ -19,6 +19,7 @@ mod intake;
 
 mod defaults;
 mod overlap;
+mod placing;
 
 mod budget;
 
@@ -108,7 +109,7 @@ use rustc_hash::FxHashMap;
 
 pub use deviation::deviation;
 pub use image::source::{Loading, OrientedSurface, PlacedMesh, ScanSource, common_crs};
-pub use types::{MergeParams, MergeReport, Merged, SCHEMA, VoxelReason};
+pub use types::{MergeParams, MergeReport, Merged, SCHEMA, VoxelReason, Warning, WarningKind};
 
 use base::error::{Error, Result, Shown};
 use base::progress::Progress;

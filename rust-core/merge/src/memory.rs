@@ -189,7 +189,7 @@ pub fn built(
     mut report: MergeReport,
 ) -> Result<Built<Vec<Tile>>> {
     report.working_bytes = report.working_bytes.max(tiles.iter().map(|tile| tile.surface.bytes()).sum());
-    let &Discretized { lattice, coloured, .. } = found;
+    let &Discretized { lattice, coloured, placing, .. } = found;
     let (crs, places) = (common_crs(&roll.sources)?, roll.places());
-    Ok(Built { tiles, lattice, reach: reaches.reach, coloured, crs, places, report })
+    Ok(Built { tiles, lattice, reach: reaches.reach, coloured, placing, crs, places, report })
 }

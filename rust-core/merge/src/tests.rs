@@ -8,6 +8,7 @@ mod colours;
 mod defaults;
 mod grazing;
 mod noise;
+mod placing;
 mod refusals;
 
 use super::bundles::{self, Buckets};

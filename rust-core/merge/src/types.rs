@@ -47,6 +47,25 @@ base::choices! {
     }
 }
 
+base::choices! {
+    /// What a warning of a merge is about.
+    pub enum WarningKind {
+        /// Depth images of which none has a pose do not lie on each other.
+        NoPoses = "no_poses" "No poses",
+        /// Scans that overlap lie many times their noise, and the distance of their samples, apart.
+        Apart = "apart" "Far apart",
+    }
+}
+
+/// Something that a person should look at before the surface is used.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Warning {
+    /// What it is about.
+    pub kind: WarningKind,
+    /// What was found, and what to do.
+    pub text: String,
+}
+
 impl VoxelReason {
     /// It in words.
     pub const fn words(self) -> &'static str {
@@ -105,6 +124,8 @@ pub struct MergeReport {
     pub working_bytes: u64,
     /// Whether stages left in files what they leave for each other.
     pub in_files: bool,
+    /// Whether scans plainly do not lie where they belong, and what to do; empty where they do.
+    pub warnings: Vec<Warning>,
     /// Names of the stages with their wall-clock seconds.
     pub seconds: Seconds,
 }
@@ -112,6 +133,7 @@ pub struct MergeReport {
 impl MergeReport {
     /// Tells the log what a person should look at.
     pub fn tell(&self) {
+        self.warnings.iter().for_each(|warning| log::tell(Level::Warning, &warning.text));
         let [_, open] = self.holes;
         if open > 0 {
             let loops = counted(open, "open boundary loop", "open boundary loops");

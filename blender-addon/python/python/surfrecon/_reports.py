@@ -67,6 +67,9 @@ class MergeReport(Report):
             eight, or that was not asked for.
         working_bytes: Largest number of bytes held by intersections and the surface at once.
         in_files: Whether stages left in files what they leave for each other.
+        warnings: Whether scans plainly do not lie where they belong, and what to do: a kind and a sentence each. Kinds
+            are ``no_poses`` (depth images without a pose do not lie on each other) and ``apart`` (scans lie many times
+            their noise apart). Empty where scans fit.
         seconds: Wall-clock seconds by the name of the stage.
     """
 
@@ -94,6 +97,7 @@ class MergeReport(Report):
     colour_gains: list[tuple[float, float, float]]
     working_bytes: int
     in_files: bool
+    warnings: list[tuple[str, str]]
     seconds: dict[str, float]
 
 

@@ -14,6 +14,7 @@ use crate::discretize::discretize;
 use crate::intake::Discretized;
 use crate::lattice::Lattice;
 use crate::numbers::Roll;
+use crate::placing::Placing;
 use crate::{DISCRETIZING, nothing_to_merge};
 use base::error::{Error, Result};
 use base::progress::Progress;
@@ -196,6 +197,7 @@ impl Worker<'_> {
         found.full_trust = surface.confidence.iter().fold(0.0, |a, &b| a.max(b));
         found.coloured = found.triangles > 0 && surface.colour.is_some();
         if found.triangles > 0 {
+            found.placing = Placing::of(&surface);
             found.images.extend(surface.measured.map(|measured| (number, measured)));
         }
         self.about.add(&About { scans: vec![number], intersections: 0, found });

@@ -15,6 +15,7 @@ use crate::lattice::{ACROSS, BRICK_BITS, Lattice};
 use crate::lines;
 use crate::numbers::Roll;
 use crate::overlap::{BundleDistances, OverlapDistances};
+use crate::placing::Placing;
 use crate::remove::remove_fine_details;
 use crate::tally::{self, Tally};
 use base::error::{Error, Result};
@@ -56,10 +57,10 @@ impl About {
     /// It in numbers, exactly.
     pub fn to_numbers(&self) -> Vec<f64> {
         let About { scans, intersections, found } = self;
-        let Discretized { triangles, full_trust, coloured, images, .. } = found;
+        let Discretized { triangles, full_trust, coloured, placing, images, .. } = found;
         let mut all =
             vec![*intersections as f64, *triangles as f64, (*full_trust).into(), f64::from(u8::from(*coloured))];
-        all.push(scans.len() as f64);
+        all.extend([placing.spacing, placing.unplaced as f64, scans.len() as f64]);
         all.extend(scans.iter().map(|&scan| f64::from(scan)));
         for (scan, Measured { noise, has_lines_of_sight }) in images {
             let noise = noise.to_numbers();
@@ -71,7 +72,8 @@ impl About {
 
     /// What [`About::to_numbers`] gave; `None` for other numbers.
     pub fn from_numbers(lattice: Lattice, numbers: &[f64]) -> Option<Self> {
-        let (&[intersections, triangles, full_trust, coloured, scans], rest) = numbers.split_first_chunk()?;
+        let (&[intersections, triangles, full_trust, coloured, spacing, unplaced, scans], rest) =
+            numbers.split_first_chunk()?;
         let (scans, mut rest) = rest.split_at_checked(scans as usize)?;
         let mut about = About {
             scans: scans.iter().map(|&scan| scan as u32).collect(),
@@ -80,6 +82,7 @@ impl About {
                 triangles: triangles as u64,
                 full_trust: full_trust as f32,
                 coloured: coloured > 0.0,
+                placing: Placing { spacing, unplaced: unplaced as u64 },
                 ..Discretized::none(lattice)
             },
         };

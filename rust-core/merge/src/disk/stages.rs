@@ -418,9 +418,9 @@ impl Graph for Tasks<'_> {
         let tiles = tiles::open(&self.files(Stage::Build)?, &self.setting)?;
         // Nothing else is needed any more.
         self.setting.spend(&[labels::KIND])?;
-        let Discretized { lattice, coloured, .. } = about.found;
+        let Discretized { lattice, coloured, placing, .. } = about.found;
         let (crs, places) = (common_crs(&planned.roll.sources)?, planned.roll.places());
-        Ok(Built { tiles, lattice, reach: reaches.reach, coloured, crs, places, report })
+        Ok(Built { tiles, lattice, reach: reaches.reach, coloured, placing, crs, places, report })
     }
 }
 

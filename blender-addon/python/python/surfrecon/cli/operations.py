@@ -136,12 +136,18 @@ def merge(work: Work) -> Made:
     report: Report = result.report
     if result.report.voxel_reason == _COARSER:
         work.notes.append(f"the cells were made coarser, to fit into memory: {_IN_FILES}")
+    _warn(work, report)
     lines = [_counts(result.mesh), _cells(report)]
     if result.distances is not None:
         distances = _summary(result.distances)
         report = Report(report | {"distances": distances})
         lines.append(f"distances of the vertices from the scans: {_figures(distances)}")
     return Made(report, lines, _writer(work, result.mesh), _parts(work, result.mesh))
+
+
+def _warn(work: Work, report: Report) -> None:
+    """Notes whether scans plainly do not lie where they belong."""
+    work.notes += [text for _, text in report["warnings"]]
 
 
 def plan(work: Work) -> Made:
@@ -190,6 +196,7 @@ def _merge_to_file(work: Work, scans: _native.ScanSet) -> Made:
         report = _native.merge_to_file(
             scans, str(work.request.output), provenance=provenance, progress=shown, **options
         )
+    _warn(work, report)
     lines = [f"{sum(report.faces):,} triangles", _cells(report)]
     return Made(report, lines, lambda *_: None, _parts(work, sum(report.faces)))
 
