@@ -73,6 +73,19 @@ def test_scans_come_go_and_change(scans):
     same(merger.merge(**OPTIONS), surfrecon.merge(now, **OPTIONS))
 
 
+def test_scans_are_put_between_others(scans):
+    now, merger = list(scans[:2]), surfrecon.Merger(scans[:2])
+    merger.merge(**OPTIONS)
+    for index, scan in zip([0, -1, 100, -100], scans[2:6], strict=True):
+        now.insert(index, scan)
+        merger.insert(index, scan)
+        assert [scan.name for scan in merger] == [scan.name for scan in now], index
+    same(merger.merge(**OPTIONS), surfrecon.merge(now, **OPTIONS))
+    with pytest.raises(TypeError, match="must be a Scan, RangeImage"):
+        merger.insert(0, "scan")
+    assert len(merger) == 6
+
+
 def test_what_was_handed_over_stays_as_it_was(scans):
     image = moved(0, (0, 0, 0))
     merger = surfrecon.Merger([image, *scans[1:]])

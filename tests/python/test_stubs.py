@@ -27,7 +27,7 @@ import surfrecon
 
 scans = surfrecon.open("bun.conf")
 first: surfrecon.Scan = scans[0]
-few: list[surfrecon.Scan] = scans[1:]
+few: surfrecon.ScanSet = scans[1:]
 colours = [scan.colour for scan in scans if isinstance(scan, surfrecon.Frame)]
 merged = surfrecon.merge([scan for scan in scans], voxel=0.001, progress=lambda stage, share: share < 0.5)
 merged.mesh.write("bunny.glb", up="z")

@@ -192,7 +192,7 @@ def test_a_camera_that_cannot_be_is_refused():
     projection = {"kind": "pinhole", "focal": (1, 1), "centre": (0, 0), "depth": "planar"}
     anchors = np.zeros((2, 5))
     for arguments, words in (
-        ((-1, 1, projection), "rows must be >= 0"),
+        ((-1, 1, projection), "rows is -1, but must be at least 0"),
         ((1, 1, projection | {"focal": (0, 1)}), "focal length fx"),
         ((1, 1, projection | {"depth": "deep"}), 'depth of projection must be "planar" or "ray"'),
         ((1, 1, projection | {"kind": "fish"}), "kind of projection must be"),

@@ -372,7 +372,8 @@ impl Aligner {
         progress: Option<Py<PyAny>>,
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let params: AlignParams = params_only(&["reach", "tolerance", "min_overlap", "threads"], "snap", options)?;
+        let params: AlignParams =
+            params_only(&["reach", "tolerance", "min_overlap", "threads"], "Aligner.snap", options)?;
         let scan = self.ready.number(scan)?;
         let start = arrays::rigid(world_from_scan, "world_from_scan")?;
         let mut poses = self.ready.poses(poses)?;

@@ -108,6 +108,20 @@ pub fn integers(value: &Bound<'_, PyAny>, what: &str, shape: &[Extent]) -> PyRes
     copy::<i64>(&array, "int64")
 }
 
+/// An array of entries that are of a type already, copied row by row.
+///
+/// # Errors
+/// `TypeError` for entries of another kind, `InputError` for another shape.
+pub fn of_type<T: Element + Copy>(
+    value: &Bound<'_, PyAny>,
+    what: &str,
+    dtype: &str,
+    shape: &[Extent],
+) -> PyResult<Vec<T>> {
+    let array = numbers(value, what, &dtype[..1], shape)?;
+    Ok(copy(&array, dtype)?.0)
+}
+
 /// An array of flags of any shape, copied row by row.
 ///
 /// # Errors
@@ -205,6 +219,9 @@ const COPIES_OF_INDICES: f64 = 1.55;
 
 fn copy<T: Element + Copy>(array: &Bound<'_, PyAny>, dtype: &str) -> PyResult<(Vec<T>, Vec<usize>)> {
     let array = array.py().import("numpy")?.call_method1("ascontiguousarray", (array, dtype))?;
+    // Views into records of files lie anywhere.
+    let is_aligned = array.getattr("flags")?.getattr("aligned")?.is_truthy()?;
+    let array = if is_aligned { array } else { array.call_method0("copy")? };
     let array = array.cast_into::<PyArrayDyn<T>>()?;
     let entries = array.readonly();
     // What is made of them is smaller than they are.

@@ -6,6 +6,7 @@ use surfrecon::align::{Axis, Constraints, Pick as Core};
 
 use crate::arrays;
 use crate::errors::{input_error, reworded};
+use crate::pickling::{self, Reduced, reduced};
 
 /// A point that two scans show, for ``align(picks=...)``.
 ///
@@ -20,7 +21,7 @@ use crate::errors::{input_error, reworded};
 ///     weight: > 0; at 1 as much as a two-thousandth of the smaller scan's surface.
 ///
 /// Raises:
-///     InputError: arrays of another shape, a number below 0. What else makes no sense is refused by ``align``.
+///     InputError: arrays of another shape, a number of a scan below 0, a number that is not finite. What else makes no sense is refused by ``align``.
 ///     TypeError: what is no number.
 #[pyclass(frozen, module = "surfrecon")]
 pub struct Pick {
@@ -31,7 +32,7 @@ pub struct Pick {
 impl Pick {
     #[new]
     #[pyo3(signature = (a, b, point_a, point_b, *, normals = None, weight = 1.0))]
-    fn new(
+    pub fn new(
         a: &Bound<'_, PyAny>,
         b: &Bound<'_, PyAny>,
         point_a: &Bound<'_, PyAny>,
@@ -47,7 +48,9 @@ impl Pick {
             })?;
             Ok::<_, PyErr>([arrays::vector(&a, "normal_a")?, arrays::vector(&b, "normal_b")?])
         };
-        Ok(Pick { pick: Core { scans, points, normals: normals.map(both).transpose()?, weight } })
+        let pick = Core { scans, points, normals: normals.map(both).transpose()?, weight };
+        numbers_of(&pick, "the pick")?;
+        Ok(Pick { pick })
     }
 
     /// Number of the first scan.
@@ -84,6 +87,18 @@ impl Pick {
     #[getter]
     fn weight(&self) -> f64 {
         self.pick.weight
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Reduced<'py>> {
+        reduced("pick", pickling::attributes(slf, &["a", "b", "point_a", "point_b", "normals", "weight"])?)
+    }
+
+    fn __copy__(slf: PyRef<'_, Self>) -> PyRef<'_, Self> {
+        slf
+    }
+
+    fn __deepcopy__<'py>(slf: PyRef<'py, Self>, _memo: &Bound<'py, PyAny>) -> PyRef<'py, Self> {
+        slf
     }
 
     fn __repr__(&self) -> String {
@@ -179,7 +194,30 @@ fn picked(number: usize, given: &Bound<'_, PyAny>) -> PyResult<Core> {
     let points = [point(0, "point_a")?, point(1, "point_b")?];
     let weight =
         weight.map_err(|_: PyErr| PyTypeError::new_err(format!("{what}: its weight must be a real number")))?;
-    Ok(Core { scans, points, normals: None, weight })
+    let pick = Core { scans, points, normals: None, weight };
+    numbers_of(&pick, &what)?;
+    Ok(pick)
+}
+
+/// Refuses a pick of which a number is none.
+fn numbers_of(pick: &Core, what: &str) -> PyResult<()> {
+    let places = pick.points.into_iter().zip(["point_a", "point_b"]);
+    let normals = pick.normals.into_iter().flatten().zip(["normal_a", "normal_b"]);
+    places.chain(normals).try_for_each(|(at, name)| finite(&at.to_array(), &format!("{name} of {what}")))?;
+    finite(&[pick.weight], &format!("weight of {what}"))
+}
+
+/// Refuses what is no finite number.
+fn finite(numbers: &[f64], what: &str) -> PyResult<()> {
+    match numbers.iter().find(|number| !number.is_finite()) {
+        None => Ok(()),
+        Some(number) => {
+            let number = if number.is_nan() { "nan".to_owned() } else { number.to_string() };
+            Err(input_error(format!(
+                "{what} has the number {number}, but each must be finite: leave the pick out if it was not measured"
+            )))
+        }
+    }
 }
 
 fn axis_of(given: &Bound<'_, PyAny>) -> PyResult<Axis> {

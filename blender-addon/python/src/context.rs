@@ -8,8 +8,9 @@ use pyo3::prelude::*;
 use pyo3::{PyTraverseError, PyVisit};
 use surfrecon::context::{self, Chosen, exchange};
 
-use crate::errors::{parameter_error, to_python};
+use crate::errors::to_python;
 use crate::log::Listener;
+use crate::params;
 use crate::settings::limit_of;
 
 /// What a thread has entered and not left, in that order, and what it had chosen before the first.
@@ -57,12 +58,14 @@ pub struct Context {
 #[pymethods]
 impl Context {
     #[new]
-    #[pyo3(signature = (*, threads = 0, memory_limit = None, log = None))]
-    fn new(threads: i64, memory_limit: Option<&Bound<'_, PyAny>>, log: Option<Bound<'_, PyAny>>) -> PyResult<Self> {
-        let threads = u32::try_from(threads)
-            .ok()
-            .filter(|threads| *threads <= 1024)
-            .ok_or_else(|| parameter_error(format!("threads must be >= 0 and <= 1024, got {threads}")))?;
+    #[pyo3(signature = (*, threads = None, memory_limit = None, log = None),
+        text_signature = "(*, threads=0, memory_limit=None, log=None)")]
+    fn new(
+        threads: Option<&Bound<'_, PyAny>>,
+        memory_limit: Option<&Bound<'_, PyAny>>,
+        log: Option<Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let threads = params::threads(threads)? as u32;
         let limit = memory_limit.map(|given| limit_of("memory_limit", given)).transpose()?.flatten();
         if let Some(log) = log.as_ref().filter(|log| !log.is_callable()) {
             return Err(PyTypeError::new_err(format!(

@@ -16,6 +16,7 @@ use crate::crs;
 use crate::edit::Edit;
 use crate::errors::to_python;
 use crate::mesh::Mesh;
+use crate::pickling::{self, Reduced};
 use crate::point_cloud::PointCloud;
 use crate::progress::Watch;
 use crate::range_image::RangeImage;
@@ -23,7 +24,8 @@ use crate::report::report;
 use crate::scan::Camera;
 use crate::similarity::Given;
 
-/// One scan of a set: where it is and where it stands. Its samples stay on disk until ``read``.
+/// One scan of a set: where it is and where it stands. Its samples stay on disk until ``read``; other processes are handed, by ``pickle``, the
+/// path of its file and what is not in it.
 #[pyclass(frozen, subclass, module = "surfrecon")]
 pub struct Scan {
     pub scan: import::Scan,
@@ -98,6 +100,19 @@ impl Scan {
     /// The scan in another size and place: its pose now, its samples whenever it is read. See ``surfrecon.transformed``.
     fn transformed(&self, py: Python<'_>, similarity: Given) -> PyResult<Py<Scan>> {
         to_object(py, Edit::transform(&similarity.0).of_scan(&self.scan)?)
+    }
+
+    /// What makes the scan again in a process that sees the same files; its samples stay there.
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        pickling::of_scan(py, &self.scan)
+    }
+
+    fn __copy__(slf: PyRef<'_, Self>) -> PyRef<'_, Self> {
+        slf
+    }
+
+    fn __deepcopy__<'py>(slf: PyRef<'py, Self>, _memo: &Bound<'py, PyAny>) -> PyRef<'py, Self> {
+        slf
     }
 
     fn __repr__(&self) -> String {

@@ -1,8 +1,6 @@
 //! Long calls in the background, for hosts whose main thread must stay free: an entry an operation, that starts it and says
 //! what Python's object of its value is.
 
-use std::path::PathBuf;
-
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
@@ -19,6 +17,7 @@ use crate::merge::{MergeCall, MergeResult, in_files, merge_report};
 use crate::merge_to_file::{FileCall, written};
 use crate::merger::Merger;
 use crate::mesh::Mesh;
+use crate::paths::FsPath;
 use crate::quads::{QuadCall, QuadGrid};
 use crate::range_image::RangeImage;
 use crate::ready::ReadCall;
@@ -110,7 +109,7 @@ impl Job {
         measure: bool,
         files: Option<&str>,
         max_memory: Option<&Bound<'_, PyAny>>,
-        workspace: Option<PathBuf>,
+        workspace: Option<FsPath>,
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         let files = in_files(files, max_memory, workspace)?;
@@ -133,16 +132,16 @@ impl Job {
     ///         ``result``.
     #[staticmethod]
     // options: merge
-    #[pyo3(signature = (scans, path, *, max_memory = None, workspace = None, keep = false, encoding = None, part_triangles = 0, provenance = None, **options), text_signature = "(scans, path, *, voxel=None, merge_distance=None, max_hole_length=None, min_component_share=0.0, match_exposure=True, edge_limit=None, grazing_limit=1.5707963267948966, threads=0, max_memory=None, workspace=None, keep=False, encoding=None, part_triangles=0, provenance=None)")]
+    #[pyo3(signature = (scans, path, *, max_memory = None, workspace = None, keep = false, encoding = None, part_triangles = None, provenance = None, **options), text_signature = "(scans, path, *, voxel=None, merge_distance=None, max_hole_length=None, min_component_share=0.0, match_exposure=True, edge_limit=None, grazing_limit=1.5707963267948966, threads=0, max_memory=None, workspace=None, keep=False, encoding=None, part_triangles=0, provenance=None)")]
     #[expect(clippy::too_many_arguments, reason = "Python's keyword arguments")]
     fn merge_to_file(
         scans: &Bound<'_, PyAny>,
         path: Place,
         max_memory: Option<&Bound<'_, PyAny>>,
-        workspace: Option<PathBuf>,
+        workspace: Option<FsPath>,
         keep: bool,
         encoding: Option<&str>,
-        part_triangles: u64,
+        part_triangles: Option<&Bound<'_, PyAny>>,
         provenance: Option<&Bound<'_, PyAny>>,
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
@@ -162,7 +161,7 @@ impl Job {
         mesh: &Bound<'_, PyAny>,
         signed: bool,
         crs: Option<CrsText>,
-        threads: Option<i64>,
+        threads: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let call = DistanceCall::new(points, mesh, signed, crs, threads)?;
         Job::of(Background::start(move |progress| {
@@ -176,7 +175,12 @@ impl Job {
     ///     ParameterError: like ``surface_distance``, at once. Other errors are raised by ``result``.
     #[staticmethod]
     #[pyo3(signature = (mesh, reference, *, signed = false, threads = None))]
-    fn surface_distance(mesh: &Mesh, reference: &Mesh, signed: bool, threads: Option<i64>) -> PyResult<Self> {
+    fn surface_distance(
+        mesh: &Mesh,
+        reference: &Mesh,
+        signed: bool,
+        threads: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
         let call = SurfaceDistanceCall::new(mesh, reference, signed, threads)?;
         Job::of(Background::start(move |progress| made(call.run(progress)?, distance_report)))
     }

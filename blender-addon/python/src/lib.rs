@@ -11,6 +11,8 @@
 //! | `allocator` | counts the memory that is held |
 //! | `params` | the core's parameter table |
 //! | `range_image`, `mesh`, `point_cloud` | the data types |
+//! | `paths` | texts and bytes that name files |
+//! | `pickling` | these, and scans, as pickle takes them |
 //! | `projection` | how pixels see, as a dict |
 //! | `vertices` | a range image as vertices that a host keeps |
 //! | `scans`, `frame` | opening and reading files; a scan in its file, frames of recordings |
@@ -58,6 +60,8 @@ mod merge_to_file;
 mod merger;
 mod mesh;
 mod params;
+mod paths;
+mod pickling;
 mod point_cloud;
 mod progress;
 mod projection;
@@ -112,6 +116,8 @@ mod _native {
     use crate::mesh::{Mesh, linear_colours};
     #[pymodule_export]
     use crate::params::{Parameter, parameters};
+    #[pymodule_export]
+    use crate::pickling::_again;
     #[pymodule_export]
     use crate::point_cloud::PointCloud;
     #[pymodule_export]

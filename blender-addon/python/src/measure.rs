@@ -46,7 +46,7 @@ pub fn distances<'py>(
     mesh: &Bound<'py, PyAny>,
     signed: bool,
     crs: Option<CrsText>,
-    threads: Option<i64>,
+    threads: Option<&Bound<'_, PyAny>>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyArray1<f64>>> {
     let call = DistanceCall::new(points, mesh, signed, crs, threads)?;
@@ -79,7 +79,7 @@ impl DistanceCall {
         mesh: &Bound<'_, PyAny>,
         signed: bool,
         crs: Option<CrsText>,
-        threads: Option<i64>,
+        threads: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let crs = crs_of(crs)?;
         let (coordinates, _) = arrays::floats(points, "points", &[None, Some(3)])?;
@@ -135,7 +135,7 @@ pub fn nearest_triangles<'py>(
     py: Python<'py>,
     points: &Bound<'py, PyAny>,
     mesh: &Mesh,
-    threads: Option<i64>,
+    threads: Option<&Bound<'_, PyAny>>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyArray1<u32>>> {
     let (coordinates, _) = arrays::floats(points, "points", &[None, Some(3)])?;
@@ -171,7 +171,7 @@ pub fn surface_distance<'py>(
     mesh: &Mesh,
     reference: &Mesh,
     signed: bool,
-    threads: Option<i64>,
+    threads: Option<&Bound<'_, PyAny>>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let call = SurfaceDistanceCall::new(mesh, reference, signed, threads)?;
@@ -212,7 +212,7 @@ impl SurfaceDistanceCall {
     ///
     /// # Errors
     /// `ParameterError`.
-    pub fn new(mesh: &Mesh, reference: &Mesh, signed: bool, threads: Option<i64>) -> PyResult<Self> {
+    pub fn new(mesh: &Mesh, reference: &Mesh, signed: bool, threads: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
         let side = if signed { Side::Signed } else { Side::Ignored };
         let threads = params::threads(threads)?;
         Ok(SurfaceDistanceCall { mesh: mesh.mesh.clone(), reference: reference.mesh.clone(), side, threads })

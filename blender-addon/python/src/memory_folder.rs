@@ -12,6 +12,8 @@ use surfrecon::memory_folder::{self, Sink, Source};
 
 use crate::calling;
 use crate::errors::{reworded, to_python};
+use crate::params::count;
+use crate::paths;
 
 /// A folder whose files lie in memory: ``folder / "scan.ply"`` is a path for whatever takes one, the folder itself too.
 ///
@@ -74,7 +76,14 @@ impl MemoryFolder {
     ///
     /// Raises:
     ///     InputError: a name that is no file's within the folder.
-    fn put_source(&self, py: Python<'_>, name: &str, length: u64, read: Py<PyAny>) -> PyResult<MemoryPath> {
+    fn put_source(
+        &self,
+        py: Python<'_>,
+        name: &str,
+        length: &Bound<'_, PyAny>,
+        read: Py<PyAny>,
+    ) -> PyResult<MemoryPath> {
+        let length = count("length", length, 0, "Give the number of bytes of the file.")? as u64;
         if !read.bind(py).is_callable() {
             let given = read.bind(py).get_type();
             return Err(PyTypeError::new_err(format!("read must be callable with a place and a count, got {given}")));
@@ -244,14 +253,14 @@ impl Place {
         method: &str,
         make: impl FnOnce(&memory_folder::MemoryFolder, &str) -> PyResult<PathBuf>,
     ) -> PyResult<Self> {
-        match given.extract::<PathBuf>() {
+        match paths::of(given) {
             Ok(path) => return Ok(Place { _folder: memory_folder::MemoryFolder::of(&path), path }),
             Err(error) if error.is_instance_of::<PyTypeError>(given.py()) => {}
             Err(error) => return Err(error),
         }
         if !given.hasattr(method)? {
             let expected = match method {
-                "read" => "paths must be a path, a binary file object or a list of these",
+                "read" => "paths must be a path, a binary file object, or a list or another iterable of these",
                 _ => "path must be a path or a binary file object",
             };
             return Err(PyTypeError::new_err(format!("{expected}, got {}", given.get_type())));

@@ -1,6 +1,5 @@
 //! The merge and its report.
 
-use std::path::PathBuf;
 use std::sync::Arc;
 
 use numpy::PyArray1;
@@ -14,6 +13,7 @@ use crate::again::Again;
 use crate::errors::{input_error, to_python};
 use crate::mesh::Mesh;
 use crate::params::params;
+use crate::paths::FsPath;
 use crate::progress::Watch;
 use crate::report::{self, figures};
 use crate::settings::limit_of;
@@ -69,7 +69,7 @@ pub fn merge(
     measure: bool,
     files: Option<&str>,
     max_memory: Option<&Bound<'_, PyAny>>,
-    workspace: Option<PathBuf>,
+    workspace: Option<FsPath>,
     progress: Option<Py<PyAny>>,
     options: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<MergeResult> {
@@ -83,7 +83,7 @@ pub fn merge(
 pub fn in_files(
     files: Option<&str>,
     max_memory: Option<&Bound<'_, PyAny>>,
-    workspace: Option<PathBuf>,
+    workspace: Option<FsPath>,
 ) -> PyResult<Option<InFiles>> {
     let max_memory = max_memory.map(|given| limit_of("max_memory", given)).transpose()?.flatten();
     let is_given = max_memory.is_some() || workspace.is_some();
@@ -101,7 +101,7 @@ pub fn in_files(
             return Err(to_python(&error));
         }
     };
-    Ok(Some(InFiles { max_memory, workspace, only_if_needed }))
+    Ok(Some(InFiles { max_memory, workspace: workspace.map(|path| path.0), only_if_needed }))
 }
 
 /// A merge with all it needs, free of Python.

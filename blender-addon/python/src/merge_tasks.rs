@@ -47,7 +47,7 @@ pub fn _merge_task(
 
 /// Writes the surface once all tasks are done; gives the report.
 #[pyfunction]
-#[pyo3(signature = (scans, folder, path, *, tasks, keep = false, has_a_part = false, max_memory = None, encoding = None, part_triangles = 0, provenance = None, progress = None, **options))]
+#[pyo3(signature = (scans, folder, path, *, tasks, keep = false, has_a_part = false, max_memory = None, encoding = None, part_triangles = None, provenance = None, progress = None, **options))]
 #[expect(clippy::too_many_arguments, reason = "Python's keyword arguments")]
 pub fn _merge_tasks_to_file<'py>(
     py: Python<'py>,
@@ -59,7 +59,7 @@ pub fn _merge_tasks_to_file<'py>(
     has_a_part: bool,
     max_memory: Option<u64>,
     encoding: Option<&str>,
-    part_triangles: u64,
+    part_triangles: Option<&Bound<'_, PyAny>>,
     provenance: Option<&Bound<'py, PyAny>>,
     progress: Option<Py<PyAny>>,
     options: Option<&Bound<'py, PyDict>>,

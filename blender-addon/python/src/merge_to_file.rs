@@ -8,14 +8,15 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use surfrecon::export::{WriteOptions, part_path};
 use surfrecon::merge::{MergeParams, MergeReport};
-use surfrecon::params::{Params as _, Value};
+use surfrecon::params::{Params as _, Value, find};
 use surfrecon::{IntoFile, Progress};
 
 use crate::errors::to_python;
 use crate::memory_folder::Place;
 use crate::merge::merge_report;
 use crate::mesh::provenance_of;
-use crate::params::params;
+use crate::params::{params, whole};
+use crate::paths::FsPath;
 use crate::progress::Watch;
 use crate::settings::limit_of;
 use crate::sources::{Clouds, Source, as_dyn, sources};
@@ -59,17 +60,17 @@ use crate::sources::{Clouds, Source, as_dyn, sources};
 ///         was, but for what ``keep`` leaves there.
 #[pyfunction]
 // options: merge
-#[pyo3(signature = (scans, path, *, max_memory = None, workspace = None, keep = false, encoding = None, part_triangles = 0, provenance = None, progress = None, **options), text_signature = "(scans, path, *, voxel=None, merge_distance=None, max_hole_length=None, min_component_share=0.0, match_exposure=True, edge_limit=None, grazing_limit=1.5707963267948966, threads=0, max_memory=None, workspace=None, keep=False, encoding=None, part_triangles=0, provenance=None, progress=None)")]
+#[pyo3(signature = (scans, path, *, max_memory = None, workspace = None, keep = false, encoding = None, part_triangles = None, provenance = None, progress = None, **options), text_signature = "(scans, path, *, voxel=None, merge_distance=None, max_hole_length=None, min_component_share=0.0, match_exposure=True, edge_limit=None, grazing_limit=1.5707963267948966, threads=0, max_memory=None, workspace=None, keep=False, encoding=None, part_triangles=0, provenance=None, progress=None)")]
 #[expect(clippy::too_many_arguments, reason = "Python's keyword arguments")]
 pub fn merge_to_file<'py>(
     py: Python<'py>,
     scans: &Bound<'py, PyAny>,
     path: Place,
     max_memory: Option<&Bound<'py, PyAny>>,
-    workspace: Option<PathBuf>,
+    workspace: Option<FsPath>,
     keep: bool,
     encoding: Option<&str>,
-    part_triangles: u64,
+    part_triangles: Option<&Bound<'_, PyAny>>,
     provenance: Option<&Bound<'py, PyAny>>,
     progress: Option<Py<PyAny>>,
     options: Option<&Bound<'py, PyDict>>,
@@ -91,12 +92,14 @@ pub fn _part_path(path: PathBuf, number: u64, count: u64) -> OsString {
 /// `ParameterError`, `InputError`.
 pub fn written(
     encoding: Option<&str>,
-    part_triangles: u64,
+    part_triangles: Option<&Bound<'_, PyAny>>,
     provenance: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<WriteOptions> {
     let mut write = WriteOptions { provenance: provenance_of(provenance)?, ..WriteOptions::default() };
     let encoding = encoding.map(|encoding| ("encoding", Value::Choice(encoding)));
-    for (name, value) in encoding.into_iter().chain([("part_triangles", Value::Number(part_triangles as f64))]) {
+    let row = find("write", "part_triangles").expect("the parameter is in the table");
+    let number = part_triangles.map_or(Ok(0.0), |given| whole(row, given))?;
+    for (name, value) in encoding.into_iter().chain([("part_triangles", Value::Number(number))]) {
         write.set(name, value).map_err(|error| to_python(&error))?;
     }
     Ok(write)
@@ -119,14 +122,15 @@ impl FileCall {
         scans: &Bound<'_, PyAny>,
         path: Place,
         max_memory: Option<&Bound<'_, PyAny>>,
-        (workspace, keep): (Option<PathBuf>, bool),
+        (workspace, keep): (Option<FsPath>, bool),
         write: WriteOptions,
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         let params = params("merge_to_file", options)?;
         let max_memory = max_memory.map(|given| limit_of("max_memory", given)).transpose()?.flatten();
         let sources = sources(scans, Clouds::Refused)?.into_iter().map(Arc::new).collect();
-        Ok(FileCall { sources, path, params, into: IntoFile { max_memory, workspace, keep, write } })
+        let into = IntoFile { max_memory, workspace: workspace.map(|path| path.0), keep, write };
+        Ok(FileCall { sources, path, params, into })
     }
 
     /// Merges.

@@ -1,6 +1,5 @@
 //! Scans that are merged again as they change.
 
-use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use pyo3::exceptions::PyIndexError;
@@ -12,6 +11,7 @@ use surfrecon::threads::Exclusive;
 
 use crate::again::Again;
 use crate::merge::{MergeCall, MergeResult, in_files};
+use crate::paths::FsPath;
 use crate::sources::{Clouds, Source, source, sources};
 
 /// Scans that are merged again and again while they are added, replaced and removed: each merge keeps what it found out for the
@@ -22,7 +22,8 @@ use crate::sources::{Clouds, Source, source, sources};
 /// differs, since a scan has changed, all follows from it anew; giving both as options makes that rarer. What is kept takes about 125 bytes
 /// for each intersection of a scan with the grid.
 ///
-/// ``len(merger)`` is the number of scans, ``merger[i]`` is one of them, ``merger[i] = scan`` replaces one, ``del merger[i]`` removes one.
+/// ``len(merger)`` is the number of scans, ``merger[i]`` is one of them, ``merger[i] = scan`` replaces one, ``del merger[i]`` removes one,
+/// ``insert`` and ``add`` put one between them or at the end.
 /// What ``merger[i]`` and iterating give are objects of their own, of a mesh ``(Mesh, world_from_mesh, name)``: changing them changes
 /// nothing here until they are put back. ``Job.merge`` takes a merger in the place of scans.
 ///
@@ -100,6 +101,25 @@ impl Merger {
         Ok(scans.list.len() - 1)
     }
 
+    /// Puts a scan before another, as ``list.insert`` does: before the first where ``index`` is too small, after the last where it is too
+    /// large. Those after it move up.
+    ///
+    /// Args:
+    ///     index: where it is afterwards; a negative one counts from the end.
+    ///     scan: as for ``add``.
+    fn insert(&self, index: isize, scan: &Bound<'_, PyAny>) -> PyResult<()> {
+        let place = |count: usize| match usize::try_from(index) {
+            Ok(index) => index.min(count),
+            Err(_) => count.saturating_sub(index.unsigned_abs()),
+        };
+        let source = source(place(self.scans().list.len()), scan, Clouds::Refused)?;
+        let mut scans = self.scans();
+        let numbered = scans.numbered(source);
+        let place = place(scans.list.len());
+        scans.list.insert(place, numbered);
+        Ok(())
+    }
+
     fn __len__(&self) -> usize {
         self.scans().list.len()
     }
@@ -154,7 +174,7 @@ impl Merger {
         measure: bool,
         files: Option<&str>,
         max_memory: Option<&Bound<'_, PyAny>>,
-        workspace: Option<PathBuf>,
+        workspace: Option<FsPath>,
         progress: Option<Py<PyAny>>,
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<MergeResult> {

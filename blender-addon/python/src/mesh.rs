@@ -17,6 +17,7 @@ use crate::edit::Edit;
 use crate::errors::{detached, guarded, input_error, to_python};
 use crate::memory_folder::Place;
 use crate::params::params;
+use crate::pickling::{self, Reduced, crs_part, reduced};
 use crate::progress::Watch;
 use crate::similarity::Given;
 
@@ -249,7 +250,7 @@ impl Mesh {
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<()> {
         let provenance = provenance_of(provenance)?;
-        let options = WriteOptions { provenance, ..params("write", options)? };
+        let options = WriteOptions { provenance, ..params("Mesh.write", options)? };
         let mesh = self.mesh.clone();
         let coarser: Vec<_> = coarser.iter().map(|mesh| mesh.get().mesh.clone()).collect();
         Watch::new(progress).run(py, move |progress| {
@@ -301,6 +302,22 @@ impl Mesh {
             similarity.0.similarity.of_mesh(&mut mesh).map(|()| mesh)
         })?;
         Ok(mesh.into())
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Reduced<'py>> {
+        let mesh = &slf.get().mesh;
+        let parts = pickling::attributes(slf, &["positions", "triangles", "vertex_attributes", "face_attributes"])?;
+        parts.set_item("rounding_room", mesh.rounding_room)?;
+        parts.set_item("crs", crs_part(mesh.crs.as_ref()))?;
+        reduced("mesh", parts)
+    }
+
+    fn __copy__(slf: PyRef<'_, Self>) -> PyRef<'_, Self> {
+        slf
+    }
+
+    fn __deepcopy__<'py>(slf: PyRef<'py, Self>, _memo: &Bound<'py, PyAny>) -> PyRef<'py, Self> {
+        slf
     }
 
     fn __repr__(&self) -> String {

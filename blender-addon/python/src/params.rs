@@ -5,7 +5,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use surfrecon::params::{Choice, Default, Kind, ParamSpec, Params, SCHEMAS, Value, find, table};
 
-use crate::errors::{input_error, to_python};
+use crate::errors::{input_error, reworded, to_python};
 
 /// One parameter of one operation, as the library itself defines it.
 #[pyclass(frozen, module = "surfrecon")]
@@ -171,7 +171,8 @@ pub fn params_but<P: Params + std::default::Default>(
     for (name, value) in options.into_iter().flatten() {
         let name: String = name.extract()?;
         let Some(row) = rows.iter().copied().find(|row| row.name == name && !but.contains(&row.name)) else {
-            return Err(PyTypeError::new_err(format!("{function}() got an unexpected keyword argument '{name}'")));
+            let known = rows.iter().map(|row| row.name).filter(|name| !but.contains(name));
+            return Err(unexpected(value.py(), function, &name, known.collect()));
         };
         given.push((row, taken(row, &value)?));
     }
@@ -179,6 +180,12 @@ pub fn params_but<P: Params + std::default::Default>(
     let mut params = P::default();
     params.set_all(&given).map_err(|e| to_python(&e))?;
     Ok(params)
+}
+
+/// The error of a keyword that `function` does not take: it names the likeliest that was meant.
+fn unexpected(py: Python<'_>, function: &str, name: &str, known: Vec<&str>) -> PyErr {
+    let made = py.import("surfrecon._arguments").and_then(|m| m.call_method1("unexpected", (function, name, known)));
+    made.map_or_else(|failure| failure, PyErr::from_value)
 }
 
 /// Like [`params`] where the function takes a few of them.
@@ -246,8 +253,25 @@ pub fn whole(row: &ParamSpec, value: &Bound<'_, PyAny>) -> PyResult<f64> {
 /// Worker threads of a function that takes no other parameter.
 ///
 /// # Errors
-/// `ParameterError` with value and range.
-pub fn threads(given: Option<i64>) -> PyResult<usize> {
+/// `ParameterError` with value and range, `TypeError`.
+pub fn threads(given: Option<&Bound<'_, PyAny>>) -> PyResult<usize> {
     let spec = find("merge", "threads").expect("the parameter is in the table");
-    Ok(spec.check(given.unwrap_or(0) as f64).map_err(|e| to_python(&e))? as usize)
+    let number = given.map_or(Ok(0.0), |given| whole(spec, given))?;
+    Ok(spec.check(number).map_err(|e| to_python(&e))? as usize)
+}
+
+/// A whole number, of Python or NumPy, of things that are no parameter of the table. `remedy` says what to give instead.
+///
+/// # Errors
+/// `InputError` below `least` and for what 64 bits can't hold, `TypeError` for what is no whole number.
+pub fn count(name: &str, given: &Bound<'_, PyAny>, least: usize, remedy: &str) -> PyResult<usize> {
+    let number = given.call_method0("__index__").map_err(|error| {
+        let shown = given.repr().map_or_else(|_| given.get_type().to_string(), |text| text.to_string());
+        reworded(error, || PyTypeError::new_err(format!("{name} is {shown}, but must be a whole number. {remedy}")))
+    })?;
+    number.extract::<usize>().ok().filter(|number| *number >= least).ok_or_else(|| {
+        // Python writes no number of thousands of digits.
+        let shown = number.str().map_or_else(|_| "a number of too many digits".to_owned(), |text| text.to_string());
+        input_error(format!("{name} is {shown}, but must be at least {least} and below 2^64. {remedy}"))
+    })
 }

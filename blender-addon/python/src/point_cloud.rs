@@ -8,6 +8,7 @@ use pyo3::prelude::*;
 use crate::arrays;
 use crate::crs;
 use crate::edit::Edit;
+use crate::pickling::{self, Reduced, crs_part, reduced};
 use crate::progress::Watch;
 use crate::similarity::Given;
 
@@ -94,6 +95,21 @@ impl PointCloud {
     /// The cloud in another size and place, its pose still rigid: see ``surfrecon.transformed``.
     fn transformed(&self, py: Python<'_>, similarity: Given) -> PyResult<Self> {
         self.edited(py, &Edit::transform(&similarity.0))
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Reduced<'py>> {
+        let names = ["positions", "normals", "colour", "intensity", "sensor", "world_from_cloud"];
+        let parts = pickling::attributes(slf, &names)?;
+        parts.set_item("crs", crs_part(slf.get().cloud.crs.as_ref()))?;
+        reduced("cloud", parts)
+    }
+
+    fn __copy__(slf: PyRef<'_, Self>) -> PyRef<'_, Self> {
+        slf
+    }
+
+    fn __deepcopy__<'py>(slf: PyRef<'py, Self>, _memo: &Bound<'py, PyAny>) -> PyRef<'py, Self> {
+        slf
     }
 
     fn __repr__(&self) -> String {

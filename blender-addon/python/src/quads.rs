@@ -14,7 +14,7 @@ use crate::arrays;
 use crate::errors::{detached, guarded, input_error};
 use crate::memory_folder::Place;
 use crate::mesh::{Mesh, ending_of, provenance_of};
-use crate::params::params;
+use crate::params::{count, params};
 use crate::progress::Watch;
 use crate::range_image::RangeImage;
 use crate::report;
@@ -184,7 +184,7 @@ impl QuadGrid {
         progress: Option<Py<PyAny>>,
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Spline> {
-        let params: SplineParams = params("spline", options)?;
+        let params: SplineParams = params("QuadGrid.spline", options)?;
         let core = self.core.clone();
         let fit = Watch::new(progress).run(py, move |progress| core.spline(&params, progress))?;
         Ok(Spline { fit: Arc::new(fit), mirrored: self.core.mirrored })
@@ -347,8 +347,10 @@ impl Spline {
     /// Raises:
     ///     InputError: fewer than 2 x 2 or more than 67,108,864 points, another ending.
     ///     FileError: writing failed; no file is left, and one that was there is untouched.
-    fn write(&self, py: Python<'_>, path: Place, rows: i64, columns: i64) -> PyResult<()> {
-        let (rows, columns) = (count("rows", rows)?, count("columns", columns)?);
+    fn write(&self, py: Python<'_>, path: Place, rows: &Bound<'_, PyAny>, columns: &Bound<'_, PyAny>) -> PyResult<()> {
+        let points =
+            |name: &str, given: &Bound<'_, PyAny>| count(name, given, 2, "Give the number of points along it.");
+        let (rows, columns) = (points("rows", rows)?, points("columns", columns)?);
         let (fit, mirrored) = (self.fit.clone(), self.mirrored);
         let mesh = detached(py, move || fit.spline.sample(rows, columns, mirrored))?;
         write_quads(py, path, Arc::new(mesh), None)
@@ -359,9 +361,4 @@ impl Spline {
         let (rows, cols, order) = (spline.rows, spline.cols, spline.order);
         format!("<Spline of order {order}, {rows} x {cols} control points, max residual {:.6}>", self.fit.max_residual)
     }
-}
-
-/// A number that counts something.
-fn count(name: &str, given: i64) -> PyResult<usize> {
-    usize::try_from(given).map_err(|_| input_error(format!("{name} must be >= 2, got {given}")))
 }

@@ -22,6 +22,7 @@ use crate::errors::{guarded, input_error, parameter_error, to_python};
 use crate::memory_folder::Place;
 use crate::mesh::{Mesh, ending_of, provenance_of};
 use crate::params::params;
+use crate::pickling::{self, Reduced, crs_part, reduced};
 use crate::point_cloud::PointCloud;
 use crate::progress::Watch;
 use crate::projection;
@@ -500,7 +501,7 @@ impl RangeImage {
     // options: $self triangulate
     #[pyo3(signature = (**options), text_signature = "($self, *, edge_limit=None, grazing_limit=1.5707963267948966)")]
     fn triangulate(&self, py: Python<'_>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Mesh> {
-        let params: TriangulateParams = params("triangulate", options)?;
+        let params: TriangulateParams = params("RangeImage.triangulate", options)?;
         let image = self.image();
         let made = Watch::new(None)
             .run(py, move |progress| triangulate(&image, &params, progress)?.into_mesh(&image, progress));
@@ -560,6 +561,27 @@ impl RangeImage {
     /// The image in another size and place, its pose still rigid: see ``surfrecon.transformed``.
     fn transformed(&self, py: Python<'_>, similarity: Given) -> PyResult<Self> {
         self.edited(py, &Edit::transform(&similarity.0))
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        let image = self.image();
+        let samples = if let Samples::Points(_) = image.samples() { "points" } else { "values" };
+        let names = ["name", "rows", "cols", "projection", "world_from_sensor", "colour", "intensity", "confidence"];
+        // As it is now, whatever other threads change meanwhile.
+        let now = Bound::new(py, RangeImage::from(image.clone()))?;
+        let parts = pickling::attributes(&now, &names)?;
+        parts.set_item(samples, now.getattr(samples)?)?;
+        parts.set_item("crs", crs_part(image.crs.as_ref()))?;
+        reduced("image", parts)
+    }
+
+    /// An image of its own: setting an attribute of one changes nothing of the other.
+    fn __copy__(&self) -> Self {
+        self.image().into()
+    }
+
+    fn __deepcopy__(&self, _memo: &Bound<'_, PyAny>) -> Self {
+        self.image().into()
     }
 
     fn __repr__(&self) -> String {

@@ -136,7 +136,7 @@ impl SurfaceCall {
     /// # Errors
     /// `ParameterError`, `InputError`.
     pub fn new(reconstructor: &Reconstructor, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
-        let params = params("surface", options)?;
+        let params = params("Reconstructor.surface", options)?;
         Ok(SurfaceCall { reconstructor: reconstructor.reconstructor.clone(), params })
     }
 

@@ -3,11 +3,13 @@
 use glam::DVec3;
 use numpy::PyArray1;
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use surfrecon::plane::DominantPlane;
 use surfrecon::select::{self, OrientedBox as Core};
 
 use crate::arrays;
 use crate::errors::{guarded, to_python};
+use crate::pickling::{self, Reduced, reduced};
 
 /// A box anywhere in the world: a region that samples are kept or removed by. What lies on its sides is inside.
 ///
@@ -20,6 +22,16 @@ use crate::errors::{guarded, to_python};
 pub struct OrientedBox {
     pub region: Core,
     text: String,
+}
+
+impl OrientedBox {
+    /// The box that pickle was given.
+    ///
+    /// # Errors
+    /// `InputError` for numbers that are not finite.
+    pub fn of_numbers(numbers: [f64; 15], text: String) -> PyResult<Self> {
+        Ok(OrientedBox { region: Core::of_numbers(numbers).map_err(|e| to_python(&e))?, text })
+    }
 }
 
 #[pymethods]
@@ -47,6 +59,21 @@ impl OrientedBox {
     /// Which points, (n, 3) in the world, lie in the box or on its sides: (n,) bool.
     fn contains<'py>(&self, points: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArray1<bool>>> {
         of_points(points, |at| self.region.contains(at))
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        let parts = PyDict::new(py);
+        parts.set_item("numbers", self.region.numbers())?;
+        parts.set_item("text", &self.text)?;
+        reduced("box", parts)
+    }
+
+    fn __copy__(slf: PyRef<'_, Self>) -> PyRef<'_, Self> {
+        slf
+    }
+
+    fn __deepcopy__<'py>(slf: PyRef<'py, Self>, _memo: &Bound<'py, PyAny>) -> PyRef<'py, Self> {
+        slf
     }
 
     fn __repr__(&self) -> &str {
@@ -83,6 +110,14 @@ impl From<DominantPlane> for Plane {
 }
 
 impl Plane {
+    /// The plane that pickle was given, with its share and spread.
+    ///
+    /// # Errors
+    /// `InputError` for numbers that are not finite.
+    pub fn of_numbers(numbers: [f64; 5], (share, spread): (Option<f64>, Option<f64>)) -> PyResult<Self> {
+        Ok(Plane { plane: select::Plane::of_numbers(numbers).map_err(|e| to_python(&e))?, share, spread })
+    }
+
     fn given(plane: surfrecon::Result<select::Plane>) -> PyResult<Self> {
         Ok(Plane { plane: plane.map_err(|e| to_python(&e))?, share: None, spread: None })
     }
@@ -159,6 +194,20 @@ impl Plane {
     /// Which points, (n, 3) in the world, lie below, on the plane, or at most the margin above: (n,) bool.
     fn contains<'py>(&self, points: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArray1<bool>>> {
         of_points(points, |at| self.plane.contains(at))
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Reduced<'py>> {
+        let parts = pickling::attributes(slf, &["share", "spread"])?;
+        parts.set_item("numbers", slf.get().plane.numbers())?;
+        reduced("plane", parts)
+    }
+
+    fn __copy__(slf: PyRef<'_, Self>) -> PyRef<'_, Self> {
+        slf
+    }
+
+    fn __deepcopy__<'py>(slf: PyRef<'py, Self>, _memo: &Bound<'py, PyAny>) -> PyRef<'py, Self> {
+        slf
     }
 
     fn __repr__(&self) -> String {

@@ -13,7 +13,8 @@ use surfrecon::{Progress, TriMesh};
 use crate::arrays;
 use crate::errors::{input_error, to_python};
 use crate::mesh::Mesh;
-use crate::params::{self, params};
+use crate::params::{self, count, params};
+use crate::pickling::{self, Reduced, reduced};
 use crate::progress::Watch;
 use crate::projection;
 use crate::range_image::RangeImage;
@@ -42,13 +43,14 @@ impl Camera {
     #[staticmethod]
     #[pyo3(signature = (rows, cols, *, spacing, target, toward, up = None))]
     fn orthographic(
-        rows: usize,
-        cols: usize,
+        rows: &Bound<'_, PyAny>,
+        cols: &Bound<'_, PyAny>,
         spacing: f64,
         target: &Bound<'_, PyAny>,
         toward: &Bound<'_, PyAny>,
         up: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
+        let [rows, cols] = size(rows, cols)?;
         made(scan::Camera::orthographic(
             rows,
             cols,
@@ -73,13 +75,14 @@ impl Camera {
     #[staticmethod]
     #[pyo3(signature = (rows, cols, *, height_angle, eye, target, up = None))]
     fn pinhole(
-        rows: usize,
-        cols: usize,
+        rows: &Bound<'_, PyAny>,
+        cols: &Bound<'_, PyAny>,
         height_angle: f64,
         eye: &Bound<'_, PyAny>,
         target: &Bound<'_, PyAny>,
         up: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
+        let [rows, cols] = size(rows, cols)?;
         made(scan::Camera::pinhole(
             rows,
             cols,
@@ -103,12 +106,13 @@ impl Camera {
     #[staticmethod]
     #[pyo3(signature = (rows, cols, *, focal, centre, world_from_sensor))]
     fn intrinsic(
-        rows: usize,
-        cols: usize,
+        rows: &Bound<'_, PyAny>,
+        cols: &Bound<'_, PyAny>,
         focal: [f64; 2],
         centre: [f64; 2],
         world_from_sensor: &Bound<'_, PyAny>,
     ) -> PyResult<Self> {
+        let [rows, cols] = size(rows, cols)?;
         let projection = Projection::Pinhole { focal, centre, depth: DepthKind::Planar };
         let world_from_sensor = arrays::rigid(world_from_sensor, "world_from_sensor")?;
         made(Ok(scan::Camera { rows, cols, projection, world_from_sensor }))
@@ -127,13 +131,14 @@ impl Camera {
     #[staticmethod]
     #[pyo3(signature = (rows, cols, *, lowest, highest, eye, up = None))]
     fn spherical(
-        rows: usize,
-        cols: usize,
+        rows: &Bound<'_, PyAny>,
+        cols: &Bound<'_, PyAny>,
         lowest: f64,
         highest: f64,
         eye: &Bound<'_, PyAny>,
         up: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
+        let [rows, cols] = size(rows, cols)?;
         made(scan::Camera::spherical(rows, cols, lowest, highest, arrays::vector(eye, "eye")?, vertical(up, DVec3::Z)?))
     }
 
@@ -161,9 +166,27 @@ impl Camera {
         arrays::matrix(py, &self.camera.world_from_sensor)
     }
 
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Reduced<'py>> {
+        reduced("camera", pickling::attributes(slf, &["rows", "cols", "projection", "world_from_sensor"])?)
+    }
+
+    fn __copy__(slf: PyRef<'_, Self>) -> PyRef<'_, Self> {
+        slf
+    }
+
+    fn __deepcopy__<'py>(slf: PyRef<'py, Self>, _memo: &Bound<'py, PyAny>) -> PyRef<'py, Self> {
+        slf
+    }
+
     fn __repr__(&self) -> String {
         format!("<Camera {} x {} pixels>", self.camera.rows, self.camera.cols)
     }
+}
+
+/// The size of an image.
+fn size(rows: &Bound<'_, PyAny>, cols: &Bound<'_, PyAny>) -> PyResult<[usize; 2]> {
+    let remedy = "Give the size of the image in pixels.";
+    Ok([count("rows", rows, 0, remedy)?, count("cols", cols, 0, remedy)?])
 }
 
 /// The direction given as `up`, or the usual one.
@@ -199,18 +222,17 @@ fn made(camera: surfrecon::Result<scan::Camera>) -> PyResult<Camera> {
 pub fn turntable<'py>(
     py: Python<'py>,
     mesh: &Mesh,
-    around: Option<i64>,
-    above: Option<i64>,
-    below: Option<i64>,
+    around: Option<&Bound<'_, PyAny>>,
+    above: Option<&Bound<'_, PyAny>>,
+    below: Option<&Bound<'_, PyAny>>,
     elevation: Option<f64>,
     up: Option<&Bound<'_, PyAny>>,
-    pixels: Option<i64>,
+    pixels: Option<&Bound<'_, PyAny>>,
     height_angle: Option<f64>,
 ) -> PyResult<Bound<'py, PyList>> {
     let default = Turntable::default();
-    let count = |name: &str, given: Option<i64>, default: usize| {
-        let refused = |n| input_error(format!("{name} must be >= 0, got {n}"));
-        given.map_or(Ok(default), |n| usize::try_from(n).map_err(|_| refused(n)))
+    let count = |name: &str, given: Option<&Bound<'_, PyAny>>, default: usize| {
+        given.map_or(Ok(default), |n| count(name, n, 0, "Leave it out for the default."))
     };
     let table = Turntable {
         around: count("around", around, default.around)?,
@@ -338,7 +360,7 @@ impl ScanCall {
 pub fn sculpture(
     py: Python<'_>,
     cell: Option<f64>,
-    threads: Option<i64>,
+    threads: Option<&Bound<'_, PyAny>>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Mesh> {
     let threads = params::threads(threads)?;

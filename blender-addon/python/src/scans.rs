@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use pyo3::exceptions::{PyIndexError, PyTypeError};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyIterator, PyList, PySequence, PySlice, PyTuple};
+use pyo3::types::{PyDict, PyIterator, PyList, PySlice, PyTuple};
 use surfrecon::Progress;
 use surfrecon::error::counted;
 use surfrecon::export::{self, Holding, PlyOptions, write_points_ply};
@@ -18,6 +18,8 @@ use crate::frame::{self, Scan};
 use crate::memory_folder::Place;
 use crate::mesh::{Mesh, ending_of, provenance_of};
 use crate::params::params;
+use crate::paths::{self, FsPath};
+use crate::pickling::{self, Reduced};
 use crate::point_cloud::PointCloud;
 use crate::progress::Watch;
 use crate::range_image::{RangeImage, write_together};
@@ -35,7 +37,7 @@ use crate::similarity::Given;
 /// how they overlap.
 ///
 /// Args:
-///     paths: a file - a scan, or a side file that places several (``.conf``) -, a folder, or a list of them.
+///     paths: a file - a scan, or a side file that places several (``.conf``) -, a folder, or any iterable of them, in its order.
 ///     camera: fx, fy, cx, cy in pixels: makes images depth images.
 ///     crs: the coordinate reference system that all lie in, whatever the files name: well-known text, or a code as ``EPSG:25832``.
 #[doc = include_str!("params/open.txt")]
@@ -80,10 +82,10 @@ impl OpenCall {
         crs: Option<crs::CrsText>,
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
-        let paths = match (paths.extract::<PathBuf>(), paths.cast::<PySequence>()) {
-            (Err(error), Ok(list)) if error.is_instance_of::<PyTypeError>(paths.py()) => {
-                list.try_iter()?.map(|one| Place::to_read(&one?)).collect::<PyResult<_>>()?
-            }
+        // A file object is iterable, too: its lines are no paths.
+        let is_one = paths::of(paths).is_ok() || paths.hasattr("read")?;
+        let paths = match paths.try_iter() {
+            Ok(all) if !is_one => all.map(|one| Place::to_read(&one?)).collect::<PyResult<_>>()?,
             _ => vec![Place::to_read(paths)?],
         };
         let camera = camera.map(of_four).transpose()?;
@@ -119,8 +121,8 @@ fn of_four(camera: &Bound<'_, PyAny>) -> PyResult<Camera> {
 /// Raises:
 ///     FileError: a folder above it can't be listed.
 #[pyfunction]
-pub fn recording_of(py: Python<'_>, path: PathBuf) -> PyResult<Option<PathBuf>> {
-    Watch::new(None).run(py, |progress| import::recording_of(&path, progress))
+pub fn recording_of(py: Python<'_>, path: FsPath) -> PyResult<Option<PathBuf>> {
+    Watch::new(None).run(py, |progress| import::recording_of(&path.0, progress))
 }
 
 /// Reads a file that holds one scan: a ``RangeImage``, a ``Mesh`` or a ``PointCloud``.
@@ -258,8 +260,8 @@ pub fn provenance<'py>(py: Python<'py>, path: &Bound<'py, PyAny>) -> PyResult<Op
 /// Raises:
 ///     InputError: ``content`` is none of these; what names no system.
 #[pyfunction]
-pub fn crs_note(path: PathBuf, content: &str, crs: Option<crs::CrsText>) -> PyResult<Option<String>> {
-    Ok(export::crs_note(&path, holding(content, "content")?, crs::crs_of(crs)?.as_ref()))
+pub fn crs_note(path: FsPath, content: &str, crs: Option<crs::CrsText>) -> PyResult<Option<String>> {
+    Ok(export::crs_note(&path.0, holding(content, "content")?, crs::crs_of(crs)?.as_ref()))
 }
 
 /// The endings of the names of files that can be read, without the dot, by the format's name.
@@ -297,7 +299,7 @@ fn holding(word: &str, argument: &str) -> PyResult<Holding> {
     })
 }
 
-/// Scans opened together, in the order of the files: a sequence of ``Scan``.
+/// Scans opened together, in the order of the files: a sequence of ``Scan``. A slice of it is a ``ScanSet`` with the same notes.
 #[pyclass(frozen, sequence, module = "surfrecon")]
 pub struct ScanSet {
     scans: Vec<Py<Scan>>,
@@ -315,6 +317,11 @@ impl ScanSet {
     pub fn new(py: Python<'_>, set: import::ScanSet) -> PyResult<Self> {
         let scans = set.scans.into_iter().map(|scan| frame::to_object(py, scan)).collect::<PyResult<_>>()?;
         Ok(ScanSet { scans, notes: set.notes })
+    }
+
+    /// A set of scans that are Python objects already.
+    pub fn of(scans: Vec<Py<Scan>>, notes: Vec<String>) -> Self {
+        ScanSet { scans, notes }
     }
 
     /// How many scans there are.
@@ -378,7 +385,8 @@ impl ScanSet {
         if let Ok(slice) = index.cast::<PySlice>() {
             let range = slice.indices(length)?;
             let chosen = (0..range.slicelength).map(|i| &self.scans[(range.start + i as isize * range.step) as usize]);
-            return Ok(PyList::new(py, chosen)?.into_any());
+            let scans = chosen.map(|scan| scan.clone_ref(py)).collect();
+            return Ok(Bound::new(py, ScanSet::of(scans, self.notes.clone()))?.into_any());
         }
         let index: isize = index.extract()?;
         let at = if index < 0 { index + length } else { index };
@@ -390,6 +398,18 @@ impl ScanSet {
 
     fn __iter__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyIterator>> {
         PyList::new(py, &self.scans)?.try_iter()
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        pickling::of_scans(py, &self.scans, &self.notes)
+    }
+
+    fn __copy__(slf: PyRef<'_, Self>) -> PyRef<'_, Self> {
+        slf
+    }
+
+    fn __deepcopy__<'py>(slf: PyRef<'py, Self>, _memo: &Bound<'py, PyAny>) -> PyRef<'py, Self> {
+        slf
     }
 
     fn __repr__(&self) -> String {

@@ -124,7 +124,7 @@ pub struct RefineCall {
 
 impl RefineCall {
     pub fn new(sculptor: &Sculptor, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
-        let tolerance = params("refine", options)?;
+        let tolerance = params("Sculptor.refine", options)?;
         Ok(RefineCall { sculptor: sculptor.sculptor.clone(), tolerance, size: [sculptor.rows, sculptor.cols] })
     }
 
@@ -164,7 +164,7 @@ impl Sculptor {
         progress: Option<Py<PyAny>>,
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Sculpted> {
-        let tolerance: Tolerance = params("refine", options)?;
+        let tolerance: Tolerance = params("Sculptor.refine", options)?;
         let made = Watch::new(progress).run(py, |progress| self.sculptor.refine(tolerance, progress))?;
         Sculpted::new(py, made, self.rows, self.cols)
     }

@@ -9,6 +9,7 @@ use surfrecon::vertices::{Anchor, GridCamera as Core, Vertices, from_vertices};
 
 use crate::arrays;
 use crate::errors::{guarded, input_error, to_python};
+use crate::params::count;
 use crate::progress::Watch;
 use crate::projection;
 
@@ -40,10 +41,15 @@ impl From<Core> for GridCamera {
 impl GridCamera {
     #[new]
     #[pyo3(signature = (rows, cols, projection, anchors = None))]
-    fn new(rows: i64, cols: i64, projection: &Bound<'_, PyDict>, anchors: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
+    fn new(
+        rows: &Bound<'_, PyAny>,
+        cols: &Bound<'_, PyAny>,
+        projection: &Bound<'_, PyDict>,
+        anchors: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
         let camera = Core {
-            rows: extent(rows, "rows")?,
-            cols: extent(cols, "cols")?,
+            rows: count("rows", rows, 0, GRID)?,
+            cols: count("cols", cols, 0, GRID)?,
             projection: projection::parsed(projection)?,
             anchors: anchors.map(of_rows).transpose()?.unwrap_or_default(),
         };
@@ -101,9 +107,7 @@ impl GridCamera {
     }
 }
 
-fn extent(count: i64, name: &str) -> PyResult<usize> {
-    usize::try_from(count).map_err(|_| input_error(format!("{name} must be >= 0, got {count}")))
-}
+const GRID: &str = "Give the size of the grid.";
 
 fn of_rows(anchors: &Bound<'_, PyAny>) -> PyResult<Vec<Anchor>> {
     let (numbers, _) = arrays::floats(anchors, "anchors", &[None, Some(5)])?;

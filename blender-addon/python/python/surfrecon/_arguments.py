@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import contextlib
+import difflib
+import inspect
 import operator
+from collections.abc import Iterable
 from typing import Any
 
 from . import _native
 
-__all__ = ["flag", "function", "is_url", "of_table", "whole", "wrong_kind"]
+__all__ = ["flag", "function", "is_url", "of_table", "unexpected", "whole", "wrong_kind"]
 
 
 def is_url(path: str) -> bool:
@@ -60,7 +64,26 @@ def of_table(name: str, value: object, *operations: str) -> None:
             if value is not None:
                 row.check(value)
             return
-    raise TypeError(f"{operations[0]}() got an unexpected keyword argument {name!r}")
+    known = [row.name for row in _native.parameters() if row.operation in operations]
+    raise unexpected(operations[0], name, known)
+
+
+def unexpected(function: str, name: str, known: Iterable[str]) -> TypeError:
+    """The error of a keyword that a function does not take, with the one that was probably meant.
+
+    Args:
+        function: its name in the compiled module, of a method behind that of its class.
+        name: what was given.
+        known: parameters that it takes; those that its signature shows come on top.
+    """
+    names = {*known}
+    # What is none in the module is a function of Python's, whose caller says all it takes.
+    with contextlib.suppress(AttributeError, ValueError):
+        shown = inspect.signature(operator.attrgetter(function)(_native)).parameters.values()
+        names |= {one.name for one in shown if one.kind is one.KEYWORD_ONLY}
+    near = difflib.get_close_matches(name, sorted(names), 1)
+    means = f"Did you mean {near[0]!r}?" if near else f"It takes {', '.join(sorted(names))}."
+    return TypeError(f"{function}() got an unexpected keyword argument {name!r}. {means}")
 
 
 def wrong_kind(name: str, allowed: str, value: object) -> TypeError:

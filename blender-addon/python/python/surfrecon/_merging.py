@@ -30,11 +30,11 @@ def _checked(call: Callable[_Given, _Made]) -> Callable[_Given, _Made]:
 
 def _check(call: str, given: tuple[Any, ...], named: dict[str, Any]) -> None:
     scans = given[0] if given else named.get("scans")
-    if isinstance(scans, str | os.PathLike):
+    if isinstance(scans, str | bytes | os.PathLike):
         problem = wrong_kind("scans", "a ScanSet or a list of scans", os.fspath(scans))
         raise TypeError(f"{problem}: open files with surfrecon.open({os.fspath(scans)!r})")
     path = given[1] if len(given) > 1 else named.get("path")
-    if call == "merge_to_file" and isinstance(path, str | os.PathLike):
+    if call == "merge_to_file" and isinstance(path, str | bytes | os.PathLike):
         _check_ending(os.fsdecode(path))
     workspace = named.get("workspace")
     if isinstance(workspace, str) and is_url(workspace) and not os.path.isdir(workspace):

@@ -65,6 +65,22 @@ impl OrientedBox {
         Ok(OrientedBox { normals: DVec3::AXES, low, high })
     }
 
+    /// Numbers of the box: of each side its unit normal, where the box begins along each, and where it ends.
+    pub fn numbers(&self) -> [f64; 15] {
+        let sides = [self.normals[0], self.normals[1], self.normals[2], self.low, self.high];
+        std::array::from_fn(|i| sides[i / 3][i % 3])
+    }
+
+    /// The box of [`OrientedBox::numbers`], to the bit.
+    ///
+    /// # Errors
+    /// Numbers that are not finite.
+    pub fn of_numbers(numbers: [f64; 15]) -> Result<Self> {
+        finite("the box", &numbers)?;
+        let [a, b, c, low, high] = std::array::from_fn(|i| DVec3::from_slice(&numbers[3 * i..]));
+        Ok(OrientedBox { normals: [a, b, c], low, high })
+    }
+
     /// Whether a place in the world lies in the box or on its sides.
     pub fn contains(&self, at: DVec3) -> bool {
         (0..3).all(|i| {
@@ -111,6 +127,22 @@ impl Plane {
             return Err(Error::input("the three points lie on one line: pick points that span a plane"));
         }
         Plane::new(a, normal, 0.0)
+    }
+
+    /// Numbers of the plane: its unit normal, its distance from the origin along it, and its margin.
+    pub fn numbers(&self) -> [f64; 5] {
+        let [x, y, z] = self.normal.to_array();
+        [x, y, z, self.offset, self.margin]
+    }
+
+    /// The plane of [`Plane::numbers`], to the bit.
+    ///
+    /// # Errors
+    /// Numbers that are not finite.
+    pub fn of_numbers(numbers: [f64; 5]) -> Result<Self> {
+        finite("the plane", &numbers)?;
+        let [x, y, z, offset, margin] = numbers;
+        Ok(Plane { normal: DVec3::new(x, y, z), offset, margin })
     }
 
     /// Unit length, points above.
@@ -197,6 +229,28 @@ impl Mask {
         Mask { rows: marks.len(), cols: 1, bits: bits.collect() }
     }
 
+    /// Rows and columns of the image that it is of; of a list its length and 1.
+    pub fn size(&self) -> [usize; 2] {
+        [self.rows, self.cols]
+    }
+
+    /// Its marks, eight a byte, the first in the lowest bit.
+    pub fn bits(&self) -> &[u8] {
+        &self.bits
+    }
+
+    /// The mask of [`Mask::size`] and [`Mask::bits`].
+    ///
+    /// # Errors
+    /// Another number of bytes than the size asks for.
+    pub fn of_bits([rows, cols]: [usize; 2], bits: Vec<u8>) -> Result<Self> {
+        let wanted = rows.checked_mul(cols).map(|marks| marks.div_ceil(8));
+        if wanted == Some(bits.len()) {
+            return Ok(Mask { rows, cols, bits });
+        }
+        Err(Error::input(format!("a mask of {rows} x {cols} samples does not lie in {} bytes", bits.len())))
+    }
+
     /// Whether a sample is marked.
     ///
     /// # Panics
@@ -220,5 +274,12 @@ impl Mask {
             return Ok(());
         }
         Err(Error::input(format!("the mask has {} marks for {count} {things}", self.rows * self.cols)))
+    }
+}
+
+fn finite(what: &str, numbers: &[f64]) -> Result<()> {
+    match numbers.iter().find(|number| !number.is_finite()) {
+        None => Ok(()),
+        Some(number) => Err(Error::input(format!("a number of {what} is {number}, but must be finite"))),
     }
 }

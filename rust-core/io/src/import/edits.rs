@@ -15,19 +15,19 @@ use super::{Content, Scan};
 
 /// In the order in which they were asked for.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Edits(Vec<Edit>);
+pub(crate) struct Edits(pub(super) Vec<Edit>);
 
 #[derive(Clone, Debug)]
-enum Edit {
+pub(super) enum Edit {
     Select(Arc<Placed>),
     Scale(f64),
 }
 
 /// A selection, and where the scan lay in the world that it is of.
 #[derive(Debug)]
-struct Placed {
-    selection: Selection,
-    world_from_sensor: DAffine3,
+pub(super) struct Placed {
+    pub(super) selection: Selection,
+    pub(super) world_from_sensor: DAffine3,
 }
 
 impl Edits {

@@ -21,6 +21,7 @@
 //! | `camera`, `trajectory`, `pose` | side files: intrinsics, poses of a sequence, the pose of one scan |
 //! | `options` | what the files don't say themselves |
 //! | `edits` | what is kept of a scan, and its true size and place |
+//! | `kept` | a scan as text, from which another process makes it again |
 //! | `file`, `window`, `text` | regular files, whole or in part; a window that moves along one; its lines |
 //!
 //! A file is recognized by its content; the ending of its name decides only where the content could be anything.
@@ -35,6 +36,7 @@ mod file;
 mod frames;
 mod gltf;
 mod grid;
+mod kept;
 #[cfg(feature = "las")]
 mod las;
 #[cfg(not(feature = "las"))]
@@ -79,6 +81,7 @@ use mesh::Crs;
 
 pub use crs::provenance;
 pub use image::frame::Camera;
+pub use kept::Kept;
 pub use options::{CameraAxes, PixelMeaning, PoseSense, ReadOptions, SCHEMA};
 pub use registry::{Format, formats};
 use registry::{Role, format_of, is_known_by_content};
@@ -228,6 +231,10 @@ fn open_listed(listed: &[Listed], options: &ReadOptions, progress: &Progress<'_>
     for opening in opens {
         progress.check()?;
         let mut set = opening.open(&options, progress)?;
+        let opened: Arc<Path> = opening.path().into();
+        for scan in set.scans.iter_mut().filter(|scan| scan.is_frame()) {
+            scan.opened = Some(opened.clone());
+        }
         if let [scan] = set.scans.as_mut_slice()
             && poses.is_none()
             && scan.recording.is_none()
@@ -285,6 +292,13 @@ impl Opening<'_> {
             Opening::File(path, Role::Scans { open, .. }) => open(path, options),
             Opening::File(path, Role::List(open) | Role::Recording(open)) => open(path, options, progress),
             Opening::File(..) => Ok(ScanSet::default()),
+        }
+    }
+
+    fn path(&self) -> &Path {
+        match self {
+            Opening::Recording(found) => found.path(),
+            Opening::File(path, _) => path,
         }
     }
 

@@ -43,6 +43,8 @@ pub struct Scan {
     pub(crate) begin: Begin,
     /// What it is a frame of.
     pub(crate) recording: Option<Arc<Recording>>,
+    /// The path under which that was opened.
+    pub(crate) opened: Option<Arc<Path>>,
     /// What becomes of its samples after they are read.
     pub(crate) edits: Edits,
     /// Whether it was taken out of the system that its file names.
@@ -81,6 +83,7 @@ impl Scan {
             options: Arc::default(),
             begin: Begin::default(),
             recording: None,
+            opened: None,
             edits: Edits::default(),
             left_crs: false,
             _memory: MemoryFolder::of(path),

@@ -1,9 +1,11 @@
 //! A recording: its frames, listed and not yet decoded. Layouts fill it; here each frame is read as that says.
 
+use std::hash::{Hash as _, Hasher as _};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use glam::{DAffine3, DVec3};
+use rustc_hash::FxHasher;
 
 use super::super::ReadOptions;
 use super::super::raster::{Numbers, Raster};
@@ -116,6 +118,15 @@ impl Recording {
     pub(super) fn of_phone(store: Store, layout: &'static str) -> Recording {
         // The LiDAR's reach; what ARKit says beyond is guessed from the colours.
         Recording { reach: Some(5.0), convention: Convention::BACKWARD, ..Recording::new(store, layout) }
+    }
+
+    /// Number that tells whether a frame is listed as it was: of its files, its cameras, its pose and how its depths are stored.
+    pub(crate) fn print_of(&self, index: usize) -> Option<u64> {
+        let entry = self.entries.get(index)?;
+        let forms = (self.layout, self.depth, self.confidence, self.colour_from_depth, self.reach, self.black_rim);
+        let mut hasher = FxHasher::default();
+        format!("{entry:?} {forms:?}").hash(&mut hasher);
+        Some(hasher.finish())
     }
 
     /// The file that holds the depth of a frame.
