@@ -13,10 +13,22 @@
  *         return srf_mesh_write(mesh, arguments[2], NULL, NULL) == SRF_OK ? 0 : 1;
  *     }
  *
- * To be read in this order: srf_status; srf_scans_open() and srf_scans_read(), or srf_image_create() and srf_image_from_frame() for data
- * of one's own; srf_merger_run(), or another verb: srf_aligner_run(), srf_sculptor_create(), srf_quads_create(),
- * srf_reconstructor_create(), srf_mesh_cluster(); srf_mesh_positions() or srf_mesh_write(). What a verb may be told stands before it, in
- * its struct of parameters.
+ * Chapters, each with an example before its first function. Structs and values stand before them all. What a verb may be told is in its
+ * struct of parameters.
+ *    1. The library: errors, threads, memory, progress  srf_version()
+ *    2. Range images                                    srf_projection_pinhole()
+ *    3. Point clouds and meshes                         srf_cloud_create()
+ *    4. Reading files                                   srf_format_count()
+ *    5. Writing files                                   srf_mesh_write()
+ *    6. Aligning                                        srf_aligner_create()
+ *    7. What to keep, true size and ground              srf_plane_through()
+ *    8. Merging                                         srf_merger_create()
+ *    9. Sculpting one scan                              srf_sculptor_create()
+ *   10. Quad grids and splines                          srf_quads_create()
+ *   11. Surfaces through points                         srf_reconstructor_create()
+ *   12. Coarse meshes                                   srf_mesh_cluster()
+ *   13. The virtual scanner                             srf_scan_mesh()
+ *   14. Measuring                                       srf_mesh_distances()
  *
  * Conventions
  *   Names begin with srf_. A call that can fail returns srf_status; srf_last_error_message() then has the text.
@@ -425,7 +437,7 @@ typedef struct {
   uint32_t kind;
   // 0.
   uint32_t reserved;
-  // What they mean is said with the kind; those it does not name are 0.
+  // What they mean is said with the kind; those it does not name are 0. srf_projection_pinhole() and the functions beside it fill them.
   double numbers[4];
 } srf_projection;
 
@@ -1065,6 +1077,8 @@ typedef struct {
   uint64_t full_triangles;
   // Triangles of the result.
   uint64_t triangles;
+  // Largest distance once coordinates are rounded to single precision, as STL, GLB and many programs keep them.
+  double max_error_single;
 } srf_certificate;
 
 // How a quad grid is made. Starts with its size; set to the defaults by srf_quads_params_init().
@@ -1375,6 +1389,17 @@ typedef struct {
 extern "C" {
 #endif // __cplusplus
 
+// ==== 1. The library: errors, threads, memory, progress ====================================================
+// A call that failed says why. Threads, memory and the log are set for the process, or for a context.
+//
+//     /* Ends a program whose call failed. */
+//     static void must(srf_status status)
+//     {
+//         if (status == SRF_OK) return;
+//         fprintf(stderr, "%s\n", srf_last_error_message());
+//         exit(1);
+//     }
+
 // Version of the loaded library, for example "0.2.0". Static text, never NULL. Since 0.1.
 const char *srf_version(void);
 
@@ -1522,12 +1547,78 @@ srf_status srf_cancel_reset(srf_cancel *cancel);
 // returns     SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 srf_status srf_cancel_is_set(const srf_cancel *cancel, uint32_t *out_is_set);
 
+// ==== 2. Range images ======================================================================================
+// A range image is made of samples, of how its pixels see and of where its sensor stood.
+//
+//     /* Makes a range image of depths in metres, row after row. */
+//     static srf_status from_depths(const double *depths, size_t rows, size_t cols, srf_image **out_image)
+//     {
+//         const srf_array samples = {depths, rows * cols, 0, SRF_TYPE_F64, 1};
+//         srf_projection camera;
+//         const srf_status status = srf_projection_pinhole(525, 525, 319.5, 239.5, 0, &camera);
+//         if (status != SRF_OK) return status;
+//         return srf_image_create(rows, cols, &camera, &samples, NULL, "first", out_image);
+//     }
+
 // Sets the defaults. Call srf_triangulate_params_init(params), which adds the size that this header knows.
 // params   not NULL
 // size     sizeof(srf_triangulate_params): what of the struct this library does not know becomes 0
 // returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 srf_status srf_triangulate_params_init_sized(srf_triangulate_params *params, size_t size);
 #define srf_triangulate_params_init(params) srf_triangulate_params_init_sized((params), sizeof(srf_triangulate_params))
+
+// Says how a depth camera sees, which looks along z with x to the right and y down.
+// fx, fy          focal lengths in pixels, across and down; not 0
+// cx, cy          column and row of the principal point; pixel centres lie at whole numbers
+// along_ray       0 if the values of an image are depths along z, 1 if they are distances along the rays
+// out_projection  receives it on SRF_OK only; not NULL
+// returns         SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_NULL. Since 0.2.
+srf_status srf_projection_pinhole(double fx,
+                                  double fy,
+                                  double cx,
+                                  double cy,
+                                  uint32_t along_ray,
+                                  srf_projection *out_projection);
+
+// Says that an image is a height map: rays along -z, its values are z.
+// first_x, first_y  place of pixel (0, 0)
+// step_x            x from column to column; not 0
+// step_y            y from row to row; below 0 where row 0 is at the top; not 0
+// out_projection    receives it on SRF_OK only; not NULL
+// returns           SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_NULL. Since 0.2.
+srf_status srf_projection_orthographic(double first_x,
+                                       double first_y,
+                                       double step_x,
+                                       double step_y,
+                                       srf_projection *out_projection);
+
+// Says how a terrestrial scanner sees: its values are distances along the rays. Radians; azimuths turn from +x toward +y, elevations from
+// the horizon toward +z.
+// azimuth         of column 0
+// elevation       of row 0
+// azimuth_step    from column to column; not 0
+// elevation_step  from row to row; below 0 where row 0 is the highest; not 0
+// out_projection  receives it on SRF_OK only; not NULL
+// returns         SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_NULL. Since 0.2.
+srf_status srf_projection_spherical(double azimuth,
+                                    double elevation,
+                                    double azimuth_step,
+                                    double elevation_step,
+                                    srf_projection *out_projection);
+
+// Says that an image has a point per pixel, seen along parallel rays.
+// direction       3 numbers of any length but 0: where the rays lead, toward the scene, in the sensor's frame; not NULL
+// out_projection  receives it on SRF_OK only; not NULL
+// returns         SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_NULL. Since 0.2.
+srf_status srf_projection_grid_parallel(const double *direction,
+                                        srf_projection *out_projection);
+
+// Says that an image has a point per pixel, seen from one place.
+// origin          3 numbers: the place in the sensor's frame; not NULL
+// out_projection  receives it on SRF_OK only; not NULL
+// returns         SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_NULL. Since 0.2.
+srf_status srf_projection_grid_from(const double *origin,
+                                    srf_projection *out_projection);
 
 // Makes a range image.
 // rows, cols         size of the image
@@ -1707,6 +1798,23 @@ srf_status srf_image_from_frame(const srf_frame *frame,
                                 const srf_progress *progress,
                                 srf_image **out_image,
                                 srf_left_out *out_left_out);
+
+// ==== 3. Point clouds and meshes ===========================================================================
+// Both hand out views that copy nothing, and are made of arrays of any stride.
+//
+//     /* Prints the vertices of a mesh. */
+//     static srf_status print_vertices(const srf_mesh *mesh)
+//     {
+//         srf_array view;
+//         size_t i;
+//         const srf_status status = srf_mesh_positions(mesh, &view);
+//         if (status != SRF_OK) return status;
+//         for (i = 0; i < view.count; ++i) {
+//             const double *at = (const double *)view.data + 3 * i;
+//             printf("%g %g %g\n", at[0], at[1], at[2]);
+//         }
+//         return SRF_OK;
+//     }
 
 // Makes a cloud.
 // positions         3 SRF_TYPE_F64 or SRF_TYPE_F32 a point; those that are not finite are left out of surfaces and counted; not NULL
@@ -1985,6 +2093,23 @@ srf_status srf_image_from_vertices(const srf_grid_camera *camera,
                                    const srf_progress *progress,
                                    srf_image **out_image);
 
+// ==== 4. Reading files =====================================================================================
+// Files are opened as a set of scans. Their samples stay on the disk until a scan is read, merged or aligned.
+//
+//     /* Opens a list of scans, a recording's folder or a single scan, and prints what is in it. */
+//     static srf_status list_scans(const char *path, srf_scans **out_scans)
+//     {
+//         size_t i, count = 0;
+//         srf_status status = srf_scans_open(&path, 1, NULL, NULL, out_scans);
+//         if (status == SRF_OK) status = srf_scans_count(*out_scans, &count, NULL);
+//         for (i = 0; status == SRF_OK && i < count; ++i) {
+//             const char *name;
+//             status = srf_scans_describe(*out_scans, i, &name, NULL);
+//             if (status == SRF_OK) puts(name);
+//         }
+//         return status;
+//     }
+
 // How many formats srf_scans_open() knows.
 // out_count  not NULL
 // returns    SRF_OK, SRF_ERR_NULL. Since 0.1.
@@ -2133,6 +2258,16 @@ srf_status srf_scans_describe(const srf_scans *scans,
                               const char **out_name,
                               srf_pose *out_pose);
 
+// Places a scan of a set, whatever its file says: where an alignment found it, for example. The file is neither read nor changed. A scan
+// that was added to a merge or an alignment before stays there as it was.
+// scans              not NULL
+// index              less than the number of scans
+// world_from_sensor  a rotation and a translation; NULL for the identity
+// returns            SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
+srf_status srf_scans_set_pose(srf_scans *scans,
+                              size_t index,
+                              const srf_pose *world_from_sensor);
+
 // Whether a scan is a frame of a recording, of which there may be thousands.
 // scans         not NULL
 // index         less than the number of scans
@@ -2159,6 +2294,21 @@ srf_status srf_scans_read(const srf_scans *scans,
                           srf_mesh **out_mesh,
                           srf_cloud **out_cloud);
 
+// ==== 5. Writing files =====================================================================================
+// Take srf_mesh_write() for a mesh: the ending of the name chooses the format. srf_mesh_write_from() does the
+// same, and the file says where it is from. srf_mesh_write_ply() and those for GLB, OBJ and STL write one
+// format whatever the name is. srf_merger_write() merges into a file what memory does not hold.
+//
+//     /* Writes a mesh of millimetres whose z points up, for viewers of glTF. */
+//     static srf_status write_for_viewers(const srf_mesh *mesh, const char *path)
+//     {
+//         srf_write_options options;
+//         srf_write_options_init(&options);
+//         options.metres_per_unit = 0.001;
+//         options.up = SRF_UP_Z;
+//         return srf_mesh_write(mesh, path, &options, NULL);
+//     }
+
 // Sets the defaults. Call srf_write_options_init(options), which adds the size that this header knows.
 // options  not NULL
 // size     sizeof(srf_write_options): what of the struct this library does not know becomes 0
@@ -2166,7 +2316,7 @@ srf_status srf_scans_read(const srf_scans *scans,
 srf_status srf_write_options_init_sized(srf_write_options *options, size_t size);
 #define srf_write_options_init(options) srf_write_options_init_sized((options), sizeof(srf_write_options))
 
-// Writes a mesh by the ending of the file's name: .ply with all attributes, .glb (binary glTF) with those of vertices, its node
+// Writes a mesh by the ending of the file's name, the writer to take unless another is needed: .ply with all attributes, .glb (binary glTF) with those of vertices, its node
 // named as the file without the ending, .obj with colours, .stl. A file of that name is replaced once all is written, or stays as it is.
 // mesh       not NULL
 // path       UTF-8; not NULL
@@ -2188,7 +2338,7 @@ srf_status srf_mesh_write(const srf_mesh *mesh,
 srf_status srf_check_mesh_file(const char *file,
                                const srf_write_options *options);
 
-// Writes a mesh with all its attributes as PLY. A file of that name is replaced once all is written, or stays as it is.
+// Writes a mesh with all its attributes as PLY, whatever the file's name ends with. A file of that name is replaced once all is written, or stays as it is.
 // mesh       not NULL
 // path       UTF-8; not NULL
 // encoding   a value of srf_encoding
@@ -2199,7 +2349,7 @@ srf_status srf_mesh_write_ply(const srf_mesh *mesh,
                               uint32_t encoding,
                               const srf_progress *progress);
 
-// Writes a mesh with its attributes of vertices as binary glTF. A file of that name is replaced once all is written, or stays.
+// Writes a mesh with its attributes of vertices as binary glTF, whatever the file's name ends with. A file of that name is replaced once all is written, or stays.
 // mesh             not NULL
 // path             UTF-8; not NULL
 // name             of the node, UTF-8; NULL for "mesh"
@@ -2233,7 +2383,7 @@ srf_status srf_meshes_write_glb_levels(const srf_mesh *const *meshes,
                                        uint32_t z_up,
                                        const srf_progress *progress);
 
-// Writes a mesh as Wavefront OBJ, with the colours of its vertices; coordinates keep double precision. A file of that name is
+// Writes a mesh as Wavefront OBJ, whatever the file's name ends with, with the colours of its vertices; coordinates keep double precision. A file of that name is
 // replaced once all is written, or stays.
 // mesh       not NULL
 // path       UTF-8; not NULL
@@ -2243,7 +2393,7 @@ srf_status srf_mesh_write_obj(const srf_mesh *mesh,
                               const char *path,
                               const srf_progress *progress);
 
-// Writes a mesh as binary STL, in single precision and without attributes. A file of that name is replaced once all is
+// Writes a mesh as binary STL, whatever the file's name ends with, in single precision and without attributes. A file of that name is replaced once all is
 // written, or stays.
 // mesh       not NULL; SRF_ERR_INPUT if it lies so far from the origin that single precision would lose its detail
 // path       UTF-8; not NULL
@@ -2414,6 +2564,32 @@ srf_status srf_file_provenance(const char *path,
                                char *out_text,
                                size_t capacity,
                                size_t *out_length);
+
+// ==== 6. Aligning ==========================================================================================
+// Scans without poses come into one frame. srf_scans_set_pose() places the scans of a set by it, which then
+// merge from the disk.
+//
+//     /* Aligns the scans of a set and adds those that found a place to a merge, without keeping one of them in memory. */
+//     static srf_status align_and_add(srf_scans *scans, size_t count, srf_merger *merger)
+//     {
+//         srf_aligner *aligner = NULL;
+//         srf_alignment *alignment = NULL;
+//         size_t i;
+//         srf_status status = srf_aligner_create(&aligner);
+//         if (status == SRF_OK) status = srf_aligner_add_scans(aligner, scans);
+//         if (status == SRF_OK) status = srf_aligner_run(aligner, NULL, NULL, &alignment);
+//         for (i = 0; status == SRF_OK && i < count; ++i) {
+//             srf_aligned_scan found;
+//             srf_aligned_scan_init(&found);
+//             status = srf_alignment_scan(alignment, i, &found);
+//             if (found.state != SRF_SCAN_STATE_PLACED && found.state != SRF_SCAN_STATE_KEPT) continue;
+//             if (status == SRF_OK) status = srf_scans_set_pose(scans, i, &found.world_from_scan);
+//             if (status == SRF_OK) status = srf_merger_add_scan(merger, scans, i);
+//         }
+//         srf_alignment_free(alignment);
+//         srf_aligner_free(aligner);
+//         return status;
+//     }
 
 // Sets the defaults. Call srf_align_params_init(params), which adds the size that this header knows.
 // params   not NULL
@@ -2684,6 +2860,21 @@ srf_status srf_aligner_misfit(const srf_aligner *aligner,
                               const srf_progress *progress,
                               double *out_distances);
 
+// ==== 7. What to keep, true size and ground ================================================================
+// Boxes, planes and masks keep or remove samples. Two picked points give the true size, a plane the ground.
+//
+//     /* Removes from all scans of a set what lies outside of a box of 2 x 2 x 2 about the origin, whenever they are read. */
+//     static srf_status crop(srf_scans *scans)
+//     {
+//         const srf_pose cube = {{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}};
+//         srf_region *region;
+//         srf_status status = srf_region_box(&cube, &region);
+//         if (status != SRF_OK) return status;
+//         status = srf_scans_select(scans, SIZE_MAX, region, 1);
+//         srf_region_free(region);
+//         return status;
+//     }
+
 // Sets the defaults. Call srf_plane_params_init(params), which adds the size that this header knows.
 // params   not NULL
 // size     sizeof(srf_plane_params): what of the struct this library does not know becomes 0
@@ -2853,6 +3044,24 @@ srf_status srf_cloud_transform(srf_cloud *cloud,
 // returns     SRF_OK, SRF_ERR_INPUT for what becomes too large or too small, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_mesh_transform(srf_mesh *mesh,
                               const srf_pose *similarity);
+
+// ==== 8. Merging ===========================================================================================
+// Registered scans become one surface. A merger takes scans of all kinds and is run as often as wanted.
+//
+//     /* Merges all scans of a set with cells of 2 units. */
+//     static srf_status merge(const srf_scans *scans, srf_mesh **out_mesh)
+//     {
+//         srf_merge_params params;
+//         srf_merger *merger;
+//         srf_status status = srf_merger_create(&merger);
+//         if (status != SRF_OK) return status;
+//         srf_merge_params_init(&params);
+//         params.voxel = 2;
+//         status = srf_merger_add_scans(merger, scans);
+//         if (status == SRF_OK) status = srf_merger_run(merger, &params, NULL, out_mesh, NULL);
+//         srf_merger_free(merger);
+//         return status;
+//     }
 
 // Sets the defaults. Call srf_merge_params_init(params), which adds the size that this header knows.
 // params   not NULL
@@ -3071,6 +3280,24 @@ srf_status srf_merger_write(const srf_merger *merger,
                             const srf_progress *progress,
                             srf_merge_report *out_report);
 
+// ==== 9. Sculpting one scan ================================================================================
+// One range image becomes few triangles within a tolerance, with a certificate of how far they lie from the
+// samples.
+//
+//     /* The coarsest mesh within a tolerance; prints how far STL and GLB lie from the samples. */
+//     static srf_status sculpt(const srf_image *image, double tolerance, srf_mesh **out_mesh)
+//     {
+//         srf_certificate certificate;
+//         srf_sculptor *sculptor;
+//         srf_status status = srf_sculptor_create(image, NULL, NULL, &sculptor);
+//         if (status != SRF_OK) return status;
+//         srf_certificate_init(&certificate);
+//         status = srf_sculptor_refine(sculptor, tolerance, NULL, out_mesh, &certificate);
+//         if (status == SRF_OK) printf("%g\n", certificate.max_error_single);
+//         srf_sculptor_free(sculptor);
+//         return status;
+//     }
+
 // Sets the defaults. Call srf_sculpt_params_init(params), which adds the size that this header knows.
 // params   not NULL
 // size     sizeof(srf_sculpt_params): what of the struct this library does not know becomes 0
@@ -3136,6 +3363,21 @@ srf_status srf_sculptor_at_most(const srf_sculptor *sculptor,
                                 const srf_progress *progress,
                                 srf_mesh **out_mesh,
                                 srf_certificate *out_certificate);
+
+// ==== 10. Quad grids and splines ===========================================================================
+// One range image becomes a regular grid of quads, dense where the surface bends, and a smooth surface
+// through it.
+//
+//     /* Writes an image as quads. */
+//     static srf_status write_quads(const srf_image *image, const char *path)
+//     {
+//         srf_quads *quads;
+//         srf_status status = srf_quads_create(image, NULL, NULL, &quads, NULL);
+//         if (status != SRF_OK) return status;
+//         status = srf_quads_write_obj(quads, path, NULL);
+//         srf_quads_free(quads);
+//         return status;
+//     }
 
 // Sets the defaults. Call srf_quads_params_init(params), which adds the size that this header knows.
 // params   not NULL
@@ -3273,6 +3515,23 @@ srf_status srf_spline_sample(const srf_spline *spline,
                              size_t cols,
                              srf_mesh **out_mesh);
 
+// ==== 11. Surfaces through points ==========================================================================
+// Scattered points become a surface, closed or open; their noise is measured and smoothed out.
+//
+//     /* The surface through points in double precision. */
+//     static srf_status through(const double *points, size_t count, srf_mesh **out_mesh)
+//     {
+//         const srf_array positions = {points, count, 0, SRF_TYPE_F64, 3};
+//         srf_reconstructor *reconstructor = NULL;
+//         srf_cloud *cloud = NULL;
+//         srf_status status = srf_cloud_create(&positions, NULL, NULL, NULL, NULL, &cloud);
+//         if (status == SRF_OK) status = srf_reconstructor_create(cloud, NULL, &reconstructor);
+//         if (status == SRF_OK) status = srf_reconstructor_surface(reconstructor, NULL, NULL, out_mesh, NULL, NULL);
+//         srf_reconstructor_free(reconstructor);
+//         srf_cloud_free(cloud);
+//         return status;
+//     }
+
 // Sets the defaults. Call srf_reconstruct_params_init(params), which adds the size that this header knows.
 // params   not NULL
 // size     sizeof(srf_reconstruct_params): what of the struct this library does not know becomes 0
@@ -3326,6 +3585,18 @@ srf_status srf_reconstructor_surface(const srf_reconstructor *reconstructor,
                                      srf_mesh **out_mesh,
                                      srf_reconstruct_report *out_report,
                                      uint8_t *out_dropped);
+
+// ==== 12. Coarse meshes ====================================================================================
+// A dense mesh, or points, become a mesh of few well-shaped triangles.
+//
+//     /* A mesh of about so many vertices. */
+//     static srf_status coarser(const srf_mesh *mesh, uint64_t vertices, srf_mesh **out_mesh)
+//     {
+//         srf_cluster_params params;
+//         srf_cluster_params_init(&params);
+//         params.vertices = vertices;
+//         return srf_mesh_cluster(mesh, &params, NULL, out_mesh, NULL);
+//     }
 
 // Sets the defaults. Call srf_cluster_params_init(params), which adds the size that this header knows.
 // params   not NULL
@@ -3406,6 +3677,18 @@ srf_status srf_cloud_cluster_levels(const srf_cloud *cloud,
                                     const srf_progress *progress,
                                     srf_mesh **out_meshes);
 
+// ==== 13. The virtual scanner ==============================================================================
+// Range images of any mesh, with the errors that a scanner makes: for tests that know the truth.
+//
+//     /* Scans a mesh from where the sensor stands. */
+//     static srf_status scan(const srf_mesh *mesh, const srf_pose *world_from_sensor, srf_image **out_image)
+//     {
+//         srf_projection camera;
+//         const srf_status status = srf_projection_pinhole(500, 500, 319.5, 239.5, 0, &camera);
+//         if (status != SRF_OK) return status;
+//         return srf_scan_mesh(mesh, 480, 640, &camera, world_from_sensor, NULL, NULL, out_image);
+//     }
+
 // Sets the defaults. Call srf_scan_params_init(params), which adds the size that this header knows.
 // params   not NULL
 // size     sizeof(srf_scan_params): what of the struct this library does not know becomes 0
@@ -3432,6 +3715,18 @@ srf_status srf_scan_mesh(const srf_mesh *mesh,
                          const srf_scan_params *params,
                          const srf_progress *progress,
                          srf_image **out_image);
+
+// ==== 14. Measuring ========================================================================================
+// How far points or a surface lie from a mesh.
+//
+//     /* Prints the largest distance of a surface from a reference. */
+//     static srf_status compare(const srf_mesh *mesh, const srf_mesh *reference)
+//     {
+//         double bound;
+//         const srf_status status = srf_mesh_surface_distance(mesh, reference, 0, 0, NULL, NULL, NULL, NULL, &bound);
+//         if (status == SRF_OK) printf("at most %g\n", bound);
+//         return status;
+//     }
 
 // Prepares a struct for srf_mesh_distances(). Call srf_distances_init(distances), which adds the size that this header knows.
 // distances  not NULL

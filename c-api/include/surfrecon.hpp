@@ -14,6 +14,7 @@
 #include <cstdint>
 #include <exception>
 #include <functional>
+#include <iterator>
 #include <memory>
 #include <new>
 #include <optional>
@@ -24,6 +25,12 @@
 #include <type_traits>
 #include <utility>
 #include <vector>
+#if __has_include(<version>)
+#include <version>
+#endif
+#ifdef __cpp_lib_span
+#include <span>
+#endif
 
 #include "surfrecon.h"
 
@@ -71,13 +78,85 @@ struct TypeOf<std::uint16_t> { static constexpr std::uint32_t value = SRF_TYPE_U
 template <>
 struct TypeOf<std::uint8_t> { static constexpr std::uint32_t value = SRF_TYPE_U8; };
 
+// Goes through the elements of a view, in any order.
+template <typename T, std::size_t N>
+class Elements {
+public:
+    using value_type = std::conditional_t<N == 1, T, std::array<T, N>>;
+    using reference = value_type;
+    using pointer = void;
+    using difference_type = std::ptrdiff_t;
+    // Elements are given by value, which older algorithms take no other iterators to do.
+    using iterator_category = std::input_iterator_tag;
+#ifdef __cpp_lib_ranges
+    using iterator_concept = std::random_access_iterator_tag;
+#endif
+
+    Elements() = default;
+    Elements(const T *first, std::size_t stride, std::size_t at) noexcept
+        : first_(reinterpret_cast<const unsigned char *>(first)), stride_(stride), at_(at) {}
+    value_type operator*() const noexcept
+    {
+        const T *numbers = reinterpret_cast<const T *>(first_ + stride_ * at_);
+        if constexpr (N == 1) {
+            return *numbers;
+        } else {
+            value_type element;
+            for (std::size_t k = 0; k < N; ++k) element[k] = numbers[k];
+            return element;
+        }
+    }
+    value_type operator[](difference_type by) const noexcept { return *(*this + by); }
+    Elements &operator++() noexcept { return *this += 1; }
+    Elements &operator--() noexcept { return *this += -1; }
+    Elements operator++(int) noexcept { return std::exchange(*this, *this + 1); }
+    Elements operator--(int) noexcept { return std::exchange(*this, *this + -1); }
+    Elements &operator+=(difference_type by) noexcept
+    {
+        at_ = static_cast<std::size_t>(static_cast<difference_type>(at_) + by);
+        return *this;
+    }
+    Elements &operator-=(difference_type by) noexcept { return *this += -by; }
+    friend Elements operator+(Elements it, difference_type by) noexcept { return it += by; }
+    friend Elements operator+(difference_type by, Elements it) noexcept { return it += by; }
+    friend Elements operator-(Elements it, difference_type by) noexcept { return it -= by; }
+    friend difference_type operator-(const Elements &a, const Elements &b) noexcept
+    {
+        return static_cast<difference_type>(a.at_) - static_cast<difference_type>(b.at_);
+    }
+    friend bool operator==(const Elements &a, const Elements &b) noexcept { return a.at_ == b.at_; }
+    friend bool operator!=(const Elements &a, const Elements &b) noexcept { return a.at_ != b.at_; }
+    friend bool operator<(const Elements &a, const Elements &b) noexcept { return a.at_ < b.at_; }
+    friend bool operator>(const Elements &a, const Elements &b) noexcept { return a.at_ > b.at_; }
+    friend bool operator<=(const Elements &a, const Elements &b) noexcept { return a.at_ <= b.at_; }
+    friend bool operator>=(const Elements &a, const Elements &b) noexcept { return a.at_ >= b.at_; }
+
+private:
+    const unsigned char *first_ = nullptr;
+    std::size_t stride_ = 0, at_ = 0;
+};
+
 }  // namespace detail
 
-// A view of `size()` elements of `N` numbers of type T each; stays as long as what it is a view of.
+// A view of `size()` elements of `N` numbers of type T each; stays as long as what it is a view of. A loop gives its elements by value:
+// `for (const auto [x, y, z] : mesh.positions())`, `for (const float strength : cloud.intensities())`.
 template <typename T, std::size_t N = 1>
 class View {
 public:
+    using iterator = detail::Elements<T, N>;
+    using const_iterator = iterator;
+    // What a loop gives: a number, or N of them.
+    using value_type = typename iterator::value_type;
+
     View() = default;
+    // Of numbers, N an element.
+    explicit View(const std::vector<T> &numbers) : data_(numbers.data()), size_(numbers.size() / N)
+    {
+        if (numbers.size() % N != 0)
+            throw Error(SRF_ERR_INPUT, std::to_string(numbers.size()) + " numbers are no whole number of elements of " + std::to_string(N));
+    }
+    // A vector that ends before the view is used leaves it without anything to show.
+    explicit View(std::vector<T> &&) = delete;
     // `stride` bytes from an element to the next one, 0 if there are no gaps; elements lie where a T may.
     View(const T *data, std::size_t size, std::size_t stride = 0) : data_(data), size_(size), stride_(stride) {}
     // Throws unless the array has N numbers of type T an element.
@@ -100,6 +179,25 @@ public:
     {
         return reinterpret_cast<const T *>(reinterpret_cast<const unsigned char *>(data_) + stride() * i);
     }
+    iterator begin() const noexcept { return iterator(data_, stride(), 0); }
+    iterator end() const noexcept { return iterator(data_, stride(), size_); }
+    // A copy that stays.
+    std::vector<value_type> to_vector() const
+    {
+        std::vector<value_type> all;
+        all.reserve(size_);
+        for (const value_type &element : *this) all.push_back(element);
+        return all;
+    }
+#ifdef __cpp_lib_span
+    // The numbers of all elements, one after the other; throws where there are gaps.
+    std::span<const T> span() const
+    {
+        if (stride() != N * sizeof(T) && size_ > 1)
+            throw Error(SRF_ERR_INPUT, "elements lie " + std::to_string(stride()) + " bytes apart, and a span has no gaps: take to_vector()");
+        return std::span<const T>(data_, N * size_);
+    }
+#endif
     // As the functions of surfrecon.h take it.
     srf_array array() const noexcept
     {
@@ -353,6 +451,48 @@ struct Bounds {
 struct Pose : srf_pose {
     Pose() : srf_pose{{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}} {}
     Pose(const srf_pose &pose) : srf_pose(pose) {}
+};
+
+// How the pixels of an image see, in the sensor's frame; see the functions srf_projection_...().
+struct Projection : srf_projection {
+    Projection() : srf_projection{} {}
+
+    // A depth camera that looks along z, by its focal lengths and its principal point in pixels.
+    static Projection pinhole(double fx, double fy, double cx, double cy, bool along_ray = false)
+    {
+        return filled([&](srf_projection *out) { return srf_projection_pinhole(fx, fy, cx, cy, along_ray ? 1 : 0, out); });
+    }
+    // A height map, by the place of its first pixel and by what lies between pixels.
+    static Projection orthographic(double first_x, double first_y, double step_x, double step_y)
+    {
+        return filled([&](srf_projection *out) { return srf_projection_orthographic(first_x, first_y, step_x, step_y, out); });
+    }
+    // A terrestrial scanner, in radians.
+    static Projection spherical(double azimuth, double elevation, double azimuth_step, double elevation_step)
+    {
+        return filled([&](srf_projection *out) {
+            return srf_projection_spherical(azimuth, elevation, azimuth_step, elevation_step, out);
+        });
+    }
+    // A point per pixel, seen along parallel rays.
+    static Projection grid_parallel(const std::array<double, 3> &direction)
+    {
+        return filled([&](srf_projection *out) { return srf_projection_grid_parallel(direction.data(), out); });
+    }
+    // A point per pixel, seen from one place.
+    static Projection grid_from(const std::array<double, 3> &origin)
+    {
+        return filled([&](srf_projection *out) { return srf_projection_grid_from(origin.data(), out); });
+    }
+
+private:
+    template <typename Fill>
+    static Projection filled(Fill fill)
+    {
+        Projection projection;
+        check(fill(&projection));
+        return projection;
+    }
 };
 
 // Parameters with their defaults.
@@ -1666,6 +1806,12 @@ public:
         Pose pose;
         check(srf_scans_describe(get(), index, nullptr, &pose));
         return pose;
+    }
+
+    // Places a scan, whatever its file says: where an alignment found it, for example. Add it to a merger afterwards.
+    void set_pose(std::size_t index, const Pose &world_from_sensor)
+    {
+        check(srf_scans_set_pose(get(), index, &world_from_sensor));
     }
 
     // Whether it is a frame of a recording, of which there may be thousands.

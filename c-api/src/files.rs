@@ -2,6 +2,7 @@
 
 use std::ffi::{CString, c_char};
 use std::path::Path;
+use std::sync::Arc;
 
 use surfrecon::Progress;
 use surfrecon::import::{self, Camera, Content, ReadOptions, ScanSet};
@@ -23,8 +24,9 @@ use crate::{params, pointer, sized};
 #[derive(Clone)]
 pub struct Scans {
     pub set: ScanSet,
-    names: Vec<CString>,
-    notes: Vec<CString>,
+    /// Shared by the copies that are made where a set is changed while others work with it: texts that were handed out stay.
+    names: Arc<[CString]>,
+    notes: Arc<[CString]>,
 }
 
 /// Scans of one or several files, opened but not read: their samples stay on disk until they are needed. Released with
@@ -193,6 +195,28 @@ pub unsafe extern "C" fn srf_scans_describe(
         } else {
             pointer::write("out_pose", out_pose, pose::pose(scan.world_from_sensor))
         }
+    })
+}
+
+/// Places a scan of a set, whatever its file says: where an alignment found it, for example. The file is neither read nor changed. A scan
+/// that was added to a merge or an alignment before stays there as it was.
+/// scans              not NULL
+/// index              less than the number of scans
+/// world_from_sensor  a rotation and a translation; NULL for the identity
+/// returns            SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_scans_set_pose(
+    scans: *mut srf_scans,
+    index: usize,
+    world_from_sensor: *const srf_pose,
+) -> srf_status {
+    guard(|| {
+        let world_from_sensor = pose::read_rigid("world_from_sensor", world_from_sensor)?;
+        handle::change("scans", scans.cast_const(), |scans| {
+            at(&scans.set.scans, index)?;
+            scans.set.scans[index].world_from_sensor = world_from_sensor;
+            Ok(())
+        })
     })
 }
 

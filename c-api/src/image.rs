@@ -71,7 +71,7 @@ pub struct srf_projection {
     pub kind: u32,
     /// 0.
     pub reserved: u32,
-    /// What they mean is said with the kind; those it does not name are 0.
+    /// What they mean is said with the kind; those it does not name are 0. srf_projection_pinhole() and the functions beside it fill them.
     pub numbers: [f64; 4],
 }
 

@@ -9,6 +9,7 @@
 //! | `progress`, `cancel` | who watches a long call, and what cancels it |
 //! | `params` | structs of parameters, written by `make generate`, and how they become the core's |
 //! | `array`, `pose` | arrays and transforms across the border |
+//! | `projection` | how pixels see, by what numbers mean |
 //! | `image`, `frame`, `cloud`, `mesh`, `bounds` | what there is, and where it lies |
 //! | `formats`, `files`, `write`, `align`, `alignment`, `snap`, `merger`, `merge`, `sculpt`, `quads`, `spline`, `reconstruct`, `cluster`, `scan`, `measure` | what can be done with it |
 //! | `crs`, `provenance` | coordinate reference systems; what files say of where they are from |
@@ -63,6 +64,7 @@ mod params;
 mod pointer;
 mod pose;
 mod progress;
+mod projection;
 mod provenance;
 mod quads;
 mod reconstruct;

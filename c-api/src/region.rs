@@ -77,7 +77,8 @@ fn plane_of(plane: *const srf_plane) -> Result<Plane, Failure> {
     Ok(Plane::new(given.point.into(), given.normal.into(), given.margin)?)
 }
 
-fn place(name: &str, numbers: *const f64) -> Result<DVec3, Failure> {
+/// A place or a direction behind a pointer.
+pub fn place(name: &str, numbers: *const f64) -> Result<DVec3, Failure> {
     if numbers.is_null() {
         return Err(Failure::new(SRF_ERR_NULL, format!("{name} must not be NULL")));
     }

@@ -71,6 +71,8 @@ pub struct srf_certificate {
     pub full_triangles: u64,
     /// Triangles of the result.
     pub triangles: u64,
+    /// Largest distance once coordinates are rounded to single precision, as STL, GLB and many programs keep them.
+    pub max_error_single: f64,
 }
 
 impl From<&Sculpted> for srf_certificate {
@@ -91,6 +93,7 @@ impl From<&Sculpted> for srf_certificate {
             isolated_pixels: report.isolated_pixels as u64,
             full_triangles: report.full_triangles as u64,
             triangles: report.triangles as u64,
+            max_error_single: certificate.max_error_single,
         }
     }
 }

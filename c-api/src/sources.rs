@@ -6,6 +6,7 @@ use std::path::Path;
 
 use glam::DAffine3;
 use surfrecon::align::{OrientedPoints, PlacedCloud};
+use surfrecon::import::Scan;
 use surfrecon::merge::{Loading, OrientedSurface, PlacedMesh, ScanSource};
 use surfrecon::mesh::Crs;
 use surfrecon::select::Places;
@@ -13,7 +14,7 @@ use surfrecon::triangulate::TriangulateParams;
 use surfrecon::{PointCloud, Progress, RangeImage};
 
 use crate::cloud::srf_cloud;
-use crate::files::{Scans, srf_scans};
+use crate::files::srf_scans;
 use crate::handle::Shared;
 use crate::image::{Image, srf_image};
 use crate::image_source::{MadeScan, srf_image_source};
@@ -27,8 +28,12 @@ use crate::{handle, pointer};
 pub enum Source {
     Image(Shared<Image>),
     Mesh(NamedMesh),
-    Cloud { name: String, cloud: Shared<PointCloud> },
-    Scan { set: Shared<Scans>, index: usize },
+    Cloud {
+        name: String,
+        cloud: Shared<PointCloud>,
+    },
+    /// As it was in its set when it was added.
+    Scan(Box<Scan>),
     Made(MadeScan),
 }
 
@@ -73,18 +78,18 @@ impl Source {
     /// All scans of a set.
     pub fn of_scans(scans: *const srf_scans) -> Result<Vec<Self>, Failure> {
         let set = handle::get("scans", scans)?;
-        Ok((0..set.set.scans.len()).map(|index| Source::Scan { set: set.clone(), index }).collect())
+        Ok(set.set.scans.iter().map(|scan| Source::Scan(scan.clone().into())).collect())
     }
 
     /// A scan of a set; `name` is the argument's that says which.
     pub fn of_scan(scans: *const srf_scans, name: &str, index: usize) -> Result<Self, Failure> {
         let set = handle::get("scans", scans)?;
-        let count = set.set.scans.len();
-        if index >= count {
+        let scan = set.set.scans.get(index).ok_or_else(|| {
+            let count = set.set.scans.len();
             let text = format!("{name} must be < {count}, the number of scans in the set, got {index}");
-            return Err(Failure::new(SRF_ERR_PARAMETER, text));
-        }
-        Ok(Source::Scan { set, index })
+            Failure::new(SRF_ERR_PARAMETER, text)
+        })?;
+        Ok(Source::Scan(scan.clone().into()))
     }
 
     /// A scan whose image the caller makes, placed and named by the caller.
@@ -102,7 +107,7 @@ impl Source {
             Source::Image(image) => image.image.world_from_sensor,
             Source::Mesh(mesh) => mesh.world_from_mesh,
             Source::Cloud { cloud, .. } => cloud.world_from_cloud,
-            Source::Scan { set, index } => set.set.scans[*index].world_from_sensor,
+            Source::Scan(scan) => scan.world_from_sensor,
             Source::Made(scan) => scan.world_from_sensor,
         }
     }
@@ -124,7 +129,7 @@ impl ScanSource for Source {
             Source::Image(image) => image.image.name(),
             Source::Mesh(mesh) => &mesh.name,
             Source::Cloud { name, .. } => name,
-            Source::Scan { set, index } => set.set.scans[*index].name(),
+            Source::Scan(scan) => scan.name(),
             Source::Made(scan) => &scan.name,
         }
     }
@@ -134,7 +139,7 @@ impl ScanSource for Source {
             Source::Image(image) => image.image.crs(),
             Source::Mesh(mesh) => mesh.borrowed().crs(),
             Source::Cloud { name, cloud } => placed(name, cloud).crs(),
-            Source::Scan { set, index } => ScanSource::crs(&set.set.scans[*index]),
+            Source::Scan(scan) => ScanSource::crs(scan.as_ref()),
             // Its image alone could tell, which is made when it is needed.
             Source::Made(_) => Ok(None),
         }
@@ -142,7 +147,7 @@ impl ScanSource for Source {
 
     fn file(&self) -> Option<&Path> {
         match self {
-            Source::Scan { set, index } => set.set.scans[*index].file(),
+            Source::Scan(scan) => scan.file(),
             _ => None,
         }
     }
@@ -152,7 +157,7 @@ impl ScanSource for Source {
             Source::Image(image) => image.image.load(loading, progress),
             Source::Mesh(mesh) => mesh.borrowed().load(loading, progress),
             Source::Cloud { name, cloud } => placed(name, cloud).load(loading, progress),
-            Source::Scan { set, index } => set.set.scans[*index].load(loading, progress),
+            Source::Scan(scan) => scan.load(loading, progress),
             Source::Made(scan) => scan.image(progress)?.load(loading, progress),
         }
     }
@@ -161,7 +166,7 @@ impl ScanSource for Source {
         match self {
             Source::Image(image) => image.image.image(progress),
             Source::Mesh(_) | Source::Cloud { .. } => Ok(None),
-            Source::Scan { set, index } => set.set.scans[*index].image(progress),
+            Source::Scan(scan) => scan.image(progress),
             Source::Made(scan) => Ok(Some(Cow::Owned(scan.image(progress)?))),
         }
     }
@@ -171,7 +176,7 @@ impl ScanSource for Source {
             Source::Image(image) => image.image.oriented_points(progress),
             Source::Mesh(mesh) => mesh.borrowed().oriented_points(progress),
             Source::Cloud { name, cloud } => placed(name, cloud).oriented_points(progress),
-            Source::Scan { set, index } => set.set.scans[*index].oriented_points(progress),
+            Source::Scan(scan) => scan.oriented_points(progress),
             Source::Made(scan) => scan.image(progress)?.oriented_points(progress),
         }
     }
@@ -181,7 +186,7 @@ impl ScanSource for Source {
             Source::Image(image) => image.image.places(progress),
             Source::Mesh(mesh) => mesh.borrowed().places(progress),
             Source::Cloud { name, cloud } => placed(name, cloud).places(progress),
-            Source::Scan { set, index } => set.set.scans[*index].places(progress),
+            Source::Scan(scan) => scan.places(progress),
             Source::Made(scan) => scan.image(progress)?.places(progress),
         }
     }
@@ -191,7 +196,7 @@ impl ScanSource for Source {
             Source::Image(image) => image.image.content(triangulation, progress),
             Source::Mesh(mesh) => mesh.borrowed().content(triangulation, progress),
             Source::Cloud { name, cloud } => placed(name, cloud).content(triangulation, progress),
-            Source::Scan { set, index } => set.set.scans[*index].content(triangulation, progress),
+            Source::Scan(scan) => scan.content(triangulation, progress),
             Source::Made(scan) => scan.image(progress)?.content(triangulation, progress),
         }
     }

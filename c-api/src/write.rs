@@ -26,7 +26,7 @@ fn encoding_of(given: u32) -> Result<Encoding, Failure> {
     })
 }
 
-/// Writes a mesh by the ending of the file's name: .ply with all attributes, .glb (binary glTF) with those of vertices, its node
+/// Writes a mesh by the ending of the file's name, the writer to take unless another is needed: .ply with all attributes, .glb (binary glTF) with those of vertices, its node
 /// named as the file without the ending, .obj with colours, .stl. A file of that name is replaced once all is written, or stays as it is.
 /// mesh       not NULL
 /// path       UTF-8; not NULL
@@ -66,7 +66,7 @@ pub unsafe extern "C" fn srf_check_mesh_file(file: *const c_char, options: *cons
     })
 }
 
-/// Writes a mesh with all its attributes as PLY. A file of that name is replaced once all is written, or stays as it is.
+/// Writes a mesh with all its attributes as PLY, whatever the file's name ends with. A file of that name is replaced once all is written, or stays as it is.
 /// mesh       not NULL
 /// path       UTF-8; not NULL
 /// encoding   a value of srf_encoding
@@ -85,7 +85,7 @@ pub unsafe extern "C" fn srf_mesh_write_ply(
     })
 }
 
-/// Writes a mesh with its attributes of vertices as binary glTF. A file of that name is replaced once all is written, or stays.
+/// Writes a mesh with its attributes of vertices as binary glTF, whatever the file's name ends with. A file of that name is replaced once all is written, or stays.
 /// mesh             not NULL
 /// path             UTF-8; not NULL
 /// name             of the node, UTF-8; NULL for "mesh"
@@ -162,7 +162,7 @@ fn write_glb(
     watched(progress, |progress| Ok(export::write_glb(path, &[node], &options, progress)?))
 }
 
-/// Writes a mesh as Wavefront OBJ, with the colours of its vertices; coordinates keep double precision. A file of that name is
+/// Writes a mesh as Wavefront OBJ, whatever the file's name ends with, with the colours of its vertices; coordinates keep double precision. A file of that name is
 /// replaced once all is written, or stays.
 /// mesh       not NULL
 /// path       UTF-8; not NULL
@@ -180,7 +180,7 @@ pub unsafe extern "C" fn srf_mesh_write_obj(
     })
 }
 
-/// Writes a mesh as binary STL, in single precision and without attributes. A file of that name is replaced once all is
+/// Writes a mesh as binary STL, whatever the file's name ends with, in single precision and without attributes. A file of that name is replaced once all is
 /// written, or stays.
 /// mesh       not NULL; SRF_ERR_INPUT if it lies so far from the origin that single precision would lose its detail
 /// path       UTF-8; not NULL

@@ -45,8 +45,20 @@ try {
     const Mesh mesh = std::move(made);
     must(!made && mesh && mesh.report().genus == 0, "a moved owner is empty");
     must(mesh.positions().size() == 4 && mesh.positions()[3][2] == 1, "positions");
+    double sum = 0;
+    for (const auto [x, y, z] : mesh.positions()) sum += x + 10 * y + 100 * z;
+    must(sum == 111, "a view is gone through");
+    const std::vector<std::array<std::uint32_t, 3>> corners_of = mesh.triangles().to_vector();
+    must(corners_of.size() == 4 && corners_of[1] == std::array<std::uint32_t, 3>{0, 1, 3}, "a copy of a view");
+    const View<double> numbers(positions);
+    must(std::vector<double>(numbers.begin(), numbers.end()) == positions && numbers.end() - numbers.begin() == 12, "numbers");
+    must(Mesh::create(View<double, 3>(positions), View<std::uint32_t, 3>(triangles)).positions()[1][0] == 1, "views of vectors");
+    text_of<Error>([&] { View<double, 5>{positions}; });
 
-    const srf_projection projection = {SRF_PROJECTION_ORTHOGRAPHIC, 0, {-1, 1, 0.05, -0.05}};
+    const Projection projection = Projection::orthographic(-1, 1, 0.05, -0.05);
+    const srf_projection by_hand = {SRF_PROJECTION_ORTHOGRAPHIC, 0, {-1, 1, 0.05, -0.05}};
+    must(projection.kind == by_hand.kind && std::equal(by_hand.numbers, by_hand.numbers + 4, projection.numbers), "projections");
+    text_of<Error>([] { Projection::pinhole(0, 500, 320, 240); });
     Pose from_above;
     from_above.matrix[14] = 5;
     const Image image = Image::scan(mesh, 40, 40, projection, from_above);
@@ -290,6 +302,11 @@ try {
                            static_cast<float>(positions[3 * i + 2])}, 77});
     const View<float, 3> strided(buffer[0].position, 4, sizeof(Vertex));
     must(strided[3][0] == buffer[3].position[0] && strided.stride() == sizeof(Vertex), "strided");
+    must((*(strided.begin() + 3))[0] == buffer[3].position[0] && strided.to_vector()[2][1] == strided[2][1], "a strided view is gone through");
+#ifdef __cpp_lib_span
+    must(mesh.positions().span().size() == 12 && mesh.positions().span()[11] == 1, "a span");
+    text_of<Error>([&] { strided.span(); });
+#endif
     const Mesh from_buffer = Mesh::create(strided, View<std::uint32_t, 3>(triangles.data(), 4));
     must(from_buffer.positions()[2][1] == mesh.positions()[2][1], "from a vertex buffer");
     text_of<Error>([&] { View<float, 3>(srf_array{positions.data(), 4, 0, SRF_TYPE_F64, 3}); });

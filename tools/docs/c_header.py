@@ -74,11 +74,10 @@ def _declared(code, comment):
 
 def chapters(root):
     """The chapters of the header, by the name of the library's file, in their order: what the file says it is."""
-    listed = re.search(
-        r"CHAPTERS: &\[&str\] = &\[(.*?)\];", (root / "tests/rust/generated/header.rs").read_text("utf-8"), re.S
-    )
+    text = (root / "tests/rust/generated/chapters.rs").read_text("utf-8")
+    listed = " ".join(re.findall(r"files: &\[(.*?)\]", text, re.S))
     found, parameters = {}, []
-    for name in re.findall(r'"([\w/]+)"', listed[1]):
+    for name in re.findall(r'"([\w/]+)"', listed):
         # Structs of parameters stand before the operation that takes them.
         if name.startswith("params/"):
             parameters.append(name)
@@ -171,6 +170,10 @@ def _preface(text, known):
     for paragraph in re.split(r"\n\n", about):
         if paragraph.startswith("    "):
             made.append(".. code-block:: c\n\n" + indented(re.sub(r"^    ", "", paragraph, flags=re.M)))
+        elif chapters := re.findall(r"^ +\d+\. (.+?)  +(srf_\w+\(\))$", paragraph, re.M):
+            about = re.split(r"^ +\d+\. ", paragraph, maxsplit=1, flags=re.M)[0]
+            made.append(linked(" ".join(about.split()), known))
+            made.append("\n".join(f"#. {linked(f'{name}: from {first} on.', known)}" for name, first in chapters))
         else:
             made.append(linked(" ".join(paragraph.split()), known))
     made.append(title("Conventions", "-"))

@@ -39,7 +39,7 @@ try {
     surfrecon::Pose from_above;
     from_above.matrix[5] = from_above.matrix[10] = -1;
     from_above.matrix[14] = 4;
-    const srf_projection projection = {SRF_PROJECTION_PINHOLE_DEPTH, 0, {500, 500, 255.5, 255.5}};
+    const surfrecon::Projection projection = surfrecon::Projection::pinhole(500, 500, 255.5, 255.5);
     const surfrecon::Image scan = surfrecon::Image::scan(torus(400, 200), 512, 512, projection, from_above);
     const auto bar = [](const surfrecon::Tick &tick) {
         std::cerr << '\r' << tick.message << "          \r";

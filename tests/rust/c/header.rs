@@ -188,6 +188,33 @@ fn every_function_says_since_when_and_every_argument_what_it_is() {
     assert_eq!(checked, NAMES.len());
 }
 
+/// The functions that the chapters have as examples.
+fn chapter_examples(header: &str) -> Vec<String> {
+    let chapter = |part: &str| {
+        let lines = part.lines().skip(1).take_while(|line| line.starts_with("//"));
+        lines.filter_map(|line| line.strip_prefix("//     ")).collect::<Vec<_>>().join("\n")
+    };
+    header.split("// ==== ").skip(1).map(chapter).collect()
+}
+
+#[test]
+fn chapters_have_examples_that_compile_and_stand_in_the_index() {
+    let header = header();
+    let examples = chapter_examples(&header);
+    let index = header.split("*/").next().unwrap();
+    for (number, title) in (1..=examples.len()).zip(header.split("// ==== ").skip(1)) {
+        let title = title.split(" =").next().unwrap();
+        assert!(title.starts_with(&format!("{number}. ")) && index.contains(&format!(" {title} ")), "{title}");
+    }
+    assert!(examples.len() > 10 && examples.iter().all(|example| example.contains("srf_")));
+    let source =
+        format!("#include <stdio.h>\n#include <stdlib.h>\n#include \"surfrecon.h\"\n{}\n", examples.join("\n"));
+    let scratch = tempfile::tempdir().unwrap();
+    let options = ["-Wall", "-Wextra", "-Werror", "-Wno-unused-function", "-c"];
+    compiled("cc", &[&["-std=c99"], &options[..]].concat(), &source, &scratch.path().join("examples.o"));
+    compiled("c++", &[&["-std=c++17", "-x", "c++"], &options[..]].concat(), &source, &scratch.path().join("cpp.o"));
+}
+
 #[test]
 fn versions_are_those_of_the_workspace_and_the_header() {
     // SAFETY: no arguments.

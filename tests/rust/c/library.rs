@@ -155,6 +155,11 @@ functions! {
     srf_context_set_memory_limit(context: Handle, bytes: u64) -> i32;
     srf_context_memory(context: Handle, limit: *mut u64, held: *mut u64) -> i32;
     srf_context_set_log(context: Handle, log: LogFn, user: *mut c_void) -> i32;
+    srf_projection_pinhole(fx: f64, fy: f64, cx: f64, cy: f64, along_ray: u32, out: *mut Projection) -> i32;
+    srf_projection_orthographic(x: f64, y: f64, step_x: f64, step_y: f64, out: *mut Projection) -> i32;
+    srf_projection_spherical(azimuth: f64, elevation: f64, azimuth_step: f64, elevation_step: f64, out: *mut Projection) -> i32;
+    srf_projection_grid_parallel(direction: *const f64, out: *mut Projection) -> i32;
+    srf_projection_grid_from(origin: *const f64, out: *mut Projection) -> i32;
     srf_image_create(rows: usize, cols: usize, projection: *const Projection, samples: *const Array, pose: *const [f64; 16], name: *const c_char, out: *mut Handle) -> i32;
     srf_image_free(image: Handle) -> i32;
     srf_image_size(image: Handle, rows: *mut usize, cols: *mut usize, valid: *mut usize) -> i32;
@@ -262,6 +267,7 @@ functions! {
     srf_scans_count(scans: Handle, count: *mut usize, notes: *mut usize) -> i32;
     srf_scans_note(scans: Handle, index: usize, out: *mut *const c_char) -> i32;
     srf_scans_describe(scans: Handle, index: usize, name: *mut *const c_char, pose: *mut [f64; 16]) -> i32;
+    srf_scans_set_pose(scans: Handle, index: usize, pose: *const [f64; 16]) -> i32;
     srf_scans_is_frame(scans: Handle, index: usize, out: *mut u32) -> i32;
     srf_scans_read(scans: Handle, index: usize, progress: *const Watch, content: *mut u32, image: *mut Handle, mesh: *mut Handle, cloud: *mut Handle) -> i32;
     srf_align_params_init_sized(params: *mut AlignParams, size: usize) -> i32;

@@ -154,7 +154,7 @@ fn nothing_leaks_and_nothing_is_undefined() {
     let sanitizers = ["-fsanitize=address,undefined", "-fno-omit-frame-pointer", "-O1"];
     let c = compile("cc", &[&["-std=c99"], &sanitizers[..]].concat(), "tests/c/exercise.c");
     assert_eq!(c.run(&[]).trim(), "fine");
-    let cpp = compile("c++", &[&["-std=c++17"], &sanitizers[..]].concat(), "tests/c/exercise.cpp");
+    let cpp = compile("c++", &[&["-std=c++20"], &sanitizers[..]].concat(), "tests/c/exercise.cpp");
     assert_eq!(cpp.run(&[]).trim(), "fine");
 }
 

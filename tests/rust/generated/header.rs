@@ -1,59 +1,7 @@
 //! The C header, from the comments of the C library's files.
 
+use crate::chapters::{CHAPTERS, with_chapters};
 use crate::{compare, root};
-
-/// The files of the C library that make the header, in the order they have there.
-const CHAPTERS: &[&str] = &[
-    "version",
-    "status",
-    "last_error",
-    "settings",
-    "context",
-    "allocator",
-    "cancel",
-    "progress",
-    "array",
-    "pose",
-    "params/triangulate",
-    "image",
-    "frame",
-    "image_source",
-    "cloud",
-    "mesh",
-    "bounds",
-    "vertices",
-    "formats",
-    "folder",
-    "params/open",
-    "files",
-    "params/write",
-    "write",
-    "crs",
-    "provenance",
-    "params/align",
-    "align",
-    "alignment",
-    "snap",
-    "params/plane",
-    "region",
-    "select",
-    "params/merge",
-    "merger",
-    "merge",
-    "params/sculpt",
-    "sculpt",
-    "params/quads",
-    "quads",
-    "params/spline",
-    "spline",
-    "params/reconstruct",
-    "reconstruct",
-    "params/cluster",
-    "cluster",
-    "params/scan",
-    "scan",
-    "measure",
-];
 
 /// The header with a macro behind each function that initializes a struct: it adds the size that the header gives the struct,
 /// which a library of another version can't know.
@@ -81,11 +29,11 @@ fn header() {
     let library = root().join("c-api");
     let config = cbindgen::Config::from_file(library.join("cbindgen.toml")).expect("cbindgen.toml");
     let mut builder = cbindgen::Builder::new().with_config(config);
-    for chapter in CHAPTERS {
-        builder = builder.with_src(library.join("src").join(chapter).with_extension("rs"));
+    for file in CHAPTERS.iter().flat_map(|chapter| chapter.files) {
+        builder = builder.with_src(library.join("src").join(file).with_extension("rs"));
     }
     let mut header = Vec::new();
     builder.generate().expect("cbindgen").write(&mut header);
-    let header = with_macros(&String::from_utf8(header).expect("the header is text"));
+    let header = with_macros(&with_chapters(&String::from_utf8(header).expect("the header is text")));
     compare("c-api/include/surfrecon.h", &header);
 }

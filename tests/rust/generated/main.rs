@@ -3,6 +3,7 @@
 //! `SURFRECON_GENERATE=1 cargo test -p surfrecon-tests --test generated`, or `make generate`, writes them anew.
 
 mod c_params;
+mod chapters;
 mod header;
 mod meshlab;
 mod page;

@@ -395,3 +395,63 @@ pub(super) fn more_scans_than_memory_holds_are_merged_in_files() {
         images.iter().for_each(|&image| api.ok((api.srf_image_free)(image)));
     }
 }
+
+/// Theorem: scans of a set that are placed one by one, while others of it are in a merge already, merge from their files as images at
+/// those poses do; texts of the set stay.
+#[test]
+fn scans_are_placed_without_being_read() {
+    let api = api();
+    let folder = tempfile::tempdir().unwrap();
+    let list = CString::new(folder.path().join("all.conf").to_str().unwrap()).unwrap();
+    let mesh = octahedron();
+    let images = [scan(mesh), scan(mesh)];
+    let moved = |by: f64| {
+        let mut pose: [f64; 16] = std::array::from_fn(|i| if i % 5 == 0 { 1.0 } else { 0.0 });
+        pose[12] = by;
+        pose
+    };
+    let none = std::ptr::null();
+    // SAFETY: as the header wants it, or wrong in the ways it names.
+    unsafe {
+        for (image, name) in images.iter().zip([c"a", c"b"]) {
+            api.ok((api.srf_image_set_name)(*image, name.as_ptr()));
+        }
+        api.ok((api.srf_images_write_conf)(images.as_ptr(), 2, list.as_ptr(), 1, none));
+        let (mut scans, mut merger) = (Handle::NULL, Handle::NULL);
+        api.ok((api.srf_scans_open)([list.as_ptr()].as_ptr(), 1, std::ptr::null(), none, &mut scans));
+        api.ok((api.srf_merger_create)(&mut merger));
+        let (mut name, mut pose) = (std::ptr::null(), [0.0; 16]);
+        api.ok((api.srf_scans_describe)(scans, 0, &mut name, &mut pose));
+        let mut read = Vec::new();
+        for index in 0..2 {
+            let by = 0.1 * index as f64;
+            api.ok((api.srf_scans_set_pose)(scans, index, &moved(by)));
+            api.ok((api.srf_merger_add_scan)(merger, scans, index));
+            let (mut content, [mut image, mut other, mut cloud]) = (0, [Handle::NULL; 3]);
+            api.ok((api.srf_scans_read)(scans, index, none, &mut content, &mut image, &mut other, &mut cloud));
+            api.ok((api.srf_image_camera)(image, std::ptr::null_mut(), &mut pose));
+            assert_eq!(pose, moved(by));
+            read.push(image);
+        }
+        api.ok((api.srf_scans_describe)(scans, 1, std::ptr::null_mut(), &mut pose));
+        assert_eq!(pose, moved(0.1));
+        // What is in a merge stays as it was added.
+        api.ok((api.srf_scans_set_pose)(scans, 0, std::ptr::null()));
+        api.ok((api.srf_scans_set_pose)(scans, 1, &moved(7.0)));
+        assert_eq!(text(name), "a");
+        assert_eq!(merged(merger, &params(0.05)), {
+            let merger = merger_of_images(&read);
+            let found = merged(merger, &params(0.05));
+            api.ok((api.srf_merger_free)(merger));
+            found
+        });
+        let mut skewed = moved(0.0);
+        skewed[0] = 2.0;
+        api.refused((api.srf_scans_set_pose)(scans, 0, &skewed), INPUT, "world_from_sensor must be rigid");
+        api.refused((api.srf_scans_set_pose)(scans, 2, &moved(0.0)), PARAMETER, "index must be < 2, got 2");
+        for end in [(api.srf_merger_free)(merger), (api.srf_scans_free)(scans), (api.srf_mesh_free)(mesh)] {
+            api.ok(end);
+        }
+        images.iter().chain(&read).for_each(|&image| api.ok((api.srf_image_free)(image)));
+    }
+}

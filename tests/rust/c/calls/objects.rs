@@ -223,3 +223,37 @@ pub(super) fn images_from_arrays() {
         api.refused(answer, INPUT, "name is not UTF-8");
     }
 }
+
+#[test]
+fn projections_are_made_by_what_their_numbers_mean() {
+    let api = api();
+    let mut made = Projection { kind: 0, reserved: 7, numbers: [9.0; 4] };
+    let is = |made: &Projection, kind: u32, numbers: [f64; 4]| {
+        assert_eq!(*made, Projection { kind, reserved: 0, numbers });
+    };
+    // SAFETY: as the header wants it, or wrong in the ways it names.
+    unsafe {
+        api.ok((api.srf_projection_orthographic)(1.0, 2.0, 0.5, -0.5, &mut made));
+        is(&made, 1, [1.0, 2.0, 0.5, -0.5]);
+        for along_ray in [0, 1] {
+            api.ok((api.srf_projection_pinhole)(500.0, 501.0, 320.0, 240.0, along_ray, &mut made));
+            is(&made, 2 + along_ray, [500.0, 501.0, 320.0, 240.0]);
+        }
+        api.ok((api.srf_projection_spherical)(0.1, 0.2, 0.3, -0.4, &mut made));
+        is(&made, 4, [0.1, 0.2, 0.3, -0.4]);
+        api.ok((api.srf_projection_grid_parallel)([0.0, 0.0, -2.0].as_ptr(), &mut made));
+        is(&made, 5, [0.0, 0.0, -2.0, 0.0]);
+        api.ok((api.srf_projection_grid_from)([1.0, 2.0, 3.0].as_ptr(), &mut made));
+        is(&made, 6, [1.0, 2.0, 3.0, 0.0]);
+        let untouched = made;
+        let answer = (api.srf_projection_pinhole)(0.0, 1.0, 0.0, 0.0, 0, &mut made);
+        api.refused(answer, PARAMETER, "focal length fx");
+        let answer = (api.srf_projection_pinhole)(1.0, 1.0, 0.0, 0.0, 2, &mut made);
+        api.refused(answer, PARAMETER, "along_ray must be 0 or 1, got 2");
+        let answer = (api.srf_projection_spherical)(f64::NAN, 0.0, 1.0, 1.0, &mut made);
+        api.refused(answer, PARAMETER, "first pixel");
+        api.refused((api.srf_projection_grid_parallel)([0.0; 3].as_ptr(), &mut made), PARAMETER, "viewing direction");
+        api.refused((api.srf_projection_grid_from)(std::ptr::null(), &mut made), NULL, "origin must not be NULL");
+        assert_eq!(made, untouched);
+    }
+}

@@ -31,7 +31,20 @@ pub(super) fn an_image_is_sculpted_to_one_tolerance_after_the_other() {
         };
         let (fine, coarse, again) = (sculpt(0.001), sculpt(0.05), sculpt(0.001));
         assert!(fine == again && coarse.1 * 4 < fine.1, "{} {}", coarse.1, fine.1);
-        let (exact, by_default) = (sculpt(0.0).1, sculpt(-1.0).1);
+        let projection = surfrecon::range_image::Projection::Orthographic { first: [0.0; 2], step: [0.1, -0.1] };
+        let core = surfrecon::RangeImage::from_values(64, 64, values.clone(), projection).unwrap();
+        let none = surfrecon::Progress::none();
+        let core = surfrecon::sculpt::Sculptor::prepare(&core, &Default::default(), &none).unwrap();
+        let core = core.refine(surfrecon::sculpt::Tolerance::Absolute(0.05), &none).unwrap().certificate;
+        sculpt(0.05);
+        assert_eq!((certificate.f64(2), certificate.f64(11)), (core.max_error, core.max_error_single));
+        let mut sculpt = |tolerance: f64| {
+            let mut mesh = Handle::NULL;
+            api.ok((api.srf_sculptor_refine)(sculptor, tolerance, std::ptr::null(), &mut mesh, &mut certificate));
+            api.ok((api.srf_mesh_free)(mesh));
+            certificate.numbers[10]
+        };
+        let (exact, by_default) = (sculpt(0.0), sculpt(-1.0));
         assert!(exact <= 2 * 63 * 63 && by_default < exact, "{exact} {by_default}");
         let mut mesh = Handle::NULL;
         let answer = (api.srf_sculptor_refine)(sculptor, -0.5, std::ptr::null(), &mut mesh, &mut certificate);
