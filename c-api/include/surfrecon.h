@@ -1617,8 +1617,7 @@ srf_status srf_projection_grid_parallel(const double *direction,
 // origin          3 numbers: the place in the sensor's frame; not NULL
 // out_projection  receives it on SRF_OK only; not NULL
 // returns         SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_NULL. Since 0.2.
-srf_status srf_projection_grid_from(const double *origin,
-                                    srf_projection *out_projection);
+srf_status srf_projection_grid_from(const double *origin, srf_projection *out_projection);
 
 // Makes a range image.
 // rows, cols         size of the image

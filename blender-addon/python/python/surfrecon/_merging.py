@@ -44,7 +44,7 @@ def _check(call: str, given: tuple[Any, ...], named: dict[str, Any]) -> None:
     for name in ("keep", "measure"):
         if name in named:
             flag(name, named[name])
-    if "part_triangles" in named:
+    if named.get("part_triangles") is not None:
         whole("part_triangles", named["part_triangles"])
         of_table("part_triangles", named["part_triangles"], "write")
     function("progress", named.get("progress"))

@@ -674,7 +674,7 @@ class Job:
         workspace: _Path | None = None,
         keep: bool = False,
         encoding: Literal["binary", "binary_double"] | None = None,
-        part_triangles: int = 0,
+        part_triangles: int | None = None,
         provenance: Mapping[str, Any] | None = None,
     ) -> Job: ...
     @staticmethod
@@ -1006,7 +1006,7 @@ def merge_to_file(
     workspace: _Path | None = None,
     keep: bool = False,
     encoding: Literal["binary", "binary_double"] | None = None,
-    part_triangles: int = 0,
+    part_triangles: int | None = None,
     provenance: Mapping[str, Any] | None = None,
     progress: _Progress | None = None,
 ) -> MergeReport: ...
