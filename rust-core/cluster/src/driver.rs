@@ -46,8 +46,6 @@ const CONVERGED: f64 = 2e-4;
 const NEARLY_CONVERGED: f64 = 2e-3;
 /// Patches from which it is measured then where they err most: a third of fewer tells nothing of the rest.
 const MEASURED: usize = 200;
-/// Tries for a number of vertices.
-const TRIES: usize = 8;
 /// Relaxation steps after each round of flips.
 const STEPS_A_ROUND: usize = 20;
 
@@ -264,58 +262,8 @@ impl<'a> Job<'a> {
         3 * self.surface.triangles.len() == self.surface.points.len()
     }
 
-    /// Patches whose fans have at least `wanted` nodes and few more, if the topology lets them; they are sought from `disks`,
-    /// which came from `patches` patches.
-    fn with_nodes(
-        &self,
-        coarser: &KMeans<'a>,
-        kmeans: &mut KMeans<'a>,
-        mut disks: Disks,
-        mut patches: usize,
-        wanted: usize,
-        progress: &Progress<'_>,
-    ) -> Result<Disks> {
-        let most = self.surface.points.len();
-        // The fewest patches with enough nodes, the most with too few.
-        let (mut enough, mut too_few): (Option<(usize, KMeans<'a>, Disks)>, usize) = (None, 0);
-        for _ in 0..TRIES {
-            let have = disks.nodes();
-            if have >= wanted {
-                // These few are collapsed.
-                let close = have <= wanted + (wanted / 16).max(24);
-                if enough.as_ref().is_none_or(|e| patches < e.0) {
-                    enough = Some((patches, kmeans.clone(), disks));
-                }
-                if close {
-                    break;
-                }
-            } else {
-                too_few = too_few.max(patches);
-            }
-            let share = wanted as f64 / have as f64;
-            let next = (patches as f64 * share).ceil() as usize + 1;
-            patches = match &enough {
-                Some((above, ..)) if next <= too_few || next >= *above => (too_few + above) / 2,
-                None if next <= too_few => 2 * too_few,
-                _ => next,
-            };
-            if patches <= too_few || enough.as_ref().is_some_and(|e| patches >= e.0) || too_few == most {
-                break;
-            }
-            patches = patches.min(most);
-            disks = self.disks(coarser, kmeans, patches, progress)?;
-        }
-        Ok(match enough {
-            Some((_, found, disks)) => {
-                *kmeans = found;
-                disks
-            }
-            None => self.repaired(kmeans, progress)?,
-        })
-    }
-
     /// Splits to `patches` from the coarser level, or from one patch if that has more, and makes the patches disks.
-    fn disks(
+    pub(super) fn disks(
         &self,
         coarser: &KMeans<'a>,
         kmeans: &mut KMeans<'a>,

@@ -1,10 +1,16 @@
 //! How many patches a resolution takes.
 
-use super::driver::Job;
+use super::driver::{Disks, Job};
+use super::kmeans::KMeans;
 use super::surface::NONE;
 use super::{Resolution, polish};
+use base::error::Result;
+use base::progress::Progress;
 
-impl Job<'_> {
+/// Tries for a number of vertices.
+const TRIES: usize = 8;
+
+impl<'a> Job<'a> {
     /// Patches for a resolution; `None` for a bound on the error.
     pub(super) fn patches(&self, resolution: Resolution) -> Option<usize> {
         let patches = match resolution {
@@ -45,5 +51,55 @@ impl Job<'_> {
             patches = ((n - at_border) / 3.0).max(n / 12.0);
         }
         patches.ceil() as usize + 1
+    }
+
+    /// Patches whose fans have at least `wanted` nodes and few more, if the topology lets them; they are sought from `disks`,
+    /// which came from `patches` patches.
+    pub(super) fn with_nodes(
+        &self,
+        coarser: &KMeans<'a>,
+        kmeans: &mut KMeans<'a>,
+        mut disks: Disks,
+        mut patches: usize,
+        wanted: usize,
+        progress: &Progress<'_>,
+    ) -> Result<Disks> {
+        let most = self.surface.points.len();
+        // The fewest patches with enough nodes, the most with too few.
+        let (mut enough, mut too_few): (Option<(usize, KMeans<'a>, Disks)>, usize) = (None, 0);
+        for _ in 0..TRIES {
+            let have = disks.nodes();
+            if have >= wanted {
+                // These few are collapsed.
+                let close = have <= wanted + (wanted / 16).max(24);
+                if enough.as_ref().is_none_or(|e| patches < e.0) {
+                    enough = Some((patches, kmeans.clone(), disks));
+                }
+                if close {
+                    break;
+                }
+            } else {
+                too_few = too_few.max(patches);
+            }
+            let share = wanted as f64 / have as f64;
+            let next = (patches as f64 * share).ceil() as usize + 1;
+            patches = match &enough {
+                Some((above, ..)) if next <= too_few || next >= *above => (too_few + above) / 2,
+                None if next <= too_few => 2 * too_few,
+                _ => next,
+            };
+            if patches <= too_few || enough.as_ref().is_some_and(|e| patches >= e.0) || too_few == most {
+                break;
+            }
+            patches = patches.min(most);
+            disks = self.disks(coarser, kmeans, patches, progress)?;
+        }
+        Ok(match enough {
+            Some((_, found, disks)) => {
+                *kmeans = found;
+                disks
+            }
+            None => self.repaired(kmeans, progress)?,
+        })
     }
 }
