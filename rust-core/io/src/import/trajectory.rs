@@ -351,11 +351,7 @@ mod tests {
         let lists = [
             format!("{turn}\n{turn}\n"),
             format!("{turn} 0 0 0 1\n"),
-            turn.split_inclusive(' ')
-                .enumerate()
-                .map(|(i, word)| if i % 4 == 3 { format!("{word}\n") } else { word.to_owned() })
-                .collect::<String>()
-                + "\n0 0 0 1\n",
+            "0 -1 0 5\n1 0 0 6\n0 0 1 7\n0 0 0 1\n".to_owned(),
             "5 6 7 0 0 0.7071068 0.7071068\n5 6 7 0 0 0.7071068 0.7071068\n".to_owned(),
             "#timestamp x y z qx qy qz qw id\n1.5 5 6 7 0 0 0.7071068 0.7071068 4\n2.5 0 0 0 0 0 0 1 -3\n".to_owned(),
         ];
@@ -375,7 +371,7 @@ mod tests {
             assert!(!sniff(points.as_bytes()), "{points}");
         }
         // ARKitScenes' are recognized by their name alone.
-        let lines = "7.25 0 0 -1.5707963267948966 6 -5 -7\n";
+        let lines = "7.25 0 0 -1.5707963267948966 -6 5 -7\n";
         let found = parse_axis_angle(Lines::new(lines.as_bytes(), lines.len() as u64, Path::new("a.traj"))).unwrap();
         let pose = found.at(7.25).unwrap();
         assert!(pose.transform_point3(DVec3::X).abs_diff_eq(DVec3::new(5.0, 7.0, 7.0), 1e-9), "{pose}");

@@ -31,7 +31,7 @@ fn time_of(name: &str) -> Option<f64> {
 
 pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) -> Result<Recording> {
     let within = folder(&store).unwrap_or_default();
-    let files = |name: &str| store.list(&format!("{within}{name}"), asked.progress);
+    let files = |name: &str| store.list(format!("{within}{name}").trim_end_matches('/'), asked.progress);
     let lists: Vec<String> = files("")?.into_iter().filter(|name| name.ends_with(&format!(".{AXIS_ANGLE}"))).collect();
     let [poses] = lists.as_slice() else {
         let problem = format!(

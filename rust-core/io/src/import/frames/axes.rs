@@ -22,6 +22,9 @@ use image::frame::TURNED;
 /// leaves no doubt, and where it does.
 const CLEARLY: [f64; 2] = [3.0, 1.5];
 
+/// Frames of pairs that lie on each other lie no further apart than this share of their depths.
+const GOOD: f64 = 0.02;
+
 /// The ways to read poses: whether the axes and whether the sense are the other ones.
 const WAYS: [[bool; 2]; 4] = [[false, false], [true, false], [false, true], [true, true]];
 
@@ -83,7 +86,9 @@ fn convention(recording: &mut Recording, options: &ReadOptions, pairs: &Pairs) -
     }
     let clearly = CLEARLY[usize::from(!given.is_sure)];
     let mut apart: Vec<f64> = ways.iter().map(|&way| pairs.apart(&|k| Some(read(poses[k], given, way)))).collect();
-    let mut decided = decide(&apart, clearly);
+    // Where frames meet too little, what lies nearest lies there by chance.
+    let good = GOOD * pairs.depth();
+    let mut decided = decide(&apart, clearly).filter(|&way| apart[way] <= good);
     if decided.is_none() {
         let (indices, points): (Vec<usize>, Vec<_>) = pairs.points().map(|(k, points)| (k, points.to_vec())).unzip();
         let overlap = Overlap::of(points);
