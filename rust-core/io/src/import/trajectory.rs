@@ -280,7 +280,7 @@ impl Trajectory {
                 *pose = pose.inverse();
             }
             if options.axes == CameraAxes::YUp {
-                *pose = *pose * TURNED;
+                *pose *= TURNED;
             }
         }
     }
