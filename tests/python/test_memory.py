@@ -279,7 +279,8 @@ def test_file_errors_survive_pickling(tmp_path):
 @pytest.mark.parametrize("given", [-1, -(10**6000), 1 << 64, 1 << 100], ids=["-1", "long", "2^64", "2^100"])
 def test_a_limit_that_is_no_number_of_bytes_is_refused_in_words(limit, given):
     for name, call in [("bytes", limit), ("memory_limit", lambda given: surfrecon.Context(memory_limit=given))]:
-        with pytest.raises(surfrecon.InputError, match=rf"^{name} must be >= 0 and < 2\^64, 0 or None for no limit, got"):
+        told = rf"^{name} must be >= 0 and < 2\^64, 0 or None for no limit, got"
+        with pytest.raises(surfrecon.InputError, match=told):
             call(given)
         with pytest.raises(TypeError):
             call("much")

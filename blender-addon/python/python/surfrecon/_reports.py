@@ -251,8 +251,8 @@ class SculptReport(Report):
         tolerance: Tolerance used.
         depth_extent: Difference between the farthest and the nearest range of the covered samples.
         full_triangles: Triangles of the mesh with every sample.
-        hidden_triangles: Those left out because they hide behind others. The tolerance does not hold for samples that have
-            only such triangles; these count as isolated.
+        hidden_triangles: Those left out because they hide behind others. The tolerance does not hold for samples that
+            have only such triangles; these count as isolated.
         dug_triangles: Triangles before vertices were removed.
         triangles: Triangles of the mesh.
         covered_pixels: Samples that the mesh covers.
