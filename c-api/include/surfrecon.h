@@ -228,9 +228,10 @@ typedef enum {
 // Whether the points are of a closed surface; only with a manifold topology.
 typedef enum {
   // Closed if a closed surface goes through more than half of the points at once, or through 5 % at once and 99 % in the
-  // end, unless sensors saw it from one side only. Else open: grown from the most certain facet on, parts joined over
-  // facets up to 4 times as large as the threshold, or 16 times where they continue a part smoothly, small holes closed;
-  // what lies further apart stays apart.
+  // end, unless sensors saw it from one side only, or points carry noise and more than 15 % of the area would be in
+  // facets above the threshold. Else open: grown from the most certain facet on, parts joined over facets up to 4 times
+  // as large as the threshold, or 16 times where they continue a part smoothly, small holes closed; what lies further
+  // apart stays apart.
   SRF_CLOSURE_AUTO = 1,
   // Gaps in the sampling are spanned by large facets.
   SRF_CLOSURE_CLOSED = 2,
@@ -284,9 +285,9 @@ typedef enum {
 
 // What is known of the poses that the scans have.
 typedef enum {
-  // Nothing: each scan may lie anywhere.
+  // Nothing: each scan may lie anywhere, whatever pose it has.
   SRF_START_UNKNOWN = 1,
-  // They are near where they belong: places near them are tried first.
+  // They are near where they belong: no scan is placed further from its pose than `reach`.
   SRF_START_ROUGH = 2,
 } srf_start;
 
@@ -682,6 +683,11 @@ typedef struct {
   double max_decoded_gib;
   // Lists may name files outside their own folder. Off: such lists are refused. 1 or 0, default 0.
   uint64_t allow_outside;
+  // Which way the poses of a recording or of a list of poses go. A value of srf_poses, default SRF_POSES_AUTO.
+  uint64_t poses;
+  // Axes of the cameras that the poses of a recording or of a list of poses place. A value of srf_axes, default
+  // SRF_AXES_AUTO.
+  uint64_t axes;
 } srf_read_options;
 
 // How a mesh is written. Starts with its size; set to the defaults by srf_write_options_init().
@@ -714,7 +720,9 @@ typedef struct {
   uint32_t threads;
   // What is known of the poses that the scans have. A value of srf_start, default SRF_START_UNKNOWN.
   uint64_t start;
-  // With rough poses, how far off they may be. > 0. SRF_FROM_DATA, the default: a tenth of the scan's size.
+  // With rough poses, how far off they may be: no sample of a scan is placed further from where its pose has it. A scan
+  // that fits no nearer is left out, and the report says how far that would be. > 0. SRF_FROM_DATA, the default: a tenth
+  // of the scan's size.
   double reach;
   // Whether the object turned on a table while the sensor stood still: then only turns about one axis are looked for,
   // unless none is found, which is said. A value of srf_turntable, default SRF_TURNTABLE_NO.
@@ -1296,6 +1304,10 @@ typedef struct {
   // of the mean error at the same number of vertices, in up to five times the time. 0: triangles are as even as can be.
   // Radians, 0 to pi/6, default 0.
   double min_angle;
+  // Edges whose triangles turn by at least this angle are kept as edges of the result, where they make lines a few of
+  // its edges long: those of parts and buildings. Noise makes no such lines. 0: no edge is kept. Radians, 0 to pi,
+  // default 0.6981317007977318.
+  double feature_angle;
   // Which way round patches are split. 0 to 4294967295, default 0.
   uint64_t seed;
 } srf_cluster_params;

@@ -33,6 +33,12 @@ inline const Parameters open_parameters = {
     {Kind::flag, "allow_outside", "Allow outside",
      "Lists may name files outside their own folder. Off: such lists are refused.",
      false, 0, 0, 1, true, offsetof(srf_read_options, allow_outside), {}},
+    {Kind::choice, "poses", "Poses",
+     "Which way the poses of a recording or of a list of poses go.<br>Auto: As the layout has them, unless the frames lie on each other only in the other sense.<br>Camera to world: From the camera to the world.<br>World to camera: From the world to the camera.",
+     false, 0, 0, 2, true, offsetof(srf_read_options, poses), {"Auto", "Camera to world", "World to camera"}},
+    {Kind::choice, "axes", "Camera axes",
+     "Axes of the cameras that the poses of a recording or of a list of poses place.<br>Auto: As the layout has them, unless the frames lie on each other only with the other axes.<br>y down, along z: y down, looking along z, as OpenCV and Open3D have them.<br>y up, along -z: y up, looking along -z, as OpenGL, Blender and ARKit have them.",
+     false, 0, 0, 2, true, offsetof(srf_read_options, axes), {"Auto", "y down, along z", "y up, along -z"}},
 };
 
 inline const Parameters write_parameters = {
@@ -73,10 +79,10 @@ inline const Parameters plane_parameters = {
 
 inline const Parameters align_parameters = {
     {Kind::choice, "start", "Start",
-     "What is known of the poses that the scans have.<br>Unknown: Nothing: each scan may lie anywhere.<br>Rough: They are near where they belong: places near them are tried first.",
+     "What is known of the poses that the scans have.<br>Unknown: Nothing: each scan may lie anywhere, whatever pose it has.<br>Rough: They are near where they belong: no scan is placed further from its pose than `reach`.",
      false, 0, 0, 1, true, offsetof(srf_align_params, start), {"Unknown", "Rough"}},
     {Kind::length, "reach", "Reach",
-     "With rough poses, how far off they may be.<br>0: a tenth of the scan's size.",
+     "With rough poses, how far off they may be: no sample of a scan is placed further from where its pose has it. A scan that fits no nearer is left out, and the report says how far that would be.<br>0: a tenth of the scan's size.",
      true, 0, 0, unbounded, false, offsetof(srf_align_params, reach), {}},
     {Kind::choice, "turntable", "Turntable",
      "Whether the object turned on a table while the sensor stood still: then only turns about one axis are looked for, unless none is found, which is said.<br>No: No, or not known.<br>Turned: By angles that are found, or given, about an axis that is found, or given: the same one in the frames of all scans.<br>Turned by equal steps: A whole turn in equal steps, in the order of the scans.",
@@ -214,7 +220,7 @@ inline const Parameters reconstruct_parameters = {
      "What the surface may be.<br>Manifold: Every edge has at most two facets, every vertex one fan of them.<br>Free: The paper's carving: closed, but not manifold where parts touch, and without the points carved away.",
      false, 0, 0, 1, true, offsetof(srf_reconstruct_params, topology), {"Manifold", "Free"}},
     {Kind::choice, "closure", "Closure",
-     "Whether the points are of a closed surface; only with a manifold topology.<br>Auto: Closed if a closed surface goes through more than half of the points at once, or through 5 % at once and 99 % in the end, unless sensors saw it from one side only. Else open: grown from the most certain facet on, parts joined over facets up to 4 times as large as the threshold, or 16 times where they continue a part smoothly, small holes closed; what lies further apart stays apart.<br>Closed: Gaps in the sampling are spanned by large facets.<br>Open: Facets above the threshold are left out, so that gaps stay open.",
+     "Whether the points are of a closed surface; only with a manifold topology.<br>Auto: Closed if a closed surface goes through more than half of the points at once, or through 5 % at once and 99 % in the end, unless sensors saw it from one side only, or points carry noise and more than 15 % of the area would be in facets above the threshold. Else open: grown from the most certain facet on, parts joined over facets up to 4 times as large as the threshold, or 16 times where they continue a part smoothly, small holes closed; what lies further apart stays apart.<br>Closed: Gaps in the sampling are spanned by large facets.<br>Open: Facets above the threshold are left out, so that gaps stay open.",
      false, 0, 0, 2, true, offsetof(srf_reconstruct_params, closure), {"Auto", "Closed", "Open"}},
     {Kind::length, "smooth", "Smoothing",
      "The surface is the one that points within this distance tell, and those far from any surface are left out. Larger takes away more noise, and what is thin: bars thinner than twice this may tear. Smaller may leave good points out; less than the usual distance to the 16 nearest points counts as that distance.<br>0: where the noise of 1,024 points or more is more than 0.2 spacings, that at which points are best foretold by the others; else points stay.",
@@ -249,6 +255,9 @@ inline const Parameters cluster_parameters = {
     {Kind::angle, "min_angle", "Min angle",
      "Smallest angle of triangles that may have any shape for the least mean square distance, instead of one as even as can be. Vertices leave the surface, in as many rounds as `fitting` says, but at least two. 30 degrees leave a third of the mean error at the same number of vertices, in up to five times the time. 0: triangles are as even as can be. Degrees, 0 to 30.",
      false, 0, 0, 30, false, offsetof(srf_cluster_params, min_angle), {}},
+    {Kind::angle, "feature_angle", "Feature angle",
+     "Edges whose triangles turn by at least this angle are kept as edges of the result, where they make lines a few of its edges long: those of parts and buildings. Noise makes no such lines. 0: no edge is kept. Degrees, 0 to 180.",
+     false, 40, 0, 180, false, offsetof(srf_cluster_params, feature_angle), {}},
     {Kind::count, "seed", "Seed",
      "Which way round patches are split. 0 to 4294967295.",
      false, 0, 0, 4294967295, true, offsetof(srf_cluster_params, seed), {}},

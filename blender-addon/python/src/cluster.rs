@@ -39,7 +39,7 @@ use crate::report;
 ///     Cancelled: ``progress`` returned ``False``.
 #[pyfunction]
 // options: cluster
-#[pyo3(signature = (mesh, *, progress = None, **options), text_signature = "(mesh, *, vertices=None, patches=None, max_error=None, adaptivity=1.0, iterations=40, relaxation=50, fitting=0, min_angle=0.0, seed=0, threads=0, progress=None)")]
+#[pyo3(signature = (mesh, *, progress = None, **options), text_signature = "(mesh, *, vertices=None, patches=None, max_error=None, adaptivity=1.0, iterations=40, relaxation=50, fitting=0, min_angle=0.0, feature_angle=0.6981317007977318, seed=0, threads=0, progress=None)")]
 pub fn cluster(
     py: Python<'_>,
     mesh: &Bound<'_, PyAny>,
@@ -136,7 +136,7 @@ fn chain_of(vertices: &[Bound<'_, PyAny>]) -> PyResult<Vec<Resolution>> {
 ///     ParameterError, InputError, Cancelled: as ``cluster``.
 #[pyfunction]
 // options: cluster but vertices patches max_error
-#[pyo3(signature = (mesh, vertices, *, progress = None, **options), text_signature = "(mesh, vertices, *, adaptivity=1.0, iterations=40, relaxation=50, fitting=0, min_angle=0.0, seed=0, threads=0, progress=None)")]
+#[pyo3(signature = (mesh, vertices, *, progress = None, **options), text_signature = "(mesh, vertices, *, adaptivity=1.0, iterations=40, relaxation=50, fitting=0, min_angle=0.0, feature_angle=0.6981317007977318, seed=0, threads=0, progress=None)")]
 pub fn cluster_levels(
     py: Python<'_>,
     mesh: &Bound<'_, PyAny>,

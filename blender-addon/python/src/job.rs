@@ -208,7 +208,7 @@ impl Job {
     ///     ParameterError, TypeError: like ``open``, at once. Other errors are raised by ``result``.
     #[staticmethod]
     // options: open
-    #[pyo3(signature = (paths, *, camera = None, crs = None, **options), text_signature = "(paths, *, scale=None, offset=0.0, step=None, invalid=None, depth='planar', pixels='auto', max_decoded_gib=4.0, allow_outside=False, camera=None, crs=None)")]
+    #[pyo3(signature = (paths, *, camera = None, crs = None, **options), text_signature = "(paths, *, scale=None, offset=0.0, step=None, invalid=None, depth='planar', pixels='auto', max_decoded_gib=4.0, allow_outside=False, poses='auto', axes='auto', camera=None, crs=None)")]
     fn open(
         paths: &Bound<'_, PyAny>,
         camera: Option<&Bound<'_, PyAny>>,
@@ -310,7 +310,7 @@ impl Job {
     ///     ParameterError, InputError: like ``cluster``, at once. Other errors are raised by ``result``.
     #[staticmethod]
     // options: cluster
-    #[pyo3(signature = (mesh, *, levels = None, **options), text_signature = "(mesh, *, vertices=None, patches=None, max_error=None, adaptivity=1.0, iterations=40, relaxation=50, fitting=0, min_angle=0.0, seed=0, threads=0, levels=None)")]
+    #[pyo3(signature = (mesh, *, levels = None, **options), text_signature = "(mesh, *, vertices=None, patches=None, max_error=None, adaptivity=1.0, iterations=40, relaxation=50, fitting=0, min_angle=0.0, feature_angle=0.6981317007977318, seed=0, threads=0, levels=None)")]
     fn cluster(
         mesh: &Bound<'_, PyAny>,
         levels: Option<Vec<Bound<'_, PyAny>>>,

@@ -52,7 +52,7 @@ use crate::similarity::Given;
 ///     InputError: a ``crs`` that is neither well-known text nor a code, nor what PROJ calls one.
 #[pyfunction]
 // options: open
-#[pyo3(signature = (paths, *, camera = None, crs = None, **options), text_signature = "(paths, *, scale=None, offset=0.0, step=None, invalid=None, depth='planar', pixels='auto', max_decoded_gib=4.0, allow_outside=False, camera=None, crs=None)")]
+#[pyo3(signature = (paths, *, camera = None, crs = None, **options), text_signature = "(paths, *, scale=None, offset=0.0, step=None, invalid=None, depth='planar', pixels='auto', max_decoded_gib=4.0, allow_outside=False, poses='auto', axes='auto', camera=None, crs=None)")]
 pub fn open(
     py: Python<'_>,
     paths: &Bound<'_, PyAny>,

@@ -11,9 +11,9 @@ use crate::status::srf_status;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum srf_start {
-    /// Nothing: each scan may lie anywhere.
+    /// Nothing: each scan may lie anywhere, whatever pose it has.
     SRF_START_UNKNOWN = 1,
-    /// They are near where they belong: places near them are tried first.
+    /// They are near where they belong: no scan is placed further from its pose than `reach`.
     SRF_START_ROUGH = 2,
 }
 
@@ -43,7 +43,9 @@ pub struct srf_align_params {
     pub threads: u32,
     /// What is known of the poses that the scans have. A value of srf_start, default SRF_START_UNKNOWN.
     pub start: u64,
-    /// With rough poses, how far off they may be. > 0. SRF_FROM_DATA, the default: a tenth of the scan's size.
+    /// With rough poses, how far off they may be: no sample of a scan is placed further from where its pose has it. A scan
+    /// that fits no nearer is left out, and the report says how far that would be. > 0. SRF_FROM_DATA, the default: a tenth
+    /// of the scan's size.
     pub reach: f64,
     /// Whether the object turned on a table while the sensor stood still: then only turns about one axis are looked for,
     /// unless none is found, which is said. A value of srf_turntable, default SRF_TURNTABLE_NO.

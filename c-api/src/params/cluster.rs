@@ -40,6 +40,10 @@ pub struct srf_cluster_params {
     /// of the mean error at the same number of vertices, in up to five times the time. 0: triangles are as even as can be.
     /// Radians, 0 to pi/6, default 0.
     pub min_angle: f64,
+    /// Edges whose triangles turn by at least this angle are kept as edges of the result, where they make lines a few of
+    /// its edges long: those of parts and buildings. Noise makes no such lines. 0: no edge is kept. Radians, 0 to pi,
+    /// default 0.6981317007977318.
+    pub feature_angle: f64,
     /// Which way round patches are split. 0 to 4294967295, default 0.
     pub seed: u64,
 }
@@ -57,6 +61,7 @@ impl Fields for srf_cluster_params {
             relaxation: 50,
             fitting: 0,
             min_angle: 0.0,
+            feature_angle: 0.6981317007977318,
             seed: 0,
         }
     }
@@ -72,6 +77,7 @@ impl Fields for srf_cluster_params {
             ("relaxation", Given::Whole(self.relaxation)),
             ("fitting", Given::Whole(self.fitting)),
             ("min_angle", Given::Double(self.min_angle)),
+            ("feature_angle", Given::Double(self.feature_angle)),
             ("seed", Given::Whole(self.seed)),
         ]
     }

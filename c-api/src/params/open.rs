@@ -32,6 +32,32 @@ pub enum srf_pixels {
     SRF_PIXELS_TERRARIUM = 4,
 }
 
+/// Which way the poses of a recording or of a list of poses go.
+#[allow(non_camel_case_types, dead_code)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum srf_poses {
+    /// As the layout has them, unless the frames lie on each other only in the other sense.
+    SRF_POSES_AUTO = 1,
+    /// From the camera to the world.
+    SRF_POSES_CAMERA_TO_WORLD = 2,
+    /// From the world to the camera.
+    SRF_POSES_WORLD_TO_CAMERA = 3,
+}
+
+/// Axes of the cameras that the poses of a recording or of a list of poses place.
+#[allow(non_camel_case_types, dead_code)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum srf_axes {
+    /// As the layout has them, unless the frames lie on each other only with the other axes.
+    SRF_AXES_AUTO = 1,
+    /// y down, looking along z, as OpenCV and Open3D have them.
+    SRF_AXES_Y_DOWN = 2,
+    /// y up, looking along -z, as OpenGL, Blender and ARKit have them.
+    SRF_AXES_Y_UP = 3,
+}
+
 /// What files do not say themselves. Starts with its size; set to the defaults by srf_read_options_init().
 #[allow(non_camel_case_types)]
 #[repr(C)]
@@ -66,6 +92,11 @@ pub struct srf_read_options {
     pub max_decoded_gib: f64,
     /// Lists may name files outside their own folder. Off: such lists are refused. 1 or 0, default 0.
     pub allow_outside: u64,
+    /// Which way the poses of a recording or of a list of poses go. A value of srf_poses, default SRF_POSES_AUTO.
+    pub poses: u64,
+    /// Axes of the cameras that the poses of a recording or of a list of poses place. A value of srf_axes, default
+    /// SRF_AXES_AUTO.
+    pub axes: u64,
 }
 
 impl Fields for srf_read_options {
@@ -83,6 +114,8 @@ impl Fields for srf_read_options {
             pixels: 1,
             max_decoded_gib: 4.0,
             allow_outside: 0,
+            poses: 1,
+            axes: 1,
         }
     }
 
@@ -97,6 +130,8 @@ impl Fields for srf_read_options {
             ("pixels", Given::Whole(self.pixels)),
             ("max_decoded_gib", Given::Double(self.max_decoded_gib)),
             ("allow_outside", Given::Whole(self.allow_outside)),
+            ("poses", Given::Whole(self.poses)),
+            ("axes", Given::Whole(self.axes)),
         ]
     }
 }

@@ -34,9 +34,10 @@ pub enum srf_topology {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum srf_closure {
     /// Closed if a closed surface goes through more than half of the points at once, or through 5 % at once and 99 % in the
-    /// end, unless sensors saw it from one side only. Else open: grown from the most certain facet on, parts joined over
-    /// facets up to 4 times as large as the threshold, or 16 times where they continue a part smoothly, small holes closed;
-    /// what lies further apart stays apart.
+    /// end, unless sensors saw it from one side only, or points carry noise and more than 15 % of the area would be in
+    /// facets above the threshold. Else open: grown from the most certain facet on, parts joined over facets up to 4 times
+    /// as large as the threshold, or 16 times where they continue a part smoothly, small holes closed; what lies further
+    /// apart stays apart.
     SRF_CLOSURE_AUTO = 1,
     /// Gaps in the sampling are spanned by large facets.
     SRF_CLOSURE_CLOSED = 2,

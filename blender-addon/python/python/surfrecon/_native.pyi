@@ -757,6 +757,8 @@ class Job:
         pixels: Literal["auto", "number", "terrain_rgb", "terrarium"] | None = "auto",
         max_decoded_gib: float | None = 4.0,
         allow_outside: bool | None = False,
+        poses: Literal["auto", "camera_to_world", "world_to_camera"] | None = "auto",
+        axes: Literal["auto", "y_down", "y_up"] | None = "auto",
         # end
         camera: tuple[float, float, float, float] | None = None,
         crs: str | None = None,
@@ -799,6 +801,7 @@ class Job:
         relaxation: int | None = 50,
         fitting: int | None = 0,
         min_angle: float | None = 0.0,
+        feature_angle: float | None = 0.6981317007977318,
         seed: int | None = 0,
         threads: int | None = 0,
         # end
@@ -856,6 +859,8 @@ def open(
     pixels: Literal["auto", "number", "terrain_rgb", "terrarium"] | None = "auto",
     max_decoded_gib: float | None = 4.0,
     allow_outside: bool | None = False,
+    poses: Literal["auto", "camera_to_world", "world_to_camera"] | None = "auto",
+    axes: Literal["auto", "y_down", "y_up"] | None = "auto",
     # end
     camera: tuple[float, float, float, float] | None = None,
     crs: str | None = None,
@@ -1073,6 +1078,7 @@ def cluster(
     relaxation: int | None = 50,
     fitting: int | None = 0,
     min_angle: float | None = 0.0,
+    feature_angle: float | None = 0.6981317007977318,
     seed: int | None = 0,
     threads: int | None = 0,
     # end
@@ -1088,6 +1094,7 @@ def cluster_levels(
     relaxation: int | None = 50,
     fitting: int | None = 0,
     min_angle: float | None = 0.0,
+    feature_angle: float | None = 0.6981317007977318,
     seed: int | None = 0,
     threads: int | None = 0,
     # end
