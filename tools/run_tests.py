@@ -7,6 +7,7 @@ tools/testing has the parts.
 
 import argparse
 import os
+import signal
 import sys
 import time
 
@@ -20,6 +21,8 @@ def main():
     """Runs the steps of a tier."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--all", action="store_true", help="both tiers")
+    # A shell that runs this in the background has it ignore Ctrl-C, and what it starts would, too.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     tier = ALL if parser.parse_args().all else FIRST
     os.environ["SURFRECON_TIER"] = tier
     if tier == FIRST:

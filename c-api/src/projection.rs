@@ -9,6 +9,7 @@ use crate::region;
 use crate::status::{Failure, flag, of_number, srf_status};
 
 fn give(out_projection: *mut srf_projection, projection: Projection) -> Result<(), Failure> {
+    pointer::writable("out_projection", out_projection)?;
     projection.validate().map_err(of_number)?;
     pointer::write("out_projection", out_projection, srf_projection::from_core(&projection))
 }

@@ -233,7 +233,9 @@ def test_a_folder_is_like_a_dictionary():
     with pytest.raises(ValueError, match=r"has no name that says the format"):
         mesh().write(io.BytesIO())
     for wrong in 3, None, object():
-        with pytest.raises(TypeError, match="paths must be a path, a binary file object or a list of these, got"):
+        with pytest.raises(
+            TypeError, match="paths must be a path, a binary file object, or a list or another iterable of these, got"
+        ):
             surfrecon.open(wrong)
         with pytest.raises(TypeError, match="path must be a path or a binary file object, got"):
             mesh().write(wrong)

@@ -157,7 +157,7 @@ def run(step, log, root):
     )
     killer = threading.Timer(LIMIT, kill, [process.pid])
     killer.start()
-    with log.open("w") as file:
+    with log.open("w", buffering=1) as file:
         for line in process.stdout:
             file.write(line)
             step.output.line(line.rstrip("\n"))

@@ -255,7 +255,7 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
         objects = [obj for obj, _ in made]
         name = set_name(self.paths)
         collection = into_collection(context, name, objects)
-        offset = place(made, self.axes(), self.origin)
+        offset = place(made, self.blender_from_files(), self.origin)
         if offset is not None:
             collection["world_origin"] = [float(x) for x in offset]
             if self.origin == "AUTO":
@@ -290,7 +290,7 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
             return
         if crs is None:
             return
-        if factor == 1.0 and np.array_equal(self.axes(), np.eye(4)):
+        if factor == 1.0 and np.array_equal(self.blender_from_files(), np.eye(4)):
             collection["crs"] = crs
         else:
             self.report({"WARNING"}, "Scaled or turned, the scans are in no coordinate reference system any more")
@@ -301,7 +301,7 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
             return []
         name = f"{collection.name}: {number(len(self.others), 'more frame', 'more frames')}"
         others = recording.stand_for(name, self.paths, self.reading(), self.others, len(self.opened), factor)
-        matrix = self.axes()
+        matrix = self.blender_from_files()
         if offset is not None:
             matrix[:3, 3] -= offset
         others.matrix_world = Matrix(matrix.tolist())
@@ -324,7 +324,7 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
         pose[:3, 3] *= factor
         return obj, pose
 
-    def axes(self):
+    def blender_from_files(self):
         """4 x 4: from the files' axes to Blender's."""
         return np.array(axis_conversion(from_forward=self.axis_forward, from_up=self.axis_up).to_4x4())
 

@@ -131,37 +131,46 @@ impl Seen {
 
 impl Foreseen {
     /// About how many lines of the grid meet the surface: along each axis as many as its shadow has cells; and which bricks
-    /// it lies in.
-    fn of(surface: &OrientedSurface, voxel: f64) -> Self {
+    /// it lies in. Bricks that take more than `most` bytes are not listed but counted, so that the list is small beside them.
+    fn of(surface: &OrientedSurface, voxel: f64, most: f64) -> Self {
         let cells_from_surface = surface.world_from_surface.matrix3 * voxel.recip();
         let side = f64::from(BRICK);
         let mut found = Foreseen::default();
         let mut bricks: FxHashMap<[i64; 3], f64> = FxHashMap::default();
-        let mut last = None;
+        let mut put = |of_large: &mut [f64; 2], brick: [i64; 3], crossings: f64| {
+            if crossings == 0.0 {
+                return;
+            }
+            if let Some(known) = bricks.get_mut(&brick) {
+                *known += crossings;
+            } else if BYTES_A_BRICK * bricks.len() as f64 <= most {
+                bricks.insert(brick, crossings);
+            } else {
+                of_large[0] += crossings;
+                of_large[1] += crossings / (side * side);
+            }
+        };
+        let mut last = ([0; 3], 0.0);
         for t in &surface.triangles {
             let corners = t.map(|v| surface.positions[v as usize]);
             let crossings = crossings_of(corners, &cells_from_surface);
             found.crossings += crossings;
+            if crossings > side * side {
+                found.of_large[0] += crossings;
+                found.of_large[1] += crossings / (side * side);
+                continue;
+            }
             let [a, b, c] = corners;
             let middle = surface.world_from_surface.transform_point3((a + b + c) / 3.0) / (voxel * side);
             let brick = middle.floor().to_array().map(|x| x as i64);
-            let counted = if crossings <= side * side {
-                crossings
-            } else {
-                found.of_large[0] += crossings;
-                found.of_large[1] += crossings / (side * side);
-                0.0
-            };
             // Neighbouring triangles mostly lie in one.
-            last = match last {
-                Some((known, sum)) if known == brick => Some((brick, sum + counted)),
-                before => {
-                    before.into_iter().for_each(|(brick, sum)| *bricks.entry(brick).or_default() += sum);
-                    Some((brick, counted))
-                }
-            };
+            if brick != last.0 {
+                put(&mut found.of_large, last.0, last.1);
+                last = (brick, 0.0);
+            }
+            last.1 += crossings;
         }
-        last.into_iter().for_each(|(brick, sum)| *bricks.entry(brick).or_default() += sum);
+        put(&mut found.of_large, last.0, last.1);
         found.bricks = bricks.into_iter().collect();
         found
     }
@@ -276,7 +285,7 @@ impl Budget {
     /// [`Error::OutOfMemory`] if it and those before it will need more than there is, with a voxel that fits: once all those are counted, as
     /// [`Self::refused`] says.
     pub(super) fn expect(&self, scan: usize, surface: &OrientedSurface) -> Result<Arc<Foreseen>> {
-        let foreseen = Arc::new(Foreseen::of(surface, self.voxel));
+        let foreseen = Arc::new(Foreseen::of(surface, self.voxel, self.most()));
         self.know(scan, Some(foreseen.clone()));
         let counting = self.counting();
         if let Some(refusal) = counting.refusal.filter(|refusal| refusal.scan <= scan) {
@@ -344,7 +353,7 @@ mod tests {
             discretize(&sphere(), "sphere", 0, &lattice, &mut buckets, &Progress::none()).unwrap();
             let (found, foreseen) = (buckets.len as f64, {
                 let mut seen = Seen::default();
-                seen.add(&Foreseen::of(&sphere(), voxel));
+                seen.add(&Foreseen::of(&sphere(), voxel, f64::INFINITY));
                 seen.crossings
             });
             assert!((found / foreseen - 1.0).abs() < 0.3 * voxel, "{found} {foreseen}");
@@ -355,7 +364,7 @@ mod tests {
     fn what_is_foreseen_follows_the_surface_however_many_scans_there_are() {
         let bytes = |scans: usize| {
             let mut seen = Seen::default();
-            (0..scans).for_each(|_| seen.add(&Foreseen::of(&sphere(), 0.1)));
+            (0..scans).for_each(|_| seen.add(&Foreseen::of(&sphere(), 0.1, f64::INFINITY)));
             seen.bytes(false)
         };
         let [few, many, more] = [2, 400, 800].map(bytes);
@@ -377,7 +386,7 @@ mod tests {
             if are_kept {
                 budget.begin_keeping(0, true);
             }
-            let foreseen = |&scan: &usize| (scan, Some(Arc::new(Foreseen::of(&scans[scan], 0.1))));
+            let foreseen = |&scan: &usize| (scan, Some(Arc::new(Foreseen::of(&scans[scan], 0.1, f64::INFINITY))));
             known.iter().map(foreseen).for_each(|(scan, foreseen)| budget.know(scan, foreseen));
             budget.know(6, None);
             let refused = |&&scan: &&usize| budget.expect(scan, &scans[scan]).is_err();
@@ -388,7 +397,7 @@ mod tests {
             Some((scan, error.to_string(), budget.counting().refusal.map(|refusal| refusal.fits.to_bits())))
         };
         let mut all = Seen::default();
-        scans.iter().for_each(|scan| all.add(&Foreseen::of(scan, 0.1)));
+        scans.iter().for_each(|scan| all.add(&Foreseen::of(scan, 0.1, f64::INFINITY)));
         let orders =
             [[0, 1, 2, 3, 4, 5], [5, 4, 3, 2, 1, 0], [1, 0, 3, 2, 5, 4], [2, 5, 0, 4, 1, 3], [4, 0, 5, 1, 2, 3]];
         for share in [1.01, 0.99, 0.8, 0.6, 0.4, 0.2, 0.05] {
@@ -414,7 +423,7 @@ mod tests {
             .and_then(|rest| rest.strip_suffix(" fits"))
             .unwrap_or_else(|| panic!("{text}"));
         let mut one = Seen::default();
-        one.add(&Foreseen::of(&sphere(), 0.1));
+        one.add(&Foreseen::of(&sphere(), 0.1, f64::INFINITY));
         let scans = (1e7 / one.bytes(false)) as usize + 1;
         let budget = Budget::within(voxel.parse().unwrap(), (1e7, "free"));
         (0..scans).for_each(|scan| assert!(budget.expect(scan, &sphere()).is_ok()));

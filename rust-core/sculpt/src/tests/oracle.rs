@@ -180,7 +180,9 @@ proptest! {
         let image = seen(&scene, kind % 32);
         let image = if kind < 32 { image } else { folded(&image, by, scene.seed) };
         let triangulation = TriangulateParams { edge_limit: Some(limit), ..TriangulateParams::default() };
-        let sculpted = sculpt(&image, &SculptParams { effort, interpolate, triangulation, ..absolute(tolerance) });
+        let params = SculptParams { effort, interpolate, triangulation, ..absolute(tolerance) };
+        prop_assume!(has_triangles(&image, &params));
+        let sculpted = sculpt(&image, &params);
         assert_covers(&image, &sculpted.mesh, limit);
     }
 
@@ -198,7 +200,9 @@ proptest! {
         let projection = Projection::Spherical { first: [0.3, -0.5 * height + 0.0123], step };
         let image = RangeImage::from_values(rows, cols, values, projection).unwrap();
         let triangulation = TriangulateParams { edge_limit: Some(1e6), ..TriangulateParams::default() };
-        let sculpted = sculpt(&image, &SculptParams { triangulation, ..absolute(tolerance) });
+        let params = SculptParams { triangulation, ..absolute(tolerance) };
+        prop_assume!(has_triangles(&image, &params));
+        let sculpted = sculpt(&image, &params);
         assert_covers(&image, &sculpted.mesh, 1e6);
     }
 }

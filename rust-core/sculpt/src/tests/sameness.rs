@@ -12,6 +12,7 @@ proptest! {
     ) {
         let image = seen(&scene, kind);
         let params = SculptParams { effort, interpolate, simplify_borders, ..absolute(tolerance) };
+        prop_assume!(has_triangles(&image, &params));
         let results: Vec<Sculpted> = [1, 2, 8]
             .map(|threads| {
                 let sculptor = Sculptor::new(&image, &SculptParams { threads, ..params }).unwrap();
@@ -37,11 +38,14 @@ proptest! {
         [joined, interpolate, simplify_borders] in any::<[bool; 3]>(), power in prop_oneof![Just(-20), Just(10), -3..4],
     ) {
         let unit = f64::from(power).exp2();
-        let [one, other] = [1.0, unit].map(|unit| {
-            let image = in_unit(&seen(&scene, kind), unit);
-            let triangulation = TriangulateParams { edge_limit: joined.then_some(1e6 * unit), ..TriangulateParams::default() };
-            sculpt(&image, &SculptParams { effort, interpolate, simplify_borders, triangulation, ..absolute(tolerance * unit) })
+        let inputs = [1.0, unit].map(|unit| {
+            let edge_limit = joined.then_some(1e6 * unit);
+            let triangulation = TriangulateParams { edge_limit, ..TriangulateParams::default() };
+            let params = SculptParams { effort, interpolate, simplify_borders, triangulation, ..absolute(tolerance * unit) };
+            (in_unit(&seen(&scene, kind), unit), params)
         });
+        prop_assume!(has_triangles(&inputs[0].0, &inputs[0].1));
+        let [one, other] = inputs.map(|(image, params)| sculpt(&image, &params));
         prop_assert_eq!(&other.mesh.triangles, &one.mesh.triangles);
         let scaled: Vec<DVec3> = one.mesh.positions.iter().map(|&p| p * unit).collect();
         prop_assert_eq!(&other.mesh.positions, &scaled);

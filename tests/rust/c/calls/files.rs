@@ -99,7 +99,7 @@ pub(super) fn options_say_what_files_do_not() {
     let api = api();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("map.pgm");
-    std::fs::write(&path, "P2 3 2 65535\n1000 2000 65535\n0 500 7\n").unwrap();
+    std::fs::write(&path, "P2 3 2 65535\n1000 2000 3000\n0 500 7\n").unwrap();
     let mut options = ReadOptions::ZERO;
     // SAFETY: as the header wants it, or wrong in the ways it names.
     unsafe {
@@ -115,11 +115,11 @@ pub(super) fn options_say_what_files_do_not() {
             (values, projection)
         };
         let (values, projection) = samples(&options);
-        assert_eq!((values, projection.kind), (vec![1000.0, 2000.0, 65535.0, 0.0, 500.0, 7.0], 1));
+        assert_eq!((values, projection.kind), (vec![1000.0, 2000.0, 3000.0, 0.0, 500.0, 7.0], 1));
         options.set_f64(6, 0.5);
         options.set_f64(7, 10.0);
         options.set_f64(8, 30.0);
-        options.set_f64(9, 65535.0);
+        options.set_f64(9, 3000.0);
         let (values, projection) = samples(&options);
         assert!(values[2].is_nan() && values[0] == 510.0 && values[5] == 13.5, "{values:?}");
         assert_eq!(projection.numbers, [0.0, 30.0, 30.0, -30.0]);

@@ -145,16 +145,16 @@ fn colours_are_heights_only_where_they_say_so() {
 
 #[test]
 fn floats_and_their_places() {
-    let heights = [1.5_f32, -9999.0, 2.5, 3.5, f32::NAN, 4.5];
+    let heights = [1.5_f32, -99.0, 2.5, 3.5, f32::NAN, 4.5];
     let pixels: Vec<u8> = heights.iter().flat_map(|v| v.to_le_bytes()).collect();
     let big: Vec<u8> = heights.iter().flat_map(|v| v.to_be_bytes()).collect();
     let plain = ReadOptions::default;
-    let upside_down = [3.5, NAN, 4.5, 1.5, -9999.0, 2.5];
+    let upside_down = [3.5, NAN, 4.5, 1.5, -99.0, 2.5];
     let pfm = [b"Pf\n3 2\n-1.0\n".to_vec(), pixels.clone()].concat();
     same(&values(&image(pfm::parse, &pfm, plain())), &upside_down);
     same(&values(&image(pfm::parse, &[b"Pf 3 2 1\n".to_vec(), big.clone()].concat(), plain())), &upside_down);
     endure(pfm::parse, &pfm, &scan(plain()));
-    let straight = [1.5, -9999.0, 2.5, 3.5, NAN, 4.5];
+    let straight = [1.5, -99.0, 2.5, 3.5, NAN, 4.5];
     let dict = |descr: &str, fortran: &str, shape: &str| {
         format!("{{'descr': '{descr}', 'fortran_order': {fortran}, 'shape': {shape}, }}     \n")
     };
@@ -164,11 +164,11 @@ fn floats_and_their_places() {
         endure(npy::parse, &npy, &scan(plain()));
     }
     let turned = npy_file(1, &dict("<f4", "True", "(3, 2)"), &pixels);
-    same(&values(&image(npy::parse, &turned, plain())), &[1.5, 3.5, -9999.0, NAN, 2.5, 4.5]);
+    same(&values(&image(npy::parse, &turned, plain())), &[1.5, 3.5, -99.0, NAN, 2.5, 4.5]);
     let points = read(npy::parse, &npy_file(1, &dict("<f4", "False", "(2, 3)"), &pixels), &scan(plain()));
-    assert!(matches!(points.unwrap(), Content::Points(cloud) if cloud.positions == [DVec3::new(1.5, -9999.0, 2.5)]));
+    assert!(matches!(points.unwrap(), Content::Points(cloud) if cloud.positions == [DVec3::new(1.5, -99.0, 2.5)]));
     let grid = image(npy::parse, &npy_file(1, &dict("<f4", "False", "(1, 2, 3)"), &pixels), plain());
-    assert_eq!((grid.valid_count(), grid.point_in_sensor(0)), (1, DVec3::new(1.5, -9999.0, 2.5)));
+    assert_eq!((grid.valid_count(), grid.point_in_sensor(0)), (1, DVec3::new(1.5, -99.0, 2.5)));
     for (header, problem) in [
         (dict("<f4", "False", "(4294967296, 4294967296)"), "4294967296 x 4294967296 pixels of 4 bytes"),
         (dict("<f4", "False", "(0, 3)"), "has none"),
