@@ -160,6 +160,7 @@ GERMAN_TEXTS = {
     "Micrometres": "Mikrometer",
     "Millimetres": "Millimeter",
     "Min angle": "Kleinster Winkel",
+    "Feature angle": "Winkel von Kanten",
     "Move if far": "Verschieben, wenn weit",
     "Numbers": "Zahlen",
     "NURBS Surface": "NURBS-Fläche",

@@ -186,6 +186,7 @@ def test_it_is_installed_and_enabled_without_network():
     assert MODULE in bpy.context.preferences.addons
 
 
+@pytest.mark.thorough  # The wheel of the first tier, of what tests compiled, has no bill of materials.
 def test_what_is_linked_is_there_with_its_licence(built):
     wheel = next(name for name in built.namelist() if name.endswith(".whl"))
     with zipfile.ZipFile(io.BytesIO(built.read(wheel))) as inside:

@@ -130,11 +130,6 @@ class SURFRECON_OT_quads(JobOperator, bpy.types.Operator):
             made = splines.object_from_spline(context, f"{self.scan} surface", spline)
             figures |= {"max_residual": spline.max_residual, "rms_residual": spline.rms_residual}
         else:
-            if len(result.quads) == 0:
-                raise Refused(
-                    f'No quad of the grid lies on the surface of "{self.scan}": ask for more rows and columns, '
-                    "or lower the coverage"
-                )
             mesh = convert.mesh_from_grid(f"{self.scan} quads", result, cut=self.kind == "TRIANGLES")
             made = bpy.data.objects.new(mesh.name, mesh)
             if self.kind == "QUADS" and self.subdivision > 0:

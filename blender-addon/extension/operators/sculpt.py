@@ -101,8 +101,6 @@ class SURFRECON_OT_sculpt(JobOperator, bpy.types.Operator):
         if isinstance(result, surfrecon.Sculptor):
             return self.refine(Kept.keep(self.bl_idname, self.key, result))
         self.image = None
-        if len(result.mesh.triangles) == 0:
-            raise Refused(f'No neighbouring samples of "{self.scan}" are joined: raise "Edge limit"')
         mesh = convert.mesh_from_result(f"{self.scan} sculpted", result.mesh)
         made = bpy.data.objects.new(mesh.name, mesh)
         made.matrix_world = self.pose
