@@ -61,7 +61,7 @@ def lay_out(library, folder):
 
 def main():
     """Packs it."""
-    library, folder = Path(sys.argv[1]), Path(sys.argv[2])
+    library, folder = (Path(name).resolve() for name in sys.argv[1:3])
     stage = folder / "stage"
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)

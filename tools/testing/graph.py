@@ -18,7 +18,7 @@ from testing.outcome import Tally
 from testing.outputs import Output, PlainOutput
 
 # No step may hang the whole run: the bpy module is known to hang at exit.
-LIMIT = 30 * 60
+LIMIT = 45 * 60
 
 
 def show(line):

@@ -33,7 +33,7 @@ fn sides(image: &RangeImage, grid: &SampleGrid) -> [f64; 2] {
         eye.map_or(across, |eye| across / a.distance(eye))
     };
     // Odd, so that it is no multiple of an even number of columns.
-    let looked_at = || (0..grid.len()).step_by(grid.len() / LOOKED_AT | 1);
+    let looked_at = || (0..grid.len()).step_by((grid.len() / LOOKED_AT) | 1);
     // Pairs at the same place say nothing.
     let is_apart = |length: &f64| *length > 0.0;
     let right = looked_at().filter(|&k| grid.has_right(k)).map(|k| across(k, k + 1)).filter(is_apart);
@@ -75,7 +75,7 @@ impl Pitch {
                 };
                 let cols = image.cols();
                 let width = middle((1..image.len()).filter(|i| i % cols > 0).map(|i| across(i - 1, i)).collect());
-                let looked_at = (cols..image.len()).step_by(image.len() / LOOKED_AT | 1);
+                let looked_at = (cols..image.len()).step_by((image.len() / LOOKED_AT) | 1);
                 let height = middle(looked_at.map(|i| across(i - cols, i)).collect());
                 match (width, height) {
                     (Some(width), Some(height)) if height > 0.0 && SQUARE * height <= width => height,

@@ -64,7 +64,7 @@ fn tiff_file(values: &[f32], size: [u32; 2]) -> Vec<u8> {
     use ::tiff::tags::Tag;
     tags.write_tag(Tag::ModelPixelScaleTag, &[2.0, 2.0, 0.0][..]).unwrap();
     tags.write_tag(Tag::ModelTiepointTag, &[0.0, 0.0, 0.0, 4.0e6 + 0.25, 5.0e6, 0.0][..]).unwrap();
-    tags.write_tag(Tag::GdalNodata, "-9999").unwrap();
+    tags.write_tag(Tag::GdalNodata, "-99").unwrap();
     image.write_data(values).unwrap();
     bytes.into_inner()
 }
