@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use base::error::{Error, Result};
 use base::memory::{attempted, available, limit_of_calls, size};
 use base::progress::Progress;
-use base::threads;
+use base::{fewer_threads, threads};
 use merge::again::{Merger, Versioned};
 use merge::disk::{LEAST, Workspace};
 use merge::{MergeParams, Merged, ScanSource};
@@ -113,7 +113,7 @@ fn in_files(
         report.in_files = true;
         Ok(Merged { mesh, report })
     };
-    threads::fewer_where_memory_is_short(params.threads, || true, merge)
+    fewer_threads::where_memory_is_short(params.threads, || true, merge)
 }
 
 /// A folder to work in.

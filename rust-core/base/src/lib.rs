@@ -5,6 +5,7 @@ mod account;
 mod allowed;
 pub mod context;
 pub mod error;
+pub mod fewer_threads;
 pub mod fork;
 pub mod log;
 pub mod magnitude;

@@ -6,7 +6,6 @@
 
 use std::cell::Cell;
 use std::fmt::Display;
-use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
 
@@ -14,7 +13,7 @@ use surfrecon_allocator::{ACCOUNTS, current, switch};
 
 use crate::account::Account;
 use crate::error::{Error, Result};
-use crate::{allowed, fork, memory};
+use crate::{allowed, fork};
 
 /// A value that one thread at a time works with, and whoever else comes is told why it can't be had instead of waiting.
 pub struct Exclusive<T> {
@@ -187,26 +186,6 @@ pub fn pool(threads: usize) -> Result<Arc<rayon::ThreadPool>> {
     }
     pools.list.push(Pool { account, threads, pool: made.clone() });
     Ok(made)
-}
-
-/// Work of so many threads, a number as [`pool`] takes it. What they hold at a time beside what they work on is chance: where that was more
-/// than could be had, and `may_help` says so, the work is begun anew by one.
-///
-/// # Errors
-/// Those of `work`.
-pub fn fewer_where_memory_is_short<R>(
-    threads: usize,
-    may_help: impl Fn() -> bool,
-    work: impl Fn(usize) -> Result<R>,
-) -> Result<R> {
-    let are_several = || pool(threads).is_ok_and(|pool| pool.current_num_threads() > 1);
-    // Whatever the panic left half done is dropped with the work, or its owner looks after it.
-    match catch_unwind(AssertUnwindSafe(|| work(threads))) {
-        Ok(Err(Error::OutOfMemory(_))) if may_help() && are_several() => work(1),
-        Err(panic) if memory::refused(&*panic).is_some() && are_several() => work(1),
-        Ok(done) => done,
-        Err(panic) => resume_unwind(panic),
-    }
 }
 
 /// Ends the pools of an account that no call works for any more.

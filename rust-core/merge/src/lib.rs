@@ -113,7 +113,7 @@ pub use types::{MergeParams, MergeReport, Merged, SCHEMA, VoxelReason, Warning, 
 
 use base::error::{Error, Result, Shown};
 use base::progress::Progress;
-use base::threads;
+use base::{fewer_threads, threads};
 use close::Room;
 use graph::{Graph, Out};
 use memory::Memory;
@@ -183,7 +183,7 @@ fn run_by(sources: &[&dyn ScanSource], params: &MergeParams, setup: &Setup, prog
         started(sources, params, progress, || merge(sources, params, setup, progress))
     };
     // What was foreseen not to fit does not with one either.
-    threads::fewer_where_memory_is_short(params.threads, || !setup.fit.is_refused.load(Ordering::Relaxed), merge)
+    fewer_threads::where_memory_is_short(params.threads, || !setup.fit.is_refused.load(Ordering::Relaxed), merge)
 }
 
 /// Does the work of merging scans, if they can be merged.
