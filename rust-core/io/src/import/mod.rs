@@ -67,7 +67,7 @@ pub(crate) mod faults;
 #[cfg(any(test, fuzzing))]
 pub mod fuzzing;
 #[cfg(test)]
-mod matrices;
+mod matrices_tests;
 
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};

@@ -3,7 +3,6 @@
 use glam::DAffine3;
 
 use super::super::overlap::short;
-use super::super::trajectory::Trajectory;
 use super::pairs::Pairs;
 use super::recording::Recording;
 
@@ -17,13 +16,6 @@ const CLEARLY: f64 = 2.0;
 
 /// Frames that lie further apart than this share of their depths do not lie on each other.
 const APART: f64 = 0.02;
-
-/// Poses with times, and the time of each frame.
-#[derive(Debug)]
-pub(super) struct Timed {
-    pub(super) poses: Trajectory,
-    pub(super) times: Vec<f64>,
-}
 
 /// Finds by how much the poses are late and places the frames anew where they are; says so, or that frames that overlap lie apart.
 pub(super) fn check(recording: &mut Recording, pairs: &Pairs) -> Option<String> {

@@ -9,7 +9,7 @@ use rustc_hash::FxHasher;
 
 use super::super::ReadOptions;
 use super::super::raster::{Numbers, Raster};
-use super::clock::Timed;
+use super::super::trajectory::Trajectory;
 use super::decode::{self, Coding};
 use super::store::{Place, Store};
 use base::error::{Error, Result};
@@ -19,6 +19,13 @@ use image::range_image::{DepthKind, RangeImage};
 
 /// Two shapes of an image differ by no more than what rounding a side to whole pixels does.
 const SAME_SHAPE: f64 = 1.25;
+
+/// Poses with times, and the time of each frame.
+#[derive(Debug)]
+pub(super) struct Timed {
+    pub(super) poses: Trajectory,
+    pub(super) times: Vec<f64>,
+}
 
 /// Frames of one recording, in their order. Memory: some hundred bytes a frame.
 #[derive(Debug)]

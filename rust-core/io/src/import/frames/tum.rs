@@ -1,8 +1,7 @@
 //! TUM RGB-D: `depth.txt`, `rgb.txt` and `groundtruth.txt` say times; each depth image takes the colour image and the
 //! pose that are nearest in time; whether the lists are of one clock is looked at. Depths are 5000 to the metre. Lists may name images that are not there.
 
-use super::clock::Timed;
-use super::recording::{Entry, Recording};
+use super::recording::{Entry, Recording, Timed};
 use super::store::{Place, Store};
 use super::{Asked, counted};
 use crate::import::text::{Lines, lines_of};
