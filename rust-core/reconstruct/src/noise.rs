@@ -8,15 +8,13 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::patch::{Frame, Quadric};
+pub(super) use super::rounding::INTERPOLATED;
 use super::rounding::Rounding;
 use super::seeds::{FEWEST, WINDOW, seeds};
 use super::seen::Fronts;
 use base::error::Result;
 use base::progress::Progress;
 use geom::neighbours::{Few, KdTree};
-
-/// Spacings of noise up to which a surface goes through all points.
-pub(super) const INTERPOLATED: f64 = 0.2;
 
 /// Samples below which noise can't be told from shape, and none is taken to be there.
 const LEAST: usize = 1024;
@@ -96,7 +94,7 @@ pub(super) fn measure(samples: &[DVec3], fronts: &Fronts, progress: &Progress<'_
     let mut rounding = Rounding::of(samples, noise.spacing, progress)?;
     if is_clean && let Some(steps) = rounding {
         let spread = usual(&along(samples, &seeds, &steps, progress)?).0;
-        rounding = rounding.filter(|steps| steps.hides(spread, noise));
+        rounding = rounding.filter(|steps| steps.hides([spread.spacings(), spread.deviation], noise.deviation));
     }
     if is_clean && rounding.is_none() {
         return Ok(Measured { noise, looks, count: FEWEST, rounding: none, tree: None });
@@ -111,7 +109,9 @@ pub(super) fn measure(samples: &[DVec3], fronts: &Fronts, progress: &Progress<'_
         Some(steps) => Some(as_far_as_tells(samples, &seeds, &tree, fronts, steps, progress)?),
         None => None,
     };
-    let hidden = spread.filter(|spread| spread.rounding.hides(spread.noise, seen.noise));
+    let hidden = spread.filter(|spread| {
+        spread.rounding.hides([spread.noise.spacings(), spread.noise.deviation], seen.noise.deviation)
+    });
     Ok(Measured { tree: Some(tree), ..hidden.unwrap_or(seen) })
 }
 

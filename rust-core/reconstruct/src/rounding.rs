@@ -6,7 +6,6 @@
 
 use glam::DVec3;
 
-use super::noise::{INTERPOLATED, Noise};
 use super::seeds::seeds;
 use base::error::Result;
 use base::progress::Progress;
@@ -30,6 +29,9 @@ const LAYERS: f64 = 3.0;
 
 /// The bits of a number that are not its sign or its power of two.
 const FRACTION: u64 = (1 << 52) - 1;
+
+/// Spacings of noise up to which a surface goes through all points.
+pub(super) const INTERPOLATED: f64 = 0.2;
 
 /// What is hidden is so many times what is seen, at least: what chance makes of both differs by less.
 const HIDDEN: f64 = 1.2;
@@ -92,9 +94,9 @@ impl Rounding {
         VARIANCE * (along * self.steps).length_squared()
     }
 
-    /// Whether the noise of samples spread is there, and hidden from who measures it without.
-    pub(super) fn hides(&self, spread: Noise, without: Noise) -> bool {
-        spread.spacings() > self.least && spread.deviation > HIDDEN * without.deviation
+    /// Whether the noise of samples spread, in spacings and in their unit, is there, and hidden from who measures its deviation without.
+    pub(super) fn hides(&self, [spacings, deviation]: [f64; 2], without: f64) -> bool {
+        spacings > self.least && deviation > HIDDEN * without
     }
 }
 
