@@ -13,7 +13,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::kmeans::KMeans;
-use super::net::{CORNER as FIXED, area_vector};
+use super::surface::{CORNER as FIXED, area_vector};
 use super::surface::{NONE, Surface, looking};
 use base::error::Result;
 use base::progress::Progress;

@@ -5,14 +5,12 @@ use glam::DVec3;
 use std::sync::Arc;
 
 use super::creases::Creases;
+pub use super::surface::{CORNER, area_vector};
 use super::surface::{NONE, Place, Surface, looking};
 use base::error::Result;
 use base::progress::Progress;
 use mesh::TriMesh;
 use mesh::measure::{self, Quality};
-
-/// Instead of the half-edge that a node on a crease slides along: one at its corner stays.
-pub const CORNER: u32 = NONE - 1;
 
 /// Nodes and triangles.
 #[derive(Clone)]
@@ -167,12 +165,6 @@ pub struct Spot {
     pub place: u32,
     pub rail: u32,
     pub way: u32,
-}
-
-/// Twice the area of a triangle times its normal.
-#[inline]
-pub fn area_vector([a, b, c]: [DVec3; 3]) -> DVec3 {
-    (b - a).cross(c - a)
 }
 
 /// Smallest angle of a triangle, in radians.

@@ -12,6 +12,15 @@ use base::progress::Progress;
 use geom::bvh::{Closest, Feature};
 use mesh::{TriMesh, measure};
 
+/// Instead of the half-edge that a node on a crease slides along: one at its corner stays.
+pub const CORNER: u32 = NONE - 1;
+
+/// Twice the area of a triangle times its normal.
+#[inline]
+pub fn area_vector([a, b, c]: [DVec3; 3]) -> DVec3 {
+    (b - a).cross(c - a)
+}
+
 /// No half-edge, no triangle, no vertex.
 pub const NONE: u32 = u32::MAX;
 
