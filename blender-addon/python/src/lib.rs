@@ -12,7 +12,7 @@
 //! | `params` | the core's parameter table |
 //! | `range_image`, `mesh`, `point_cloud` | the data types |
 //! | `paths` | texts and bytes that name files |
-//! | `pickling` | these, and scans, as pickle takes them |
+//! | `pickling`, `unpickling` | these, and scans, as pickle takes them; made again |
 //! | `projection` | how pixels see, as a dict |
 //! | `vertices` | a range image as vertices that a host keeps |
 //! | `scans`, `frame` | opening and reading files; a scan in its file, frames of recordings |
@@ -78,6 +78,7 @@ mod select;
 mod settings;
 mod similarity;
 mod sources;
+mod unpickling;
 mod vertices;
 
 use pyo3::prelude::*;
@@ -117,8 +118,6 @@ mod _native {
     #[pymodule_export]
     use crate::params::{Parameter, parameters};
     #[pymodule_export]
-    use crate::pickling::_again;
-    #[pymodule_export]
     use crate::point_cloud::PointCloud;
     #[pymodule_export]
     use crate::quads::{QuadGrid, Spline, adaptive_quads};
@@ -140,6 +139,8 @@ mod _native {
     use crate::settings::{memory_limit, set_memory_limit};
     #[pymodule_export]
     use crate::similarity::{Similarity, ground, true_size};
+    #[pymodule_export]
+    use crate::unpickling::_again;
     #[pymodule_export]
     use crate::vertices::GridCamera;
 
