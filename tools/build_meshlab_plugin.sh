@@ -26,8 +26,8 @@ for build in "$@"; do
         continue
     fi
     folder=$root/target/meshlab-plugin/$build-$(basename "$built")
-    { cmake -S meshlab-plugin -B "$folder" -DCMAKE_BUILD_TYPE=Release -DMESHLAB_VERSION="$version" -DMESHLAB_SCALAR="$scalar" \
-        -DMESHLAB_SOURCE_DIR="$source" -DSURFRECON_LIBRARY="$library" && cmake --build "$folder" --parallel "$(nproc)"; } >"$log" 2>&1 || {
+    { cmake -S meshlab-plugin -B "$folder" -DCMAKE_BUILD_TYPE=Release -DCMAKE_COMPILE_WARNING_AS_ERROR=ON \
+        -DMESHLAB_VERSION="$version" -DMESHLAB_SCALAR="$scalar" -DMESHLAB_SOURCE_DIR="$source" -DSURFRECON_LIBRARY="$library" && cmake --build "$folder" --parallel "$(nproc)"; } >"$log" 2>&1 || {
         cat "$log" >&2
         die "the plugin for MeshLab $version ($scalar) could not be built, see above"
     }

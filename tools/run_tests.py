@@ -12,7 +12,7 @@ import sys
 import time
 
 from testing import catalogue, costs
-from testing.graph import Graph, show
+from testing.graph import Graph, chosen, show
 from testing.outcome import Tally
 from testing.plan import ALL, FIRST, ROOT, Plan
 
@@ -21,9 +21,13 @@ def main():
     """Runs the steps of a tier."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--all", action="store_true", help="both tiers")
+    parser.add_argument(
+        "--only", metavar="STEP", action="append", default=[], help="this step and what it needs; may be repeated"
+    )
     # A shell that runs this in the background has it ignore Ctrl-C, and what it starts would, too.
     signal.signal(signal.SIGINT, signal.default_int_handler)
-    tier = ALL if parser.parse_args().all else FIRST
+    options = parser.parse_args()
+    tier = ALL if options.all else FIRST
     os.environ["SURFRECON_TIER"] = tier
     if tier == FIRST:
         # A quarter, as `base::tier::cases` gives those that say how many they take.
@@ -41,16 +45,17 @@ def main():
     out.mkdir(parents=True, exist_ok=True)
     started, load = time.monotonic(), os.getloadavg()[0]
     plan = Plan(tier, out)
-    ended = Graph(plan.steps, out / "logs", ROOT).run()
+    ended = Graph(chosen(plan.steps, options.only), out / "logs", ROOT).run()
 
     total = Tally()
     for one in ended:
         total.add(one.tally)
     tests = [test for one in ended for test in one.step.output.tests]
-    rows = catalogue.listed(plan.built.programs, plan.folders)
-    catalogue.write(rows, out / "tiers.json")
-    # Where a step failed, that is what there is to tell.
-    if total.failed == 0:
+    if not options.only:
+        rows = catalogue.listed(plan.built.programs, plan.folders)
+        catalogue.write(rows, out / "tiers.json")
+    # Where a step failed, that is what there is to tell; some steps alone run some tests alone.
+    if total.failed == 0 and not options.only:
         absent = {plan.folder_of.get(one.step.name) for one in ended if one.how == "unavailable"} - {None}
         for problem in catalogue.problems(rows, tests, tier, absent):
             show(f"FAILED: {problem}")

@@ -109,7 +109,7 @@ Outputs run(Job &job)
 
     job.log("Merged " + std::to_string(report.scans) + " layers, " + std::to_string(report.input_triangles) +
             " triangles, into " + std::to_string(surface.triangles().size()) + " triangles");
-    job.log("Voxel " + shown(report.voxel) + ", merge distance " + shown(report.merge_distance) +
+    job.log("Voxel " + shown(report.voxel) + voxel_reason(report) + ", merge distance " + shown(report.merge_distance) +
             ", noise of the samples " + shown(report.noise) +
             (report.noise_across > 0 ? " along the rays, " + shown(report.noise_across) + " across" : "") +
             (report.noise_step > 0 ? ", in steps of " + shown(report.noise_step) : ""));

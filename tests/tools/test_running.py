@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from testing import catalogue, costs, outputs
-from testing.graph import Graph, Step
+from testing.graph import Graph, Step, chosen
 from testing.outcome import Test
 from testing.rust import Program
 
@@ -62,6 +62,14 @@ def test_no_more_steps_run_at_once_than_there_is_room_for(tmp_path):
     beside += "; os.remove(me)"
     found = ended(tmp_path, *(Step(f"{k}", python(beside)) for k in range(6)), cores=1)
     assert max(int(one.step.output.shown[0]) for one in found.values()) <= 2
+
+
+def test_steps_that_are_named_come_with_those_that_they_need():
+    steps = [Step("a", []), Step("b", [], needs=("a",)), Step("c", [], needs=("b",)), Step("d", [])]
+    assert [one.name for one in chosen(steps, ["c"])] == ["a", "b", "c"]
+    assert chosen(steps, []) == steps
+    with pytest.raises(SystemExit, match="no step is called 'e'. The steps are: a, b, c, d."):
+        chosen(steps, ["e"])
 
 
 def test_a_step_that_nobody_knows_or_that_is_there_twice_is_refused(tmp_path):

@@ -59,6 +59,23 @@ class Ended:
     cpu: float = 0.0
 
 
+def chosen(steps, names):
+    """The steps that are called so, with those that they need, in the order of the list; all where none is named."""
+    if not names:
+        return steps
+    known = {step.name: step for step in steps}
+    for name in names:
+        if name not in known:
+            raise SystemExit(f"no step is called {name!r}. The steps are: {', '.join(known)}.")
+    wanted, left = set(), list(names)
+    while left:
+        name = left.pop()
+        if name not in wanted:
+            wanted.add(name)
+            left.extend(known[name].needs)
+    return [step for step in steps if step.name in wanted]
+
+
 class Graph:
     """Runs steps with as many at once as the machine has cores for."""
 

@@ -346,7 +346,7 @@ impl Source<'_> {
         if !kept.contains(&true) {
             return Err(Error::input(format!(
                 "{}: none of the {} x {} quads is covered by valid pixels to {}, but a mesh has at least one quad. Lower \
-                 coverage, or ask for more rows and columns, so that quads are smaller.",
+                 coverage (0 keeps every quad), or ask for more rows and columns, so that quads are smaller.",
                 self.image.called(),
                 net.rows - 1,
                 net.cols - 1,

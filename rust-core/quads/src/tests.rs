@@ -208,7 +208,7 @@ fn a_grid_whose_vertices_meet_no_sample_lies_at_the_samples() {
                 rows: 2,
                 columns: 2,
                 gap_passes: 0,
-                coverage: 0.01,
+                coverage: 0.0,
                 threads: 1,
                 ..QuadParams::default()
             };
