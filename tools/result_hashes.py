@@ -80,7 +80,7 @@ def shape():
     """The built-in sculpture, and scans of it."""
     import surfrecon as s
 
-    mesh = s.sculpture(cell=0.03)
+    mesh = s.sculpture(cell=6)
     return mesh, s.turntable(mesh, pixels=140)
 
 
@@ -113,7 +113,7 @@ def operations():
     import surfrecon as s
 
     mesh, cameras = shape()
-    for name, options in {"clean": {}, "noisy": {"noise": 0.003, "seed": 1}, "fine": {"pixels": 0}}.items():
+    for name, options in {"clean": {}, "noisy": {"noise": 0.5, "seed": 1}, "fine": {"pixels": 0}}.items():
         cameras_here = s.turntable(mesh, pixels=260) if options.pop("pixels", None) is not None else cameras
         scans = s.virtual_scan(mesh, cameras_here, **options)
         yield f"virtual_scan {name}", lambda scans=scans: scans
@@ -147,6 +147,8 @@ def merged_in_files(scans, **options):
     import surfrecon as s
 
     with tempfile.TemporaryDirectory() as folder:
+        for k, scan in enumerate(scans):
+            scan.name = f"scan{k}"
         s.write_scans(f"{folder}/scans.conf", scans)
         s.merge_to_file(s.open(f"{folder}/scans.conf"), f"{folder}/out.ply", **options)
         return Path(folder, "out.ply").read_bytes()
@@ -157,16 +159,16 @@ def of_scans(name, scans):
     import surfrecon as s
 
     def incremental():
-        merger = s.Merger(voxel=0.03)
+        merger = s.Merger()
         for scan in scans:
             merger.add(scan)
-        return merger.run().mesh
+        return merger.merge(voxel=3).mesh
 
     yield f"triangulate {name}", lambda: [scan.triangulate() for scan in scans]
     yield f"merge {name}", lambda: s.merge(scans).mesh
-    yield f"merge {name}, voxel", lambda: s.merge(scans, voxel=0.03).mesh
+    yield f"merge {name}, voxel", lambda: s.merge(scans, voxel=3).mesh
     yield f"merger {name}", incremental
-    yield f"merge in files {name}", lambda: merged_in_files(scans, voxel=0.03, memory=200 << 20)
+    yield f"merge in files {name}", lambda: merged_in_files(scans, voxel=3, max_memory=200 << 20)
     yield f"sculpt {name}", lambda: [s.sculpt(scan, relative_tolerance=0.002).mesh for scan in scans[:4]]
     yield f"sculpt {name}, fine", lambda: s.sculpt(scans[0], relative_tolerance=0.0002).mesh
     yield f"quads {name}", lambda: [quads(scan) for scan in scans[:3]]
@@ -187,7 +189,6 @@ def of_points(name, points):
     for closure in ("auto", "closed", "open"):
         yield f"reconstruct {name}, {closure}", lambda closure=closure: s.reconstruct(points, closure=closure).mesh
     yield f"cluster points {name}", lambda: s.cluster(points, vertices=200).mesh
-    yield f"dominant_plane {name}", lambda: repr(s.dominant_plane(points))
 
 
 def of_meshes(name, mesh):
@@ -195,8 +196,9 @@ def of_meshes(name, mesh):
     import surfrecon as s
 
     yield f"cluster {name}", lambda: s.cluster(mesh, vertices=1500).mesh
-    yield f"cluster {name}, min_angle", lambda: s.cluster(mesh, vertices=1500, min_angle=30).mesh
+    yield f"cluster {name}, min_angle", lambda: s.cluster(mesh, vertices=1500, min_angle=0.5).mesh
     yield f"cluster_levels {name}", lambda: [level.mesh for level in s.cluster_levels(mesh, [2000, 500])]
+    yield f"dominant_plane {name}", lambda: repr(s.dominant_plane([mesh]))
     yield f"distances {name}", lambda: s.distances(mesh.positions[::7] * 1.01, mesh)
 
 

@@ -72,9 +72,6 @@ Outputs run(Job &job)
 
     const surfrecon::Image image = range_image(*layer, Frame::layer);
     const auto [quads, report] = surfrecon::Quads::create(image, params, job.progress());
-    if (report.quads == 0) {
-        refuse("No quad of the grid lies on the surface of " + quoted(*layer) + ": ask for more rows and columns, or lower the coverage");
-    }
     // Before any layer is made: a refused order leaves the document as it was.
     surfrecon::Mesh surface;
     if (steps > 0) {

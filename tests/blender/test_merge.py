@@ -68,6 +68,19 @@ def test_the_surface_is_the_torus(scans):
     assert not any(np.isnan(v.co).any() for v in merged.data.vertices)
 
 
+def test_scans_that_do_not_fit_are_told_of(scans):
+    bpy.ops.surfrecon.merge(voxel=VOXEL)
+    assert bpy.context.object["surfrecon_report"]["warnings"] == ""
+    bpy.ops.object.select_all(action="DESELECT")
+    for k, obj in enumerate(scans):
+        obj.hide_set(False)
+        obj.select_set(True)
+        obj.location.x += 0.25 * (k % 2)
+    bpy.context.view_layer.objects.active = scans[0]
+    bpy.ops.surfrecon.merge(voxel=VOXEL)
+    assert "align them first" in bpy.context.object["surfrecon_report"]["warnings"]
+
+
 def test_the_report_and_the_attributes_are_there(scans):
     bpy.ops.surfrecon.merge(voxel=VOXEL)
     merged = bpy.context.object

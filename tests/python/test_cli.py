@@ -25,6 +25,16 @@ def folder(tmp_path_factory):
     return data(tmp_path_factory.mktemp("data"))
 
 
+def test_depth_images_without_poses_are_told_of(tmp_path):
+    row, col = np.mgrid[0:40, 0:50]
+    for k in range(3):
+        np.save(tmp_path / f"depth{k}.npy", 2 + 0.1 * k + 0.01 * np.abs(col - 25.0) + 0.004 * row)
+    done = run("merge", tmp_path, "--camera", "60,60,25,20", "-o", tmp_path / "out.ply")
+    assert done.returncode == 0 and (tmp_path / "out.ply").is_file()
+    [said] = [line for line in done.stderr.splitlines() if "no scan has a pose" in line]
+    assert "all 3 stand at one place" in said and "align them first, or give their poses" in said
+
+
 def test_info(folder):
     done = run("info", folder / "ring.conf", folder / "torus.ply", folder / "points.xyz", "--check")
     assert done.returncode == 0, done.stderr

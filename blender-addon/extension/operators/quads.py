@@ -109,7 +109,11 @@ class SURFRECON_OT_quads(JobOperator, bpy.types.Operator):
             raise Refused(scan_objects.grid_lost(obj))
         self.scan, self.pose = obj.name, Matrix(image.world_from_sensor)
         self.image = image
-        return surfrecon.Job.adaptive_quads(image, **given(self, PARAMETERS))
+        options = given(self, PARAMETERS)
+        if self.kind == "SURFACE":
+            # It goes through all vertices, whatever quads they have.
+            options["coverage"] = 0.0
+        return surfrecon.Job.adaptive_quads(image, **options)
 
     def preview(self, context):
         """A grid of fewer pixels."""

@@ -131,21 +131,25 @@ fn a_tracked_camera_previews_and_leaks_nothing() {
     assert!(String::from_utf8_lossy(&failed.stderr).contains("the name must end in .ply, .glb, .stl or .obj"));
 }
 
-#[test]
-fn a_tracked_camera_has_no_races() {
-    let program = threaded("tracked_camera.cpp", &THREAD);
-    let mut command = with_suppressions(program.command(&[]));
-    assert_eq!(merges(&told(&command.args(["out.ply", "14"]).output().unwrap())).len(), 2);
-}
+mod thorough {
+    use super::*;
 
-#[test]
-fn valgrind_has_nothing_to_report_of_files_and_frames() {
-    if !has_valgrind() {
-        return;
+    #[test]
+    fn a_tracked_camera_has_no_races() {
+        let program = threaded("tracked_camera.cpp", &THREAD);
+        let mut command = with_suppressions(program.command(&[]));
+        assert_eq!(merges(&told(&command.args(["out.ply", "14"]).output().unwrap())).len(), 2);
     }
-    let merge = compile("cc", &["-std=c99", "-O1"], "c-api/examples/c/merge_scans.c");
-    let scan = square(merge.folder.path(), "scan.ply", 50);
-    told(&merge.command(&VALGRIND).args(["out.glb", &scan]).output().unwrap());
-    let camera = threaded("tracked_camera.cpp", &["-O1"]);
-    told(&camera.command(&VALGRIND).args(["out.ply", "1"]).output().unwrap());
+
+    #[test]
+    fn valgrind_has_nothing_to_report_of_files_and_frames() {
+        if !has_valgrind() {
+            return;
+        }
+        let merge = compile("cc", &["-std=c99", "-O1"], "c-api/examples/c/merge_scans.c");
+        let scan = square(merge.folder.path(), "scan.ply", 50);
+        told(&merge.command(&VALGRIND).args(["out.glb", &scan]).output().unwrap());
+        let camera = threaded("tracked_camera.cpp", &["-O1"]);
+        told(&camera.command(&VALGRIND).args(["out.ply", "1"]).output().unwrap());
+    }
 }

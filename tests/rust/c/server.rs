@@ -157,27 +157,6 @@ fn two_hundred_merges_of_four_threads_are_as_alone() {
 }
 
 #[test]
-fn the_server_has_no_races() {
-    let program = threaded("merge_server.cpp", &THREAD);
-    let server = Server::start(with_suppressions(program.command(&[])), 0);
-    server.all_as_alone(&requests(&program), 60, 8);
-    assert!(server.refused(b"merge\n").starts_with("a request begins"));
-    server.stop();
-}
-
-#[test]
-fn valgrind_has_nothing_to_report_of_the_server() {
-    if !has_valgrind() {
-        return;
-    }
-    let program = threaded("merge_server.cpp", &["-O1"]);
-    let server = Server::start(program.command(&VALGRIND), 0);
-    server.all_as_alone(&requests(&program)[..2], 4, 4);
-    assert!(server.refused(b"merge\n").starts_with("a request begins"));
-    server.stop();
-}
-
-#[test]
 fn bad_requests_are_told_what_is_wrong() {
     let program = threaded("merge_server.cpp", &ADDRESS);
     let request = requests(&program).swap_remove(0);
@@ -267,4 +246,29 @@ fn a_stopped_server_ends_its_merges() {
     let mut answer = String::new();
     stream.read_to_string(&mut answer).unwrap();
     assert_eq!(answer, "error the server is being stopped\n");
+}
+
+mod thorough {
+    use super::*;
+
+    #[test]
+    fn the_server_has_no_races() {
+        let program = threaded("merge_server.cpp", &THREAD);
+        let server = Server::start(with_suppressions(program.command(&[])), 0);
+        server.all_as_alone(&requests(&program), 60, 8);
+        assert!(server.refused(b"merge\n").starts_with("a request begins"));
+        server.stop();
+    }
+
+    #[test]
+    fn valgrind_has_nothing_to_report_of_the_server() {
+        if !has_valgrind() {
+            return;
+        }
+        let program = threaded("merge_server.cpp", &["-O1"]);
+        let server = Server::start(program.command(&VALGRIND), 0);
+        server.all_as_alone(&requests(&program)[..2], 4, 4);
+        assert!(server.refused(b"merge\n").starts_with("a request begins"));
+        server.stop();
+    }
 }

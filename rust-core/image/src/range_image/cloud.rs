@@ -37,7 +37,7 @@ impl RangeImage {
         for range in progress.ranges(grid.len()) {
             let range = range?;
             progress.reach(range.end as u64);
-            normals.extend(range.map(|k| normals::sample_normal(self, &grid, limit, k).as_vec3().to_array()));
+            normals.extend(range.map(|k| normals::sample_normal(self, &grid, &limit, k).as_vec3().to_array()));
         }
         Ok(PointCloud {
             normals: Some(normals),

@@ -20,14 +20,14 @@ pub fn normals(image: &RangeImage) -> Result<Vec<[f32; 3]>> {
     let limit = EdgeLimit::from_data(image, &grid, Spacing::of(image, &grid, progress)?, progress)?;
     let mut normals = vec![[0.0; 3]; image.len()];
     for (k, &pixel) in grid.pixels.iter().enumerate() {
-        normals[pixel as usize] = sample_normal(image, &grid, limit, k).as_vec3().to_array();
+        normals[pixel as usize] = sample_normal(image, &grid, &limit, k).as_vec3().to_array();
     }
     Ok(normals)
 }
 
 /// The unit normal of a sample, toward the sensor, zero where there is none: the sum of the cross products of neighbouring
 /// grid edges within `limit`. With all four neighbours that is the cross product of the two central differences.
-pub fn sample_normal(image: &RangeImage, grid: &SampleGrid, limit: EdgeLimit, sample: usize) -> DVec3 {
+pub fn sample_normal(image: &RangeImage, grid: &SampleGrid, limit: &EdgeLimit, sample: usize) -> DVec3 {
     let here = grid.positions[sample];
     let [left, right, up, down] = limit.allowed(grid, sample).map(|n| n.map(|n| grid.positions[n] - here));
     let mut sum = DVec3::ZERO;

@@ -95,10 +95,24 @@ impl Axis {
         let pixels = changes.len();
         let shown = 1 + changes.iter().filter(|&&change| change).count();
         let most = (pixels as f64 / SMALLEST).min(shown as f64 / SHOWN) as usize;
-        let fits = |axis: &Axis| (1..pixels).all(|pixel| !changes[pixel] || axis.block(pixel) != axis.block(pixel - 1));
         (shown.max(LEAST)..=most)
             .flat_map(|blocks| [false, true].map(|by_centre| Axis { pixels, blocks, by_centre }))
-            .find(fits)
+            .find(|axis| axis.fits(changes))
+    }
+
+    /// Whether a block begins wherever there is a change.
+    fn fits(&self, changes: &[bool]) -> bool {
+        (1..self.pixels).all(|pixel| !changes[pixel] || self.block(pixel) != self.block(pixel - 1))
+    }
+
+    /// As much of another axis, where its few changes don't contradict: on a surface that is level along an axis nothing
+    /// shows how that one was enlarged, and pixels are as wide as high.
+    fn like(&self, changes: &[bool]) -> Option<Axis> {
+        let pixels = changes.len();
+        let blocks = (pixels as f64 / self.factor()).round() as usize;
+        let shown = changes.iter().filter(|&&change| change).count();
+        let axis = Axis { pixels, blocks, by_centre: self.by_centre };
+        (LEAST..pixels).contains(&blocks).then_some(axis).filter(|axis| 2 * shown < blocks && axis.fits(changes))
     }
 }
 
@@ -122,11 +136,18 @@ fn blocks(values: &[f64], [cols, rows]: [usize; 2]) -> Option<[Axis; 2]> {
     let of_rows: Vec<bool> = [false].into_iter().chain(lines.windows(2).map(differ)).collect();
     let is_fine = |changes: &[bool]| changes.windows(2).filter(|pair| pair[0] && pair[1]).count() >= LEAST;
     let whole = |pixels: usize| Axis { pixels, blocks: pixels, by_centre: false };
+    let alone = |axis: &Axis, is_x: bool| is_alone(values, *axis, |at| if is_x { at } else { at / cols }, cols);
     match (Axis::of(&of_cols), Axis::of(&of_rows)) {
         (Some(x), Some(y)) if x.factor() < UNLIKE * y.factor() && y.factor() < UNLIKE * x.factor() => Some([x, y]),
-        // Interpolated along the other axis, perhaps.
-        (Some(x), None) if is_fine(&of_rows) && is_alone(values, x, |at| at, cols) => Some([x, whole(rows)]),
-        (None, Some(y)) if is_fine(&of_cols) && is_alone(values, y, |at| at / cols, cols) => Some([whole(cols), y]),
+        (Some(x), None) if alone(&x, true) => match x.like(&of_rows) {
+            Some(y) => Some([x, y]),
+            // Interpolated along the other axis, perhaps.
+            None => is_fine(&of_rows).then(|| [x, whole(rows)]),
+        },
+        (None, Some(y)) if alone(&y, false) => match y.like(&of_cols) {
+            Some(x) => Some([x, y]),
+            None => is_fine(&of_cols).then(|| [whole(cols), y]),
+        },
         _ => None,
     }
 }
@@ -216,6 +237,19 @@ mod tests {
                 }
                 assert_eq!(undone(&back), None);
             }
+        }
+        // Level along rows, or along columns: only one axis shows the blocks.
+        let level = |towards: DVec3, normal: DVec3| {
+            let tilted = plane(towards, normal.normalize());
+            rounded(&render(48, 64, camera([64, 48]), |o, d| tilted(o, d).filter(|t| (0.0..9.0).contains(t))), 0.001)
+        };
+        for small in [
+            level(DVec3::new(0.0, 0.4, 1.5), DVec3::new(0.0, -0.8, -0.6)),
+            level(DVec3::new(0.4, 0.0, 1.5), DVec3::new(-0.8, 0.0, -0.6)),
+        ] {
+            let back = undone(&enlarged(&small, [256, 192], true)).unwrap();
+            assert_eq!([back.cols(), back.rows()], [64, 48]);
+            assert_eq!(undone(&small), None);
         }
         let mut large = enlarged(&stepped, [256, 192], true);
         large.colour = Some((0..large.len()).map(|i| [(i % 256) as u8, (i / 256) as u8, 0, 255]).collect());

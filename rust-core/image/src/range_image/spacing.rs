@@ -2,8 +2,9 @@
 
 use glam::DVec3;
 
+use super::noise::Noise;
 use super::samples::SampleGrid;
-use super::{RangeImage, pitch};
+use super::{DepthKind, Projection, RangeImage, pitch};
 use base::error::Result;
 use base::progress::Progress;
 
@@ -59,8 +60,20 @@ pub enum Along {
     Diagonal,
 }
 
+/// Neighbours of equal depth that an image has where its values lie on steps, at least: a share of those that are looked at.
+const EQUAL: f64 = 0.02;
+
+/// Pairs of neighbours that are looked at for that.
+const LOOKED_AT: usize = 1 << 11;
+
+/// Depths that differ by less than this share of them are equal: rounding errors of single precision.
+const ROUNDING: f64 = 5e-7;
+
+/// Steps that an edge may be longer by. One, and half of one for what the measured step may be off by.
+const STEPS: f64 = 1.5;
+
 /// Longest edges that still belong to the surface.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct EdgeLimit {
     /// Where rays fan out from, and edges are measured by their range: the distance between `eye` and the nearer end of the
     /// edge. Samples are the further apart the further away they are, and one length for all would tear far surfaces or
@@ -69,22 +82,27 @@ pub struct EdgeLimit {
     eye: Option<DVec3>,
     /// By [`Along`].
     limits: [f64; 3],
+    /// What values are multiples of, where steps are seen. Rounding moves neighbours apart by up to a step, which says
+    /// nothing of a jump.
+    steps: Option<Noise>,
 }
 
 impl EdgeLimit {
     /// One length for all edges.
     pub fn length(length: f64) -> Self {
-        EdgeLimit { eye: None, limits: [length; 3] }
+        EdgeLimit { eye: None, limits: [length; 3], steps: None }
     }
 
     /// [`JUMP_FACTOR`] times the median distance of neighbouring samples; times the median of distance by range where
     /// the rays fan out from a point. Where pixels are not square, edges along the longer side and diagonals are compared with
-    /// the median along that side, edges along the other one with the geometric mean of both medians.
+    /// the median along that side, edges along the other one with the geometric mean of both medians. Where values are
+    /// multiples of a step, edges may be longer by one and a half of it.
     ///
     /// # Errors
     /// [`base::Error::Cancelled`].
     pub fn from_data(image: &RangeImage, grid: &SampleGrid, spacing: Spacing, progress: &Progress<'_>) -> Result<Self> {
-        let Some(eye) = image.projection().eye() else { return Ok(Self::times(None, spacing)) };
+        let steps = steps(image, grid, progress)?;
+        let Some(eye) = image.projection().eye() else { return Ok(Self::times(None, spacing, steps)) };
         let by_range = |squared: f64, a: usize, b: usize| {
             let range = grid.positions[a].distance_squared(eye).min(grid.positions[b].distance_squared(eye));
             if range > 0.0 { squared / range } else { f64::INFINITY }
@@ -99,10 +117,10 @@ impl EdgeLimit {
             let down = block?.filter(|&k| grid.down_squared[k] < f64::INFINITY);
             columns.extend(down.map(|k| by_range(grid.down_squared[k], k, grid.down[k] as usize)));
         }
-        Ok(Self::times(Some(eye), Spacing::median(spacing.is_one, &rows, &columns, progress)?))
+        Ok(Self::times(Some(eye), Spacing::median(spacing.is_one, &rows, &columns, progress)?, steps))
     }
 
-    fn times(eye: Option<DVec3>, spacing: Spacing) -> Self {
+    fn times(eye: Option<DVec3>, spacing: Spacing, steps: Option<Noise>) -> Self {
         let larger = spacing.larger();
         let limits = if spacing.is_one {
             [larger; 3]
@@ -112,7 +130,7 @@ impl EdgeLimit {
             let mean = (spacing.along_rows * spacing.along_columns).sqrt();
             [mean.max(spacing.along_rows), mean.max(spacing.along_columns), larger]
         };
-        EdgeLimit { eye, limits: limits.map(|spacing| JUMP_FACTOR * spacing) }
+        EdgeLimit { eye, limits: limits.map(|spacing| JUMP_FACTOR * spacing), steps }
     }
 
     /// Where rays fan out from, if edges are measured by their range.
@@ -120,19 +138,23 @@ impl EdgeLimit {
         self.eye
     }
 
-    /// Squares of the limits, by [`Along`].
-    pub(crate) fn squares(&self) -> [f64; 3] {
-        self.limits.map(|limit| limit * limit)
+    /// Whether an edge whose length squared is this, and whose nearer end is at this range squared, is short enough.
+    /// The range does not matter without [`EdgeLimit::eye`].
+    #[inline]
+    pub(crate) fn allows_squared(&self, along: Along, squared: f64, range_squared: f64) -> bool {
+        let limit = self.limits[along as usize];
+        let by_range = if self.eye.is_some() { range_squared } else { 1.0 };
+        squared <= limit * limit * by_range
+            || self.steps.as_ref().is_some_and(|noise| {
+                let range = by_range.sqrt();
+                squared.sqrt() <= limit * range + STEPS * noise.step(range)
+            })
     }
 
     /// Whether the edge between points `a` and `b` is short enough.
     pub fn allows(&self, along: Along, a: DVec3, b: DVec3) -> bool {
-        let squared = a.distance_squared(b);
-        let limit = self.limits[along as usize];
-        match self.eye {
-            None => squared <= limit * limit,
-            Some(eye) => squared <= limit * limit * a.distance_squared(eye).min(b.distance_squared(eye)),
-        }
+        let range = |eye: DVec3| a.distance_squared(eye).min(b.distance_squared(eye));
+        self.allows_squared(along, a.distance_squared(b), self.eye.map_or(1.0, range))
     }
 
     /// The neighbours of a sample that are no jump away: left, right, upper, lower.
@@ -145,6 +167,29 @@ impl EdgeLimit {
         }
         neighbours
     }
+}
+
+/// The steps that values lie on, if the samples do as they are. O(1) where a few neighbours show none.
+fn steps(image: &RangeImage, grid: &SampleGrid, progress: &Progress<'_>) -> Result<Option<Noise>> {
+    let projection = image.projection();
+    let depth = |k: usize| match (projection, projection.eye()) {
+        (Projection::Pinhole { depth: DepthKind::Planar, .. }, _) => grid.positions[k].z,
+        (_, Some(eye)) => grid.positions[k].distance(eye),
+        (_, None) => grid.positions[k].dot(projection.view_direction(grid.positions[k])),
+    };
+    // Odd, so that it is no multiple of an even number of columns.
+    let looked_at = (0..grid.len()).step_by((grid.len() / LOOKED_AT) | 1).filter(|&k| grid.has_right(k));
+    let (mut equal, mut count) = (0_u32, 0_u32);
+    for k in looked_at {
+        let (here, there) = (depth(k), depth(k + 1));
+        equal += u32::from((there - here).abs() <= ROUNDING * here.abs());
+        count += 1;
+    }
+    if f64::from(equal) < EQUAL * f64::from(count) || equal == 0 {
+        return Ok(None);
+    }
+    let noise = Noise::measure(image, progress)?;
+    Ok((noise.typical_step() > 0.0).then_some(noise))
 }
 
 /// Size of the sample that brackets the median, a power of two; with 512 the bracket of +- 8 % of the ranks misses once

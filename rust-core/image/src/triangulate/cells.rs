@@ -48,20 +48,19 @@ impl Cells {
 pub(super) fn triangulate(
     projection: &Projection,
     grid: &SampleGrid,
-    limit: EdgeLimit,
+    limit: &EdgeLimit,
     grazing_limit: f64,
     progress: &Progress<'_>,
 ) -> Result<Cells> {
-    let squares = limit.squares();
     match limit.eye() {
         None => {
-            let allows = |along: Along, squared, _, _| squared <= squares[along as usize];
+            let allows = |along: Along, squared, _, _| limit.allows_squared(along, squared, 1.0);
             with_limit(projection, grid, allows, grazing_limit, progress)
         }
         Some(eye) => {
             let range: Vec<f64> = grid.positions.iter().map(|p| p.distance_squared(eye)).collect();
             let allows = |along: Along, squared, a, b| {
-                squared <= squares[along as usize] * range[a as usize].min(range[b as usize])
+                limit.allows_squared(along, squared, range[a as usize].min(range[b as usize]))
             };
             with_limit(projection, grid, allows, grazing_limit, progress)
         }

@@ -84,7 +84,8 @@ impl RangeSurface {
 /// of distance by range, times the range of the edge's nearer end, since sampling thins out with range. Where pixels are
 /// not square (one side, across the rays, is longer than the other by [`SQUARE`](crate::range_image::pitch::SQUARE) or
 /// more), rows and columns have a median each: edges along the longer side and diagonals are compared with its own, edges
-/// along the other one with the geometric mean of both.
+/// along the other one with the geometric mean of both. Where values are multiples of a step, rounding alone moves
+/// neighbours a step apart: edges may be longer by one and a half steps.
 ///
 /// Guarantees: triangles turn counter-clockwise seen from the sensor; no zero-area triangle; every vertex has a
 /// triangle; vertices in pixel order. Without own confidences a vertex's confidence is the cosine between its normal and
@@ -227,7 +228,7 @@ fn cells_of(
             (limit, Some(spacing))
         }
     };
-    let cells = cells::triangulate(image.projection(), grid, limit, params.grazing_limit, progress)?;
+    let cells = cells::triangulate(image.projection(), grid, &limit, params.grazing_limit, progress)?;
     Ok((cells, spacing))
 }
 

@@ -50,10 +50,7 @@ pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Camera> {
     let camera = if text.trim_start().starts_with('{') {
         let value: Value = match serde_json::from_str(text) {
             Ok(value) => value,
-            Err(error) => {
-                return file::too_deep(path, &error)
-                    .map_or_else(|| fail(file::place_in_json(&error), "this is not JSON"), Err);
-            }
+            Err(error) => return Err(file::no_json(path, &error)),
         };
         from_json(&value)
     } else {

@@ -302,8 +302,12 @@ pub(super) fn decoding_error(scan: &Scan, error: &dyn std::fmt::Display) -> Erro
     Error::format(&scan.path, "while decoding", text)
 }
 
-/// Where JSON is wrong.
-pub(super) fn place_in_json(error: &serde_json::Error) -> String {
+/// The error that a text is no JSON, or none that can be read.
+pub(super) fn no_json(path: &Path, error: &serde_json::Error) -> Error {
+    too_deep(path, error).unwrap_or_else(|| Error::format(path, place_in_json(error), "this is not JSON"))
+}
+
+fn place_in_json(error: &serde_json::Error) -> String {
     format!("line {}, column {}", error.line(), error.column())
 }
 

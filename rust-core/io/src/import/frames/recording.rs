@@ -8,6 +8,7 @@ use glam::{DAffine3, DVec3};
 use rustc_hash::FxHasher;
 
 use super::super::ReadOptions;
+use super::super::file::no_json;
 use super::super::raster::{Numbers, Raster};
 use super::super::trajectory::Trajectory;
 use super::decode::{self, Coding};
@@ -301,10 +302,7 @@ fn in_units(raster: Raster, unit: f64, options: &ReadOptions) -> Vec<f64> {
 /// Reads JSON.
 pub(super) fn json(store: &Store, name: &str, progress: &Progress<'_>) -> Result<serde_json::Value> {
     let text = store.text(name, progress)?;
-    serde_json::from_str(&text).map_err(|error| {
-        let at = format!("line {}, column {}", error.line(), error.column());
-        Error::format(&store.path_of(name), at, "this is not JSON")
-    })
+    serde_json::from_str(&text).map_err(|error| no_json(&store.path_of(name), &error))
 }
 
 /// The numbers of an array, which may be nested once; `None` where it holds anything else.
