@@ -425,7 +425,8 @@ typedef struct {
   // 0.
   uint32_t reserved;
   // Longest edge between neighbouring samples. Larger values bridge jumps, smaller ones open holes. > 0. SRF_FROM_DATA,
-  // the default: 3.4 times the median distance of neighbouring samples of each scan.
+  // the default: 3.4 times the median distance of neighbouring samples of each scan, in rows and columns apart where
+  // pixels are not square.
   double edge_limit;
   // Largest angle between a triangle's normal and the direction to the sensor. Smaller values drop surfaces seen at a
   // grazing angle. Radians, > 0, at most pi/2, default pi/2.
@@ -951,7 +952,8 @@ typedef struct {
   // of. 0 to 1, default 0.
   double min_component_share;
   // Longest edge between neighbouring samples. Larger values bridge jumps, smaller ones open holes. > 0. SRF_FROM_DATA,
-  // the default: 3.4 times the median distance of neighbouring samples of each scan.
+  // the default: 3.4 times the median distance of neighbouring samples of each scan, in rows and columns apart where
+  // pixels are not square.
   double edge_limit;
   // Largest angle between a triangle's normal and the direction to the sensor. Smaller values drop surfaces seen at a
   // grazing angle. Radians, > 0, at most pi/2, default pi/2.
@@ -1049,7 +1051,8 @@ typedef struct {
   // vertices on straight lines. 1 or 0, default 0.
   uint64_t simplify_borders;
   // Longest edge between neighbouring samples. Larger values bridge jumps, smaller ones open holes. > 0. SRF_FROM_DATA,
-  // the default: 3.4 times the median distance of neighbouring samples of each scan.
+  // the default: 3.4 times the median distance of neighbouring samples of each scan, in rows and columns apart where
+  // pixels are not square.
   double edge_limit;
   // Largest angle between a triangle's normal and the direction to the sensor. Smaller values drop surfaces seen at a
   // grazing angle. Radians, > 0, at most pi/2, default pi/2.

@@ -58,7 +58,7 @@ inline const Parameters write_parameters = {
 
 inline const Parameters triangulate_parameters = {
     {Kind::length, "edge_limit", "Edge limit",
-     "Longest edge between neighbouring samples. Larger values bridge jumps, smaller ones open holes.<br>0: 3.4 times the median distance of neighbouring samples of each scan.",
+     "Longest edge between neighbouring samples. Larger values bridge jumps, smaller ones open holes.<br>0: 3.4 times the median distance of neighbouring samples of each scan, in rows and columns apart where pixels are not square.",
      true, 0, 0, unbounded, false, offsetof(srf_triangulate_params, edge_limit), {}},
     {Kind::angle, "grazing_limit", "Grazing limit",
      "Largest angle between a triangle's normal and the direction to the sensor. Smaller values drop surfaces seen at a grazing angle. Degrees, more than 0, at most 90.",
@@ -115,7 +115,7 @@ inline const Parameters merge_parameters = {
      "Colours of scans that overlap are made equally bright before they are averaged: exposure and white balance differ from scan to scan. By up to a factor of eight: what differs more is of different things. Off: colours are averaged as they are.",
      false, 1, 0, 1, true, offsetof(srf_merge_params, match_exposure), {}},
     {Kind::length, "edge_limit", "Edge limit",
-     "Longest edge between neighbouring samples. Larger values bridge jumps, smaller ones open holes.<br>0: 3.4 times the median distance of neighbouring samples of each scan.",
+     "Longest edge between neighbouring samples. Larger values bridge jumps, smaller ones open holes.<br>0: 3.4 times the median distance of neighbouring samples of each scan, in rows and columns apart where pixels are not square.",
      true, 0, 0, unbounded, false, offsetof(srf_merge_params, edge_limit), {}},
     {Kind::angle, "grazing_limit", "Grazing limit",
      "Largest angle between a triangle's normal and the direction to the sensor. Smaller values drop surfaces seen at a grazing angle. Degrees, more than 0, at most 90.",
@@ -142,7 +142,7 @@ inline const Parameters sculpt_parameters = {
      "Smooths open borders, too, for fewer triangles: the mesh reaches at most half a pixel beyond them, covers all that it did, and no other pixel. Needs an effort of at least 1. Off: borders stay as they are in the image but for vertices on straight lines.",
      false, 0, 0, 1, true, offsetof(srf_sculpt_params, simplify_borders), {}},
     {Kind::length, "edge_limit", "Edge limit",
-     "Longest edge between neighbouring samples. Larger values bridge jumps, smaller ones open holes.<br>0: 3.4 times the median distance of neighbouring samples of each scan.",
+     "Longest edge between neighbouring samples. Larger values bridge jumps, smaller ones open holes.<br>0: 3.4 times the median distance of neighbouring samples of each scan, in rows and columns apart where pixels are not square.",
      true, 0, 0, unbounded, false, offsetof(srf_sculpt_params, edge_limit), {}},
     {Kind::angle, "grazing_limit", "Grazing limit",
      "Largest angle between a triangle's normal and the direction to the sensor. Smaller values drop surfaces seen at a grazing angle. Degrees, more than 0, at most 90.",

@@ -143,20 +143,24 @@ fn image(side: usize) -> RangeImage {
     image
 }
 
-#[test]
-fn refused_allocations_are_errors() {
-    assert!(
-        surfrecon_allocator::unwinds(),
-        "built without RUSTC_BOOTSTRAP=surfrecon_allocator: see .cargo/config.toml"
-    );
-    let folder = tempfile::tempdir().unwrap();
-    // A thread that begins allocates.
-    for threads in [1, 2] {
-        operations(folder.path(), threads);
+mod thorough {
+    use super::*;
+
+    #[test]
+    fn refused_allocations_are_errors() {
+        assert!(
+            surfrecon_allocator::unwinds(),
+            "built without RUSTC_BOOTSTRAP=surfrecon_allocator: see .cargo/config.toml"
+        );
+        let folder = tempfile::tempdir().unwrap();
+        // A thread that begins allocates.
+        for threads in [1, 2] {
+            operations(folder.path(), threads);
+        }
+        writers(folder.path());
+        let written = tempfile::tempdir().unwrap();
+        readers(folder.path(), &seeds(written.path()));
     }
-    writers(folder.path());
-    let written = tempfile::tempdir().unwrap();
-    readers(folder.path(), &seeds(written.path()));
 }
 
 fn operations(folder: &Path, threads: usize) {

@@ -17,7 +17,8 @@ pub struct srf_triangulate_params {
     /// 0.
     pub reserved: u32,
     /// Longest edge between neighbouring samples. Larger values bridge jumps, smaller ones open holes. > 0. SRF_FROM_DATA,
-    /// the default: 3.4 times the median distance of neighbouring samples of each scan.
+    /// the default: 3.4 times the median distance of neighbouring samples of each scan, in rows and columns apart where
+    /// pixels are not square.
     pub edge_limit: f64,
     /// Largest angle between a triangle's normal and the direction to the sensor. Smaller values drop surfaces seen at a
     /// grazing angle. Radians, > 0, at most pi/2, default pi/2.

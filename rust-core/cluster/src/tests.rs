@@ -95,7 +95,8 @@ fn the_topology_is_that_of_the_input_at_any_resolution() {
     ];
     for (name, mesh, genus) in shapes {
         assert_eq!(check(&mesh).genus(), Some(genus), "{name}");
-        for patches in [1, 2, 3, 10, 77, 400, 100_000] {
+        let all = [77, 1, 2, 3, 10, 400, 100_000];
+        for &patches in &all[..base::tier::cases(7) as usize] {
             let result = cluster(&mesh, Resolution::Patches(patches)).unwrap();
             assert_same_topology(&mesh, &result, &format!("{name}, {patches} patches"));
         }

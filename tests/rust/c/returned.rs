@@ -36,38 +36,42 @@ pub fn note(name: &'static str, status: i32) {
     }
 }
 
-/// Theorem: of each function, each status that its comment lists was returned in a run of the tests, and no other.
-#[test]
-fn each_status_that_is_listed_is_provoked() {
-    let notes = tempfile::tempdir().unwrap();
-    let file = notes.path().join("returned");
-    let alone = |name: &'static str| [name, "--exact", "--ignored"];
-    for which in [
-        // Eight threads at once return what one does, in as much time as all others together.
-        &["calls::", "structs::", "--skip", "every_call_from_eight_threads_at_once"][..],
-        &alone("calls::contexts::there_are_only_so_many"),
-        &alone("calls::contexts::memory_comes_from_the_callers_functions"),
-    ] {
-        let run = Command::new(std::env::current_exe().unwrap()).args(which).env(NOTES, &file).output();
-        let run = run.expect("the tests run");
-        assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stdout));
-    }
-    let returned = std::fs::read_to_string(file).unwrap();
-    let returned: BTreeSet<(&str, &str)> = returned.lines().filter_map(|line| line.split_once(' ')).collect();
-    let mut wrong = Vec::new();
-    for (name, _, comment) in promised() {
-        let said = comment.split("returns").nth(1).unwrap_or_default();
-        let words: Vec<&str> = said.split(|c: char| !c.is_alphanumeric() && c != '_').collect();
-        for status in STATUSES {
-            match (words.contains(&status), returned.contains(&(name.as_str(), status))) {
-                (true, false) => wrong.push(format!("{name}: nothing provokes {status}")),
-                // Any function may: what its memory was for, and mistakes of ours.
-                (false, true) if status != "SRF_ERR_OUT_OF_MEMORY" => {
-                    wrong.push(format!("{name} returned {status} and does not say it"));
+mod thorough {
+    use super::*;
+
+    /// Theorem: of each function, each status that its comment lists was returned in a run of the tests, and no other.
+    #[test]
+    fn each_status_that_is_listed_is_provoked() {
+        let notes = tempfile::tempdir().unwrap();
+        let file = notes.path().join("returned");
+        let alone = |name: &'static str| [name, "--exact", "--ignored"];
+        for which in [
+            // Eight threads at once return what one does, in as much time as all others together.
+            &["calls::", "structs::", "--skip", "every_call_from_eight_threads_at_once"][..],
+            &alone("calls::contexts::there_are_only_so_many"),
+            &alone("calls::contexts::memory_comes_from_the_callers_functions"),
+        ] {
+            let run = Command::new(std::env::current_exe().unwrap()).args(which).env(NOTES, &file).output();
+            let run = run.expect("the tests run");
+            assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stdout));
+        }
+        let returned = std::fs::read_to_string(file).unwrap();
+        let returned: BTreeSet<(&str, &str)> = returned.lines().filter_map(|line| line.split_once(' ')).collect();
+        let mut wrong = Vec::new();
+        for (name, _, comment) in promised() {
+            let said = comment.split("returns").nth(1).unwrap_or_default();
+            let words: Vec<&str> = said.split(|c: char| !c.is_alphanumeric() && c != '_').collect();
+            for status in STATUSES {
+                match (words.contains(&status), returned.contains(&(name.as_str(), status))) {
+                    (true, false) => wrong.push(format!("{name}: nothing provokes {status}")),
+                    // Any function may: what its memory was for, and mistakes of ours.
+                    (false, true) if status != "SRF_ERR_OUT_OF_MEMORY" => {
+                        wrong.push(format!("{name} returned {status} and does not say it"));
+                    }
+                    _ => {}
                 }
-                _ => {}
             }
         }
+        assert!(wrong.is_empty(), "{} of them:\n{}", wrong.len(), wrong.join("\n"));
     }
-    assert!(wrong.is_empty(), "{} of them:\n{}", wrong.len(), wrong.join("\n"));
 }

@@ -63,7 +63,7 @@ fn threads_and_order_change_no_bit() {
     assert!(first.report.placed() >= 5);
     assert!(same(&first, &by(2)) && same(&first, &by(8)));
     let mut order: Vec<usize> = (0..images.len()).collect();
-    for round in 0..20 {
+    for round in 0..base::tier::cases(20) as usize {
         order.rotate_left(1 + round % 3);
         order.swap(round % 6, (round * 5 + 2) % 6);
         let shuffled: Vec<RangeImage> = order.iter().map(|&k| images[k].clone()).collect();

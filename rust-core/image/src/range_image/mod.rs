@@ -10,6 +10,7 @@
 //! | `confidence` | cosine to the ray, ramped to zero at jumps and borders \[CL96\] |
 //! | `cloud` | the samples as points |
 //! | `attributes` | what pixels have besides their samples, as attributes of the vertices they become |
+//! | `steps` | steps that depths are multiples of |
 //! | `noise` | standard deviation of the noise, from the data alone |
 //! | `smooth` | noise taken out along the rays |
 //! | `repeats` | images that were enlarged by repeating pixels, in their own size |
@@ -20,6 +21,8 @@ pub mod projection;
 pub mod samples;
 
 pub mod spacing;
+
+mod steps;
 
 pub mod normals;
 

@@ -2,9 +2,9 @@
 
 use glam::DVec3;
 
-use super::noise::Noise;
 use super::samples::SampleGrid;
-use super::{DepthKind, Projection, RangeImage, pitch};
+use super::steps::Steps;
+use super::{RangeImage, pitch};
 use base::error::Result;
 use base::progress::Progress;
 
@@ -60,17 +60,8 @@ pub enum Along {
     Diagonal,
 }
 
-/// Neighbours of equal depth that an image has where its values lie on steps, at least: a share of those that are looked at.
-const EQUAL: f64 = 0.02;
-
-/// Pairs of neighbours that are looked at for that.
-const LOOKED_AT: usize = 1 << 11;
-
-/// Depths that differ by less than this share of them are equal: rounding errors of single precision.
-const ROUNDING: f64 = 5e-7;
-
 /// Steps that an edge may be longer by. One, and half of one for what the measured step may be off by.
-const STEPS: f64 = 1.5;
+const BY_STEPS: f64 = 1.5;
 
 /// Longest edges that still belong to the surface.
 #[derive(Clone, Debug, PartialEq)]
@@ -84,7 +75,7 @@ pub struct EdgeLimit {
     limits: [f64; 3],
     /// What values are multiples of, where steps are seen. Rounding moves neighbours apart by up to a step, which says
     /// nothing of a jump.
-    steps: Option<Noise>,
+    steps: Option<Steps>,
 }
 
 impl EdgeLimit {
@@ -96,12 +87,12 @@ impl EdgeLimit {
     /// [`JUMP_FACTOR`] times the median distance of neighbouring samples; times the median of distance by range where
     /// the rays fan out from a point. Where pixels are not square, edges along the longer side and diagonals are compared with
     /// the median along that side, edges along the other one with the geometric mean of both medians. Where values are
-    /// multiples of a step, edges may be longer by one and a half of it.
+    /// multiples of a step longer than the spacing, edges may be longer by one and a half of it.
     ///
     /// # Errors
     /// [`base::Error::Cancelled`].
     pub fn from_data(image: &RangeImage, grid: &SampleGrid, spacing: Spacing, progress: &Progress<'_>) -> Result<Self> {
-        let steps = steps(image, grid, progress)?;
+        let steps = Steps::longer_than(spacing.larger(), image, grid);
         let Some(eye) = image.projection().eye() else { return Ok(Self::times(None, spacing, steps)) };
         let by_range = |squared: f64, a: usize, b: usize| {
             let range = grid.positions[a].distance_squared(eye).min(grid.positions[b].distance_squared(eye));
@@ -120,7 +111,7 @@ impl EdgeLimit {
         Ok(Self::times(Some(eye), Spacing::median(spacing.is_one, &rows, &columns, progress)?, steps))
     }
 
-    fn times(eye: Option<DVec3>, spacing: Spacing, steps: Option<Noise>) -> Self {
+    fn times(eye: Option<DVec3>, spacing: Spacing, steps: Option<Steps>) -> Self {
         let larger = spacing.larger();
         let limits = if spacing.is_one {
             [larger; 3]
@@ -138,23 +129,27 @@ impl EdgeLimit {
         self.eye
     }
 
-    /// Whether an edge whose length squared is this, and whose nearer end is at this range squared, is short enough.
-    /// The range does not matter without [`EdgeLimit::eye`].
-    #[inline]
-    pub(crate) fn allows_squared(&self, along: Along, squared: f64, range_squared: f64) -> bool {
-        let limit = self.limits[along as usize];
-        let by_range = if self.eye.is_some() { range_squared } else { 1.0 };
-        squared <= limit * limit * by_range
-            || self.steps.as_ref().is_some_and(|noise| {
-                let range = by_range.sqrt();
-                squared.sqrt() <= limit * range + STEPS * noise.step(range)
-            })
+    /// Squares of the limits, by [`Along`].
+    pub(crate) fn squares(&self) -> [f64; 3] {
+        self.limits.map(|limit| limit * limit)
+    }
+
+    /// Whether edges may be longer where values lie on steps.
+    pub(crate) fn has_steps(&self) -> bool {
+        self.steps.is_some()
+    }
+
+    /// Length by which edges at a range may be longer, because values lie on steps.
+    pub(crate) fn by_steps(&self, range: f64) -> f64 {
+        self.steps.as_ref().map_or(0.0, |steps| BY_STEPS * steps.at(range))
     }
 
     /// Whether the edge between points `a` and `b` is short enough.
     pub fn allows(&self, along: Along, a: DVec3, b: DVec3) -> bool {
-        let range = |eye: DVec3| a.distance_squared(eye).min(b.distance_squared(eye));
-        self.allows_squared(along, a.distance_squared(b), self.eye.map_or(1.0, range))
+        let (squared, limit) = (a.distance_squared(b), self.limits[along as usize]);
+        let range = self.eye.map_or(1.0, |eye| a.distance_squared(eye).min(b.distance_squared(eye)));
+        squared <= limit * limit * range
+            || self.has_steps() && squared.sqrt() <= limit * range.sqrt() + self.by_steps(range.sqrt())
     }
 
     /// The neighbours of a sample that are no jump away: left, right, upper, lower.
@@ -167,29 +162,6 @@ impl EdgeLimit {
         }
         neighbours
     }
-}
-
-/// The steps that values lie on, if the samples do as they are. O(1) where a few neighbours show none.
-fn steps(image: &RangeImage, grid: &SampleGrid, progress: &Progress<'_>) -> Result<Option<Noise>> {
-    let projection = image.projection();
-    let depth = |k: usize| match (projection, projection.eye()) {
-        (Projection::Pinhole { depth: DepthKind::Planar, .. }, _) => grid.positions[k].z,
-        (_, Some(eye)) => grid.positions[k].distance(eye),
-        (_, None) => grid.positions[k].dot(projection.view_direction(grid.positions[k])),
-    };
-    // Odd, so that it is no multiple of an even number of columns.
-    let looked_at = (0..grid.len()).step_by((grid.len() / LOOKED_AT) | 1).filter(|&k| grid.has_right(k));
-    let (mut equal, mut count) = (0_u32, 0_u32);
-    for k in looked_at {
-        let (here, there) = (depth(k), depth(k + 1));
-        equal += u32::from((there - here).abs() <= ROUNDING * here.abs());
-        count += 1;
-    }
-    if f64::from(equal) < EQUAL * f64::from(count) || equal == 0 {
-        return Ok(None);
-    }
-    let noise = Noise::measure(image, progress)?;
-    Ok((noise.typical_step() > 0.0).then_some(noise))
 }
 
 /// Size of the sample that brackets the median, a power of two; with 512 the bracket of +- 8 % of the ranks misses once

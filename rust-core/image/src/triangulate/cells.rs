@@ -52,15 +52,28 @@ pub(super) fn triangulate(
     grazing_limit: f64,
     progress: &Progress<'_>,
 ) -> Result<Cells> {
-    match limit.eye() {
-        None => {
-            let allows = |along: Along, squared, _, _| limit.allows_squared(along, squared, 1.0);
+    let squares = limit.squares();
+    let squared_range = |p: &DVec3| limit.eye().map_or(1.0, |eye| p.distance_squared(eye));
+    match (limit.has_steps(), limit.eye()) {
+        (false, None) => {
+            let allows = |along: Along, squared, _, _| squared <= squares[along as usize];
             with_limit(projection, grid, allows, grazing_limit, progress)
         }
-        Some(eye) => {
-            let range: Vec<f64> = grid.positions.iter().map(|p| p.distance_squared(eye)).collect();
+        (false, Some(_)) => {
+            let range: Vec<f64> = grid.positions.iter().map(squared_range).collect();
             let allows = |along: Along, squared, a, b| {
-                limit.allows_squared(along, squared, range[a as usize].min(range[b as usize]))
+                squared <= squares[along as usize] * range[a as usize].min(range[b as usize])
+            };
+            with_limit(projection, grid, allows, grazing_limit, progress)
+        }
+        (true, _) => {
+            let range: Vec<f64> = grid.positions.iter().map(|p| squared_range(p).sqrt()).collect();
+            let by_steps: Vec<f64> = range.iter().map(|&range| limit.by_steps(range)).collect();
+            let limits = squares.map(f64::sqrt);
+            let allows = |along: Along, squared: f64, a: u32, b: u32| {
+                let nearer = if range[a as usize] < range[b as usize] { a } else { b } as usize;
+                let longest = limits[along as usize] * range[nearer] + by_steps[nearer];
+                squared <= longest * longest
             };
             with_limit(projection, grid, allows, grazing_limit, progress)
         }

@@ -32,7 +32,7 @@ base::params! {
     pub struct TriangulateParams of "triangulate" {
         /// Longest edge between neighbouring samples. Larger values bridge jumps, smaller ones open holes.
         edge_limit: Option<f64> = length("Edge limit")
-            .from_data("3.4 times the median distance of neighbouring samples of each scan").above(0.0),
+            .from_data("3.4 times the median distance of neighbouring samples of each scan, in rows and columns apart where pixels are not square").above(0.0),
         /// Largest angle between a triangle's normal and the direction to the sensor. Smaller values drop surfaces seen at a grazing angle.
         grazing_limit: f64 = angle("Grazing limit").default(FRAC_PI_2).above(0.0).at_most(FRAC_PI_2),
     }
@@ -84,8 +84,8 @@ impl RangeSurface {
 /// of distance by range, times the range of the edge's nearer end, since sampling thins out with range. Where pixels are
 /// not square (one side, across the rays, is longer than the other by [`SQUARE`](crate::range_image::pitch::SQUARE) or
 /// more), rows and columns have a median each: edges along the longer side and diagonals are compared with its own, edges
-/// along the other one with the geometric mean of both. Where values are multiples of a step, rounding alone moves
-/// neighbours a step apart: edges may be longer by one and a half steps.
+/// along the other one with the geometric mean of both. Where values are multiples of a step that is longer than the
+/// spacing, rounding alone moves neighbours a step apart: edges may be longer by one and a half steps.
 ///
 /// Guarantees: triangles turn counter-clockwise seen from the sensor; no zero-area triangle; every vertex has a
 /// triangle; vertices in pixel order. Without own confidences a vertex's confidence is the cosine between its normal and

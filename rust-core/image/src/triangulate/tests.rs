@@ -4,6 +4,8 @@ use std::f64::consts::PI;
 use glam::DVec3;
 use proptest::prelude::*;
 
+mod stairs;
+
 use super::*;
 use crate::range_image::test_images::*;
 use crate::range_image::{DepthKind, Projection, Samples, Viewing};
@@ -389,53 +391,6 @@ fn a_spinning_scanner_sees_all_of_a_room() {
         assert_eq!(surface.triangles.len(), 2 * 15 * 1799);
         let normals = crate::range_image::normals::normals(&image).unwrap();
         assert!(normals.iter().all(|normal| *normal != [0.0; 3]));
-    }
-}
-
-/// An image whose values are rounded by a function.
-fn rounded(image: &RangeImage, round: impl Fn(f64) -> f64) -> RangeImage {
-    let Samples::Values(values) = image.samples() else { unreachable!() };
-    let values = values.iter().map(|&value| round(value)).collect();
-    RangeImage::from_values(image.rows(), image.cols(), values, *image.projection()).unwrap()
-}
-
-#[test]
-fn stairs_of_rounded_depths_are_no_jumps() {
-    // Pixels are 1 / 30 wide at depth 8. Steps of five and seven times that, and those of disparities, which grow with depth.
-    let rules: [fn(f64) -> f64; 3] = [
-        |depth| (depth / 0.17).round() * 0.17,
-        |depth| (depth / 0.25).round() * 0.25,
-        |depth| 1.0 / ((250.0 / depth).round() / 250.0),
-    ];
-    for projection in [
-        Projection::Pinhole { focal: [240.0; 2], centre: [59.5, 44.5], depth: DepthKind::Planar },
-        Projection::Spherical { first: [-0.25, 0.2], step: [1.0 / 240.0, -1.0 / 240.0] },
-    ] {
-        for slope in [0.8, 1.2] {
-            let towards = ahead(&projection).normalize();
-            let normal = towards + slope * projection.ray(0, 60, DVec3::NAN).1.cross(towards).normalize();
-            let image = render(90, 120, projection, plane(8.0 * towards, normal));
-            for (k, round) in rules.into_iter().enumerate() {
-                let surface = run(&rounded(&image, round));
-                assert_eq!(surface.triangles.len(), 2 * 89 * 119, "{projection:?}, slope {slope}, rule {k}");
-            }
-        }
-        // A card before a wall: a jump of four steps at least, at all of its border.
-        let card = |o: DVec3, d: DVec3| {
-            let towards = ahead(&projection).normalize();
-            let near = plane(6.0 * towards, towards)(o, d)?;
-            let at = o + near * d;
-            if at.reject_from(towards).length() < 1.0 {
-                Some(near)
-            } else {
-                plane(8.0 * towards, towards + 0.5 * DVec3::Z.cross(towards) + 0.5 * DVec3::Y.cross(towards))(o, d)
-            }
-        };
-        let surface = run(&rounded(&render(90, 120, projection, card), rules[0]));
-        let depth = |&v: &u32| surface.positions[v as usize].dot(ahead(&projection).normalize());
-        let is_on_card = |v: &u32| depth(v) < 6.2;
-        let bridges = |t: &&[u32; 3]| t.iter().any(is_on_card) && !t.iter().all(is_on_card);
-        assert_eq!(surface.triangles.iter().find(bridges), None, "{projection:?}");
     }
 }
 

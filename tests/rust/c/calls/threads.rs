@@ -55,56 +55,60 @@ fn cancelling_leaves_nothing_and_the_next_call_is_fine() {
     }
 }
 
-#[test]
-fn every_call_from_eight_threads_at_once() {
-    let all: [fn(); 41] = [
-        more_scans_than_memory_holds_are_merged_in_files,
-        more_scans_than_memory_holds_go_into_a_file,
-        zeros_are_refused_with_a_text_wherever_they_can_do_harm,
-        handles_that_never_were_are_refused,
-        handles_of_another_kind_and_freed_ones_are_refused,
-        every_function_with_wrong_handles_and_sizes,
-        a_mesh_and_its_attributes,
-        arrays_that_lie_are_refused,
-        strides_and_unaligned_data_are_fine,
-        an_image_and_its_cloud,
-        what_there_is_is_counted_and_has_bounds,
-        far_positions_keep_their_digits_in_single_precision,
-        vertices_of_an_image_and_back,
-        what_is_no_range_image_is_refused,
-        a_cloud_from_arrays,
-        images_from_arrays,
-        an_image_is_sculpted_to_one_tolerance_after_the_other,
-        a_surface_through_scattered_points,
-        an_image_becomes_a_quad_grid_and_a_surface,
-        a_mesh_is_clustered_and_so_is_a_chain,
-        what_is_said_of_scans_that_are_not_there_is_refused,
-        poses_to_draw_a_scan_from_are_refused_where_they_can_not_be,
-        what_is_not_placed_has_a_reason_and_a_cancelled_alignment_leaves_nothing,
-        cancelling_leaves_nothing_and_the_next_call_is_fine,
-        a_call_is_cancelled_by_another_thread_and_not_by_what_was_reset,
-        one_that_was_freed_cancels_nothing_and_no_other,
-        a_context_has_settings_of_its_own,
-        a_limit_concerns_the_calls_of_its_context_alone,
-        what_a_merge_keeps_is_on_the_account_of_its_last_run,
-        a_context_is_freed_while_a_call_is_under_it,
-        files_go_out_and_come_back,
-        options_say_what_files_do_not,
-        everything_is_written_and_comes_back,
-        frames_from_arrays,
-        both_axes_of_cameras,
-        frames_that_can_not_be_are_refused,
-        images_made_when_they_are_needed_merge_as_those_that_are_there,
-        what_a_source_does_not_do_ends_the_run_with_its_reason,
-        sources_are_aligned_and_cancelled,
-        scans_are_replaced_and_removed_and_the_rest_is_kept,
-        scans_that_are_not_there_are_not_replaced,
-    ];
-    std::thread::scope(|scope| {
-        for first in 0..8 {
-            scope.spawn(move || (0..all.len()).for_each(|i| all[(first + i) % all.len()]()));
-        }
-    });
+mod thorough {
+    use super::*;
+
+    #[test]
+    fn every_call_from_eight_threads_at_once() {
+        let all: [fn(); 41] = [
+            more_scans_than_memory_holds_are_merged_in_files,
+            more_scans_than_memory_holds_go_into_a_file,
+            zeros_are_refused_with_a_text_wherever_they_can_do_harm,
+            handles_that_never_were_are_refused,
+            handles_of_another_kind_and_freed_ones_are_refused,
+            every_function_with_wrong_handles_and_sizes,
+            a_mesh_and_its_attributes,
+            arrays_that_lie_are_refused,
+            strides_and_unaligned_data_are_fine,
+            an_image_and_its_cloud,
+            what_there_is_is_counted_and_has_bounds,
+            far_positions_keep_their_digits_in_single_precision,
+            vertices_of_an_image_and_back,
+            what_is_no_range_image_is_refused,
+            a_cloud_from_arrays,
+            images_from_arrays,
+            an_image_is_sculpted_to_one_tolerance_after_the_other,
+            a_surface_through_scattered_points,
+            an_image_becomes_a_quad_grid_and_a_surface,
+            a_mesh_is_clustered_and_so_is_a_chain,
+            what_is_said_of_scans_that_are_not_there_is_refused,
+            poses_to_draw_a_scan_from_are_refused_where_they_can_not_be,
+            what_is_not_placed_has_a_reason_and_a_cancelled_alignment_leaves_nothing,
+            cancelling_leaves_nothing_and_the_next_call_is_fine,
+            a_call_is_cancelled_by_another_thread_and_not_by_what_was_reset,
+            one_that_was_freed_cancels_nothing_and_no_other,
+            a_context_has_settings_of_its_own,
+            a_limit_concerns_the_calls_of_its_context_alone,
+            what_a_merge_keeps_is_on_the_account_of_its_last_run,
+            a_context_is_freed_while_a_call_is_under_it,
+            files_go_out_and_come_back,
+            options_say_what_files_do_not,
+            everything_is_written_and_comes_back,
+            frames_from_arrays,
+            both_axes_of_cameras,
+            frames_that_can_not_be_are_refused,
+            images_made_when_they_are_needed_merge_as_those_that_are_there,
+            what_a_source_does_not_do_ends_the_run_with_its_reason,
+            sources_are_aligned_and_cancelled,
+            scans_are_replaced_and_removed_and_the_rest_is_kept,
+            scans_that_are_not_there_are_not_replaced,
+        ];
+        std::thread::scope(|scope| {
+            for first in 0..8 {
+                scope.spawn(move || (0..all.len()).for_each(|i| all[(first + i) % all.len()]()));
+            }
+        });
+    }
 }
 
 #[test]
