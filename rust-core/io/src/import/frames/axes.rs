@@ -25,6 +25,10 @@ const CLEARLY: [f64; 2] = [3.0, 1.5];
 /// Frames of pairs that lie on each other lie no further apart than this share of their depths.
 const GOOD: f64 = 0.02;
 
+/// Frames look through at most this share of the points of others that they see, where another convention is taken: things alike
+/// come to lie on each other, too, but cut through each other then.
+const MOST_THROUGH: f64 = 0.15;
+
 /// The ways to read poses: whether the axes and whether the sense are the other ones.
 const WAYS: [[bool; 2]; 4] = [[false, false], [true, false], [false, true], [true, true]];
 
@@ -46,7 +50,10 @@ pub(super) fn check(recording: &mut Recording, options: &Arc<ReadOptions>, progr
         pairs = Pairs::of(recording, options, progress)?;
     }
     let count = recording.entries.len();
-    found.doubts.extend(clock::check(recording, &pairs));
+    let given = recording.convention;
+    let ways = WAYS.into_iter().filter(|way| is_allowed(*way, given, options));
+    let read_so: Vec<_> = ways.map(|way| move |pose: DAffine3| read(pose, given, way)).collect();
+    found.doubts.extend(clock::check(recording, &pairs, &read_so));
     if recording.entries.len() != count {
         pairs = Pairs::of(recording, options, progress)?;
     }
@@ -74,27 +81,31 @@ fn convention(recording: &mut Recording, options: &ReadOptions, pairs: &Pairs) -
             }
         }
     };
-    let (first, name) = (ways[0], |k: usize| describe(given, ways[k]));
+    let first = ways[0];
     if ways.len() == 1 {
         take(recording, first);
-        return (format!("poses read as {}, as was asked for", name(0)), false);
+        return (format!("poses read as {}, as was asked for", describe(given, first)), false);
     }
-    let is_turned = poses.iter().any(|pose| !pose.matrix3.abs_diff_eq(poses[0].matrix3, 1e-9));
-    if !is_turned || pairs.points().filter(|(_, points)| !points.is_empty()).count() < 2 {
+    let ways = that_differ(&ways, |way, k| read(poses[k], given, way), poses.len());
+    let name = |k: usize| describe(given, ways[k]);
+    if ways.len() == 1 || pairs.points().filter(|(_, points)| !points.is_empty()).count() < 2 {
         take(recording, first);
-        return (format!("poses read as {}: no frame is turned, nothing shows another reading", name(0)), false);
+        return (format!("poses read as {}: nothing shows another reading", name(0)), false);
     }
     let clearly = CLEARLY[usize::from(!given.is_sure)];
     let mut apart: Vec<f64> = ways.iter().map(|&way| pairs.apart(&|k| Some(read(poses[k], given, way)))).collect();
     // Where frames meet too little, what lies nearest lies there by chance.
     let good = GOOD * pairs.depth();
-    let mut decided = decide(&apart, clearly).filter(|&way| apart[way] <= good);
+    let is_possible =
+        |way: usize| way == 0 || pairs.looked_through(&|k| read(poses[k], given, ways[way])) <= MOST_THROUGH;
+    let is_good = |apart: &[f64], way: usize| apart[way] <= good && is_possible(way);
+    let mut decided = decide(&apart, clearly).filter(|&way| is_good(&apart, way));
     if decided.is_none() {
         let (indices, points): (Vec<usize>, Vec<_>) = pairs.points().map(|(k, points)| (k, points.to_vec())).unzip();
         let overlap = Overlap::of(points);
         let of_all: Vec<f64> =
             ways.iter().map(|&way| overlap.median(&|k| read(poses[indices[k]], given, way))).collect();
-        decided = decide(&of_all, clearly);
+        decided = decide(&of_all, clearly).filter(|&way| way == 0 || is_good(&of_all, way));
         if decided.is_some() || !apart[0].is_finite() {
             apart = of_all;
         }
@@ -149,6 +160,23 @@ fn decide(apart: &[f64], clearly: f64) -> Option<usize> {
         0 => (next > CLEARLY[1] * apart[0]).then_some(0),
         _ => (apart[0] >= clearly * apart[best]).then_some(best),
     }
+}
+
+/// The ways but those in which frames lie to each other as in one before: a camera that moves sideways and never turns does not show its
+/// axes.
+fn that_differ(ways: &[[bool; 2]], pose: impl Fn([bool; 2], usize) -> DAffine3, count: usize) -> Vec<[bool; 2]> {
+    let relative = |way: [bool; 2], k: usize| pose(way, 0).inverse() * pose(way, k);
+    let longest = (0..count).map(|k| relative(WAYS[0], k).translation.length()).fold(0.0, f64::max);
+    let is_same = |a: DAffine3, b: DAffine3| {
+        a.matrix3.abs_diff_eq(b.matrix3, 1e-6) && a.translation.abs_diff_eq(b.translation, 1e-6 * longest)
+    };
+    let mut kept: Vec<[bool; 2]> = Vec::new();
+    for &way in ways {
+        if !kept.iter().any(|&other| (0..count).all(|k| is_same(relative(way, k), relative(other, k)))) {
+            kept.push(way);
+        }
+    }
+    kept
 }
 
 /// Whether the caller leaves a way open.

@@ -15,22 +15,41 @@ const FINE: f64 = 0.01;
 const CLEARLY: f64 = 2.0;
 
 /// Frames that lie further apart than this share of their depths do not lie on each other.
-const APART: f64 = 0.02;
+const APART: f64 = 0.01;
+
+/// Frames look through at most this share of the points of others that they see, where a shift is taken.
+const MOST_THROUGH: f64 = 0.1;
 
 /// Finds by how much the poses are late and places the frames anew where they are; says so, or that frames that overlap lie apart.
-pub(super) fn check(recording: &mut Recording, pairs: &Pairs) -> Option<String> {
+/// Nobody has decided what the poses mean yet: each of `readings` may be right.
+pub(super) fn check<R>(recording: &mut Recording, pairs: &Pairs, readings: &[R]) -> Option<String>
+where
+    R: Fn(DAffine3) -> DAffine3,
+{
     let timed = recording.timed.as_ref()?;
-    let apart = |shift: f64| pairs.apart(&|k| timed.poses.at(timed.times[k] + shift));
-    let found = apart(0.0);
-    let least = |steps: i32, step: f64, around: f64| {
+    let placed = |reading: &R, k: usize, shift: f64| timed.poses.at(timed.times[k] + shift).map(reading);
+    let apart = |reading: &R, shift: f64| pairs.apart(&|k| placed(reading, k, shift));
+    let found = readings.iter().map(|reading| apart(reading, 0.0)).fold(f64::INFINITY, f64::min);
+    let good = APART * pairs.depth();
+    let least = |reading: &R, steps: i32, step: f64, around: f64| {
         let shifts = (-steps..=steps).map(|k| around + f64::from(k) * step);
-        let tried = shifts.map(|shift| (apart(shift), shift));
+        let tried = shifts.map(|shift| (apart(reading, shift), shift));
         // Of equal ones the least shift.
         tried.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.abs().total_cmp(&b.1.abs()))).unwrap_or((found, 0.0))
     };
-    let (_, near) = least((FURTHEST / COARSE).round() as i32, COARSE, 0.0);
-    let (best, shift) = least((COARSE / FINE).round() as i32, FINE, near);
-    if best * CLEARLY < found {
+    let shifted = readings.iter().map(|reading| {
+        let (_, near) = least(reading, (FURTHEST / COARSE).round() as i32, COARSE, 0.0);
+        let (best, shift) = least(reading, (COARSE / FINE).round() as i32, FINE, near);
+        (best, shift, reading)
+    });
+    let (best, shift, reading) = shifted.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    // Frames without a pose at that time stay where they are, for the comparison.
+    let through = || {
+        pairs.looked_through(&|k| {
+            placed(reading, k, shift).unwrap_or_else(|| reading(recording.entries[k].world_from_sensor))
+        })
+    };
+    if best * CLEARLY < found && best <= good && through() <= MOST_THROUGH {
         let placed: Vec<Option<DAffine3>> = timed.times.iter().map(|time| timed.poses.at(time + shift)).collect();
         let mut kept = placed.iter().map(Option::is_some);
         let count = recording.entries.len();
@@ -54,7 +73,7 @@ pub(super) fn check(recording: &mut Recording, pairs: &Pairs) -> Option<String> 
             short(found)
         ));
     }
-    (found.is_finite() && found > APART * pairs.depth()).then(|| {
+    (found.is_finite() && found > good).then(|| {
         format!(
             "overlapping frames lie {} apart, and no shift of time within {FURTHEST} s brings them onto each other: look whether the \
              times of the depth images and of the poses are of one clock, and at the camera",

@@ -33,6 +33,10 @@ const PIXELS: usize = 320_000;
 /// The share of all points that lie no further than the distance of a pair: fewer than two frames have in common.
 const SHARE: f64 = 0.3;
 
+/// Of the points that another frame sees, those in front of its surface by more than this share of their depth: it looked through
+/// them, which it did not where they are.
+const THROUGH: f64 = 0.02;
+
 /// No distance counts as less than this share of the depths: what is stored is no finer.
 const FINEST: f64 = 1e-4;
 
@@ -130,6 +134,24 @@ impl Pairs {
         *depths.select_nth_unstable_by(middle, f64::total_cmp).1
     }
 
+    /// The share of the points within view of other frames, of all of them, that these look through where `pose` places each; 0 where
+    /// none is within view. A surface lies where nobody looks through it, so a right reading has few.
+    pub(super) fn looked_through(&self, pose: &dyn Fn(usize) -> DAffine3) -> f64 {
+        let (mut through, mut within) = (0_u32, 0_u32);
+        for from in &self.frames {
+            for to in self.frames.iter().filter(|to| to.index != from.index) {
+                let relative = pose(to.index).inverse() * pose(from.index);
+                for point in from.points.iter().step_by(COMPARED) {
+                    if let Some(behind) = to.behind(relative.transform_point3(*point)) {
+                        within += 1;
+                        through += u32::from(behind < -THROUGH * point.z);
+                    }
+                }
+            }
+        }
+        if within == 0 { 0.0 } else { f64::from(through) / f64::from(within) }
+    }
+
     /// How far apart the frames of pairs lie where `pose` places each, by its number in the recording; infinite where too few of their
     /// points meet, or where half of the pairs have no poses.
     pub(super) fn apart(&self, pose: &dyn Fn(usize) -> Option<DAffine3>) -> f64 {
@@ -141,7 +163,8 @@ impl Pairs {
             placed += 1;
             for (from, to, relative) in [(a, b, from_b.inverse() * from_a), (b, a, from_a.inverse() * from_b)] {
                 let points = from.points.iter().step_by(COMPARED);
-                distances.extend(points.map(|point| to.distance(relative.transform_point3(*point))));
+                let behind = points.map(|point| to.behind(relative.transform_point3(*point)));
+                distances.extend(behind.map(|behind| behind.map_or(f64::INFINITY, f64::abs)));
             }
         }
         if distances.is_empty() || placed * 2 < self.pairs.len() {
@@ -169,18 +192,17 @@ impl Seen {
         Seen { index, points, depths, size, step, focal, centre }
     }
 
-    /// How far before or behind the surface a point lies where it is seen; infinite where it is not.
-    fn distance(&self, point: DVec3) -> f64 {
+    /// How far behind the surface a point lies, or before it where that is negative; `None` where the frame does not see.
+    fn behind(&self, point: DVec3) -> Option<f64> {
         let at = |axis: usize| {
             let place = self.focal[axis] * point[axis] / point.z + self.centre[axis];
             let pixel = (place / self.step as f64).round();
             (pixel >= 0.0 && pixel < self.size[axis] as f64).then_some(pixel as usize)
         };
         if point.z <= 0.0 {
-            return f64::INFINITY;
+            return None;
         }
-        let (Some(col), Some(row)) = (at(0), at(1)) else { return f64::INFINITY };
-        let depth = f64::from(self.depths[row * self.size[0] + col]);
-        if depth.is_nan() { f64::INFINITY } else { (point.z - depth).abs() }
+        let depth = f64::from(self.depths[at(1)? * self.size[0] + at(0)?]);
+        (!depth.is_nan()).then_some(point.z - depth)
     }
 }
