@@ -1,17 +1,20 @@
 //! Values that stand for nothing, though they are finite: the background of a rendered depth image is 1e10, or the largest
 //! number of half precision.
 
-use super::{RangeImage, Samples, repeats};
+use super::{Projection, RangeImage, Samples, repeats};
 use base::error::Shown;
 use base::log::{self, Level};
 
 /// Numbers that programs write where a ray meets nothing: largest of half precision and of 16 bits, Blender's clip end, the
-/// largest of single precision.
+/// largest of single precision. Values are in another unit by then, perhaps: one of so many tenths, hundredths...
 const MARKS: [f64; 4] = [65504.0, 65535.0, 1e10, f32::MAX as f64];
+const UNITS: i32 = 5;
 
-/// Values are far if this power of two lies between them and all others: of marks, of any one number, of points.
+/// Values are far if so many powers of two lie between them and all others: marks, any one depth, any one height (maps have flat
+/// ground, and flat roofs on it), points. Zeros are no scale that others could be far beyond.
 const GAP_OF_MARKS: usize = 3;
-const GAP_OF_VALUES: usize = 10;
+const GAP_OF_DEPTHS: usize = 10;
+const GAP_OF_HEIGHTS: usize = 16;
 const GAP_OF_POINTS: usize = 20;
 
 /// Share of the samples that the others are at least: a few that are close may be wrong instead.
@@ -58,14 +61,16 @@ impl RangeImage {
 /// Leaves out the samples that lie far beyond all others: single values most of which are one and the same, or points.
 /// O(pixels).
 pub fn leave_out(image: &mut RangeImage) -> Option<Far> {
-    let sizes = Sizes::of(image)?;
+    let sizes = Sizes::of(image);
+    // Most images have no such gap, and are looked at once.
+    sizes.least_beyond(GAP_OF_MARKS)?;
     let size = |pixel: usize| size(image, pixel);
     let farthest = (0..image.len()).map(size).fold(0.0, f64::max);
-    let is_mark = MARKS.iter().any(|mark| (farthest / mark - 1.0).abs() < 1e-6);
-    let gap = match image.samples() {
-        Samples::Points(_) => GAP_OF_POINTS,
-        Samples::Values(_) if is_mark => GAP_OF_MARKS,
-        Samples::Values(_) => GAP_OF_VALUES,
+    let gap = match (image.samples(), image.projection()) {
+        (Samples::Points(_), _) => GAP_OF_POINTS,
+        (Samples::Values(_), _) if is_mark(farthest) => GAP_OF_MARKS,
+        (Samples::Values(_), Projection::Orthographic { .. }) => GAP_OF_HEIGHTS,
+        (Samples::Values(_), _) => GAP_OF_DEPTHS,
     };
     let least = sizes.least_beyond(gap)?;
     let far: Vec<usize> = (0..image.len()).filter(|&pixel| size(pixel) >= least).collect();
@@ -79,18 +84,26 @@ pub fn leave_out(image: &mut RangeImage) -> Option<Far> {
     Some(Far { count, value: farthest, others })
 }
 
+/// Whether a number is one that programs write where a ray meets nothing, in some unit.
+fn is_mark(value: f64) -> bool {
+    let marks = MARKS.iter().flat_map(|mark| (0..UNITS).map(move |unit| mark / 10_f64.powi(unit)));
+    marks.into_iter().any(|mark| (value / mark - 1.0).abs() < 1e-6)
+}
+
 /// Size of a value, or the largest coordinate of a point; NaN for an invalid pixel.
 fn size(image: &RangeImage, pixel: usize) -> f64 {
     match image.samples() {
         Samples::Values(values) => values[pixel].abs(),
-        Samples::Points(points) => {
-            let [x, y, z] = points[pixel].map(|x| f64::from(x.abs()));
-            if x.is_nan() { f64::NAN } else { x.max(y).max(z) }
-        }
+        Samples::Points(points) => size_of_point(points[pixel]),
     }
 }
 
-/// How many sizes have each power of two.
+fn size_of_point(point: [f32; 3]) -> f64 {
+    let [x, y, z] = point.map(|x| f64::from(x.abs()));
+    if x.is_nan() { f64::NAN } else { x.max(y).max(z) }
+}
+
+/// How many sizes have each power of two, but zeros.
 struct Sizes {
     counts: Vec<usize>,
     total: usize,
@@ -100,17 +113,18 @@ struct Sizes {
 const FRACTION: u32 = 52;
 
 impl Sizes {
-    /// `None` where there is nothing.
-    fn of(image: &RangeImage) -> Option<Sizes> {
+    fn of(image: &RangeImage) -> Sizes {
         let mut counts = vec![0_usize; 1 << 11];
-        for pixel in 0..image.len() {
-            let bits = size(image, pixel).to_bits() >> FRACTION;
-            counts[bits as usize] += 1;
+        let mut count = |size: f64| counts[(size.to_bits() >> FRACTION) as usize] += 1;
+        match image.samples() {
+            Samples::Values(values) => values.iter().for_each(|value| count(value.abs())),
+            Samples::Points(points) => points.iter().for_each(|&point| count(size_of_point(point))),
         }
-        // NaN.
+        // NaN, and zero.
         counts.truncate(counts.len() - 1);
+        counts[0] = 0;
         let total = counts.iter().sum();
-        (total > 0).then_some(Sizes { counts, total })
+        Sizes { counts, total }
     }
 
     /// The power of two from which on sizes are far, after a gap of so many powers.
@@ -131,7 +145,7 @@ impl Sizes {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{DepthKind, Projection, Viewing};
+    use super::super::{DepthKind, Viewing};
     use super::*;
 
     const CAMERA: Projection = Projection::Pinhole { focal: [20.0; 2], centre: [10.0; 2], depth: DepthKind::Planar };
@@ -143,9 +157,15 @@ mod tests {
 
     #[test]
     fn a_background_that_stands_for_nothing_is_left_out() {
-        for (mark, near) in
-            [(1e10, 3.0), (65504.0, 3.0), (65504.0, 900.0), (65535.0, 3.0), (3.4028234e38, 1e3), (1e6, 2.0)]
-        {
+        for (mark, near) in [
+            (1e10, 3.0),
+            (65504.0, 3.0),
+            (65504.0, 900.0),
+            (65535.0, 3.0),
+            (65.504, 1.5),
+            (3.4028234e38, 1e3),
+            (1e6, 2.0),
+        ] {
             for projection in [CAMERA, ABOVE] {
                 for share in [1, 10, 18] {
                     // Pixels of the rim are mixed with the background.
@@ -172,6 +192,20 @@ mod tests {
             words,
             "1 pixel is left out, with values up to 1e10: all others lie within 3.5, so these stand for no measurement"
         );
+    }
+
+    /// Points that stand for nothing at the sensor do not make the others far.
+    #[test]
+    fn zeros_are_no_scale() {
+        let at = |i: usize| if i % 20 < 8 { [0.0; 3] } else { [i as f32 * 0.01, 1.0, 2.0] };
+        let mut grid =
+            RangeImage::from_points(20, 20, (0..400).map(at).collect(), Viewing::From(glam::DVec3::ZERO)).unwrap();
+        assert_eq!(leave_out(&mut grid), None);
+        // One roof on flat ground, or one pit in it.
+        for (ground, level) in [(0.0, 3.0), (1e-4, 3.0), (0.0, -3.0), (0.0, 65535.0)] {
+            let mut map = image(ABOVE, |r, c| if (4..9).contains(&r) && c > 6 { level } else { ground });
+            assert_eq!(leave_out(&mut map), None, "{level} on {ground}");
+        }
     }
 
     #[test]
