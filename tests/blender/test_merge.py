@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import surfrecon
 from files import write_set
+from mathutils import Matrix
 from shapes import torus, torus_distance, torus_scans
 
 VOXEL = 0.06
@@ -68,17 +69,15 @@ def test_the_surface_is_the_torus(scans):
     assert not any(np.isnan(v.co).any() for v in merged.data.vertices)
 
 
-def test_scans_that_do_not_fit_are_told_of(scans):
-    bpy.ops.surfrecon.merge(voxel=VOXEL)
-    assert bpy.context.object["surfrecon_report"]["warnings"] == ""
-    bpy.ops.object.select_all(action="DESELECT")
-    for k, obj in enumerate(scans):
-        obj.hide_set(False)
-        obj.select_set(True)
-        obj.location.x += 0.25 * (k % 2)
-    bpy.context.view_layer.objects.active = scans[0]
-    bpy.ops.surfrecon.merge(voxel=VOXEL)
-    assert "align them first" in bpy.context.object["surfrecon_report"]["warnings"]
+def test_scans_that_do_not_fit_are_told_of():
+    row, col = np.mgrid[0:40, 0:50]
+    corner = surfrecon.RangeImage.orthographic(0.02 * np.abs(col - 25.0) + 0.01 * row, step=(0.02, 0.02)).triangulate()
+    for away, said in ((0, False), (0.2, True)):
+        bpy.ops.object.select_all(action="DESELECT")
+        add_mesh("first", corner)
+        add_mesh("second", corner, Matrix.Translation((0, 0, away)))
+        bpy.ops.surfrecon.merge(voxel=0.02)
+        assert ("align them first" in bpy.context.object["surfrecon_report"]["warnings"]) == said
 
 
 def test_the_report_and_the_attributes_are_there(scans):

@@ -41,9 +41,8 @@ def length(value):
 class Document:
     """A MeshSet with the same few calls in all versions."""
 
-    def __init__(self, *, logs=False):
-        """With ``logs`` what filters tell goes to the standard error."""
-        self.set = pymeshlab.MeshSet(verbose=logs)
+    def __init__(self):
+        self.set = pymeshlab.MeshSet(verbose=False)
 
     def __len__(self):
         return len(self.set)

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import surfrecon
-from conftest import IMPORT, MERGE, ROOT, Document, length, plugins, scalars
+from conftest import IMPORT, MERGE, ROOT, length, plugins, scalars
 from files import write_set
 from shapes import MAJOR, MINOR, torus, torus_distance, torus_scans
 
@@ -112,16 +112,6 @@ def test_noise_of_imported_images_is_measured_until_their_faces_are_changed(docu
     document.set.set_current_mesh(1)
     document.set.set_current_mesh_visibility(False)
     assert document.run(MERGE, voxel=length(2))["noise"] == 0
-
-
-def test_scans_that_do_not_fit_are_told_of(surfaces, capfd):
-    for shift, said in ((0, False), (0.25, True)):
-        document = Document(logs=True)
-        for k, (name, positions, triangles) in enumerate(surfaces):
-            document.add(positions + [shift * (k % 2), 0, 0], triangles, name)
-        document.run(MERGE, voxel=length(VOXEL))
-        log = "".join(capfd.readouterr())
-        assert ("align them first" in log) == said and "Voxel 0.0625, merge distance" in log
 
 
 def test_hidden_layers_take_no_part(loaded, surfaces):

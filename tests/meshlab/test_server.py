@@ -3,6 +3,7 @@
 import subprocess
 
 import numpy as np
+import pytest
 import surfrecon
 from desktop import environment, installed
 from files import write_set
@@ -122,6 +123,20 @@ def test_import_and_merge(tmp_path):
     assert status == 0, said
     mesh = surfrecon.read(str(out))
     assert mesh.check()["is_manifold"] and np.abs(torus_distance(mesh.positions)).max() < 0.0625
+
+
+@pytest.mark.parametrize("away", [0, 0.2])
+def test_layers_that_do_not_fit_are_told_of(tmp_path, away):
+    row, col = np.mgrid[0:40, 0:50]
+    corners = [
+        surfrecon.RangeImage.orthographic(0.02 * np.abs(col - 25.0) + 0.01 * row, step=(0.02, 0.02)) for _ in range(2)
+    ]
+    corners[1].world_from_sensor = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, away], [0, 0, 0, 1]]
+    path = script(tmp_path, importing(write_set(tmp_path, corners)), merging(0.02))
+    status, said = run(tmp_path, ["-l", tmp_path / "log.txt", "-s", path, "-o", tmp_path / "merged.ply"])
+    assert status == 0, said
+    log = (tmp_path / "log.txt").read_text()
+    assert ("align them first" in log) == (away > 0) and "Voxel 0.02, merge distance" in log, log
 
 
 def test_sculpt_and_measure(tmp_path):

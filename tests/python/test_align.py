@@ -1,6 +1,7 @@
 """Aligning through Python: what is found, what is refused, poses out, jobs, the picture of the pairs."""
 
 import gc
+import logging
 import threading
 
 import numpy as np
@@ -96,6 +97,17 @@ def test_meshes_and_clouds_with_normals_are_scans(truth, tmp_path):
         surfrecon.align([truth[1], cloud])
     with pytest.raises(TypeError):
         surfrecon.merge([truth[1], cloud])
+
+
+def test_a_reach_that_bounds_nothing_is_told(heap, caplog):
+    for options, said in (({}, False), ({"reach": 0.5}, True), ({"reach": 0.5, "start": "rough"}, False)):
+        caplog.clear()
+        with caplog.at_level(logging.WARNING, "surfrecon"):
+            surfrecon.align(heap[:2], **options)
+        assert (
+            'reach, 0.5, is not used: it bounds rough poses, and start is unknown. Say start = "rough".'
+            in caplog.messages
+        ) == said
 
 
 def test_poses_are_written(truth, heap, tmp_path):

@@ -5,6 +5,9 @@
 
 use glam::{BVec3, DAffine3, DVec3};
 
+use base::error::Shown;
+use base::log::{self, Level};
+
 use crate::constraints::Inside;
 use crate::params::{AlignParams, Start};
 use crate::view::View;
@@ -39,6 +42,13 @@ impl Bound {
             false => params.reach.unwrap_or(ROUGH_REACH * view.reduced.radius),
         };
         let is_rough = params.start == Start::Rough;
+        if let Some(reach) = params.reach.filter(|_| !is_rough) {
+            let words = format!(
+                "reach, {}, is not used: it bounds rough poses, and start is unknown. Say start = \"rough\".",
+                Shown(reach)
+            );
+            log::tell(Level::Warning, &words);
+        }
         Bound { reaches: is_rough.then(|| views.iter().enumerate().map(reach).collect()) }
     }
 

@@ -152,6 +152,8 @@ mod tests {
             let error = parse(text.as_bytes(), Path::new("c")).unwrap_err().to_string();
             assert!(error.contains("no intrinsics found") || error.contains("this is not JSON"), "{error}");
         }
+        let huge = parse(br#"{"fx": 1e400, "fy": 1, "cx": 1, "cy": 1}"#, Path::new("c")).unwrap_err().to_string();
+        assert!(huge.contains("a number is too large: at most 1.8e308 is read"), "{huge}");
         let zero = r#"{"fx": 0, "fy": 1, "cx": 1, "cy": 1}"#;
         assert!(parse(zero.as_bytes(), Path::new("c")).unwrap_err().to_string().contains("focal lengths"));
         let deep = "[".repeat(100_000);

@@ -304,7 +304,11 @@ pub(super) fn decoding_error(scan: &Scan, error: &dyn std::fmt::Display) -> Erro
 
 /// The error that a text is no JSON, or none that can be read.
 pub(super) fn no_json(path: &Path, error: &serde_json::Error) -> Error {
-    too_deep(path, error).unwrap_or_else(|| Error::format(path, place_in_json(error), "this is not JSON"))
+    let problem = match error.to_string().starts_with("number out of range") {
+        true => "a number is too large: at most 1.8e308 is read",
+        false => "this is not JSON",
+    };
+    too_deep(path, error).unwrap_or_else(|| Error::format(path, place_in_json(error), problem))
 }
 
 fn place_in_json(error: &serde_json::Error) -> String {

@@ -87,14 +87,56 @@ fn cut_anew(positions: &[DVec3], fan: &mut [[u32; 3]], progress: &Progress<'_>) 
     let [apex, second, _] = fan[0];
     let ring: Vec<u32> = [apex, second].into_iter().chain(fan.iter().map(|corners| corners[2])).collect();
     let Some(seen) = seen(&ring, positions) else { return Ok(()) };
+    let (kept, flat) = without_spikes(&seen);
+    let seen: Vec<DVec2> = kept.iter().map(|&corner| seen[corner as usize]).collect();
     let triangles = match simple(&seen, progress)? {
         Some(triangles) => triangles,
         None => ears::cut_off(&seen, progress)?,
     };
+    let triangles = triangles.into_iter().map(|corners| corners.map(|corner| kept[corner as usize])).chain(flat);
     for (to, corners) in fan.iter_mut().zip(triangles) {
         *to = corners.map(|corner| ring[corner as usize]);
     }
     Ok(())
+}
+
+/// The corners of a polygon without those that repeat the one before, and without tips of spikes, from which the polygon goes straight
+/// back to the corner before; and a flat triangle for each that is left out. All, if fewer than three are left.
+fn without_spikes(seen: &[DVec2]) -> (Vec<u32>, Vec<[u32; 3]>) {
+    let at = |corner: u32| seen[corner as usize];
+    let all = || (0..seen.len() as u32).collect::<Vec<u32>>();
+    let (mut kept, mut flat) = (Vec::<u32>::with_capacity(seen.len()), Vec::new());
+    for corner in all() {
+        loop {
+            match kept[..] {
+                [.., before, last] if at(last) == at(corner) => {
+                    flat.push([before, last, corner]);
+                    break;
+                }
+                [.., before, last] if at(before) == at(corner) => {
+                    flat.push([before, last, corner]);
+                    kept.pop();
+                }
+                _ => {
+                    kept.push(corner);
+                    break;
+                }
+            }
+        }
+    }
+    // Where the end meets the beginning.
+    while let [first, second, .., before, last] = kept[..] {
+        if at(last) == at(first) || at(before) == at(first) {
+            flat.push([before, last, first]);
+            kept.pop();
+        } else if at(last) == at(second) {
+            flat.push([last, first, second]);
+            kept.remove(0);
+        } else {
+            break;
+        }
+    }
+    if kept.len() < 3 { (all(), Vec::new()) } else { (kept, flat) }
 }
 
 /// The triangles of a polygon that neither touches nor crosses itself.

@@ -66,6 +66,45 @@ fn points(outline: &[[f64; 2]]) -> Vec<DVec2> {
 }
 
 #[test]
+fn repeated_corners_and_spikes_cover_nothing() {
+    // A skyline whose valleys touch nothing, with each corner there twice; a tower of no width.
+    let skyline = [
+        [0.0, 0.0],
+        [5.0, 0.0],
+        [5.0, 1.0],
+        [4.0, 1.0],
+        [4.0, 2.0],
+        [3.0, 2.0],
+        [3.0, 0.5],
+        [2.0, 0.5],
+        [2.0, 2.0],
+        [1.0, 2.0],
+        [1.0, 1.0],
+        [0.0, 1.0],
+    ];
+    for twice in 0..1 << skyline.len() {
+        let repeated = |(k, corner): (usize, &[f64; 2])| vec![*corner; 1 + (twice >> k & 1)];
+        if twice % 37 == 0 || twice + 1 == 1 << skyline.len() {
+            let outline: Vec<[f64; 2]> = skyline.iter().enumerate().flat_map(repeated).collect();
+            check(&points(&outline));
+        }
+    }
+    check(&points(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [1.0, 3.0], [1.0, 1.0], [0.0, 1.0]]));
+    check(&points(&[[1.0, 3.0], [1.0, 1.0], [0.0, 1.0], [0.0, 0.0], [1.0, 0.0], [1.0, 1.0]]));
+    check(&points(&[
+        [0.0, 0.0],
+        [2.0, 0.0],
+        [2.0, 0.0],
+        [2.0, 2.0],
+        [3.0, 2.5],
+        [3.0, 3.0],
+        [3.0, 2.5],
+        [2.0, 2.0],
+        [0.0, 2.0],
+    ]));
+}
+
+#[test]
 fn concave_polygons_are_covered_once() {
     check(&points(&ARROW));
     // A quad that is an arrowhead, a staircase with corners on its edges, a comb, a star.

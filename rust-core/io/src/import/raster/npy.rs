@@ -1,6 +1,7 @@
 //! NumPy arrays (`.npy`, versions 1 to 3): numbers of shape (rows, cols) are an image, (rows, cols, 3) a grid of points
 //! seen from the origin with a camera, else along -z, (n, 3) points.
 
+use ::exr::prelude::f16;
 use glam::DVec3;
 
 use super::super::file::{Input, reserve};
@@ -41,8 +42,16 @@ pub(super) fn raster(window: &mut Window<'_>, scan: &Scan) -> Result<Raster> {
 fn array(window: &mut Window<'_>, scan: &Scan) -> Result<Array> {
     let header = header(window, scan)?;
     Array::parse(&header).ok_or_else(|| {
-        let shown: String = header.chars().take(120).collect();
-        let problem = format!("expected {{'descr': ..., 'fortran_order': ..., 'shape': (...)}}, found `{shown}`");
+        let problem = match descr(&header) {
+            Some(descr) if Item::parse(descr).is_none() => format!(
+                "its numbers are of the type {descr}; read are floats of 2, 4 and 8 bytes, whole numbers of 1 to 8 bytes, and bool: \
+                 convert it with array.astype('f4')"
+            ),
+            _ => {
+                let shown: String = header.chars().take(120).collect();
+                format!("expected {{'descr': ..., 'fortran_order': ..., 'shape': (...)}}, found `{}`", shown.trim_end())
+            }
+        };
         Error::format(&scan.path, "header", problem)
     })
 }
@@ -172,6 +181,19 @@ fn numbers(window: &mut Window<'_>, scan: &Scan, item: Item, count: usize, mut t
     Ok(())
 }
 
+/// The text behind a key of a header.
+fn after<'h>(header: &'h str, key: &str) -> Option<&'h str> {
+    let at = header.find(&format!("'{key}'")).or_else(|| header.find(&format!("\"{key}\"")))?;
+    Some(header[at + key.len() + 2..].trim_start().strip_prefix(':')?.trim_start())
+}
+
+/// The type of the numbers as NumPy writes it, where it is one.
+fn descr(header: &str) -> Option<&str> {
+    let descr = after(header, "descr")?;
+    let quote = descr.chars().next().filter(|c| matches!(c, '\'' | '"'))?;
+    descr[1..].split(quote).next()
+}
+
 /// What a header says.
 struct Array {
     item: Item,
@@ -182,19 +204,13 @@ struct Array {
 impl Array {
     /// Reads Python's literal of a dict.
     fn parse(header: &str) -> Option<Self> {
-        let after = |key: &str| {
-            let at = header.find(&format!("'{key}'")).or_else(|| header.find(&format!("\"{key}\"")))?;
-            Some(header[at + key.len() + 2..].trim_start().strip_prefix(':')?.trim_start())
-        };
-        let descr = after("descr")?;
-        let quote = descr.chars().next().filter(|c| matches!(c, '\'' | '"'))?;
-        let item = Item::parse(descr[1..].split(quote).next()?)?;
-        let order = after("fortran_order")?;
+        let item = Item::parse(descr(header)?)?;
+        let order = after(header, "fortran_order")?;
         let fortran_order = order.starts_with("True");
         if !fortran_order && !order.starts_with("False") {
             return None;
         }
-        let shape = after("shape")?.strip_prefix('(')?.split(')').next()?;
+        let shape = after(header, "shape")?.strip_prefix('(')?.split(')').next()?;
         let sizes = shape.split(',').map(str::trim).filter(|size| !size.is_empty());
         let shape = sizes.map(|size| size.trim_end_matches('L').parse().ok()).collect::<Option<Vec<u64>>>()?;
         Some(Array { item, fortran_order, shape })
@@ -219,7 +235,7 @@ impl Item {
         };
         let &[kind, size] = rest else { return None };
         let size = size.wrapping_sub(b'0');
-        let known = matches!((kind, size), (b'f', 4 | 8) | (b'u' | b'i', 1 | 2 | 4 | 8) | (b'b', 1));
+        let known = matches!((kind, size), (b'f', 2 | 4 | 8) | (b'u' | b'i', 1 | 2 | 4 | 8) | (b'b', 1));
         known.then_some(Item { kind, size, big_endian })
     }
 
@@ -248,6 +264,7 @@ impl Item {
         }
         let bits = u64::from_le_bytes(raw);
         match (self.kind, self.size) {
+            (b'f', 2) => f16::from_bits(bits as u16).to_f64(),
             (b'f', 4) => f32::from_bits(bits as u32).into(),
             (b'f', _) => f64::from_bits(bits),
             (b'i', 1) => f64::from(bits as u8 as i8),

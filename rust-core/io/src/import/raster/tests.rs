@@ -172,7 +172,9 @@ fn floats_and_their_places() {
     for (header, problem) in [
         (dict("<f4", "False", "(4294967296, 4294967296)"), "4294967296 x 4294967296 pixels of 4 bytes"),
         (dict("<f4", "False", "(0, 3)"), "has none"),
-        (dict("<c16", "False", "(2, 3)"), "expected {'descr'"),
+        (dict("<c16", "False", "(2, 3)"), "its numbers are of the type <c16; read are floats of 2, 4 and 8 bytes"),
+        (dict("|O", "False", "(2, 3)"), "convert it with array.astype('f4')"),
+        ("{'descr': [('x', '<f4')], 'fortran_order': False, 'shape': (6,), }".to_owned(), "expected {'descr'"),
         (dict("<f4", "False", "(2, 3, 4, 5)"), "an image has shape (rows, cols)"),
     ] {
         let error = refused(npy::parse, &npy_file(1, &header, &pixels), plain());
@@ -190,6 +192,18 @@ fn floats_and_their_places() {
     assert_eq!(map.point_in_sensor(3), DVec3::new(0.0, 0.0, 3.5));
     assert_eq!(map.point_in_world(5), DVec3::new(4.0e6 + 5.25, 5.0e6 - 3.0, 4.5));
     endure(tiff::parse, &tiff, &scan(plain()));
+}
+
+#[test]
+fn half_floats_are_read() {
+    let header = |descr: &str| format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': (2, 3, 1), }}\n");
+    let depths = [0x3C00_u16, 0xC000, 0x5640, 0x7E00, 0x3800, 0x0001];
+    let little: Vec<u8> = depths.iter().flat_map(|bits| bits.to_le_bytes()).collect();
+    let big: Vec<u8> = depths.iter().flat_map(|bits| bits.to_be_bytes()).collect();
+    for npy in [npy_file(1, &header("<f2"), &little), npy_file(1, &header(">f2"), &big)] {
+        let map = image(npy::parse, &npy, ReadOptions::default());
+        same(&values(&map), &[1.0, -2.0, 100.0, NAN, 0.5, 2f64.powi(-24)]);
+    }
 }
 
 #[test]

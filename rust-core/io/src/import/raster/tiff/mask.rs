@@ -14,6 +14,7 @@ use super::zstd::Packed;
 use crate::import::Scan;
 use crate::import::file::decoding_error;
 use base::error::{Error, Result};
+use base::log::{self, Level};
 use base::progress::Progress;
 
 /// What `PhotometricInterpretation` is of masks, and of grey.
@@ -32,17 +33,36 @@ pub(super) fn apply<R: Read + Seek>(
     scan: &Scan,
     progress: &Progress<'_>,
 ) -> Result<()> {
+    let mut is_behind_a_page = false;
     for index in 1..MOST {
-        // Images behind the first that can't be read are none of its masks.
-        if !decoder.more_images() || decoder.next_image().is_err() {
+        if !decoder.more_images() {
             return Ok(());
         }
+        let Some((width, height)) = decoder.next_image().and_then(|()| decoder.dimensions()).ok() else {
+            let words = format!(
+                "{}: image {} of the file cannot be read; if it is a mask, nothing is masked",
+                scan.name,
+                index + 1
+            );
+            log::tell(Level::Warning, &words);
+            return Ok(());
+        };
         let mut number = |tag| decoder.find_tag_unsigned::<u32>(tag).ok().flatten();
         let (kind, meaning) = (number(Tag::NewSubfileType).unwrap_or(0), number(Tag::PhotometricInterpretation));
-        let Ok((width, height)) = decoder.dimensions() else { return Ok(()) };
-        let is_whole = kind & REDUCED == 0 && [width as usize, height as usize] == [cols, values.len() / cols];
-        if meaning != Some(MASK.into()) || !is_whole {
+        let is_reduced = kind & REDUCED != 0;
+        if is_reduced || meaning != Some(MASK.into()) {
+            is_behind_a_page |= !is_reduced;
             continue;
+        }
+        let (rows, size) = (values.len() / cols, [width as usize, height as usize]);
+        if size != [cols, rows] {
+            // That of a further page.
+            if is_behind_a_page {
+                continue;
+            }
+            let problem =
+                format!("{} x {} pixels, but the image has {rows} x {cols}: they must be the same", size[1], size[0]);
+            return Err(Error::format(&scan.path, "mask", problem));
         }
         let is_grey = read_as(decoder, &[(Tag::PhotometricInterpretation, As::Short(GREY))]);
         if is_grey.map_err(|error| Error::io(&scan.path, error))? {

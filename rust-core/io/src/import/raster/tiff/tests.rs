@@ -2,6 +2,7 @@
 
 use std::io::{Cursor, Write as _};
 use std::path::Path;
+use std::sync::{Arc, Mutex};
 
 use ::tiff::encoder::{TiffEncoder, TiffKind, colortype};
 use ::tiff::tags::Tag;
@@ -9,6 +10,8 @@ use ::tiff::tags::Tag;
 use super::super::super::damage::{endure, read};
 use super::super::super::{Content, Scan};
 use super::*;
+use base::context::{Context, choose};
+use base::log::Log;
 
 const NAN: f64 = f64::NAN;
 const DEFLATE: u16 = 8;
@@ -126,8 +129,12 @@ fn masks_in_the_file_are_applied() {
         // Overviews, pages and masks of overviews mask nothing.
         let grey = Stored { kind: 0, meaning: 1, ..BITS };
         let of_overview = Stored { kind: 5, size: [5, 3], strips: &[&[0, 0], &[0]], ..BITS };
-        assert_eq!(values(&with_behind(&[grey, of_overview], is_big)), whole);
+        let of_page = Stored { size: [5, 3], ..of_overview };
+        assert_eq!(values(&with_behind(&[grey, of_overview, Stored { kind: 4, ..of_page }], is_big)), whole);
     }
+    let other = Stored { size: [5, 3], strips: &[&[0, 0], &[0]], ..BITS };
+    let error = read(parse, &with_behind(&[other], false), &scan()).unwrap_err().to_string();
+    assert!(error.ends_with("mask: 3 x 5 pixels, but the image has 3 x 10: they must be the same"), "{error}");
     let deep = Stored { bits: &[16], strips: &[&[0; 60]], rows_per_strip: 3, ..BITS };
     let error = read(parse, &with_behind(&[deep], false), &scan()).unwrap_err().to_string();
     assert!(error.ends_with("mask: 1 channels of 16 bits; a mask has one, of 1 or 8 bits"), "{error}");
@@ -136,6 +143,24 @@ fn masks_in_the_file_are_applied() {
 }
 
 /// Numbers of big-endian files, too.
+#[test]
+fn an_image_behind_that_is_gone_is_told() {
+    let mut file = with_behind(&[], false);
+    let number = |at: usize, file: &[u8]| u32::from_le_bytes(file[at..at + 4].try_into().unwrap()) as usize;
+    let first = number(4, &file);
+    let next = first + 2 + 12 * (number(first, &file) & 0xFFFF);
+    file[next..next + 4].copy_from_slice(&u32::MAX.to_le_bytes());
+    let heard = Arc::new(Mutex::new(Vec::new()));
+    let listener = heard.clone();
+    let context = Context::new().unwrap();
+    context.set_log(Log::To(Arc::new(move |_, text: &str| listener.lock().unwrap().push(text.to_owned()))));
+    choose(Some(context));
+    let found = base::memory::guarded(|| Ok::<_, Error>(values(&file)));
+    choose(None);
+    assert_eq!(found.unwrap(), (0..30).map(f64::from).collect::<Vec<f64>>());
+    assert_eq!(*heard.lock().unwrap(), ["x: image 2 of the file cannot be read; if it is a mask, nothing is masked"]);
+}
+
 #[test]
 fn masks_of_either_byte_order() {
     let mut bytes = b"MM\0*\0\0\0\x08".to_vec();
