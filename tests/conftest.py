@@ -1,6 +1,7 @@
 """Tiers of the tests in Python, and a record of what each test came to and cost.
 
-`SURFRECON_TIER=first` leaves out the tests that are marked `thorough`; without it all run. `SURFRECON_TEST_RECORD`
+`SURFRECON_TIER=first` leaves out the tests that are marked `thorough`, `SURFRECON_OTHER_VERSION` those that are marked
+`one_version`; without them all run. `SURFRECON_TEST_RECORD`
 names a file for the record, a line of JSON each: what tools/testing reads. Several processes may write into one.
 """
 
@@ -12,6 +13,8 @@ import pytest
 
 RECORD = os.environ.get("SURFRECON_TEST_RECORD")
 THOROUGH = "thorough"
+# Of tests whose subject is the library, not the host that calls it, one version of the host is enough.
+ONE_VERSION = "one_version"
 
 
 def used():
@@ -29,12 +32,13 @@ def note(**row):
 
 @pytest.hookimpl(trylast=True)
 def pytest_collection_modifyitems(config, items):
-    if os.environ.get("SURFRECON_TIER") != "first":
-        return
-    left_out = [item for item in items if item.get_closest_marker(THOROUGH)]
+    markers = {THOROUGH} if os.environ.get("SURFRECON_TIER") == "first" else set()
+    if os.environ.get("SURFRECON_OTHER_VERSION"):
+        markers.add(ONE_VERSION)
+    left_out = [item for item in items if any(item.get_closest_marker(marker) for marker in markers)]
     if left_out:
         config.hook.pytest_deselected(items=left_out)
-        items[:] = [item for item in items if not item.get_closest_marker(THOROUGH)]
+        items[:] = [item for item in items if item not in left_out]
 
 
 def pytest_collectreport(report):

@@ -6,15 +6,22 @@ tools/testing has the parts.
 """
 
 import argparse
+import contextlib
 import os
+import shutil
 import signal
 import sys
+import tempfile
 import time
+from pathlib import Path
 
 from testing import catalogue, costs
 from testing.graph import Graph, chosen, show
 from testing.outcome import Tally
 from testing.plan import ALL, FIRST, ROOT, Plan
+
+# What the files of all tests at once take at most, and as much again.
+MEMORY_FOR_FILES = 8 << 30
 
 
 def main():
@@ -29,9 +36,6 @@ def main():
     options = parser.parse_args()
     tier = ALL if options.all else FIRST
     os.environ["SURFRECON_TIER"] = tier
-    if tier == FIRST:
-        # A quarter, as `base::tier::cases` gives those that say how many they take.
-        os.environ.setdefault("PROPTEST_CASES", "64")
     # Nothing is compiled twice here: bookkeeping for that would cost a third of the time and most of the disk.
     os.environ.setdefault("CARGO_INCREMENTAL", "0")
     # Test programs are compiled once and run once: finer units and line tables, which pay where somebody works on
@@ -41,21 +45,41 @@ def main():
     # The same random inputs each time: new ones are for `make explore`, where what is found is kept.
     os.environ.setdefault("PROPTEST_RNG_SEED", "1")
 
+    with quick_folder():
+        return run(tier, options.only)
+
+
+@contextlib.contextmanager
+def quick_folder():
+    """Has temporary files in memory, where there is much: tests make hundreds of thousands, which wait for each other
+    on a disk.
+    """
+    memory = Path("/dev/shm")
+    if "TMPDIR" in os.environ or not os.access(memory, os.W_OK) or shutil.disk_usage(memory).free < MEMORY_FOR_FILES:
+        yield
+        return
+    with tempfile.TemporaryDirectory(prefix="surfrecon-tests-", dir=memory, ignore_cleanup_errors=True) as folder:
+        os.environ["TMPDIR"] = folder
+        yield
+
+
+def run(tier, only):
+    """Runs the steps of a tier, or these alone; the status to end with."""
     out = ROOT / "out" / "tests"
     out.mkdir(parents=True, exist_ok=True)
     started, load = time.monotonic(), os.getloadavg()[0]
     plan = Plan(tier, out)
-    ended = Graph(chosen(plan.steps, options.only), out / "logs", ROOT).run()
+    ended = Graph(chosen(plan.steps, only), out / "logs", ROOT).run()
 
     total = Tally()
     for one in ended:
         total.add(one.tally)
     tests = [test for one in ended for test in one.step.output.tests]
-    if not options.only:
+    if not only:
         rows = catalogue.listed(plan.built.programs, plan.folders)
         catalogue.write(rows, out / "tiers.json")
     # Where a step failed, that is what there is to tell; some steps alone run some tests alone.
-    if total.failed == 0 and not options.only:
+    if total.failed == 0 and not only:
         absent = {plan.folder_of.get(one.step.name) for one in ended if one.how == "unavailable"} - {None}
         for problem in catalogue.problems(rows, tests, tier, absent):
             show(f"FAILED: {problem}")

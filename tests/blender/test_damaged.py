@@ -11,6 +11,8 @@ import surfrecon
 from files import write_set
 from shapes import torus, torus_scans
 
+pytestmark = pytest.mark.one_version
+
 # Shares of a file's bytes that are left.
 SHARES = (0.0, 0.1, 0.5, 0.9, 0.99)
 

@@ -64,6 +64,7 @@ def select(name, scan, shape):
     bpy.context.view_layer.objects.active = chosen[0]
 
 
+@pytest.mark.one_version
 @pytest.mark.parametrize("name", LONG)
 def test_any_number_works_or_is_refused(name, tmp_path, extension):
     path, scan, shape = prepare(tmp_path)

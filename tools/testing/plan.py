@@ -1,7 +1,8 @@
 """The steps of each tier, in the order in which they begin where several could.
 
-The first tier is what a change needs. The second, `ALL=1`, adds other versions of Blender and MeshLab, the wheel as
-it is released, the cluster, benchmarks, and the tests that are marked or named `thorough`.
+The first tier is what a change needs. The second, `ALL=1`, adds other versions of Blender and MeshLab, the cluster,
+benchmarks, and the tests that are marked or named `thorough`. The wheel as it is released is tested where releases are
+made: .github/workflows/test.yml.
 """
 
 import os
@@ -23,7 +24,7 @@ MESHLAB = ["2025.07", "2022.02", "2023.12"]
 BLENDER = ["4.5", "4.2", "5.0", "5.2"]
 # The version of MeshLab whose tests also drive the programs of the system, MeshLab 2020.09 and its server.
 DESKTOP = "2022.02"
-RELEASED = "Blender extension as released"
+BUILT_EXTENSION = "Blender extension"
 DESKTOP_TESTS = ["tests/meshlab/test_server.py", "tests/meshlab/test_gui.py"]
 # The wheel of the development profile, packed.
 DEVELOPMENT = ROOT / "out" / "tests" / "development"
@@ -95,11 +96,6 @@ class Plan:
         library = rust.libraries() / "libsurfrecon_python.so"
         pack = [sys.executable, "tools/development_wheel.py", library, DEVELOPMENT]
         self.add("development wheel", pack, needs=("build", self.environment("build")))
-        if self.thorough:
-            # Linking takes minutes on one core, and four Blenders wait for it.
-            self.add("wheel", ["tools/build_wheel.sh"], needs=("build", self.environment("build")), holds=("cargo",))
-            needed = ("wheel", self.environment(f"blender-{BLENDER[0]}"))
-            self.add(RELEASED, [sys.executable, "tools/build_extension.py"], needs=needed)
 
     def rust(self):
         """The programs of tests in Rust, and what else cargo checks."""
@@ -134,19 +130,17 @@ class Plan:
         """One Blender and one MeshLab."""
         version = BLENDER[0]
         self.meshlab(MESHLAB[0], self.plugin(f"{MESHLAB[0]}-double"))
-        # With the released wheel there is nothing that the other could add.
-        if self.thorough:
-            self.blender(version, ROOT / "out" / "extension", RELEASED)
-            return
         build = [sys.executable, "tools/build_extension.py", "--wheels", DEVELOPMENT / "wheel", "--out", EXTENSION]
         needs = ("development wheel", self.environment(f"blender-{version}"))
-        self.add("Blender extension", build, needs=needs)
-        self.blender(version, EXTENSION, "Blender extension")
+        self.add(BUILT_EXTENSION, build, needs=needs)
+        self.blender(version)
 
-    def blender(self, version, zips, needed, tiers=(FIRST, ALL)):
+    def blender(self, version, tiers=(FIRST, ALL)):
         """Adds the tests of the extension in a version of Blender."""
-        env = {"EXTENSION_ZIP": str(zips / f"surfrecon-{platforms.version()}-{platforms.here().name}.zip")}
-        self.pytest(f"Blender {version}", f"blender-{version}", "tests/blender", tiers, (needed,), env)
+        env = {"EXTENSION_ZIP": str(EXTENSION / f"surfrecon-{platforms.version()}-{platforms.here().name}.zip")}
+        if version != BLENDER[0]:
+            env["SURFRECON_OTHER_VERSION"] = "1"
+        self.pytest(f"Blender {version}", f"blender-{version}", "tests/blender", tiers, (BUILT_EXTENSION,), env)
 
     def plugin(self, build):
         """Adds the step that builds the MeshLab plugin for a version and precision; its name. It is linked with
@@ -172,9 +166,8 @@ class Plan:
     def second(self):
         """What the second tier adds."""
         needs = {"needs": ("build",), "holds": ("cargo",)}
-        zips = ROOT / "out" / "extension"
         for version in BLENDER[1:]:
-            self.blender(version, zips, RELEASED, (ALL,))
+            self.blender(version, (ALL,))
         desktop = self.plugin("2020.09-float")
         for version in MESHLAB[1:]:
             self.meshlab(version, self.plugin(f"{version}-double"), desktop if version == DESKTOP else None, (ALL,))
