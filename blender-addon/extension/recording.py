@@ -72,7 +72,10 @@ def opened(paths, whole, options):
 
 
 def reading(scans):
-    """A job that reads scans: a list of what each holds and, of a frame, its `surfrecon.Camera`, else `None`."""
+    """A job that reads scans: a list of what each holds and, of a frame, its `surfrecon.Camera`, else `None`.
+
+    Of a frame among others whose images are damaged the error stands for what it holds.
+    """
 
     def read(note):
         found = []
@@ -81,8 +84,14 @@ def reading(scans):
             def told(_, share, k=k):
                 note((k + share) / len(scans))
 
-            content = scan.read(progress=told)
-            found.append((content, scan.camera if isinstance(scan, surfrecon.Frame) else None))
+            is_frame = isinstance(scan, surfrecon.Frame)
+            try:
+                content = scan.read(progress=told)
+            except surfrecon.FormatError as problem:
+                if not is_frame or len(scans) == 1:
+                    raise
+                content = problem
+            found.append((content, scan.camera if is_frame else None))
             note((k + 1) / len(scans))
         return found
 

@@ -5,6 +5,8 @@
 #include "range_layer.h"
 #include "scans.h"
 
+#include <algorithm>
+
 namespace srf {
 namespace {
 
@@ -29,17 +31,28 @@ Outputs run(Job &job)
     if (file.isEmpty()) refuse("Choose the file to import");
     const surfrecon::Scans scans = open(file, job.parameters);
     for (const std::string &note : scans.notes()) job.log(note);
-    const std::vector<std::size_t> layers = chosen(scans, job.parameters);
+    std::vector<std::size_t> layers = chosen(scans, job.parameters);
     if (const std::string note = left_out(scans, layers); !note.empty()) job.log(note);
 
     // All are read before the first layer is made: an error or a cancel leaves the document as it was.
     std::vector<surfrecon::Scans::Content> read;
+    std::vector<std::size_t> damaged;
     for (std::size_t i = 0; i < layers.size(); ++i) {
         if (job.callback != nullptr && !job.callback(static_cast<int>(80 * i / layers.size()), "Reading scans")) {
             refuse("Cancelled: nothing was imported");
         }
-        read.push_back(scans.read(layers[i]));
+        try {
+            read.push_back(scans.read(layers[i]));
+        } catch (const surfrecon::Error &error) {
+            // Of many frames one that is damaged does not end the import.
+            const bool is_last = damaged.size() + 1 == layers.size();
+            if (error.status() != SRF_ERR_FORMAT || !scans.is_frame(layers[i]) || is_last) throw;
+            job.log(scans.name(layers[i]) + " is skipped: " + error.what());
+            damaged.push_back(layers[i]);
+        }
     }
+    const auto is_damaged = [&](std::size_t layer) { return std::count(damaged.begin(), damaged.end(), layer) > 0; };
+    layers.erase(std::remove_if(layers.begin(), layers.end(), is_damaged), layers.end());
     std::vector<MeshModel *> made;
     int images = 0, vertices = 0;
     try {

@@ -49,6 +49,22 @@ def corners(obj):
     return places, np.array([p.vertices[:] for p in mesh.polygons])
 
 
+def test_damaged_frames_are_skipped_and_said(tmp_path, capfd):
+    path = write_transforms(tmp_path / "ring", COUNT)
+    # One that becomes an object, and one that stays in its file.
+    for k in (COUNT // (2 * FEW), 20):
+        image = path.parent / "depths" / f"{k:05}.png"
+        damaged = bytearray(image.read_bytes())
+        middle = len(damaged) // 2
+        damaged[middle : middle + 8] = 8 * b"\xff"
+        image.write_bytes(damaged)
+    assert load(path) == {"FINISHED"}
+    assert len(scans()) == FEW - 1 and len(views()) == FEW - 1
+    assert "Warning: 1 frame is damaged and skipped: " in capfd.readouterr().out
+    merged = merge([rest(), *scans()])
+    assert merged["surfrecon_report"]["scans"] == COUNT - 1 and len(merged.data.polygons) > 1000
+
+
 def test_frames_become_one_collection_of_scans_cameras_and_one_object_for_the_rest(transforms):
     assert load(transforms) == {"FINISHED"}
     collection = bpy.data.collections["transforms"]

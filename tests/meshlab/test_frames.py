@@ -1,6 +1,7 @@
 """Recordings of depth cameras in MeshLab: a layer a frame, of many frames some, spread evenly."""
 
 import json
+import shutil
 
 import numpy as np
 import pytest
@@ -41,6 +42,16 @@ def test_frames_are_layers_spread_evenly(document, recording, options, expected)
     out = document.run(IMPORT, file=str(recording / "transforms.json"), **options)
     assert out["layers"] == out["range_images"] == len(document) == expected
     assert labels(document) == [f"{k * COUNT // expected:03}" for k in range(expected)]
+
+
+def test_a_damaged_frame_is_skipped(document, recording, tmp_path):
+    folder = shutil.copytree(recording, tmp_path / "damaged")
+    image = bytearray((folder / "depths" / "030.png").read_bytes())
+    middle = len(image) // 2
+    image[middle : middle + 8] = 8 * b"\xff"
+    (folder / "depths" / "030.png").write_bytes(image)
+    document.run(IMPORT, file=str(folder / "transforms.json"), max_frames=0)
+    assert labels(document) == [f"{k:03}" for k in range(COUNT) if k != 30]
 
 
 def test_few_frames_are_all_there(document, recording):

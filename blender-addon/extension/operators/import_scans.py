@@ -235,11 +235,14 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
     def finish(self, context, contents):
         """Puts the scans into a collection; if anything fails, nothing stays."""
         factor = self.factor(context)
-        made, views, blind = [], [], 0
+        made, views, blind, damaged = [], [], 0, []
         try:
             for scan in self.scans:
                 # Each is given back as soon as Blender has it.
                 content, camera = contents.pop(0)
+                if isinstance(content, surfrecon.FormatError):
+                    damaged.append(sentence(content))
+                    continue
                 if camera is not None and not content.valid.any():
                     blind += 1
                     continue
@@ -250,6 +253,8 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
         except surfrecon.SurfreconError:
             remove([obj for obj, _ in made] + [view for view, _ in views])
             raise
+        if damaged and not made:
+            raise Refused(damaged[0])
         if not made:
             raise Refused(f"No sample of the {number(blind, 'frame', 'frames')} that were read can be trusted")
         objects = [obj for obj, _ in made]
@@ -273,6 +278,9 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
         select_only(context, chosen)
         if self.frame:
             frame_selected(context)
+        if damaged:
+            skipped = f"{number(len(damaged), 'frame is', 'frames are')} damaged and skipped"
+            self.report({"WARNING"}, f"{skipped}: {damaged[0]}")
         samples = sum(len(obj.data.vertices) for obj in objects)
         texts = [f"{number(len(made), 'scan', 'scans')}, {samples:,} samples."]
         if self.others:

@@ -108,11 +108,15 @@ impl Scan {
     /// # Errors
     /// As [`Scan::read`]; [`Error::Cancelled`].
     pub fn read_with(&self, progress: &Progress<'_>) -> Result<Content> {
+        self.read_as(Damage::Refused, progress)
+    }
+
+    fn read_as(&self, damage: Damage, progress: &Progress<'_>) -> Result<Content> {
         let mut content = if self.edits.is_empty() {
-            self.whole(progress)?
+            self.whole(damage, progress)?
         } else {
             let local = Scan { world_from_sensor: DAffine3::IDENTITY, edits: Edits::default(), ..self.clone() };
-            self.edited(local.whole(progress)?, progress)?
+            self.edited(local.whole(damage, progress)?, progress)?
         };
         let crs = self.crs()?;
         match &mut content {
@@ -155,8 +159,8 @@ impl Scan {
     }
 
     /// Reads what the file holds. A frame's colours are looked up before anything is removed that may hide them from others.
-    fn whole(&self, progress: &Progress<'_>) -> Result<Content> {
-        if let Some(frame) = self.recorded(progress)? {
+    fn whole(&self, damage: Damage, progress: &Progress<'_>) -> Result<Content> {
+        if let Some(frame) = self.recorded(damage, progress)? {
             return Ok(Content::RangeImage(frame.into_range_image(progress)?.0));
         }
         let Role::Scans { read, .. } = format_of(&self.path)?.role else { return Err(self.is_no_scan()) };
@@ -209,16 +213,20 @@ impl Scan {
     /// # Errors
     /// As [`Scan::read_with`].
     pub fn frame(&self, progress: &Progress<'_>) -> Result<Option<Frame>> {
-        let Some(mut frame) = self.recorded(progress)? else { return Ok(None) };
+        let Some(mut frame) = self.recorded(Damage::Refused, progress)? else { return Ok(None) };
         scale_frame(&mut frame, self.scale()).map_err(|error| self.says(error))?;
         Ok(Some(frame))
     }
 
-    fn recorded(&self, progress: &Progress<'_>) -> Result<Option<Frame>> {
+    fn recorded(&self, damage: Damage, progress: &Progress<'_>) -> Result<Option<Frame>> {
         let Some(recording) = &self.recording else { return Ok(None) };
         progress.plan(&[("reading", 1.0)]);
         progress.stage(0, 1);
-        let read = || recording.frame(self.part, self.world_from_sensor, &self.options, progress);
+        let (place, options) = (self.world_from_sensor, &self.options);
+        let read = || match damage {
+            Damage::Refused => recording.frame(self.part, place, options, progress),
+            Damage::LeftOut => recording.what_is_whole(self.part, place, options, progress),
+        };
         let mut frame = progress.watch(read)?;
         frame.depth.name = self.name.clone();
         progress.advance(1)?;
@@ -264,6 +272,15 @@ impl Scan {
     }
 }
 
+/// What happens with images of a frame that are damaged.
+#[derive(Clone, Copy)]
+enum Damage {
+    /// They are an error.
+    Refused,
+    /// They are left out, and the log is told: of many frames one does not end the work.
+    LeftOut,
+}
+
 impl ScanSource for Scan {
     fn name(&self) -> &str {
         &self.name
@@ -278,7 +295,7 @@ impl ScanSource for Scan {
     }
 
     fn load(&self, loading: &Loading, progress: &Progress<'_>) -> Result<OrientedSurface> {
-        match self.read_with(&progress.unseen())? {
+        match self.read_as(Damage::LeftOut, &progress.unseen())? {
             Content::RangeImage(image) => OrientedSurface::from_range_image(&image, loading, progress),
             Content::Mesh(mesh) => OrientedSurface::from_mesh(&mesh, self.world_from_sensor),
             Content::Points(_) => Err(Error::input(format!(
@@ -289,7 +306,7 @@ impl ScanSource for Scan {
     }
 
     fn image(&self, progress: &Progress<'_>) -> Result<Option<Cow<'_, RangeImage>>> {
-        match self.read_with(&progress.unseen())? {
+        match self.read_as(Damage::LeftOut, &progress.unseen())? {
             Content::RangeImage(image) => Ok(Some(Cow::Owned(image))),
             Content::Mesh(_) | Content::Points(_) => Ok(None),
         }
@@ -297,7 +314,7 @@ impl ScanSource for Scan {
 
     fn oriented_points(&self, progress: &Progress<'_>) -> Result<OrientedPoints> {
         let (name, place) = (self.name.clone(), self.world_from_sensor);
-        match self.read_with(&progress.unseen())? {
+        match self.read_as(Damage::LeftOut, &progress.unseen())? {
             Content::RangeImage(image) => image.oriented_points(progress),
             Content::Mesh(mesh) => PlacedMesh { name, mesh: &mesh, world_from_mesh: place }.oriented_points(progress),
             Content::Points(cloud) => {
@@ -307,7 +324,7 @@ impl ScanSource for Scan {
     }
 
     fn places(&self, progress: &Progress<'_>) -> Result<Places> {
-        match self.read_with(&progress.unseen())? {
+        match self.read_as(Damage::LeftOut, &progress.unseen())? {
             Content::RangeImage(image) => Places::of_image(&image, progress),
             Content::Mesh(mesh) => Places::of_mesh(&mesh, self.world_from_sensor).map_err(|error| self.says(error)),
             Content::Points(cloud) => Places::of_cloud(&cloud, self.world_from_sensor, progress),

@@ -2,10 +2,10 @@
 
 use std::hash::{Hash as _, Hasher as _};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 
 use glam::{DAffine3, DVec3};
-use rustc_hash::FxHasher;
+use rustc_hash::{FxHashSet, FxHasher};
 
 use super::super::ReadOptions;
 use super::super::file::no_json;
@@ -49,6 +49,8 @@ pub(crate) struct Recording {
     pub(super) timed: Option<Timed>,
     /// What a person should know.
     pub(super) notes: Vec<String>,
+    /// Frames that turned out to be damaged, of which the log was told.
+    pub(super) told: Mutex<FxHashSet<usize>>,
 }
 
 /// One frame.
@@ -119,6 +121,7 @@ impl Recording {
             convention: Convention::FORWARD,
             timed: None,
             notes: Vec::new(),
+            told: Mutex::default(),
         }
     }
 

@@ -1,14 +1,20 @@
-//! Depth images that are gone or damaged: their frames are skipped and said. Files are decoded only where their end or their length
-//! says that something is missing.
+//! Images that are gone or damaged. Opening skips frames whose depth is, and says so; it decodes files only where their end or their
+//! length says that something is missing. What else is damaged is met when frames are read for something that takes many, and is left out.
 
-use std::sync::Arc;
+use std::io::ErrorKind;
+use std::sync::{Arc, PoisonError};
+
+use glam::DAffine3;
 
 use super::super::ReadOptions;
 use super::decode::Coding;
 use super::recording::Recording;
 use super::store::Place;
 use base::error::{Error, Result};
+use base::log::{self, Level};
 use base::progress::Progress;
+use image::frame::Frame;
+use image::range_image::RangeImage;
 
 /// What a PNG file ends with.
 const END_OF_PNG: [u8; 12] = [0, 0, 0, 0, b'I', b'E', b'N', b'D', 0xAE, 0x42, 0x60, 0x82];
@@ -73,6 +79,39 @@ impl Recording {
         }
     }
 
+    /// As [`Recording::frame`] where all of it can be read. Without its colours where these can't, without any sample where depth or
+    /// confidence can't; the log is told, once for each frame.
+    pub(crate) fn what_is_whole(
+        &self,
+        index: usize,
+        world_from_sensor: DAffine3,
+        options: &Arc<ReadOptions>,
+        progress: &Progress<'_>,
+    ) -> Result<Frame> {
+        let why = match self.frame(index, world_from_sensor, options, progress) {
+            Err(error) if is_damage(&error) => error,
+            outcome => return outcome,
+        };
+        let entry = &self.entries[index];
+        let (mut frame, lacks) = match self.without_colour(index, options, progress) {
+            Ok(frame) => (frame, "is read without colours"),
+            // Depth that is gone by now is not damage of one frame.
+            Err(Error::Format { .. }) => {
+                let camera = entry.depth_camera;
+                let [cols, rows] = camera.size.unwrap_or([1; 2]);
+                let nothing = vec![f64::NAN; rows * cols];
+                let image = RangeImage::from_values(rows, cols, nothing, camera.projection(self.depth.kind))?;
+                (Frame::new(image), "is skipped")
+            }
+            Err(error) => return Err(error),
+        };
+        if self.told.lock().unwrap_or_else(PoisonError::into_inner).insert(index) {
+            log::tell(Level::Warning, &format!("{} {lacks}: {why}", entry.name));
+        }
+        frame.depth.world_from_sensor = world_from_sensor;
+        Ok(frame)
+    }
+
     /// Takes frames out; says which and why.
     pub(super) fn skip(&mut self, frames: Vec<(usize, String)>) -> Option<String> {
         if frames.is_empty() {
@@ -90,5 +129,14 @@ impl Recording {
         let shown: Vec<&str> = frames.iter().take(SHOWN).map(|(_, why)| why.as_str()).collect();
         let more = if frames.len() > SHOWN { ", and others" } else { "" };
         Some(format!("{} of {count} frames are skipped: {}{more}", frames.len(), shown.join(", ")))
+    }
+}
+
+/// Whether it is the fault of an image that it can't be read, not that of the disk.
+fn is_damage(error: &Error) -> bool {
+    match error {
+        Error::Format { .. } => true,
+        Error::Io { source, .. } => source.kind() == ErrorKind::NotFound,
+        _ => false,
     }
 }

@@ -3,12 +3,18 @@
 
 use std::io::Write as _;
 use std::path::PathBuf;
+use std::sync::{Arc, Mutex};
 
 use super::twin::{FRAMES, Files, Twin, grey16};
 use super::writers;
-use crate::import::{Content, faults, open};
+use crate::import::{Content, Scan, faults, open};
+use base::context::{Context, choose};
+use base::error::Result;
+use base::log::Log;
+use base::progress::Progress;
 use image::frame::Camera;
 use image::range_image::RangeImage;
+use image::source::ScanSource as _;
 
 /// A twin of each layout that is a folder, with its name.
 fn layouts() -> Vec<(&'static str, Files)> {
@@ -77,6 +83,52 @@ fn any_image_may_be_missing_or_cut_off() {
             }
             std::fs::write(path.join(name), bytes).unwrap();
         }
+    }
+}
+
+/// Theorem: what takes many frames goes on where images are damaged within: without the colours, or without the frame, and the log is
+/// told once. Who reads that frame alone has an error.
+#[test]
+fn damage_within_is_left_out_of_many() {
+    for (name, samples, said) in [
+        ("depth_00003.png", false, "frame_00003 is skipped: "),
+        ("conf_00003.png", false, "frame_00003 is skipped: "),
+        ("frame_00003.jpg", true, "frame_00003 is read without colours: "),
+    ] {
+        let mut files = writers::scanner_app(&Twin::phone());
+        files.change(name, |bytes| {
+            // Of a JPEG the tables in its header, of a PNG the pixels.
+            let at = if name.ends_with("jpg") { 25 } else { bytes.len() / 2 };
+            bytes[at..at + 8].fill(0xFF);
+        });
+        let (_keep, path) = files.folder();
+        let set = open(&path).unwrap();
+        assert_eq!(set.scans.len(), FRAMES, "{name}: {:?}", set.notes);
+        assert!(set.scans[3].read().unwrap_err().to_string().contains(name));
+        let heard = Arc::new(Mutex::new(Vec::new()));
+        let listener = heard.clone();
+        let context = Context::new().unwrap();
+        context.set_log(Log::To(Arc::new(move |_, text: &str| listener.lock().unwrap().push(text.to_owned()))));
+        choose(Some(context));
+        let counts = base::memory::guarded(|| -> Result<Vec<(usize, bool)>> {
+            let image = |scan: &Scan| Ok(scan.image(&Progress::none())?.unwrap().into_owned());
+            set.scans.iter().try_for_each(|scan| image(scan).map(drop))?;
+            set.scans
+                .iter()
+                .map(image)
+                .map(|image| image.map(|image| (image.valid_count(), image.colour.is_some())))
+                .collect()
+        });
+        choose(None);
+        for (k, (count, has_colour)) in counts.unwrap().into_iter().enumerate() {
+            assert_eq!(
+                (count > 0, has_colour),
+                if k == 3 { (samples, false) } else { (true, true) },
+                "{name}, frame {k}"
+            );
+        }
+        let heard = heard.lock().unwrap();
+        assert!(heard.len() == 1 && heard[0].starts_with(said) && heard[0].contains(name), "{heard:?}");
     }
 }
 

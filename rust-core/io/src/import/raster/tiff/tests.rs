@@ -155,7 +155,7 @@ fn an_image_behind_that_is_gone_is_told() {
     let context = Context::new().unwrap();
     context.set_log(Log::To(Arc::new(move |_, text: &str| listener.lock().unwrap().push(text.to_owned()))));
     choose(Some(context));
-    let found = base::memory::guarded(|| Ok::<_, Error>(values(&file)));
+    let found = memory::guarded(|| Ok::<_, Error>(values(&file)));
     choose(None);
     assert_eq!(found.unwrap(), (0..30).map(f64::from).collect::<Vec<f64>>());
     assert_eq!(*heard.lock().unwrap(), ["x: image 2 of the file cannot be read; if it is a mask, nothing is masked"]);
