@@ -126,7 +126,9 @@ def a_full_disk_leaves_what_was_there(folder, tmp_path, ending):
     assert run(*arguments).returncode == 0
     before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
     whole = len(before[f"a.{ending}"])
-    for room in sorted({0, 1, whole // 2, whole - 1}):
+    # A report has times, whose digits differ in number from run to run.
+    least_missing = 64 if ending == "json" else 1
+    for room in sorted({0, 1, whole // 2, whole - least_missing}):
         limits = (room, resource.RLIM_INFINITY)
         done = run(*arguments, preexec_fn=lambda limits=limits: resource.setrlimit(resource.RLIMIT_FSIZE, limits))
         assert done.returncode == 1 and str(tmp_path) in done.stderr and "too large" in done.stderr, done.stderr
