@@ -4,8 +4,6 @@ CONTRIBUTING.md, "Blender's extension platform", has the rules with their source
 """
 
 import ast
-import io
-import json
 import re
 import sys
 import tomllib
@@ -184,22 +182,3 @@ def test_there_is_nothing_but_sources_and_the_wheel(built):
 def test_it_is_installed_and_enabled_without_network():
     assert not bpy.app.online_access
     assert MODULE in bpy.context.preferences.addons
-
-
-@pytest.mark.thorough  # The wheel of the first tier, of what tests compiled, has no bill of materials.
-def test_what_is_linked_is_there_with_its_licence(built):
-    wheel = next(name for name in built.namelist() if name.endswith(".whl"))
-    with zipfile.ZipFile(io.BytesIO(built.read(wheel))) as inside:
-        licences, bill = (
-            next(inside.read(name).decode() for name in inside.namelist() if name.endswith(end))
-            for end in ("/licenses/LICENSES-THIRD-PARTY.txt", ".cyclonedx.json")
-        )
-    names = re.findall(r"^- (.+?) \d\S*: ", licences, re.MULTILINE)
-    crates = {name for name in names if "standard library" not in name}
-    assert {"pyo3", "rayon", "png", "flate2"} <= crates
-    assert "Rust's standard library" in names
-    assert "Permission is hereby granted, free of charge" in licences
-    # Where it was built is nobody's business, and differs from build to build.
-    assert set(re.findall(r"file:///[^/#\"]*", bill)) == {"file:///surfrecon"}
-    # The bill also has what only runs in the compiler.
-    assert crates <= {component["name"] for component in json.loads(bill)["components"]}

@@ -1,0 +1,25 @@
+"""What an installed wheel brings along."""
+
+import importlib.metadata
+import json
+import re
+
+import pytest
+
+
+def test_what_is_linked_is_there_with_its_licence():
+    files = importlib.metadata.files("surfrecon") or []
+    endings = ("/licenses/LICENSES-THIRD-PARTY.txt", ".cyclonedx.json")
+    found = [file for ending in endings for file in files if file.as_posix().endswith(ending)]
+    if len(found) < len(endings):
+        pytest.skip("the wheel of the development profile has no bill of materials; the wheel as released has")
+    licences, bill = (file.read_text(encoding="utf-8") for file in found)
+    names = re.findall(r"^- (.+?) \d\S*: ", licences, re.MULTILINE)
+    crates = {name for name in names if "standard library" not in name}
+    assert {"pyo3", "rayon", "png", "flate2"} <= crates
+    assert "Rust's standard library" in names
+    assert "Permission is hereby granted, free of charge" in licences
+    # Where it was built is nobody's business, and differs from build to build.
+    assert set(re.findall(r"file:///[^/#\"]*", bill)) == {"file:///surfrecon"}
+    # The bill also has what only runs in the compiler.
+    assert crates <= {component["name"] for component in json.loads(bill)["components"]}
