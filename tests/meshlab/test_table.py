@@ -1,5 +1,7 @@
 """What MeshLab asks for and opens, against the library's own tables: each parameter with its default, each ending."""
 
+import os
+
 import numpy as np
 import pymeshlab
 import pytest
@@ -52,17 +54,28 @@ def test_a_filter_has_the_parameters_of_its_operations_with_their_defaults(docum
         assert value == expected[parameter], parameter
 
 
+def is_nobodys(path):
+    """Whether MeshLab knows no reader of a file, asked in a process of its own: some of MeshLab's own readers take
+    counts of what is no file of theirs from memory that was never set, and now and then crash.
+    """
+    child = os.fork()
+    if child == 0:
+        known = True
+        try:
+            pymeshlab.MeshSet(verbose=False).load_new_mesh(str(path))
+        except BaseException as error:  # noqa: BLE001 (what it says of nonsense is its own business)
+            known = "Unknown format" not in str(error)
+        finally:
+            os._exit(0 if known else 1)
+    _, status = os.waitpid(child, 0)
+    return os.WIFEXITED(status) and os.WEXITSTATUS(status) == 1
+
+
 def test_each_ending_of_the_table_is_opened_by_somebody(tmp_path):
     nobodys = set()
     for ending in {ending for endings in surfrecon.formats().values() for ending in endings}:
         path = tmp_path / f"nonsense.{ending}"
-        # Longer than the header of a binary STL: of a shorter one MeshLab's own reader takes the count of triangles
-        # from memory that was never set, and may crash.
-        path.write_text(20 * "nonsense\n")
-        try:
-            pymeshlab.MeshSet(verbose=False).load_new_mesh(str(path))
-        except (pymeshlab.PyMeshLabException, RuntimeError) as error:
-            # What it says of nonsense is its own business.
-            if "Unknown format" in str(error):
-                nobodys.add(ending)
+        path.write_text("nonsense")
+        if is_nobodys(path):
+            nobodys.add(ending)
     assert nobodys == NOBODYS
