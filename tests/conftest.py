@@ -1,8 +1,8 @@
 """Tiers of the tests in Python, and a record of what each test came to and cost.
 
 `SURFRECON_TIER=first` leaves out the tests that are marked `thorough`, `SURFRECON_OTHER_VERSION` those that are marked
-`one_version`; without them all run. `SURFRECON_TEST_RECORD`
-names a file for the record, a line of JSON each: what tools/testing reads. Several processes may write into one.
+`one_version`; without them all run. `SURFRECON_TEST_RECORD` names a file for the record, a line of JSON each: what
+tools/testing reads. Several processes may write into one.
 """
 
 import json

@@ -225,7 +225,7 @@ impl Scan {
         let (place, options) = (self.world_from_sensor, &self.options);
         let read = || match damage {
             Damage::Refused => recording.frame(self.part, place, options, progress),
-            Damage::LeftOut => recording.what_is_whole(self.part, place, options, progress),
+            Damage::LeftOut => recording.undamaged_parts(self.part, place, options, progress),
         };
         let mut frame = progress.watch(read)?;
         frame.depth.name = self.name.clone();
@@ -272,7 +272,7 @@ impl Scan {
     }
 }
 
-/// What happens with images of a frame that are damaged.
+/// Treatment of damaged images of a frame.
 #[derive(Clone, Copy)]
 enum Damage {
     /// They are an error.

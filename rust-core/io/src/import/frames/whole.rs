@@ -79,9 +79,9 @@ impl Recording {
         }
     }
 
-    /// As [`Recording::frame`] where all of it can be read. Without its colours where these can't, without any sample where depth or
-    /// confidence can't; the log is told, once for each frame.
-    pub(crate) fn what_is_whole(
+    /// Reads a frame as [`Recording::frame`] does, but without its colours if they are damaged, and without any sample if depth or
+    /// confidence is. The log is told once per frame.
+    pub(crate) fn undamaged_parts(
         &self,
         index: usize,
         world_from_sensor: DAffine3,
