@@ -181,6 +181,13 @@ impl ScanSource for Source {
         }
     }
 
+    fn damage(&self) -> Option<String> {
+        match self {
+            Source::Scan(scan) => scan.damage(),
+            _ => None,
+        }
+    }
+
     fn places(&self, progress: &Progress<'_>) -> surfrecon::Result<Places> {
         match self {
             Source::Image(image) => image.image.places(progress),

@@ -2,11 +2,13 @@
 
 import json
 import os
+import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
 import surfrecon
+from command_line import run
 from images import png
 from shapes import torus
 
@@ -151,3 +153,36 @@ def test_a_real_phone():
 def test_a_camera_is_four_numbers(recording, camera):
     with pytest.raises(TypeError, match="camera must be fx, fy, cx, cy in pixels, got "):
         surfrecon.open(recording, camera=camera)
+
+
+def cut(path):
+    path.write_bytes(path.read_bytes()[:-40])
+
+
+def test_damage_is_said_on_the_command_line(recording, tmp_path):
+    """Of files that opening reads, and of others: what reads many frames goes on and says each, in reports as well."""
+    folder, listed, report = tmp_path / "ring", tmp_path / "aligned.tum", tmp_path / "report.json"
+    shutil.copytree(recording, folder)
+    frames = surfrecon.open(folder)
+    cut(folder / "conf_00003.png")
+    cut(folder / "frame_00004.jpg")
+    gone, colourless = "frame_00003 is skipped: ", "frame_00004 is read without colours: "
+    for _ in range(2):
+        [(kind, text)] = surfrecon.merge(frames, voxel=0.2).report.warnings
+        assert kind == "damaged" and text.startswith("2 of 6 scans are damaged: ")
+        assert gone in text and colourless in text and "conf_00003.png" in text and "frame_00004.jpg" in text
+    reason = surfrecon.align(frames, start="rough").report.scans[3].reason
+    assert reason.startswith("it is skipped: ") and "conf_00003.png" in reason
+
+    skipped = "1 of 6 frames are skipped: conf_00003.png is damaged"
+    done = run("merge", folder, "-o", tmp_path / "out.ply", "--voxel", "0.2", "--report", report)
+    assert done.returncode == 0 and done.stderr.count(skipped) == 1 and done.stderr.count(colourless) == 1, done.stderr
+    found = json.loads(report.read_text())
+    assert [kind for kind, _ in found["report"]["warnings"]] == ["damaged"]
+    done = run("align", folder, "-o", listed, "--start", "unknown", "--reach", "0.1")
+    assert done.returncode == 0 and done.stderr.count("surfrecon: align: reach, 0.1, is not used") == 1, done.stderr
+    done = run("align", folder, "-o", tmp_path / "aligned.conf")
+    assert done.returncode == 2 and "shares its file or its recording" in done.stderr and ".tum" in done.stderr
+    done = run("info", folder)
+    assert done.returncode == 0 and len(done.stdout.splitlines()) == 4
+    assert skipped in done.stderr and "frame_00004 is skipped: " in done.stderr

@@ -112,6 +112,13 @@ impl ScanSource for Source {
         }
     }
 
+    fn damage(&self) -> Option<String> {
+        match self {
+            Source::File(scan) => ScanSource::damage(scan),
+            _ => None,
+        }
+    }
+
     fn places(&self, progress: &Progress<'_>) -> surfrecon::Result<Places> {
         match self {
             Source::File(scan) => scan.places(progress),

@@ -42,6 +42,8 @@ pub(crate) struct Reduced {
     pub content: u64,
     /// Whether its tints are colours; else they are intensities, if there are any.
     pub has_chroma: bool,
+    /// Damage of its files, after its name.
+    pub damage: Option<String>,
     /// Where its sensor stood, in the scan's own frame.
     pub eye: Option<DVec3>,
     fine: Level,
@@ -98,6 +100,7 @@ impl Reduced {
             bounds: positions.iter().fold([DVec3::ZERO; 2], |[lo, hi], p| [lo.min(*p), hi.max(*p)]),
             content: hasher.finish(),
             has_chroma: colour.is_some(),
+            damage: source.damage(),
             sight: DepthMap::new(&positions, &areas, spacing, viewing),
             fine,
         })

@@ -36,7 +36,10 @@ pub(crate) fn reason(
 ) -> Result<String> {
     let reduced = &views[k].reduced;
     if reduced.area <= 0.0 {
-        return Ok("it has no surface: no sample has neighbours".to_owned());
+        return Ok(match &reduced.damage {
+            Some(damage) => format!("it {damage}"),
+            None => "it has no surface: no sample has neighbours".to_owned(),
+        });
     }
     let median = median_radius(views);
     if reduced.radius > OTHER_UNIT * median || OTHER_UNIT * reduced.radius < median {

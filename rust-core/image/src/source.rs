@@ -83,6 +83,12 @@ pub trait ScanSource: Sync {
         None
     }
 
+    /// Damage of its files that loading met and left out, after the scan's name: "is skipped: depth_3.png: ...". `None` where there was none
+    /// so far.
+    fn damage(&self) -> Option<String> {
+        None
+    }
+
     /// Where its samples lie, whether it can be merged or not.
     ///
     /// # Errors

@@ -123,7 +123,7 @@ pub fn finish(
     let Built { tiles, lattice, reach, coloured, placing, crs, places, mut report } = graph.finished()?;
     report.artificial_intersections = tiles.artificial();
     report.noise = noise::typical(&tiles, progress)?;
-    report.warnings = placing.warnings(&report);
+    report.warnings.extend(placing.warnings(&report));
     let chosen = components::choose(&tiles, reach, params.min_component_share, &mut report, progress)?;
     let mut whole = Whole::new(tiles, chosen, progress)?;
     progress.lap("components");

@@ -7,6 +7,7 @@ mod memory;
 mod lattice;
 
 mod crossing;
+mod damage;
 
 mod bundles;
 

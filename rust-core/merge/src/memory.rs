@@ -11,7 +11,7 @@ use super::sight::{self, Votes};
 use super::tile::Tile;
 use super::{
     BrickVertices, FUSING, LABELLING, LOOKING, Labels, MergeParams, MergeReport, ScanSource, Setup, colour, common_crs,
-    defaults, dump, gains, numbers, tiles,
+    damage, defaults, dump, gains, numbers, tiles,
 };
 use base::error::Result;
 use base::progress::Progress;
@@ -190,6 +190,7 @@ pub fn built(
 ) -> Result<Built<Vec<Tile>>> {
     report.working_bytes = report.working_bytes.max(tiles.iter().map(|tile| tile.surface.bytes()).sum());
     let &Discretized { lattice, coloured, placing, .. } = found;
+    report.warnings.extend(damage::warning(&roll.sources));
     let (crs, places) = (common_crs(&roll.sources)?, roll.places());
     Ok(Built { tiles, lattice, reach: reaches.reach, coloured, placing, crs, places, report })
 }

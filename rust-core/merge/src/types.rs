@@ -50,10 +50,12 @@ base::choices! {
 base::choices! {
     /// What a warning of a merge is about.
     pub enum WarningKind {
-        /// Depth images of which none has a pose do not lie on each other.
+        /// No scan has a pose: all are depth images that stand at one place.
         NoPoses = "no_poses" "No poses",
         /// Scans that overlap lie many times their noise, and the distance of their samples, apart.
         Apart = "apart" "Far apart",
+        /// Files of scans are damaged: what they held is left out.
+        Damaged = "damaged" "Damaged",
     }
 }
 
@@ -124,28 +126,30 @@ pub struct MergeReport {
     pub working_bytes: u64,
     /// Whether stages left in files what they leave for each other.
     pub in_files: bool,
-    /// Whether scans plainly do not lie where they belong, and what to do; empty where they do.
+    /// Scans that plainly do not lie where they belong, or that were damaged, and what to do; empty where all is well.
     pub warnings: Vec<Warning>,
     /// Names of the stages with their wall-clock seconds.
     pub seconds: Seconds,
 }
 
 impl MergeReport {
-    /// Tells the log what a person should look at.
+    /// Tells the log what a person should look at, or may want to know.
     pub fn tell(&self) {
-        self.warnings.iter().for_each(|warning| log::tell(Level::Warning, &warning.text));
+        // Of damage those who read the files tell.
+        let warnings = self.warnings.iter().filter(|warning| warning.kind != WarningKind::Damaged);
+        warnings.for_each(|warning| log::tell(Level::Warning, &warning.text));
         let [_, open] = self.holes;
         if open > 0 {
             let loops = counted(open, "open boundary loop", "open boundary loops");
             let text = format!("the merged surface has {loops}; max_hole_length says which close");
-            log::tell(Level::Warning, &text);
+            log::tell(Level::Info, &text);
         }
         let [parts, faces] = self.dropped_components;
         if parts > 0 {
             let parts = counted(parts, "part was dropped", "parts were dropped");
             let triangles = counted(faces, "triangle", "triangles");
             let text = format!("{parts}, {triangles}: no scan saw them, or min_component_share says they are small");
-            log::tell(Level::Warning, &text);
+            log::tell(Level::Info, &text);
         }
     }
 }

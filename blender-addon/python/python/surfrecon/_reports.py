@@ -67,9 +67,9 @@ class MergeReport(Report):
             eight, or that was not asked for.
         working_bytes: Largest number of bytes held by intersections and the surface at once.
         in_files: Whether stages left in files what they leave for each other.
-        warnings: Whether scans plainly do not lie where they belong, and what to do: a kind and a sentence each. Kinds
-            are ``no_poses`` (depth images without a pose do not lie on each other) and ``apart`` (scans lie many times
-            their noise apart). Empty where scans fit.
+        warnings: A kind and a sentence each, which says what to do. Kinds are ``no_poses`` (no scan has a pose: all are
+            depth images that stand at one place), ``apart`` (scans lie many times their noise apart) and ``damaged``
+            (files of scans are damaged, and what they held is left out). Empty where all is well.
         seconds: Wall-clock seconds by the name of the stage.
     """
 

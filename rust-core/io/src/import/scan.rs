@@ -323,6 +323,10 @@ impl ScanSource for Scan {
         }
     }
 
+    fn damage(&self) -> Option<String> {
+        self.recording.as_ref()?.damage(self.part)
+    }
+
     fn places(&self, progress: &Progress<'_>) -> Result<Places> {
         match self.read_as(Damage::LeftOut, &progress.unseen())? {
             Content::RangeImage(image) => Places::of_image(&image, progress),

@@ -24,7 +24,7 @@ use crate::intake::Discretized;
 use crate::lattice::Lattice;
 use crate::numbers::Roll;
 use crate::overlap::OverlapDistances;
-use crate::{FUSING, MergeParams, MergeReport, VoxelReason, defaults, numbers};
+use crate::{FUSING, MergeParams, MergeReport, VoxelReason, damage, defaults, numbers};
 use base::error::{Error, Result};
 use base::progress::Progress;
 use image::source::{Loading, ScanSource, common_crs};
@@ -419,6 +419,7 @@ impl Graph for Tasks<'_> {
         // Nothing else is needed any more.
         self.setting.spend(&[labels::KIND])?;
         let Discretized { lattice, coloured, placing, .. } = about.found;
+        report.warnings.extend(damage::warning(&planned.roll.sources));
         let (crs, places) = (common_crs(&planned.roll.sources)?, planned.roll.places());
         Ok(Built { tiles, lattice, reach: reaches.reach, coloured, placing, crs, places, report })
     }

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterable, Iterator
 from typing import Any, TypeAlias
 
 import numpy as np
 
 from .. import _native
-from .._errors import InputError
+from .._errors import FormatError, InputError
 from .inputs import named
 from .work import Work
 
@@ -24,6 +25,7 @@ __all__ = [
     "points",
     "points_in_world",
     "read",
+    "undamaged",
 ]
 
 Content: TypeAlias = _native.RangeImage | _native.Mesh | _native.PointCloud
@@ -34,6 +36,29 @@ def read(scan: _native.Scan, work: Work) -> Content:
     """Reads a scan."""
     with work.showing() as shown:
         return scan.read(progress=shown)
+
+
+def undamaged(scans: Iterable[_native.Scan], work: Work) -> Iterator[tuple[_native.Scan, Content | None]]:
+    """Reads scans, one after the other. Frames of a recording that are damaged are noted, and have no content.
+
+    Raises:
+        FormatError: a file that is no frame's is damaged, or all frames are.
+    """
+    problem, found = None, 0
+    for scan in scans:
+        try:
+            content = read(scan, work)
+        except FormatError as error:
+            if not isinstance(scan, _native.Frame):
+                raise
+            problem = error
+            work.note(f"{scan.name} is skipped: {error}")
+            yield scan, None
+        else:
+            found += 1
+            yield scan, content
+    if problem is not None and not found:
+        raise problem
 
 
 def chosen(scans: _native.ScanSet, name: str | None) -> _native.Scan:

@@ -25,17 +25,20 @@ __all__ = ["align", "cluster", "convert", "info", "measure", "merge", "plan", "q
 def info(work: Work) -> Made:
     """Lists what files hold."""
     given, found, lines = work.request.parameters, [], []
-    for scan in work.open():
-        if given.get("list"):
-            known: dict[str, Any] = {"name": scan.name, **inputs.named(os.fspath(scan.path)), "part": scan.part}
+    scans = work.open()
+    if given.get("list"):
+        for scan in scans:
+            found.append(Report({"name": scan.name, **inputs.named(os.fspath(scan.path)), "part": scan.part}))
             lines.append(scan.name)
-        else:
-            content = contents.read(scan, work)
-            known = contents.described(scan, content)
-            lines.append(contents.line(known))
-            if given.get("check") and isinstance(content, _native.Mesh):
-                known["check"] = content.check()
-                lines += [f"  {line}" for line in str(known["check"]).splitlines()]
+        return Made(Report(scans=found), lines)
+    for scan, content in contents.undamaged(scans, work):
+        if content is None:
+            continue
+        known = contents.described(scan, content)
+        lines.append(contents.line(known))
+        if given.get("check") and isinstance(content, _native.Mesh):
+            known["check"] = content.check()
+            lines += [f"  {line}" for line in str(known["check"]).splitlines()]
         found.append(Report(known))
     return Made(Report(scans=found), lines)
 
@@ -44,8 +47,13 @@ def convert(work: Work) -> Made:
     """Reads and writes."""
     scans = work.open()
     name = work.request.parameters.get("scan")
-    taken = scans if name is None else [contents.chosen(scans, name)]
-    held = [(scan, contents.read(scan, work)) for scan in taken]
+    held: list[tuple[_native.Scan, contents.Content]]
+    if name is None:
+        read = contents.undamaged(scans, work)
+        held = [(scan, content) for scan, content in read if content is not None]
+    else:
+        scan = contents.chosen(scans, name)
+        held = [(scan, contents.read(scan, work))]
     known = [contents.described(scan, content) for scan, content in held]
     made = [_converted(work, scan, content) for scan, content in held]
     if len(made) > 1 and not all(isinstance(one, _native.RangeImage) for one in made):
@@ -54,7 +62,7 @@ def convert(work: Work) -> Made:
     pose = getattr(content, "world_from_sensor", getattr(content, "world_from_cloud", None))
     if pose is not None and not contents.is_placed(pose) and str(work.request.output).lower().endswith(".ply"):
         system = ", and with it the coordinate reference system" if content.crs else ""
-        work.notes.append(f"the pose is left out, which .ply has no place for{system}")
+        work.note(f"the pose is left out, which .ply has no place for{system}")
     if isinstance(content, _native.Mesh):
         return Made(
             _of_scans(known), [contents.line(one) for one in known], _writer(work, content), _parts(work, content)
@@ -93,6 +101,7 @@ def _converted(work: Work, scan: _native.Scan, content: contents.Content) -> con
 def align(work: Work) -> Made:
     """Finds where scans lie."""
     scans = work.open()
+    _refuse_unlisted(work, scans)
     with work.showing() as shown:
         found = _native.align(scans, progress=shown, **work.given("align"), **work.request.of("fixed", "angles"))
 
@@ -103,6 +112,15 @@ def align(work: Work) -> Made:
     return Made(found.report, list(found.report.summary), write)
 
 
+def _refuse_unlisted(work: Work, scans: _native.ScanSet) -> None:
+    """Refuses a list that can't name the scans, before they are aligned."""
+    output = work.request.output
+    unlisted = next((scan for scan in scans if scan.part), None)
+    if unlisted is not None and output is not None and not output.lower().endswith(".tum"):
+        problem = f"{unlisted.name} shares its file or its recording with other scans, so that no list can name it"
+        raise UsageError(f"{output}: {problem}: end the output's name in .tum")
+
+
 def _tell_outside(work: Work, path: str, scans: Sequence[_native.Scan]) -> None:
     """Notes that a list leads out of its folder, which who reads it must allow."""
     if path.lower().endswith(".tum"):
@@ -111,7 +129,7 @@ def _tell_outside(work: Work, path: str, scans: Sequence[_native.Scan]) -> None:
     outside = sum(not os.path.realpath(scan.path).startswith(folder) for scan in scans)
     if outside:
         lie = "1 scan lies" if outside == 1 else f"{outside} scans lie"
-        work.notes.append(
+        work.note(
             f"{path}: {lie} outside of its folder, and only --allow-outside (allow_outside) reads such a list: "
             "write it into a folder that all scans are in or below"
         )
@@ -135,7 +153,7 @@ def merge(work: Work) -> Made:
         raise OutOfMemoryError(f"{problem}; {_IN_FILES}") from None
     report: Report = result.report
     if result.report.voxel_reason == _COARSER:
-        work.notes.append(f"the cells were made coarser, to fit into memory: {_IN_FILES}")
+        work.note(f"the cells were made coarser, to fit into memory: {_IN_FILES}")
     _warn(work, report)
     lines = [_counts(result.mesh), _cells(report)]
     if result.distances is not None:
@@ -147,7 +165,7 @@ def merge(work: Work) -> Made:
 
 def _warn(work: Work, report: Report) -> None:
     """Notes whether scans plainly do not lie where they belong."""
-    work.notes += [text for _, text in report["warnings"]]
+    work.note(*(text for _, text in report["warnings"]))
 
 
 def plan(work: Work) -> Made:
@@ -208,7 +226,7 @@ def _parts(work: Work, surface: _native.Mesh | int) -> Callable[[str], list[str]
     count = -(-triangles // most)
     if count > 1:
         output = str(work.request.output)
-        work.notes.append(f"the mesh is in {count} files: {output} to {_native._part_path(output, count, count)}")
+        work.note(f"the mesh is in {count} files: {output} to {_native._part_path(output, count, count)}")
     return lambda path: [_native._part_path(path, number, count) for number in range(2, count + 1)]
 
 
@@ -248,7 +266,7 @@ def quads(work: Work) -> Made:
     report = grid.report
     if not contents.is_placed(image.world_from_sensor):
         left_out = "" if image.crs is None else ", and they are not in its coordinate reference system"
-        work.notes.append(f"the quads are in the sensor's frame: its pose is not applied{left_out}")
+        work.note(f"the quads are in the sensor's frame: its pose is not applied{left_out}")
 
     def write(path: str, _: Shown, provenance: dict[str, Any] | None) -> None:
         grid.write(path, provenance=provenance)
@@ -344,7 +362,7 @@ def _told(report: Report, options: Mapping[str, Any]) -> Report:
 
 def _tell_left_out(work: Work, content: Literal["mesh", "points", "image", "images"], crs: str | None) -> None:
     note = _native.crs_note(work.request.output, content, crs) if work.request.output else None
-    work.notes += [note] if note else []
+    work.note(*filter(None, [note]))
 
 
 def _writer(work: Work, mesh: _native.Mesh, coarser: Sequence[_native.Mesh] = ()) -> Write:

@@ -133,15 +133,24 @@ def _dispatch(given: argparse.Namespace, stops: Stops) -> int:
     request = requested(given)
     hashes = not given.no_provenance and (given.json or bool(also) or request.output is not None)
     work = Work(request, shown, stops, hashes, also)
-    document, made = perform(work)
+    try:
+        document, made = perform(work)
+    except SurfreconError:
+        # What went wrong may follow from it.
+        _tell_notes(given, work)
+        raise
     show(given, document)
+    _tell_notes(given, work)
+    if not given.quiet and not given.json:
+        for k, line in enumerate(made.lines):
+            streams.say(f"{request.output}: {line}" if k == 0 and request.output else line)
+    return DONE
+
+
+def _tell_notes(given: argparse.Namespace, work: Work) -> None:
     if not given.quiet:
         for note in work.notes:
             streams.tell(f"surfrecon: {given.command}: {note}")
-        if not given.json:
-            for k, line in enumerate(made.lines):
-                streams.say(f"{request.output}: {line}" if k == 0 and request.output else line)
-    return DONE
 
 
 def show(given: argparse.Namespace, document: dict[str, Any]) -> None:
@@ -163,7 +172,8 @@ def perform(work: Work) -> tuple[dict[str, Any], Made]:
         Stopped: that was asked for.
     """
     try:
-        return _performed(work)
+        with work.listening():
+            return _performed(work)
     except Cancelled:
         # By progress, which knows that a signal came.
         work.stops.resume()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -48,7 +49,7 @@ class Work:
     also: Sequence[str] = ()
     # Files of others, which the run may not write besides its output.
     kept: Callable[[], Sequence[str]] = lambda: ()
-    # What people should know.
+    # What people should know, each once.
     notes: list[str] = field(default_factory=list)
     # The files that are read, and what is known of each.
     files: list[str] = field(default_factory=list)
@@ -66,7 +67,7 @@ class Work:
         if "crs" in given:
             given["crs"] = inputs.system(given["crs"])
         scans = _native.open(paths, **self.given("open"), **given)
-        self.notes += scans.notes
+        self.note(*scans.notes)
         read, written = inputs.of_scans(paths, scans), [*filter(None, [self.request.output]), *self.also]
         self.refuse(written, read)
         held = inputs.in_folders(paths)
@@ -83,6 +84,22 @@ class Work:
                     self.shown("hashing", k / len(files))
                     self.known.append(_hashed(path, self.stops))
         return scans
+
+    def note(self, *texts: str) -> None:
+        """Notes what people should know; the log may have told it before, after the name of what it is about."""
+        for text in texts:
+            if not any(note == text or note.endswith(f": {text}") for note in self.notes):
+                self.notes.append(text)
+
+    @contextmanager
+    def listening(self) -> Iterator[None]:
+        """Calls whose warnings become notes."""
+        logger, listener = logging.getLogger("surfrecon"), _Listener(self)
+        logger.addHandler(listener)
+        try:
+            yield
+        finally:
+            logger.removeHandler(listener)
 
     def refuse(self, written: Sequence[str], files: Sequence[str] | None = None) -> None:
         """Refuses to write over what is read.
@@ -121,6 +138,17 @@ class Work:
         """A call whose progress is shown."""
         with self.shown as shown:
             yield shown
+
+
+class _Listener(logging.Handler):
+    """Notes what the library warns of."""
+
+    def __init__(self, work: Work) -> None:
+        super().__init__(logging.WARNING)
+        self._work = work
+
+    def emit(self, record: logging.LogRecord) -> None:
+        self._work.note(record.getMessage())
 
 
 def _hashed(path: str, stops: Stops) -> dict[str, Any]:

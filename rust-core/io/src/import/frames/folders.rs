@@ -44,14 +44,17 @@ pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) ->
     let folder = COLOURS.into_iter().find(|folder| store.has(folder));
     let colours = folder.map_or(Ok(Vec::new()), |folder| images(&store, folder, asked))?;
     let pairs = pairs(&depths, &colours);
-    if poses.len() != depths.len() {
-        let problem =
-            format!("there are {} poses and {} images in depth: one a frame is needed", poses.len(), depths.len());
+    let Some(places) = places(&depths, poses.len()) else {
+        let problem = format!(
+            "there are {} poses and {} images in depth, and the names of the images do not number them: give each frame both",
+            poses.len(),
+            depths.len()
+        );
         return Err(Error::format(&store.path, "poses", problem));
-    }
+    };
     let mut entries = Vec::with_capacity(depths.len());
-    for ((name, pose), pair) in depths.iter().zip(poses).zip(pairs) {
-        let Some(world_from_sensor) = pose else { continue };
+    for ((name, place), pair) in depths.iter().zip(places).zip(pairs) {
+        let Some(world_from_sensor) = poses[place] else { continue };
         entries.push(Entry {
             name: stem(name).into(),
             depth: Place::Named(format!("{DEPTHS}/{name}").into()),
@@ -63,9 +66,23 @@ pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) ->
         });
     }
     let lost = depths.len() - entries.len();
-    let notes = counted(lost, depths.len(), "have no pose and are passed over").into_iter().collect();
+    let mut notes: Vec<String> = counted(lost, depths.len(), "have no pose and are passed over").into_iter().collect();
+    notes.extend(counted(poses.len() - depths.len(), poses.len(), "have no depth image and are skipped"));
     let convention = Convention { is_sure, ..Convention::FORWARD };
     Ok(Recording { entries, notes, convention, ..Recording::new(store, layout) })
+}
+
+/// The pose of each image, by its place in their list. Images that are as many follow each other as the poses do. Of fewer the numbers
+/// at the front of their names decide, if these count from 0, or if the first and the last pose have an image.
+fn places(depths: &[String], poses: usize) -> Option<Vec<usize>> {
+    if depths.len() == poses {
+        return Some((0..poses).collect());
+    }
+    let numbers: Vec<usize> = depths.iter().map(|name| KEYS[2](stem(name)).parse().ok()).collect::<Option<_>>()?;
+    let (first, last) = (*numbers.first()?, *numbers.last()?);
+    let is_decided = first == 0 || last.checked_sub(first)? + 1 == poses;
+    let are_in_order = numbers.is_sorted_by(|a, b| a < b) && last - first < poses;
+    (is_decided && are_in_order).then(|| numbers.iter().map(|number| number - first).collect())
 }
 
 /// What of the name of an image may say which frame it is of.

@@ -10,7 +10,8 @@ use glam::{DAffine3, DVec3};
 
 use super::super::ReadOptions;
 use super::recording::Recording;
-use base::error::{Error, Result};
+use super::whole::is_damage;
+use base::error::Result;
 use base::progress::Progress;
 use image::frame::LeftOut;
 use image::range_image::{Projection, RangeImage};
@@ -96,7 +97,7 @@ impl Pairs {
             progress.check()?;
             let frame = match recording.without_colour(index, options, progress) {
                 Ok(frame) => frame,
-                Err(error @ Error::Format { .. }) => match recording.why_damaged(index, options, progress)? {
+                Err(error) if is_damage(&error) => match recording.why_damaged(index, options, progress)? {
                     Some(why) => {
                         all.damaged.push((index, why));
                         continue;

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
 use glam::{DAffine3, DVec3};
-use rustc_hash::{FxHashSet, FxHasher};
+use rustc_hash::{FxHashMap, FxHasher};
 
 use super::super::ReadOptions;
 use super::super::file::no_json;
@@ -49,8 +49,8 @@ pub(crate) struct Recording {
     pub(super) timed: Option<Timed>,
     /// What a person should know.
     pub(super) notes: Vec<String>,
-    /// Frames that turned out to be damaged, of which the log was told.
-    pub(super) told: Mutex<FxHashSet<usize>>,
+    /// Damage that reading met, by frame: each is told to the log once.
+    pub(super) damages: Mutex<FxHashMap<usize, String>>,
 }
 
 /// One frame.
@@ -121,7 +121,7 @@ impl Recording {
             convention: Convention::FORWARD,
             timed: None,
             notes: Vec::new(),
-            told: Mutex::default(),
+            damages: Mutex::default(),
         }
     }
 

@@ -2,6 +2,7 @@
 //! length says that something is missing. What else is damaged is met when frames are read for something that takes many, and is left out.
 
 use std::io::ErrorKind;
+use std::path::Path;
 use std::sync::{Arc, PoisonError};
 
 use glam::DAffine3;
@@ -62,18 +63,23 @@ impl Recording {
         Ok(self.skip(damaged))
     }
 
-    /// Why the depths of a frame can't be decoded; `None` where they can.
+    /// Why the depths or the confidences of a frame can't be decoded; `None` where they can.
     pub(super) fn why_damaged(
         &self,
         index: usize,
         options: &Arc<ReadOptions>,
         progress: &Progress<'_>,
     ) -> Result<Option<String>> {
-        match self.decoded(&self.entries[index], options, progress) {
+        let decoded = || {
+            self.decoded(&self.entries[index], options, progress)?;
+            self.confidence(index, options, progress)
+        };
+        let name = |path: &Path| path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
+        match decoded() {
             Ok(_) => Ok(None),
-            Err(Error::Format { path, problem, .. }) => {
-                let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
-                Ok(Some(format!("{name} is damaged ({problem})")))
+            Err(Error::Format { path, problem, .. }) => Ok(Some(format!("{} is damaged ({problem})", name(&path)))),
+            Err(Error::Io { path, source }) if source.kind() == ErrorKind::NotFound => {
+                Ok(Some(format!("{} is not there", name(&path))))
             }
             Err(other) => Err(other),
         }
@@ -105,11 +111,18 @@ impl Recording {
             }
             Err(error) => return Err(error),
         };
-        if self.told.lock().unwrap_or_else(PoisonError::into_inner).insert(index) {
-            log::tell(Level::Warning, &format!("{} {lacks}: {why}", entry.name));
+        let damage = format!("{lacks}: {why}");
+        let text = format!("{} {damage}", entry.name);
+        if self.damages.lock().unwrap_or_else(PoisonError::into_inner).insert(index, damage).is_none() {
+            log::tell(Level::Warning, &text);
         }
         frame.depth.world_from_sensor = world_from_sensor;
         Ok(frame)
+    }
+
+    /// Damage of a frame that reading it has met.
+    pub(crate) fn damage(&self, index: usize) -> Option<String> {
+        self.damages.lock().unwrap_or_else(PoisonError::into_inner).get(&index).cloned()
     }
 
     /// Takes frames out; says which and why.
@@ -133,7 +146,7 @@ impl Recording {
 }
 
 /// Whether it is the fault of an image that it can't be read, not that of the disk.
-fn is_damage(error: &Error) -> bool {
+pub(super) fn is_damage(error: &Error) -> bool {
     match error {
         Error::Format { .. } => true,
         Error::Io { source, .. } => source.kind() == ErrorKind::NotFound,
