@@ -300,8 +300,10 @@ def test_scans_that_do_not_fit_are_told_of():
         return image
 
     corner = 2 + 0.01 * np.abs(col - 25.0) + 0.004 * row
-    fits = surfrecon.merge([seen("a", corner), seen("b", corner)]).report
+    fits = surfrecon.merge([seen("a", corner), seen("b", corner, (0, 0, 1e-9))]).report
     assert fits.warnings == []
+    [(kind, text)] = surfrecon.merge([seen("a", corner), seen("b", corner)]).report.warnings
+    assert kind == "no_poses" and "stand at one place. Unless the camera stood still, align them first" in text
     [(kind, text)] = surfrecon.merge([seen("a", corner), seen("b", corner + 0.2)]).report.warnings
     assert kind == "no_poses" and text.startswith("no scan has a pose: all 2 stand at one place")
     [(kind, text)] = surfrecon.merge([seen("a", corner), seen("b", corner, (0, 0, 0.2))]).report.warnings

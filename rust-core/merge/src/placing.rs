@@ -58,14 +58,19 @@ impl Placing {
                     report.scans
                 ),
             ),
-            (true, None, None) => (
-                WarningKind::NoPoses,
-                format!(
-                    "no scan has a pose: all {} stand at one place, and their surfaces lie on each other nowhere: align them first, or give \
-                     their poses",
-                    report.scans
-                ),
-            ),
+            (true, None, residual) => {
+                let so = match residual {
+                    Some(_) => ". Unless the camera stood still,",
+                    None => ", and their surfaces lie on each other nowhere:",
+                };
+                let scans = report.scans;
+                (
+                    WarningKind::NoPoses,
+                    format!(
+                        "no scan has a pose: all {scans} stand at one place{so} align them first, or give their poses"
+                    ),
+                )
+            }
             (false, Some(apart), _) => {
                 (WarningKind::Apart, format!("the scans {apart}: align them first, or check their poses"))
             }
