@@ -120,12 +120,12 @@ fn convention(recording: &mut Recording, options: &ReadOptions, pairs: &Pairs) -
         let clocks = if recording.timed.is_some() { ", at the times of images and poses" } else { "" };
         let note = format!(
             "what the poses mean is not decided: they are read as {}, and overlapping frames lie {} apart; as {} they would lie {} \
-             apart. If the scans do not fit, say poses = \"camera_to_world\" or \"world_to_camera\" and axes = \"y_down\" or \
-             \"y_up\"; look also at the camera and at the scale of the depths{clocks}",
+             apart. If the scans do not fit, say {}; look also at the camera and at the scale of the depths{clocks}",
             name(0),
             short(apart[0]),
             name(other),
-            short(apart[other])
+            short(apart[other]),
+            unsaid(options)
         );
         return (note, true);
     };
@@ -150,6 +150,17 @@ fn convention(recording: &mut Recording, options: &ReadOptions, pairs: &Pairs) -
         short(apart[0])
     );
     (note, false)
+}
+
+/// Options that decide what the caller has left open.
+fn unsaid(options: &ReadOptions) -> &'static str {
+    match (options.poses, options.axes) {
+        (PoseSense::Auto, CameraAxes::Auto) => {
+            "poses = \"camera_to_world\" or \"world_to_camera\" and axes = \"y_down\" or \"y_up\""
+        }
+        (PoseSense::Auto, _) => "poses = \"camera_to_world\" or \"world_to_camera\"",
+        (_, _) => "axes = \"y_down\" or \"y_up\"",
+    }
 }
 
 /// The way that is surely the right one, the first where nothing clearly speaks against it; `None` where another is about as good.
