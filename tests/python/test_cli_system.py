@@ -417,11 +417,12 @@ STREAMS = [
     (a_list_of_poses_cannot_have_names_that_are_not_utf_8,),
 ]
 SIGNALS = [
-    *((ctrl_c_at_any_time_leaves_nothing_or_all, name) for name in ("merge", "convert", "align", "measure", "batch")),
+    (ctrl_c_at_any_time_leaves_nothing_or_all, "merge"),
     (ctrl_c_at_certain_places,),
     *((ctrl_c_from_the_start, how) for how in ("module", "installed")),
     (signals_as_programs_take_them,),
 ]
+MORE_SIGNALS = [(ctrl_c_at_any_time_leaves_nothing_or_all, name) for name in ("convert", "align", "measure", "batch")]
 
 
 def named(case):
@@ -439,5 +440,13 @@ def test_streams_and_disks_of_posix(folder, tmp_path, case):
 @pytest.mark.parametrize("case", SIGNALS, ids=named)
 @posix
 def test_signals_of_posix(folder, tmp_path, case):
+    function, *rest = case
+    function(folder, tmp_path, *rest)
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("case", MORE_SIGNALS, ids=named)
+@posix
+def test_more_signals_of_posix(folder, tmp_path, case):
     function, *rest = case
     function(folder, tmp_path, *rest)

@@ -245,53 +245,6 @@ fn the_same_for_any_order_and_any_threads() {
     }
 }
 
-/// A ring of samples and two on its axis.
-#[test]
-fn the_same_for_any_threads_where_many_insert() {
-    let mut random = random(11);
-    let noisy: Vec<DVec3> = (0..60_000)
-        .map(|_| {
-            let (z, angle) = (2.0 * random() - 1.0, random() * std::f64::consts::TAU);
-            let outward = (DVec2::from_angle(angle) * (1.0 - z * z).sqrt()).extend(z);
-            outward * (1.0 + 0.004 * (2.0 * random() - 1.0))
-        })
-        .collect();
-    // Lattices: as many ties as there can be.
-    let faces = (0..6 * 100 * 100).map(|i| {
-        let mut at = [(i % 100) as f64, (i / 100 % 100) as f64, if i / 10_000 % 2 == 0 { 0.0 } else { 99.0 }];
-        at.rotate_left(i / 20_000);
-        DVec3::from(at)
-    });
-    let sheet = (0..240 * 250).map(|i| {
-        let [x, y] = [(i % 240) as f64, (i / 240) as f64];
-        DVec3::new(x, y, if i % 240 < 120 { 0.0 } else { x - 120.0 })
-    });
-    let (shell, sheet): (Vec<DVec3>, Vec<DVec3>) = (faces.collect(), sheet.collect());
-    let cells = [1, 2].map(|n| Delaunay3::new(&noisy, n, &Progress::none()).unwrap());
-    assert!(cells[0].cells() != cells[1].cells(), "too few points: the cells have the same numbers");
-    let by_default = ReconstructParams::default();
-    let carved = ReconstructParams { topology: Topology::Free, factor: 1.5, ..by_default };
-    let cut = ReconstructParams { closure: Closure::Open, ..by_default };
-    for (name, points, params) in [
-        ("noisy sphere", &noisy, by_default),
-        ("noisy sphere, carved", &noisy, carved),
-        ("noisy sphere, cut", &noisy, cut),
-        ("shell", &shell, by_default),
-        ("shell, carved", &shell, carved),
-        ("sheet", &sheet, by_default),
-    ] {
-        let made = |threads| {
-            let (mut made, _) = reconstruct(points.clone(), &ReconstructParams { threads, ..params });
-            made.report.seconds.clear();
-            made
-        };
-        let one = made(1);
-        for threads in [2, 3] {
-            assert!(one == made(threads), "{name}: {threads} threads");
-        }
-    }
-}
-
 #[test]
 fn a_double_cone_has_a_surface() {
     for around in [1000, 5000, 10_000] {
@@ -460,6 +413,57 @@ proptest! {
             }
             Err(Error::Input(_)) => {}
             Err(error) => prop_assert!(false, "{}", error),
+        }
+    }
+}
+
+mod thorough {
+    use super::*;
+
+    /// A ring of samples and two on its axis.
+    #[test]
+    fn the_same_for_any_threads_where_many_insert() {
+        let mut random = random(11);
+        let noisy: Vec<DVec3> = (0..60_000)
+            .map(|_| {
+                let (z, angle) = (2.0 * random() - 1.0, random() * std::f64::consts::TAU);
+                let outward = (DVec2::from_angle(angle) * (1.0 - z * z).sqrt()).extend(z);
+                outward * (1.0 + 0.004 * (2.0 * random() - 1.0))
+            })
+            .collect();
+        // Lattices: as many ties as there can be.
+        let faces = (0..6 * 100 * 100).map(|i| {
+            let mut at = [(i % 100) as f64, (i / 100 % 100) as f64, if i / 10_000 % 2 == 0 { 0.0 } else { 99.0 }];
+            at.rotate_left(i / 20_000);
+            DVec3::from(at)
+        });
+        let sheet = (0..240 * 250).map(|i| {
+            let [x, y] = [(i % 240) as f64, (i / 240) as f64];
+            DVec3::new(x, y, if i % 240 < 120 { 0.0 } else { x - 120.0 })
+        });
+        let (shell, sheet): (Vec<DVec3>, Vec<DVec3>) = (faces.collect(), sheet.collect());
+        let cells = [1, 2].map(|n| Delaunay3::new(&noisy, n, &Progress::none()).unwrap());
+        assert!(cells[0].cells() != cells[1].cells(), "too few points: the cells have the same numbers");
+        let by_default = ReconstructParams::default();
+        let carved = ReconstructParams { topology: Topology::Free, factor: 1.5, ..by_default };
+        let cut = ReconstructParams { closure: Closure::Open, ..by_default };
+        for (name, points, params) in [
+            ("noisy sphere", &noisy, by_default),
+            ("noisy sphere, carved", &noisy, carved),
+            ("noisy sphere, cut", &noisy, cut),
+            ("shell", &shell, by_default),
+            ("shell, carved", &shell, carved),
+            ("sheet", &sheet, by_default),
+        ] {
+            let made = |threads| {
+                let (mut made, _) = reconstruct(points.clone(), &ReconstructParams { threads, ..params });
+                made.report.seconds.clear();
+                made
+            };
+            let one = made(1);
+            for threads in [2, 3] {
+                assert!(one == made(threads), "{name}: {threads} threads");
+            }
         }
     }
 }

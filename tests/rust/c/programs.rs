@@ -149,15 +149,6 @@ fn the_cpp_example_stays_within_its_tolerance() {
     assert!(program.folder.path().join("out.ply").exists());
 }
 
-#[test]
-fn nothing_leaks_and_nothing_is_undefined() {
-    let sanitizers = ["-fsanitize=address,undefined", "-fno-omit-frame-pointer", "-O1"];
-    let c = compile("cc", &[&["-std=c99"], &sanitizers[..]].concat(), "tests/c/exercise.c");
-    assert_eq!(c.run(&[]).trim(), "fine");
-    let cpp = compile("c++", &[&["-std=c++20"], &sanitizers[..]].concat(), "tests/c/exercise.cpp");
-    assert_eq!(cpp.run(&[]).trim(), "fine");
-}
-
 /// The header with its sized structs a field shorter, or a field longer.
 fn other_header(longer: bool) -> String {
     let header = std::fs::read_to_string(root().join("c-api/include/surfrecon.h")).expect("the header");
@@ -232,12 +223,6 @@ fn a_forked_program_goes_on() {
 }
 
 #[test]
-fn two_plugins_in_a_program_have_threads_memory_and_a_log_of_their_own() {
-    let program = compile("cc", &["-std=c99", "-O1", "-pthread"], "tests/c/contexts.c");
-    assert_eq!(program.run(&[]).trim(), "fine");
-}
-
-#[test]
 fn memory_comes_from_functions_of_the_program() {
     let sanitizers = ["-std=c99", "-pthread", "-fsanitize=address,undefined", "-fno-omit-frame-pointer", "-O1"];
     let program = compile("cc", &sanitizers, "tests/c/allocator.c");
@@ -282,5 +267,20 @@ mod thorough {
             ["valgrind", "--quiet", "--error-exitcode=99", "--leak-check=full", "--errors-for-leak-kinds=definite"];
         let output = program.command(&through).output().expect("valgrind runs");
         assert_eq!(told(&output).trim(), "fine");
+    }
+
+    #[test]
+    fn nothing_leaks_and_nothing_is_undefined() {
+        let sanitizers = ["-fsanitize=address,undefined", "-fno-omit-frame-pointer", "-O1"];
+        let c = compile("cc", &[&["-std=c99"], &sanitizers[..]].concat(), "tests/c/exercise.c");
+        assert_eq!(c.run(&[]).trim(), "fine");
+        let cpp = compile("c++", &[&["-std=c++20"], &sanitizers[..]].concat(), "tests/c/exercise.cpp");
+        assert_eq!(cpp.run(&[]).trim(), "fine");
+    }
+
+    #[test]
+    fn two_plugins_in_a_program_have_threads_memory_and_a_log_of_their_own() {
+        let program = compile("cc", &["-std=c99", "-O1", "-pthread"], "tests/c/contexts.c");
+        assert_eq!(program.run(&[]).trim(), "fine");
     }
 }

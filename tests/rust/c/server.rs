@@ -139,23 +139,6 @@ fn requests(program: &Program) -> Vec<Request> {
     vec![Request::of("glb", one), Request::of("ply", one), Request::of("ply", &paths)]
 }
 
-/// Theorem: 200 merges of four threads give the bytes that each gives alone, which are those of the program that merges files.
-#[test]
-fn two_hundred_merges_of_four_threads_are_as_alone() {
-    let program = threaded("merge_server.cpp", &ADDRESS);
-    let requests = requests(&program);
-    let server = Server::start(program.command(&[]), 0);
-    server.all_as_alone(&requests, 200, 8);
-
-    let files = compile("cc", &["-std=c99"], "c-api/examples/c/merge_scans.c");
-    for (request, source) in [(&requests[0], "scan.ply"), (&requests[2], "views.conf")] {
-        let (out, source) = (format!("result.{}", request.ending), program.folder.path().join(source));
-        files.run(&[&out, source.to_str().unwrap()]);
-        assert!(server.merged(request) == std::fs::read(files.folder.path().join(&out)).unwrap(), "{out}");
-    }
-    server.stop();
-}
-
 #[test]
 fn bad_requests_are_told_what_is_wrong() {
     let program = threaded("merge_server.cpp", &ADDRESS);
@@ -186,38 +169,6 @@ fn bad_requests_are_told_what_is_wrong() {
     let cut = Request { files: vec![("scan.ply".to_owned(), request.files[0].1[..300].to_vec())], ..request.clone() };
     assert!(server.refused(&cut.bytes()).contains("scan.ply: "));
     server.merged(&request);
-    server.stop();
-}
-
-#[test]
-fn merges_end_when_their_time_is_up_or_their_client_goes() {
-    let program = threaded("merge_server.cpp", &ADDRESS);
-    let small = requests(&program).swap_remove(0);
-    let large = Request::of("ply", &[square(program.folder.path(), "large.ply", 900)]);
-    let server = Server::start(program.command(&[]), 0);
-    let began = Instant::now();
-    server.merged(&large);
-    let whole = began.elapsed();
-    server.says("ok ");
-
-    let began = Instant::now();
-    let late = server.refused(&Request { milliseconds: 100, ..large.clone() }.bytes());
-    assert_eq!(late, "it took more than 100 ms");
-    assert!(began.elapsed() < whole, "{:?} of {whole:?}", began.elapsed());
-
-    // One that goes in the middle of its request, as many at once as there are threads, and one that says nothing.
-    server.connect().write_all(b"merge glb 1000 1\nscan.ply 1000\nply").unwrap();
-    server.says("the client went away");
-    let mut gone: Vec<_> = (0..4).map(|_| server.connect()).collect();
-    for stream in &mut gone {
-        stream.write_all(&large.bytes()).unwrap();
-    }
-    drop(gone);
-    let silent = server.connect();
-    let waited: Duration = (0..4).map(|_| server.says("the client went away")).sum();
-    assert!(waited < 2 * whole, "four merges were cancelled within {waited:?}, one takes {whole:?}");
-    server.merged(&small);
-    drop(silent);
     server.stop();
 }
 
@@ -269,6 +220,55 @@ mod thorough {
         let server = Server::start(program.command(&VALGRIND), 0);
         server.all_as_alone(&requests(&program)[..2], 4, 4);
         assert!(server.refused(b"merge\n").starts_with("a request begins"));
+        server.stop();
+    }
+
+    /// Theorem: 200 merges of four threads give the bytes that each gives alone, which are those of the program that merges files.
+    #[test]
+    fn two_hundred_merges_of_four_threads_are_as_alone() {
+        let program = threaded("merge_server.cpp", &ADDRESS);
+        let requests = requests(&program);
+        let server = Server::start(program.command(&[]), 0);
+        server.all_as_alone(&requests, 200, 8);
+
+        let files = compile("cc", &["-std=c99"], "c-api/examples/c/merge_scans.c");
+        for (request, source) in [(&requests[0], "scan.ply"), (&requests[2], "views.conf")] {
+            let (out, source) = (format!("result.{}", request.ending), program.folder.path().join(source));
+            files.run(&[&out, source.to_str().unwrap()]);
+            assert!(server.merged(request) == std::fs::read(files.folder.path().join(&out)).unwrap(), "{out}");
+        }
+        server.stop();
+    }
+
+    #[test]
+    fn merges_end_when_their_time_is_up_or_their_client_goes() {
+        let program = threaded("merge_server.cpp", &ADDRESS);
+        let small = requests(&program).swap_remove(0);
+        let large = Request::of("ply", &[square(program.folder.path(), "large.ply", 900)]);
+        let server = Server::start(program.command(&[]), 0);
+        let began = Instant::now();
+        server.merged(&large);
+        let whole = began.elapsed();
+        server.says("ok ");
+
+        let began = Instant::now();
+        let late = server.refused(&Request { milliseconds: 100, ..large.clone() }.bytes());
+        assert_eq!(late, "it took more than 100 ms");
+        assert!(began.elapsed() < whole, "{:?} of {whole:?}", began.elapsed());
+
+        // One that goes in the middle of its request, as many at once as there are threads, and one that says nothing.
+        server.connect().write_all(b"merge glb 1000 1\nscan.ply 1000\nply").unwrap();
+        server.says("the client went away");
+        let mut gone: Vec<_> = (0..4).map(|_| server.connect()).collect();
+        for stream in &mut gone {
+            stream.write_all(&large.bytes()).unwrap();
+        }
+        drop(gone);
+        let silent = server.connect();
+        let waited: Duration = (0..4).map(|_| server.says("the client went away")).sum();
+        assert!(waited < 2 * whole, "four merges were cancelled within {waited:?}, one takes {whole:?}");
+        server.merged(&small);
+        drop(silent);
         server.stop();
     }
 }

@@ -279,9 +279,13 @@ fn clouds_that_are_no_surface() {
     let nowhere = [vec![], vec![DVec3::ONE], vec![DVec3::NAN; 2000]];
     let sets = [noise, line, lattice, copies, wide, tiny, far, plane, off, parallel, far_plane];
     for points in sets.into_iter().chain(nowhere) {
-        let smoothings = [None, Some(1e-3), Some(1e200), Some(1e-200)];
+        let smoothings = if base::tier::is_thorough() {
+            vec![None, Some(1e-3), Some(1e200), Some(1e-200)]
+        } else {
+            vec![None, Some(1e200)]
+        };
         for (&noisy_points, smooth) in
-            NoisyPoints::ALL.iter().flat_map(|choice| smoothings.map(|smooth| (choice, smooth)))
+            NoisyPoints::ALL.iter().flat_map(|choice| smoothings.iter().map(move |&smooth| (choice, smooth)))
         {
             let params = ReconstructParams { smooth, noisy_points, ..Default::default() };
             match run(&cloud(points.clone()), &params, &Progress::none()) {
