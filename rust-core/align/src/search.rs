@@ -257,7 +257,7 @@ impl Search<'_, '_> {
             let start = motion(a, b);
             let pair = Pair::near(views, a, b, &start, reach(a, b), &limits);
             let is_allowed = pair.modes.first().is_some_and(|mode| bound.allows(views, [a, b], &mode.a_from_b));
-            (is_allowed && matches!(pair.finding, Finding::Sure | Finding::Weak)).then_some(pair)
+            (is_allowed && matches!(pair.finding, Finding::Sure | Finding::Weak | Finding::Slides)).then_some(pair)
         })
     }
 }

@@ -172,7 +172,12 @@ fn held(known: &Known<'_>, group: &Group, progress: &Progress<'_>) -> Result<Vec
     }
     let holds = |(link, verdict): &&(Link, Verdict)| {
         let finding = fits([&views[link.a], &views[link.b]], verdict, limits);
-        inside.is_trusted(link.a, link.b) || matches!(finding, Finding::Sure | Finding::Weak | Finding::Slides)
+        // Rough poses join what slides as well, so that all touch what holds them: these holds alone count then.
+        let holds = match finding {
+            Finding::Slides => !known.bound.binds(),
+            other => matches!(other, Finding::Sure | Finding::Weak),
+        };
+        holds || inside.is_trusted(link.a, link.b)
     };
     let mut part: Vec<usize> = (0..views.len()).collect();
     let mut join = |a: usize, b: usize| {

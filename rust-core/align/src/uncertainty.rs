@@ -7,6 +7,7 @@
 use glam::{DVec3, IVec3};
 use rustc_hash::FxHashMap;
 
+use crate::blocks::{BlockSystem, Factor};
 use crate::judge::PIECE;
 use crate::linear::{Matrix6, Vector6};
 use crate::relax::{NARROW, Net, Tie, Use, contacts, weight_of};
@@ -16,12 +17,9 @@ use base::progress::Progress;
 /// Covariances of the scans that have unknowns, in their gauges; zero for the others.
 pub(crate) fn covariances(net: &Net<'_>, progress: &Progress<'_>) -> Result<Vec<Matrix6>> {
     let (reach, scale) = NARROW;
-    let factor = |purpose| Ok(net.equations(reach, scale, purpose, progress)?.factor());
-    let factor = match factor(Use::Response)? {
-        Some(factor) => Some(factor),
-        None => factor(Use::Step)?,
+    let Some(factor) = response(net.equations(reach, scale, Use::Response, progress)?) else {
+        return Ok(vec![[[0.0; 6]; 6]; net.views.len()]);
     };
-    let Some(factor) = factor else { return Ok(vec![[[0.0; 6]; 6]; net.views.len()]) };
     let unknowns = net.unknowns();
     let gauges = net.gauges();
     let width = PIECE * net.views.iter().map(|view| view.fine().cell).fold(0.0, f64::max);
@@ -85,6 +83,30 @@ pub(crate) fn covariances(net: &Net<'_>, progress: &Progress<'_>) -> Result<Vec<
     of_unknown.iter_mut().flatten().flatten().for_each(|x| *x *= correction.min(MOST_CORRECTION));
     Ok(unknowns.iter().map(|unknown| unknown.map_or([[0.0; 6]; 6], |unknown| of_unknown[unknown])).collect())
 }
+
+/// The factor of a system, and of one that something may slide in with the least spring that makes it definite: poses move far where
+/// that alone holds them. `None` where nothing has a diagonal.
+fn response(mut system: BlockSystem) -> Option<Factor> {
+    if let Some(factor) = system.factor() {
+        return Some(factor);
+    }
+    let trace: f64 = system.diagonal.iter().map(|block| (0..6).map(|i| block[i][i]).sum::<f64>()).sum();
+    let mean = trace / (6.0 * system.diagonal.len().max(1) as f64);
+    let mut held = 0.0;
+    for spring in SPRINGS {
+        for block in &mut system.diagonal {
+            (0..6).for_each(|i| block[i][i] += (spring - held) * mean);
+        }
+        held = spring;
+        if let Some(factor) = system.factor() {
+            return Some(factor);
+        }
+    }
+    None
+}
+
+/// Springs that are tried, as shares of what holds a scan on average.
+const SPRINGS: [f64; 7] = [1e-6, 1e-5, 1e-4, 1e-3, 3e-3, 1e-2, 3e-2];
 
 /// Few pieces tell little, but not nothing.
 const MOST_CORRECTION: f64 = 10.0;

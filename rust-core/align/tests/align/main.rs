@@ -6,6 +6,7 @@ mod misfit;
 mod naive;
 mod painted;
 mod reach;
+mod rooms;
 mod scans;
 mod told;
 mod turntable;

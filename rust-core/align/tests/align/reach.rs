@@ -22,7 +22,7 @@ fn add(scene: &mut TriMesh, part: &TriMesh, turn: f64, to: DVec3, is_inside_out:
 }
 
 /// A room 5 x 4 x 2.7 large, seen from inside, with boxes at the walls that lie as `seed` has them.
-fn room(seed: u64, things: usize) -> TriMesh {
+pub fn room(seed: u64, things: usize) -> TriMesh {
     let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
     let mut number = |lo: f64, hi: f64| {
         state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -45,7 +45,7 @@ fn room(seed: u64, things: usize) -> TriMesh {
 }
 
 /// What a camera sees that turns once in the room.
-fn tour(room: &TriMesh, count: usize, (rows, cols): (usize, usize), noise: f64) -> Vec<RangeImage> {
+pub fn tour(room: &TriMesh, count: usize, (rows, cols): (usize, usize), noise: f64) -> Vec<RangeImage> {
     let bvh = Bvh::build(&room.positions, &room.triangles, 0).unwrap();
     let seen = |k: usize| {
         let turn = std::f64::consts::TAU * k as f64 / count as f64;
@@ -62,19 +62,19 @@ fn tour(room: &TriMesh, count: usize, (rows, cols): (usize, usize), noise: f64) 
     (0..count).map(seen).collect()
 }
 
-fn rough(images: &[RangeImage], reach: Option<f64>, constraints: &Constraints) -> Alignment {
+pub fn rough(images: &[RangeImage], reach: Option<f64>, constraints: &Constraints) -> Alignment {
     let params = AlignParams { start: Start::Rough, reach, ..AlignParams::default() };
     run(&sources(images), &params, constraints, &Progress::none()).unwrap()
 }
 
 /// Largest distance of a sample from where its given pose has it.
-fn displaced(image: &RangeImage, found: &DAffine3) -> f64 {
+pub fn displaced(image: &RangeImage, found: &DAffine3) -> f64 {
     let points = image.oriented_points(&Progress::none()).unwrap().positions;
     let off = |p: &DVec3| found.transform_point3(*p).distance(image.world_from_sensor.transform_point3(*p));
     points.iter().map(off).fold(0.0, f64::max)
 }
 
-fn lines(alignment: &Alignment) -> String {
+pub fn lines(alignment: &Alignment) -> String {
     alignment.report.lines().join("\n")
 }
 
