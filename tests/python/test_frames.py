@@ -175,7 +175,9 @@ def test_damage_is_said_on_the_command_line(recording, tmp_path):
     assert reason.startswith("it is skipped: ") and "conf_00003.png" in reason
 
     skipped = "1 of 6 frames are skipped: conf_00003.png is damaged"
+    cut(folder / "frame_00002.jpg")
     done = run("merge", folder, "-o", tmp_path / "out.ply", "--voxel", "0.2", "--report", report)
+    assert "scans are damaged" not in done.stderr and done.stderr.count("is read without colours") == 2, done.stderr
     assert done.returncode == 0 and done.stderr.count(skipped) == 1 and done.stderr.count(colourless) == 1, done.stderr
     found = json.loads(report.read_text())
     assert [kind for kind, _ in found["report"]["warnings"]] == ["damaged"]
@@ -184,5 +186,5 @@ def test_damage_is_said_on_the_command_line(recording, tmp_path):
     done = run("align", folder, "-o", tmp_path / "aligned.conf")
     assert done.returncode == 2 and "shares its file or its recording" in done.stderr and ".tum" in done.stderr
     done = run("info", folder)
-    assert done.returncode == 0 and len(done.stdout.splitlines()) == 4
+    assert done.returncode == 0 and len(done.stdout.splitlines()) == 3
     assert skipped in done.stderr and "frame_00004 is skipped: " in done.stderr

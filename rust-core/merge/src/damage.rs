@@ -6,7 +6,8 @@ use image::source::ScanSource;
 /// More are not described one by one.
 const DESCRIBED: usize = 3;
 
-/// What a person should know of it. Of scans that another process read, or that a merge before has left in files, it is not known.
+/// Returns a warning that describes damaged scans; `None` if there are none. It knows of scans that this process has read: not of those
+/// that another one read, or that an earlier merge left in files.
 pub fn warning(sources: &[&dyn ScanSource]) -> Option<Warning> {
     let mut damaged: Vec<String> =
         sources.iter().filter_map(|scan| Some(format!("{} {}", scan.name(), scan.damage()?))).collect();

@@ -164,8 +164,8 @@ def merge(work: Work) -> Made:
 
 
 def _warn(work: Work, report: Report) -> None:
-    """Notes whether scans plainly do not lie where they belong."""
-    work.note(*(text for _, text in report["warnings"]))
+    """Notes whether scans plainly do not lie where they belong. The log has told of each that is damaged."""
+    work.note(*(text for kind, text in report["warnings"] if kind != "damaged"))
 
 
 def plan(work: Work) -> Made:
