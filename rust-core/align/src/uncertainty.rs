@@ -17,9 +17,12 @@ use base::progress::Progress;
 /// Covariances of the scans that have unknowns, in their gauges; zero for the others.
 pub(crate) fn covariances(net: &Net<'_>, progress: &Progress<'_>) -> Result<Vec<Matrix6>> {
     let (reach, scale) = NARROW;
-    let Some(factor) = response(net.equations(reach, scale, Use::Response, progress)?) else {
-        return Ok(vec![[[0.0; 6]; 6]; net.views.len()]);
+    let equations = |purpose| net.equations(reach, scale, purpose, progress);
+    let factor = match response(equations(Use::Response)?) {
+        Some(factor) => Some(factor),
+        None => equations(Use::Step)?.factor(),
     };
+    let Some(factor) = factor else { return Ok(vec![[[0.0; 6]; 6]; net.views.len()]) };
     let unknowns = net.unknowns();
     let gauges = net.gauges();
     let width = PIECE * net.views.iter().map(|view| view.fine().cell).fold(0.0, f64::max);
@@ -84,8 +87,8 @@ pub(crate) fn covariances(net: &Net<'_>, progress: &Progress<'_>) -> Result<Vec<
     Ok(unknowns.iter().map(|unknown| unknown.map_or([[0.0; 6]; 6], |unknown| of_unknown[unknown])).collect())
 }
 
-/// The factor of a system, and of one that something may slide in with the least spring that makes it definite: poses move far where
-/// that alone holds them. `None` where nothing has a diagonal.
+/// Returns the factor of a system. One in which something may slide gets the least spring that makes it definite: poses move far where that
+/// alone holds them. `None` if no spring does.
 fn response(mut system: BlockSystem) -> Option<Factor> {
     if let Some(factor) = system.factor() {
         return Some(factor);
