@@ -193,6 +193,7 @@ GERMAN_TEXTS = {
     "Resolution": "Auflösung",
     "Result": "Ergebnis",
     "Rough": "Ungefähr",
+    "Sequence": "Reihenfolge",
     "Rows a tile": "Zeilen je Kachel",
     "Scale": "Skalierung",
     "Scene units": "Einheiten der Szene",

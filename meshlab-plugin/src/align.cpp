@@ -16,9 +16,7 @@ void parameters(const MeshDocument &document, RichParameterList &list)
     // Layers may lie far from each other: shares of lengths are of the largest one's diagonal.
     double longest = 0;
     for (const MeshModel *layer : visible(document)) longest = std::max(longest, diagonal(layer));
-    list.addParam(RichBool("rough", false, "Use current positions as rough",
-                           "The layers lie near where they belong: places near there are tried first. Otherwise each may lie anywhere."));
-    add_parameters(list, align_parameters, longest > 0 ? longest : 1, {"start"});
+    add_parameters(list, align_parameters, longest > 0 ? longest : 1);
 }
 
 // A layer among the scans; its range image, if it is one, has a frame of its own.
@@ -80,8 +78,7 @@ Outputs run(Job &job)
         refuse("The current layer stays where it is, so it must be one of those that are aligned: make it visible, or choose another");
     }
     surfrecon::AlignParams params;
-    read_parameters(job.parameters, align_parameters, &params, {"start"});
-    params.start = job.parameters.getBool("rough") ? SRF_START_ROUGH : SRF_START_UNKNOWN;
+    read_parameters(job.parameters, align_parameters, &params);
     surfrecon::Aligner aligner;
     std::set<std::string> names;
     std::vector<Placed> scans;

@@ -112,7 +112,7 @@ def test_rough_positions(document, surfaces, images):
         off[:3, 3] = generator.normal(size=3) * 3
         put(document, name, off @ image.world_from_sensor)
     document.named("view1")
-    assert document.run(ALIGN, rough=True, reach=length(16))["placed"] == 4
+    assert document.run(ALIGN, start="Rough", reach=length(16))["placed"] == 4
     assert max(errors(document, images)) < 1.0
 
 

@@ -11,7 +11,7 @@ from conftest import ALIGN, BACKGROUND, CLUSTER, IMPORT, MERGE, QUADS, RECONSTRU
 # Operations whose parameters a filter has all of, but those named; what it has besides, with its default.
 FILTERS = {
     IMPORT: (["open"], [], {"file": "", "faces": True, "camera": "", "max_frames": 50}),
-    ALIGN: (["align"], ["start"], {"rough": False}),
+    ALIGN: (["align"], [], {}),
     MERGE: (["merge", "triangulate"], [], {"close_holes": True, "quality_as_confidence": False}),
     SCULPT: (["sculpt", "triangulate"], [], {"max_triangles": 0}),
     # Rows and columns of the surface are the grid's.

@@ -15,6 +15,8 @@ pub enum srf_start {
     SRF_START_UNKNOWN = 1,
     /// They are near where they belong: no scan is placed further from its pose than `reach`.
     SRF_START_ROUGH = 2,
+    /// Nothing, but each scan was taken a moment after the one before it, by a sensor that moved little.
+    SRF_START_SEQUENCE = 3,
 }
 
 /// Whether the object turned on a table while the sensor stood still: then only turns about one axis are looked for, unless none is found, which is said.

@@ -9,6 +9,7 @@ use crate::judge::glance;
 use crate::linear::apart;
 use crate::pair::Pair;
 use crate::reach::Bound;
+use crate::sequence::Steps;
 use crate::view::View;
 
 /// Scans that lie in one frame: their numbers and poses in it.
@@ -74,13 +75,20 @@ fn contradicts(views: &[View], first: &Group, second: &Group, motion: &DAffine3)
     through > JOINTLY * (through + touching)
 }
 
+/// Where scans can't be.
+#[derive(Clone, Copy)]
+pub(crate) struct Limit<'a> {
+    pub bound: &'a Bound,
+    pub steps: Option<&'a Steps>,
+    pub is_fixed: &'a [bool],
+}
+
 /// Groups while pairs join them.
 struct Assembly<'a> {
     views: &'a [View],
     pairs: &'a [Pair],
     groups: Vec<Option<Group>>,
-    bound: &'a Bound,
-    is_fixed: &'a [bool],
+    limit: Limit<'a>,
     group_of: Vec<usize>,
     standings: Vec<Standing>,
 }
@@ -92,8 +100,7 @@ pub(crate) fn assemble(
     views: &[View],
     pairs: &[Pair],
     groups: Vec<Group>,
-    bound: &Bound,
-    is_fixed: &[bool],
+    limit: Limit<'_>,
     is_trusted: impl Fn(&Pair) -> bool,
 ) -> (Vec<Group>, Vec<Standing>) {
     let mut group_of = vec![0; views.len()];
@@ -102,7 +109,7 @@ pub(crate) fn assemble(
     }
     let standings = vec![Standing::Unused; pairs.len()];
     let groups = groups.into_iter().map(Some).collect();
-    let mut assembly = Assembly { views, pairs, groups, bound, is_fixed, group_of, standings };
+    let mut assembly = Assembly { views, pairs, groups, limit, group_of, standings };
     let doubted = doubted(views.len(), pairs);
     let mut order: Vec<(bool, f64, usize)> = Vec::new();
     for (k, pair) in pairs.iter().enumerate() {
@@ -129,7 +136,7 @@ pub(crate) fn assemble(
             assembly.join(k, false);
         }
     }
-    if bound.binds() {
+    if limit.bound.binds() {
         let mut sliding: Vec<(f64, usize)> = (0..pairs.len())
             .filter(|&k| pairs[k].finding == Finding::Slides)
             .map(|k| (pairs[k].modes[0].verdict.score(), k))
@@ -192,8 +199,15 @@ impl Assembly<'_> {
             return;
         }
         let motion = self.motion(k);
-        if !trusted && contradicts(self.views, self.group(a), self.group(b), &motion) {
+        let is_followed = self.limit.steps.is_some_and(|steps| steps.is_followed(&self.pairs[k]));
+        if !trusted && !is_followed && contradicts(self.views, self.group(a), self.group(b), &motion) {
             self.standings[k] = Standing::SeenThrough;
+            return;
+        }
+        let groups = [self.group(a), self.group(b)];
+        let steps = self.limit.steps.filter(|_| !trusted);
+        if steps.is_some_and(|steps| steps.refuse(self.views, &self.pairs[k], groups, &motion)) {
+            self.standings[k] = Standing::Disagrees;
             return;
         }
         // The frame of fixed scans, which come first, stays.
@@ -204,7 +218,7 @@ impl Assembly<'_> {
         let moved = members(gone).iter().map(|&(scan, pose)| (scan, motion * pose));
         let joined: Vec<(usize, DAffine3)> = members(kept).iter().copied().chain(moved).collect();
         let slack = |scan: usize| AGREE * self.views[scan].coarse.cell;
-        if !trusted && !self.bound.allows_all(self.views, &joined, self.is_fixed, slack) {
+        if !trusted && !self.limit.bound.allows_all(self.views, &joined, self.limit.is_fixed, slack) {
             self.standings[k] = Standing::Beyond;
             return;
         }

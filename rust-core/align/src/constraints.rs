@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::params::{AlignParams, Turntable};
+use crate::params::{AlignParams, Start, Turntable};
 use crate::view::View;
 use base::error::{Error, Result, Shown};
 
@@ -188,7 +188,8 @@ impl Constraints {
         let is_turned = params.turntable != Turntable::No || self.axis.is_some() || angles.is_some();
         let angles = angles.map(|angles| order.iter().map(|&number| angles[number]).collect());
         let turned = is_turned.then_some(Told { axis: self.axis, angles });
-        Inside { is_fixed, picks, trusted, rejected, turned }
+        let sequence = (params.start == Start::Sequence).then(|| inside_of.clone());
+        Inside { is_fixed, picks, trusted, rejected, turned, sequence }
     }
 }
 
@@ -199,6 +200,8 @@ pub(crate) struct Inside {
     pub trusted: Vec<[usize; 2]>,
     pub rejected: Vec<[usize; 2]>,
     pub turned: Option<Told>,
+    /// The scans in the order they were taken in, where each follows the one before.
+    pub sequence: Option<Vec<usize>>,
 }
 
 /// What is known of a turntable.

@@ -17,6 +17,8 @@ pub(crate) enum Finding {
     SeenThrough,
     /// What both scans hold stands still before the sensor, but they differ elsewhere.
     Background,
+    /// They share hardly more than walls, which fit other walls as well.
+    Walls,
     /// They fit, but may turn or slide.
     Slides,
     /// They fit in several places.

@@ -40,7 +40,7 @@ pub(crate) struct Like {
 
 impl Like {
     pub fn of(views: [&View; 2], m: &Match) -> Self {
-        Like::of_features(views, views.map(|view| &view.features), m)
+        Like::of_features(views, views.map(|view| view.features()), m)
     }
 
     pub fn of_features(views: [&View; 2], features: [&Features; 2], m: &Match) -> Self {

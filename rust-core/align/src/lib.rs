@@ -2,8 +2,8 @@
 //!
 //! Steps, each a file: a scan's surface by few points and by more (`level`), what its sensor saw through (`sight`); what looks like
 //! what (`features`, `correspond`); which scans may touch (`retrieve`); motions that many like points agree on (`hypothesise`),
-//! made exact (`refine`), judged (`judge`) and found sure or not (`finding`; not where a scan repeats itself, `symmetries`), on a
-//! turntable about its axis (`turntable`), by colours where shape leaves it open (`tint`, `coloured`), near poses that are rough
+//! made exact (`refine`), judged (`judge`) and found sure or not (`finding`; not where a scan repeats itself, `symmetries`, nor where walls
+//! alone fit, `walls`), from frame to frame of a recording (`sequence`), on a turntable about its axis (`turntable`), by colours where shape leaves it open (`tint`, `coloured`), near poses that are rough
 //! (`reach`); groups (`assemble`); all poses at once (`relax`) and how far they may be off (`uncertainty`); what no pose explains (`misfit`); what is said (`report`:
 //! `summary`, `words`). One scan alone, by hand: `snap`.
 //!
@@ -32,6 +32,7 @@ mod relax;
 mod report;
 mod retrieve;
 mod search;
+mod sequence;
 mod sight;
 mod snap;
 mod solve;
@@ -41,6 +42,7 @@ mod tint;
 mod turntable;
 mod uncertainty;
 mod view;
+mod walls;
 mod words;
 
 use glam::{DAffine3, DVec3};

@@ -13,6 +13,7 @@ use crate::reach::Bound;
 use crate::refine::{Both, Reach};
 use crate::symmetries::symmetries;
 use crate::view::View;
+use crate::walls::beside_walls;
 
 /// Hypotheses refined roughly by a quick search, and of these refined wholly; a thorough one takes more of both.
 const ROUGH: usize = 6;
@@ -93,8 +94,16 @@ impl Pair {
         if matches!(pair.finding, Finding::Sure | Finding::Weak) && stands_still(both, &pair.modes[0]) {
             pair.finding = Finding::Background;
         }
+        if !bound.binds()
+            && matches!(pair.finding, Finding::Sure | Finding::Weak | Finding::Ambiguous)
+            && !pair.modes.iter().any(|mode| stands_still(both, mode))
+            && let Some((mode, finding)) = beside_walls(both, &pair.modes, limits)
+        {
+            pair.modes.sort_by_key(|other| other.a_from_b != mode.a_from_b);
+            pair.finding = finding;
+        }
         if limits.use_colour
-            && matches!(pair.finding, Finding::Slides | Finding::Weak | Finding::Ambiguous)
+            && matches!(pair.finding, Finding::Slides | Finding::Weak | Finding::Ambiguous | Finding::Walls)
             && coloured::can_tell(both)
             && let Some(mode) = coloured::place(both, &pair.modes, limits).filter(is_allowed)
         {
@@ -126,7 +135,7 @@ fn rough_modes(both: [&View; 2], effort: Effort, is_allowed: impl Fn(&DAffine3) 
         return Vec::new();
     }
     let cell = first.coarse.cell.max(second.coarse.cell);
-    let likes: Vec<Like> = correspond(&first.features, &second.features).iter().map(|m| Like::of(both, m)).collect();
+    let likes: Vec<Like> = correspond(first.features(), second.features()).iter().map(|m| Like::of(both, m)).collect();
     let radius = first.reduced.radius.min(second.reduced.radius);
     let mut found: Vec<(f64, DAffine3)> = Vec::new();
     let samples = both.map(|view| view.coarse.spread(FEW));

@@ -9,6 +9,8 @@ base::choices! {
         Unknown = "unknown" "Unknown",
         /// They are near where they belong: no scan is placed further from its pose than `reach`.
         Rough = "rough" "Rough",
+        /// Nothing, but each scan was taken a moment after the one before it, by a sensor that moved little.
+        Sequence = "sequence" "Sequence",
     }
 }
 

@@ -47,7 +47,7 @@ base::choices! {
         Background = "background" "Background",
         /// They fit by themselves, but other scans' sensors saw through there: not used.
         SeenThrough = "seen_through" "Seen through",
-        /// They fit by themselves, but other pairs, that fit better, or rough poses say otherwise: not used.
+        /// They fit by themselves, but other pairs, that fit better, rough poses or the order of a recording say otherwise: not used.
         Disagrees = "disagrees" "Disagrees with others",
         /// The caller rejected it.
         Rejected = "rejected" "Rejected",

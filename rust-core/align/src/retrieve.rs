@@ -16,9 +16,13 @@ const VOTES: usize = 6;
 /// How often points of one scan look most like points of the other: a row a scan. O((scans x samples)^2).
 pub(crate) fn likeness(views: &[View], progress: &Progress<'_>) -> Result<Vec<Vec<f64>>> {
     let samples = SAMPLES.min(ALL_SAMPLES / views.len()).max(10);
+    views.par_iter().try_for_each(|view| {
+        view.features();
+        progress.check()
+    })?;
     let mut entries: Vec<(usize, &Descriptor)> = Vec::new();
     for (scan, view) in views.iter().enumerate() {
-        let all = &view.features.descriptors;
+        let all = &view.features().descriptors;
         let step = (all.len() as f64 / samples as f64).max(1.0);
         let picked = (all.len() as f64 / step) as usize;
         entries.extend((0..picked).map(|k| (scan, &all[((k as f64 + 0.5) * step) as usize])));

@@ -2,11 +2,12 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::TAU;
+use std::sync::OnceLock;
 
 use glam::DAffine3;
 use rayon::prelude::*;
 
-use crate::assemble::{Group, Standing, apart_at_first, assemble};
+use crate::assemble::{Group, Limit, Standing, apart_at_first, assemble};
 use crate::constraints::{Inside, Told};
 use crate::finding::{Finding, Limits};
 use crate::hypothesise::Effort;
@@ -14,6 +15,7 @@ use crate::pair::Pair;
 use crate::params::AlignParams;
 use crate::reach::{Bound, ROUGH_REACH};
 use crate::retrieve::likeness;
+use crate::sequence::{Steps, followed};
 use crate::turntable::Table;
 use crate::view::View;
 use base::error::Result;
@@ -23,6 +25,8 @@ use geom::horn::Horn;
 /// Partners of each scan that are tried first, and of each group in each round after that.
 const FIRST: usize = 5;
 const OF_GROUP: usize = 24;
+/// Partners of each piece of a recording: the frames of one show the same.
+const OF_PIECE: usize = 6;
 /// Up to so many scans all pairs between groups are searched in the end, if need be.
 const FEW_SCANS: usize = 40;
 /// Rounds of joining groups.
@@ -43,10 +47,14 @@ struct Search<'a, 'p> {
     limits: Limits,
     bound: &'a Bound,
     progress: &'a Progress<'p>,
+    /// How much scans look like each other; found when first asked for.
+    likeness: OnceLock<Vec<Vec<f64>>>,
     pairs: BTreeMap<[usize; 2], Pair>,
     /// Those that were searched thoroughly.
     thorough: BTreeSet<[usize; 2]>,
     table: Option<Table>,
+    /// How far the sensor moves from frame to frame, of a recording.
+    steps: Option<Steps>,
 }
 
 /// Finds pairs and joins them to groups.
@@ -64,11 +72,12 @@ pub(crate) fn search(
         limits,
         bound,
         progress,
+        likeness: OnceLock::new(),
         pairs: BTreeMap::new(),
         thorough: BTreeSet::new(),
         table: None,
+        steps: None,
     };
-    let likeness = likeness(views, progress)?;
     let count = views.len();
     progress.stage(1, (count * (count - 1) / 2).min(count * OF_GROUP) as u64);
     search.told()?;
@@ -77,19 +86,27 @@ pub(crate) fn search(
     }
     let alone: Vec<usize> = (0..count).collect();
     if let Some(told) = &inside.turned {
-        search.turned(told, &likeness)?;
+        search.turned(told)?;
     }
-    search.round(likeliest(&likeness, &alone, FIRST, |_| true), Effort::Quick)?;
+    match &inside.sequence {
+        Some(frames) => search.followed(frames)?,
+        None => search.round(likeliest(search.likeness()?, &alone, FIRST, |_| true), Effort::Quick)?,
+    }
     let mut found = search.joined();
     for effort in [Effort::Quick, Effort::Thorough] {
         for _ in 0..ROUNDS {
             if found.0.len() == 1 {
                 break;
             }
-            let most = if count <= FEW_SCANS { usize::MAX } else { OF_GROUP };
+            let most = match (&inside.sequence, count) {
+                (Some(_), _) => OF_PIECE,
+                (None, ..=FEW_SCANS) => usize::MAX,
+                (None, _) => OF_GROUP,
+            };
             let group_of = numbers(&found.0, count);
-            let wanted =
-                likeliest(&likeness, &group_of, most, |pair| search.is_open(*pair) && search.is_new(*pair, effort));
+            let wanted = likeliest(search.likeness()?, &group_of, most, |pair| {
+                search.is_open(*pair) && search.is_new(*pair, effort)
+            });
             if wanted.is_empty() {
                 break;
             }
@@ -151,6 +168,14 @@ fn numbers(groups: &[Group], count: usize) -> Vec<usize> {
 }
 
 impl Search<'_, '_> {
+    fn likeness(&self) -> Result<&[Vec<f64>]> {
+        if let Some(found) = self.likeness.get() {
+            return Ok(found);
+        }
+        let found = likeness(self.views, self.progress)?;
+        Ok(self.likeness.get_or_init(|| found))
+    }
+
     fn round(&mut self, wanted: Vec<[usize; 2]>, effort: Effort) -> Result<()> {
         let (views, limits, bound) = (self.views, self.limits, self.bound);
         let wanted: Vec<[usize; 2]> = wanted.into_iter().filter(|pair| self.is_new(*pair, effort)).collect();
@@ -197,11 +222,26 @@ impl Search<'_, '_> {
         !both_fixed && !self.inside.rejected.contains(&[a, b])
     }
 
-    fn joined(&self) -> (Vec<Group>, Vec<Standing>) {
+    fn joined(&mut self) -> (Vec<Group>, Vec<Standing>) {
         let pairs: Vec<Pair> = self.pairs.values().cloned().collect();
-        let groups = apart_at_first(self.views, &self.inside.is_fixed);
         let is_trusted = |pair: &Pair| self.inside.is_trusted(pair.a, pair.b);
-        assemble(self.views, &pairs, groups, self.bound, &self.inside.is_fixed, is_trusted)
+        let assemble = |steps: Option<&Steps>| {
+            let groups = apart_at_first(self.views, &self.inside.is_fixed);
+            let limit = Limit { bound: self.bound, steps, is_fixed: &self.inside.is_fixed };
+            assemble(self.views, &pairs, groups, limit, is_trusted)
+        };
+        let (groups, standings) = assemble(self.steps.as_ref());
+        let is_wrong = |(pair, standing): (&Pair, &Standing)| {
+            pair.finding == Finding::Sure && *standing == Standing::Disagrees && !is_trusted(pair)
+        };
+        let repeats = pairs.iter().zip(&standings).any(is_wrong);
+        match &mut self.steps {
+            Some(steps) if repeats && !steps.repeats => {
+                steps.repeats = true;
+                assemble(self.steps.as_ref())
+            }
+            _ => (groups, standings),
+        }
     }
 
     /// Pairs that the caller names.
@@ -215,10 +255,10 @@ impl Search<'_, '_> {
     }
 
     /// Finds the turntable's axis where it is not given, by pairs that need none, and takes these for what they are on it.
-    fn turned(&mut self, told: &Told, likeness: &[Vec<f64>]) -> Result<()> {
+    fn turned(&mut self, told: &Told) -> Result<()> {
         let alone: Vec<usize> = (0..self.views.len()).collect();
         for most in [FIRST, OF_GROUP] {
-            self.round(likeliest(likeness, &alone, most, |_| true), Effort::Quick)?;
+            self.round(likeliest(self.likeness()?, &alone, most, |_| true), Effort::Quick)?;
             let pairs: Vec<&Pair> = self.pairs.values().collect();
             self.table = Table::find(told, self.views, &pairs);
             if self.table.is_some() {
@@ -236,6 +276,15 @@ impl Search<'_, '_> {
         let wanted: Vec<[usize; 2]> =
             neighbours.into_iter().filter(|pair| self.pairs.get(pair).is_none_or(|pair| !is_told(pair))).collect();
         self.add(&wanted, |a, b| Some(table.pair(views, a, b, bound, &limits)))
+    }
+
+    /// Frames of a recording, each beside the next.
+    fn followed(&mut self, frames: &[usize]) -> Result<()> {
+        let mut found = followed(self.views, frames, &self.limits, self.progress)?;
+        found.retain(|pair| self.is_open([pair.a, pair.b]) && !self.pairs.contains_key(&[pair.a, pair.b]));
+        self.steps = Some(Steps::new(self.views, frames, &found));
+        self.pairs.extend(found.into_iter().map(|pair| ([pair.a, pair.b], pair)));
+        Ok(())
     }
 
     /// Pairs that touch, or nearly do, where the scans lie as they are given.

@@ -35,6 +35,8 @@ pub(crate) struct Solved {
     pub rejected: Vec<[usize; 2]>,
     pub trusted: Vec<[usize; 2]>,
     pub picks: Vec<Pick>,
+    /// The scans in the order of the recording, where they were followed.
+    pub sequence: Option<Vec<usize>>,
     pub bound: Bound,
     /// Whether there was a turntable, and where, if it was found.
     pub is_turned: bool,
@@ -157,6 +159,7 @@ pub(crate) fn solve(views: &[View], params: &AlignParams, inside: &Inside, progr
         rejected: inside.rejected.clone(),
         trusted: inside.trusted.clone(),
         picks: inside.picks.clone(),
+        sequence: inside.sequence.clone(),
         bound,
         is_turned: inside.turned.is_some(),
         table,
@@ -168,6 +171,11 @@ fn held(known: &Known<'_>, group: &Group, progress: &Progress<'_>) -> Result<Vec
     let Known { views, inside, limits, .. } = *known;
     let (solved, links) = settle(known, group, progress)?;
     if let Some(parts) = within_reach(known, &solved, progress)? {
+        return Ok(parts);
+    }
+    if inside.sequence.is_some()
+        && let Some(parts) = without_worst(known, &solved, &links, progress)?
+    {
         return Ok(parts);
     }
     let holds = |(link, verdict): &&(Link, Verdict)| {
@@ -205,6 +213,36 @@ fn held(known: &Known<'_>, group: &Group, progress: &Progress<'_>) -> Result<Vec
     }
     Ok(all)
 }
+
+/// A group without the frame that the others see through most, and that frame by itself; `None` where none is seen through by much.
+fn without_worst(
+    known: &Known<'_>,
+    solved: &SolvedGroup,
+    links: &[(Link, Verdict)],
+    progress: &Progress<'_>,
+) -> Result<Option<Vec<Settled>>> {
+    let share = |scan: usize| {
+        let own = links.iter().filter(|(link, _)| link.a == scan || link.b == scan);
+        let sums = own.fold((0.0, 0.0), |sum, (_, verdict)| {
+            (sum.0 + verdict.through[0] + verdict.through[1], sum.1 + verdict.touching())
+        });
+        sums.0 / (sums.0 + sums.1).max(f64::MIN_POSITIVE)
+    };
+    let is_told = |scan: usize| {
+        let told = known.inside.trusted.iter().chain(known.inside.picks.iter().map(|pick| &pick.scans));
+        known.inside.is_fixed[scan] || told.into_iter().any(|pair| pair.contains(&scan))
+    };
+    let shares = solved.members.iter().map(|member| (share(member.0), member.0)).filter(|(_, scan)| !is_told(*scan));
+    let worst = shares.max_by(|x, y| x.0.total_cmp(&y.0).then(y.1.cmp(&x.1)));
+    let Some((_, worst)) = worst.filter(|(share, _)| *share > SEEN_THROUGH) else { return Ok(None) };
+    let (rest, out): (Vec<_>, Vec<_>) = solved.members.iter().copied().partition(|member| member.0 != worst);
+    let mut all = held(known, &Group { members: rest }, progress)?;
+    all.push(settle(known, &Group { members: out }, progress)?);
+    Ok(Some(all))
+}
+
+/// Of what a frame's neighbours can tell, the share that may speak against where it lies.
+const SEEN_THROUGH: f64 = 0.03;
 
 /// A group whose scans do not all lie within reach of where they were given, as those that do and those that don't: these may fit each
 /// other where they were given. `None` if all do.
@@ -366,7 +404,7 @@ fn motion(net: &Net<'_>, link: Link) -> Option<DAffine3> {
 }
 
 /// Share of a few samples of one that lie near the other.
-fn touching_share([a, b]: [&View; 2], motion: &DAffine3) -> f64 {
+pub(crate) fn touching_share([a, b]: [&View; 2], motion: &DAffine3) -> f64 {
     if motion.translation.length() >= a.reduced.radius + b.reduced.radius {
         return 0.0;
     }

@@ -172,7 +172,7 @@ fn state_of(pair: &Pair, standing: Standing) -> PairState {
         (_, Standing::SeenThrough) => PairState::SeenThrough,
         (_, Standing::Disagrees | Standing::Beyond) => PairState::Disagrees,
         // Sure by itself, but not believed: its scans fit most others in several places.
-        (Finding::Ambiguous, _) | (Finding::Sure, Standing::Unused) => PairState::Ambiguous,
+        (Finding::Ambiguous | Finding::Walls, _) | (Finding::Sure, Standing::Unused) => PairState::Ambiguous,
         (Finding::Sure, _) | (Finding::Weak, Standing::Joins | Standing::Agrees) => PairState::Fits,
         (Finding::Slides | Finding::Weak, _) => PairState::Slides,
         (Finding::Background, _) => PairState::Background,

@@ -48,7 +48,7 @@ pub(crate) fn symmetries(view: &View) -> Vec<DAffine3> {
 /// Motions by points that look alike, the best first.
 fn by_likeness(view: &View) -> Vec<DAffine3> {
     let cell = view.coarse.cell;
-    let likes: Vec<Like> = repeats(&view.features, &view.coarse.points, OTHER_PLACE * cell)
+    let likes: Vec<Like> = repeats(view.features(), &view.coarse.points, OTHER_PLACE * cell)
         .iter()
         .map(|m| Like::of([view, view], m))
         .collect();

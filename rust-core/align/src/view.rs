@@ -10,6 +10,7 @@ use crate::features::Features;
 use crate::level::Level;
 use crate::sight::DepthMap;
 use crate::tint::tints;
+use crate::walls::walls;
 use base::error::{Error, Result};
 use base::magnitude;
 use base::progress::Progress;
@@ -124,7 +125,10 @@ pub(crate) fn coarse_cell<'r>(scans: impl Iterator<Item = &'r Reduced>) -> f64 {
 pub(crate) struct View {
     pub reduced: Reduced,
     pub coarse: Level,
-    pub features: Features,
+    /// What looks like what; found when first asked for.
+    features: OnceLock<Features>,
+    /// Which points of the finer level are of walls; found when first asked for.
+    walls: OnceLock<Vec<bool>>,
     /// Motions that lay the scan on itself; found when first asked for.
     pub symmetries: OnceLock<Vec<DAffine3>>,
     /// What is coloured alike; found when first asked for.
@@ -138,12 +142,20 @@ impl View {
         let areas: Vec<DVec3> = fine.normals.iter().zip(&fine.areas).map(|(&n, &a)| n * a).collect();
         let tints = (!fine.tints.is_empty()).then_some(&fine.tints.values[..]);
         let coarse = Level::new(&fine.points, &areas, tints, cell);
-        let features = Features::new(&coarse);
-        View { reduced, coarse, features, symmetries: OnceLock::new(), colour_features: OnceLock::new() }
+        let [features, colour_features] = [OnceLock::new(), OnceLock::new()];
+        View { reduced, coarse, features, walls: OnceLock::new(), symmetries: OnceLock::new(), colour_features }
     }
 
     pub fn fine(&self) -> &Level {
         &self.reduced.fine
+    }
+
+    pub fn features(&self) -> &Features {
+        self.features.get_or_init(|| Features::new(&self.coarse))
+    }
+
+    pub fn walls(&self) -> &[bool] {
+        self.walls.get_or_init(|| walls(self.fine()))
     }
 
     pub fn sight(&self) -> Option<&DepthMap> {

@@ -78,7 +78,8 @@ pub(crate) fn reason(
         let there = too_far(*moved, solved.bound.reach(k));
         return Ok(format!("it fits other scans {there}: check its pose, or raise reach"));
     }
-    if let Some(text) = nearly(views, solved, names, k, progress)? {
+    let has_walls = of_scan().any(|pair| pair.finding == Finding::Walls);
+    if !has_walls && let Some(text) = nearly(views, solved, names, k, progress)? {
         return Ok(joined(text));
     }
     let telling = of_scan().filter_map(|pair| Some((pair, why_not(views, solved, pair, other(pair))?)));
@@ -140,6 +141,13 @@ fn why_not(views: &[View], solved: &Solved, pair: &Pair, other: &str) -> Option<
             "it fits {other:?} in {} places, and no other scan decides: give it a rough pose, or a pair of points that both show",
             pair.places(views, &solved.limits)
         )),
+        Finding::Walls => {
+            let order = if solved.sequence.is_some() { "" } else { "align the recording as a sequence, " };
+            Some(format!(
+                "it shares hardly more than walls, floor or ceiling with {other:?}, which fit in other places as well: {order}give it a rough pose, or \
+                 scan more of what stands in the room"
+            ))
+        }
         Finding::Weak => Some(format!(
             "it fits {other:?}, but so little holds it that another scan must say the same, and none does: scan more around it"
         )),
@@ -277,6 +285,7 @@ pub(crate) fn say(
                 .to_owned(),
         );
     }
+    report.messages.extend(lost(names, scans, solved));
     report.messages.extend(told(views, names, solved));
     if let Some(group) = solved.groups.first() {
         let causes = group.members.par_iter().map(|&(k, pose)| {
@@ -292,6 +301,34 @@ pub(crate) fn say(
     }
     Ok(())
 }
+
+/// Where track of a recording was lost, and whether it was found again.
+fn lost(names: &[&str], scans: &[AlignedScan], solved: &Solved) -> Vec<String> {
+    let frames = solved.sequence.as_deref().unwrap_or_default();
+    let mut said: Vec<String> = Vec::new();
+    for [before, after] in frames.windows(2).map(|two| [two[0], two[1]]) {
+        let is_of_both = |pair: &&Pair| [pair.a, pair.b] == [before.min(after), before.max(after)];
+        let why = match solved.pairs.iter().find(is_of_both).map(|pair| pair.finding) {
+            Some(Finding::Sure | Finding::Weak) => continue,
+            Some(Finding::Slides) => "what both show can turn or slide",
+            Some(Finding::Loose) => "what both show lies further apart than noise explains",
+            Some(Finding::SeenThrough | Finding::Background) => "something moved, or one shows another place",
+            _ => "they share too little",
+        };
+        let is_found = scans[before].group.is_some() && scans[before].group == scans[after].group;
+        let then = if is_found { "other frames say how they lie" } else { "they are not in one group" };
+        said.push(format!("track was lost between {:?} and {:?}: {why}; {then}", names[before], names[after]));
+    }
+    let more = said.len().saturating_sub(MOST_LOST);
+    said.truncate(MOST_LOST);
+    if more > 0 {
+        said.push(format!("track was lost {more} more times"));
+    }
+    said
+}
+
+/// Places where track was lost that are named.
+const MOST_LOST: usize = 5;
 
 /// The ways in words: "turn about the axis (0, 0, 1)".
 fn ways(free: &[Freedom]) -> String {
@@ -352,7 +389,7 @@ fn told(views: &[View], names: &[&str], solved: &Solved) -> Vec<String> {
         let what = match (pair_of(a, b).map(|pair| pair.finding), link) {
             (None | Some(Finding::Nothing), _) | (_, None) => "do not touch",
             (_, Some(link)) if link.is_off() => "do not fit exactly",
-            (Some(Finding::Ambiguous), _) => "fit in several places: the likeliest was taken",
+            (Some(Finding::Ambiguous | Finding::Walls), _) => "fit in several places: the likeliest was taken",
             (Some(Finding::Slides), _) => "may turn or slide on each other",
             (Some(Finding::Loose | Finding::SeenThrough | Finding::Little | Finding::Background), _) => {
                 "fit badly: one of many places was taken"

@@ -8,6 +8,7 @@ mod painted;
 mod reach;
 mod rooms;
 mod scans;
+mod sequence;
 mod told;
 mod turntable;
 

@@ -14,7 +14,7 @@ use surfrecon_align::{AlignParams, Alignment, Constraints, ScanState, Start, run
 use crate::scans::{around, errors, placed, sources, statue};
 
 /// A part turned about z, then moved, added to a scene.
-fn add(scene: &mut TriMesh, part: &TriMesh, turn: f64, to: DVec3, is_inside_out: bool) {
+pub fn add(scene: &mut TriMesh, part: &TriMesh, turn: f64, to: DVec3, is_inside_out: bool) {
     let base = scene.positions.len() as u32;
     scene.positions.extend(part.positions.iter().map(|p| DQuat::from_rotation_z(turn) * *p + to));
     let corners = |t: &[u32; 3]| if is_inside_out { [t[0], t[2], t[1]] } else { *t };
@@ -45,21 +45,29 @@ pub fn room(seed: u64, things: usize) -> TriMesh {
 }
 
 /// What a camera sees that turns once in the room.
-pub fn tour(room: &TriMesh, count: usize, (rows, cols): (usize, usize), noise: f64) -> Vec<RangeImage> {
-    let bvh = Bvh::build(&room.positions, &room.triangles, 0).unwrap();
-    let seen = |k: usize| {
+pub fn tour(room: &TriMesh, count: usize, size: (usize, usize), noise: f64) -> Vec<RangeImage> {
+    let place = |k: usize| {
         let turn = std::f64::consts::TAU * k as f64 / count as f64;
         let at = |along: DVec3| DVec3::new(along.x * turn.cos(), along.y * turn.sin(), along.z);
         let eye = at(DVec3::new(1.0, 0.7, 1.35)) + 0.15 * DVec3::Z * (2.0 * turn).sin();
         let ahead = turn + 0.5;
-        let target = DVec3::new(2.4 * ahead.cos(), 2.0 * ahead.sin(), 0.8 + 0.3 * (3.0 * turn).sin());
+        (eye, DVec3::new(2.4 * ahead.cos(), 2.0 * ahead.sin(), 0.8 + 0.3 * (3.0 * turn).sin()))
+    };
+    film(room, &(0..count).map(place).collect::<Vec<_>>(), size, noise)
+}
+
+/// What a camera sees from eyes, looking at targets.
+pub fn film(room: &TriMesh, places: &[(DVec3, DVec3)], (rows, cols): (usize, usize), noise: f64) -> Vec<RangeImage> {
+    let bvh = Bvh::build(&room.positions, &room.triangles, 0).unwrap();
+    let seen = |k: usize| {
+        let (eye, target) = places[k];
         let camera = Camera::pinhole(rows, cols, 1.2, eye, target, DVec3::Z).unwrap();
         let params = ScanParams { noise, seed: k as u64, threads: 1, ..ScanParams::default() };
         let mut image = scan(room, &bvh, &camera, &params, &Progress::none()).unwrap();
         image.name = format!("frame {k}");
         image
     };
-    (0..count).map(seen).collect()
+    (0..places.len()).map(seen).collect()
 }
 
 pub fn rough(images: &[RangeImage], reach: Option<f64>, constraints: &Constraints) -> Alignment {

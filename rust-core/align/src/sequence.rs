@@ -1,0 +1,176 @@
+//! Frames of a recording, which follow each other: each is compared with the next, near where it would lie had the sensor stood still.
+//!
+//! Neighbours overlap and differ by a small motion, so that ICP from rest finds it, and no other place where they fit is looked for. Where
+//! that fails, the motion before or after is tried, then the next frame but one; then track is lost. Pieces of the recording are joined like
+//! any scans, but in their order, and only where the sensor would not have to leap ([`Steps`]).
+
+use std::collections::BTreeSet;
+
+use glam::DAffine3;
+use rayon::prelude::*;
+
+use crate::assemble::Group;
+use crate::finding::{Finding, Limits};
+use crate::linear::{apart, rigid};
+use crate::pair::Pair;
+use crate::solve::touching_share;
+use crate::view::View;
+use crate::walls::{Beside, beside};
+use base::error::Result;
+use base::progress::Progress;
+
+/// Neighbours are off by this share of their radius, about.
+const REACH: f64 = 0.2;
+
+/// The pairs of frames that follow each other, `frames` in their order; where track is lost, of the next but one as well. O(frames).
+pub(crate) fn followed(
+    views: &[View],
+    frames: &[usize],
+    limits: &Limits,
+    progress: &Progress<'_>,
+) -> Result<Vec<Pair>> {
+    let steps: Vec<[usize; 2]> = frames.windows(2).map(|two| [two[0], two[1]]).collect();
+    let from_rest = steps.par_iter().map(|&step| {
+        progress.advance(1)?;
+        Ok(follow(views, step, &DAffine3::IDENTITY, limits))
+    });
+    let mut found: Vec<Pair> = from_rest.collect::<Result<_>>()?;
+    let motions: Vec<Option<DAffine3>> =
+        found.iter().zip(&steps).map(|(pair, step)| moved(views, pair, *step).filter(|_| holds(pair))).collect();
+    let motion = |k: Option<usize>| k.and_then(|k| motions.get(k).copied().flatten());
+    let lost = || (0..steps.len()).into_par_iter().filter(|&k| motions[k].is_none());
+    let again = lost().map(|k| {
+        progress.check()?;
+        let near = [motion(k.checked_sub(1)), motion(Some(k + 1))];
+        let tried = near.into_iter().flatten().map(|start| follow(views, steps[k], &start, limits));
+        Ok((k, tried.into_iter().find(holds)))
+    });
+    let again: Vec<(usize, Option<Pair>)> = again.collect::<Result<_>>()?;
+    again.into_iter().for_each(|(k, pair)| {
+        if let Some(pair) = pair {
+            found[k] = pair;
+        }
+    });
+    let lost: Vec<usize> = (0..steps.len()).filter(|&k| found[k].finding != Finding::Sure).collect();
+    let over = lost.par_iter().map(|&k| {
+        progress.check()?;
+        let mut over = Vec::new();
+        // From the frame before the step, and from its first frame.
+        for first in [k.checked_sub(1), Some(k)].into_iter().flatten().filter(|first| first + 2 < frames.len()) {
+            let usual = motion(first.checked_sub(1)).or_else(|| motion(Some(first + 2)));
+            let both = motion(Some(first)).zip(motion(Some(first + 1))).map(|(one, other)| one * other);
+            let starts = [both, usual.map(|usual| usual * usual), Some(DAffine3::IDENTITY)].into_iter().flatten();
+            let pair = [frames[first], frames[first + 2]];
+            over.extend(starts.map(|start| follow(views, pair, &start, limits)).find(holds));
+        }
+        Ok(over)
+    });
+    let over: Vec<Vec<Pair>> = over.collect::<Result<_>>()?;
+    found.extend(over.into_iter().flatten());
+    Ok(found)
+}
+
+/// The pair of two frames that follow each other, from where `first_from_second`, of the sensors' frames, has them.
+fn follow(views: &[View], [first, second]: [usize; 2], first_from_second: &DAffine3, limits: &Limits) -> Pair {
+    let (a, b) = (first.min(second), first.max(second));
+    let a_from_b = if a == first { *first_from_second } else { first_from_second.inverse() };
+    let middle = |k: usize| DAffine3::from_translation(views[k].reduced.middle);
+    let start = rigid(&(middle(a).inverse() * a_from_b * middle(b)));
+    let reach = REACH * views[a].reduced.radius.max(views[b].reduced.radius);
+    let mut pair = Pair::near(views, a, b, &start, reach, limits);
+    if holds(&pair) {
+        pair.finding = match beside([&views[a], &views[b]], &pair.modes[0]) {
+            Beside::Same => pair.finding,
+            // Walls of another place fit as well: the frame after must say the same.
+            Beside::Little => Finding::Weak,
+            Beside::Other => Finding::SeenThrough,
+        };
+    }
+    pair
+}
+
+/// The motion between the sensors of two frames that a pair of both has.
+fn moved(views: &[View], pair: &Pair, [first, _]: [usize; 2]) -> Option<DAffine3> {
+    let middle = |k: usize| DAffine3::from_translation(views[k].reduced.middle);
+    let a_from_b = pair.modes.first()?.a_from_b;
+    let between = middle(pair.a) * a_from_b * middle(pair.b).inverse();
+    Some(if pair.a == first { between } else { between.inverse() })
+}
+
+/// Whether a pair holds two frames together.
+fn holds(pair: &Pair) -> bool {
+    matches!(pair.finding, Finding::Sure | Finding::Weak)
+}
+
+/// What a recording says of where its frames may lie.
+pub(crate) struct Steps {
+    /// The place of each scan in the recording.
+    place: Vec<usize>,
+    /// Pairs of frames that were followed from one to the next.
+    followed: BTreeSet<[usize; 2]>,
+    /// The places from which a frame was followed to the next.
+    starts: BTreeSet<usize>,
+    /// How far the sensor moves from one frame to the next, at most.
+    longest: f64,
+    /// Whether what was recorded repeats itself: then frames are only followed, and pieces of the recording stay apart.
+    pub repeats: bool,
+}
+
+/// The longest step, by the median of those that were followed, and by the radius of a frame at least.
+const LONGEST: f64 = 1.5;
+const LEAST: f64 = 0.35;
+/// Least share of a frame that lies on the one before it, whatever was between them.
+const OVERLAP: f64 = 0.1;
+
+/// A frame's place in the recording, its number, whether it is of the second of two groups, and its pose.
+type Frame = (usize, usize, bool, DAffine3);
+
+impl Steps {
+    /// Of the pairs that were followed; `frames` in their order.
+    pub fn new(views: &[View], frames: &[usize], followed: &[Pair]) -> Self {
+        let mut place = vec![0; views.len()];
+        frames.iter().enumerate().for_each(|(at, &scan)| place[scan] = at);
+        let radius = views.iter().map(|view| view.reduced.radius).fold(0.0, f64::max);
+        let held = || followed.iter().filter(|pair| holds(pair));
+        let mut lengths: Vec<f64> = held()
+            .filter_map(|pair| moved(views, pair, [pair.a, pair.b]))
+            .map(|motion| apart(&DAffine3::IDENTITY, &motion, radius))
+            .collect();
+        lengths.sort_by(f64::total_cmp);
+        let usual = lengths.get(lengths.len() / 2).copied().unwrap_or(0.0);
+        let longest = (LONGEST * usual).max(LEAST * radius);
+        let starts = held().map(|pair| place[pair.a].min(place[pair.b])).collect();
+        let followed = held().map(|pair| [pair.a, pair.b]).collect();
+        Steps { place, followed, starts, longest, repeats: false }
+    }
+
+    /// Whether a pair is of frames that were followed from one to the next.
+    pub fn is_followed(&self, pair: &Pair) -> bool {
+        self.followed.contains(&[pair.a, pair.b])
+    }
+
+    /// Whether a pair that would join two groups, the second moved, is not to be believed: the sensor would have to leap from a frame of
+    /// one to the next of the other, further than it does elsewhere or out of sight of what it saw before; or what was recorded repeats
+    /// itself.
+    pub fn refuse(&self, views: &[View], pair: &Pair, [first, second]: [&Group; 2], motion: &DAffine3) -> bool {
+        if self.is_followed(pair) {
+            return false;
+        }
+        let one = first.members.iter().map(|&(scan, pose)| (self.place[scan], scan, false, pose));
+        let other = second.members.iter().map(|&(scan, pose)| (self.place[scan], scan, true, *motion * pose));
+        let mut all: Vec<Frame> = one.chain(other).collect();
+        all.sort_by_key(|frame| frame.0);
+        let leaps = |a: &Frame, b: &Frame| {
+            let [from, to] =
+                [a, b].map(|(_, k, _, pose)| *pose * DAffine3::from_translation(-views[*k].reduced.middle));
+            let both = [&views[a.1], &views[b.1]];
+            apart(&from, &to, both[0].reduced.radius) > self.longest * (b.0 - a.0) as f64
+                || touching_share(both, &(a.3.inverse() * b.3)) < OVERLAP
+        };
+        // Pieces come together in their order: what was followed between two of them says where these are.
+        let is_next =
+            |a: &Frame, b: &Frame| self.starts.range(a.0 + 1..b.0.max(a.0 + 1)).next().is_none_or(|&at| at + 1 >= b.0);
+        let mut meet = all.windows(2).filter(|two| two[0].2 != two[1].2);
+        self.repeats || !meet.clone().any(|two| is_next(&two[0], &two[1])) || meet.any(|two| leaps(&two[0], &two[1]))
+    }
+}

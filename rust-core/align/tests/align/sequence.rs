@@ -1,0 +1,163 @@
+//! Recordings without poses: frames in the order they were taken in.
+
+use glam::DVec3;
+use image::RangeImage;
+use mesh::shapes::Shape;
+use surfrecon_align::{AlignParams, AlignReport, Alignment, Constraints, Start, run};
+
+use crate::reach::{add, lines, room, tour};
+use crate::rooms::{corridor, office, twins, walk};
+use crate::scans::{errors, sources, without_poses};
+use base::progress::Progress;
+
+const SIZE: (usize, usize) = (60, 80);
+
+fn followed(images: &[RangeImage], threads: usize) -> Alignment {
+    let params = AlignParams { start: Start::Sequence, threads, ..AlignParams::default() };
+    run(&sources(&without_poses(images)), &params, &Constraints::default(), &Progress::none()).unwrap()
+}
+
+/// How many are placed; none of them wrongly: by more than 2 spacings of its samples, and than what is said it may be off.
+fn placed(images: &[RangeImage], alignment: &Alignment) -> usize {
+    let off = errors(images, alignment);
+    println!("{} of {} placed: {off:.2?}", off.iter().flatten().count(), off.len());
+    let said = alignment.report.scans.iter().map(|scan| 6.0 * scan.deviation / scan.spacing);
+    let is_right = |(off, said): (&Option<f64>, f64)| off.is_none_or(|off| off < said.max(2.0));
+    assert!(off.iter().zip(said).all(is_right), "{off:?} {}", lines(alignment));
+    off.iter().flatten().count()
+}
+
+fn named(image: &RangeImage, name: &str) -> RangeImage {
+    let mut image = image.clone();
+    name.clone_into(&mut image.name);
+    image
+}
+
+#[test]
+fn a_whole_turn_is_followed_and_closed() {
+    let images = tour(&room(11, 14), 30, SIZE, 0.004);
+    let alignment = followed(&images, 0);
+    assert_eq!(placed(&images, &alignment), 30, "{}", lines(&alignment));
+    assert!(alignment.report.messages.iter().all(|text| !text.contains("track was lost")), "{}", lines(&alignment));
+    // The first and the last are beside each other again.
+    assert!(alignment.report.pairs.iter().any(|pair| pair.scans == [0, 29]), "{:?}", alignment.report.pairs);
+}
+
+/// Theorem: the order alone tells more than a search without it.
+#[test]
+fn rooms_of_few_things_are_followed() {
+    for seed in 0..u64::from(base::tier::cases(4)) {
+        let images = tour(&room(seed, 5), 40, SIZE, 0.004);
+        assert!(placed(&images, &followed(&images, 0)) >= 12, "{seed}");
+    }
+}
+
+#[test]
+fn rooms_that_repeat_themselves_come_in_pieces() {
+    let scenes = [office(), corridor(), twins()];
+    let (scenes, frames) = if base::tier::is_thorough() { (&scenes[..], 48) } else { (&scenes[..1], 20) };
+    for scene in scenes {
+        let mut images = walk(scene, 48, [2.5, 0.3], SIZE);
+        images.truncate(frames);
+        assert!(placed(&images, &followed(&images, 0)) >= 4);
+    }
+}
+
+#[test]
+fn threads_change_no_bit() {
+    let mut images = tour(&room(11, 14), 40, SIZE, 0.004);
+    images.truncate(12);
+    let [one, many] = [1, 4].map(|threads| followed(&images, threads));
+    assert_eq!(one.report, many.report);
+    assert_eq!(one.world_from_scan, many.world_from_scan);
+}
+
+#[test]
+fn a_gap_is_bridged_and_said() {
+    let mut images = tour(&room(11, 14), 240, SIZE, 0.004);
+    images.truncate(44);
+    images.drain(14..24);
+    let alignment = followed(&images, 0);
+    assert_eq!(placed(&images, &alignment), 34, "{}", lines(&alignment));
+}
+
+#[test]
+fn frames_in_a_wrong_order_are_not_placed_wrongly() {
+    let mut images = tour(&room(11, 14), 24, SIZE, 0.004);
+    if !base::tier::is_thorough() {
+        images.truncate(12);
+    }
+    let last = images.len() - 3;
+    images.swap(3, last);
+    assert!(placed(&images, &followed(&images, 0)) >= 6);
+}
+
+#[test]
+fn a_frame_twice_and_one_of_another_room() {
+    let mut images = tour(&room(11, 14), 60, SIZE, 0.004);
+    images.truncate(24);
+    images.insert(6, named(&images[5], "again"));
+    images[12] = named(&walk(&office(), 24, [2.5, 0.3], SIZE)[3], "another room");
+    let alignment = followed(&images, 0);
+    assert_eq!(alignment.world_from_scan[12], None, "{}", lines(&alignment));
+    assert!(alignment.report.messages.iter().any(|text| text.contains("track was lost")), "{}", lines(&alignment));
+    let without = |k: &usize| *k != 12;
+    let rest = Alignment {
+        world_from_scan: (0..25).filter(without).map(|k| alignment.world_from_scan[k]).collect(),
+        report: AlignReport {
+            scans: (0..25).filter(without).map(|k| alignment.report.scans[k].clone()).collect(),
+            ..alignment.report
+        },
+    };
+    images.remove(12);
+    assert_eq!(placed(&images, &rest), 24, "{}", lines(&rest));
+}
+
+/// A hand before the lens: a flat patch, near, and nothing else.
+#[test]
+fn a_sensor_that_is_covered_for_a_while() {
+    let mut images = tour(&room(11, 14), 60, SIZE, 0.004);
+    images.truncate(36);
+    let hand = Shape::Cuboid { half: DVec3::new(3.0, 3.0, 0.01) }.mesh(4);
+    let covered = tour(&hand, 36, SIZE, 0.002);
+    for k in 14..18 {
+        images[k] = named(&covered[k], &format!("covered {k}"));
+    }
+    let alignment = followed(&images, 0);
+    let seen = |k: &usize| !(14..18).contains(k);
+    assert!((14..18).all(|k| alignment.world_from_scan[k].is_none()), "{}", lines(&alignment));
+    let of = |all: &[RangeImage]| -> Vec<RangeImage> { (0..36).filter(seen).map(|k| all[k].clone()).collect() };
+    let rest = Alignment {
+        world_from_scan: (0..36).filter(seen).map(|k| alignment.world_from_scan[k]).collect(),
+        report: AlignReport {
+            scans: (0..36).filter(seen).map(|k| alignment.report.scans[k].clone()).collect(),
+            ..alignment.report
+        },
+    };
+    assert!(placed(&of(&images), &rest) >= 28);
+}
+
+/// Someone walks through: in each frame a pillar stands elsewhere.
+#[test]
+fn a_person_who_walks_through() {
+    let still = room(11, 14);
+    let person = Shape::Cuboid { half: DVec3::new(0.18, 0.12, 0.85) }.mesh(2);
+    let mut images = Vec::new();
+    for k in 0..30 {
+        let mut scene = still.clone();
+        if (8..20).contains(&k) {
+            let at = DVec3::new(-1.4 + 0.12 * f64::from(k), 0.3, 0.85);
+            add(&mut scene, &person, 0.3 * f64::from(k), at, false);
+        }
+        images.push(tour(&scene, 30, SIZE, 0.004).remove(k as usize));
+    }
+    assert!(placed(&images, &followed(&images, 0)) >= 20);
+}
+
+#[test]
+fn what_slides_is_said() {
+    let empty = tour(&room(3, 0), 8, SIZE, 0.004);
+    let alignment = followed(&empty, 0);
+    assert!(placed(&empty, &alignment) <= 4, "{}", lines(&alignment));
+    assert!(alignment.report.messages.iter().any(|text| text.contains("track was lost")), "{}", lines(&alignment));
+}
