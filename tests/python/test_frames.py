@@ -94,6 +94,14 @@ def test_frames_go_where_scans_go(recording):
     assert all(isinstance(scan, surfrecon.Frame) for scan in aligned.scans)
 
 
+def test_frames_in_their_order_need_no_poses(recording):
+    frames = surfrecon.open(recording)
+    aligned = surfrecon.align(frames, start="sequence")
+    told = [text for text in aligned.report.messages if text.startswith("track was lost between")]
+    assert len(aligned.world_from_scan) == len(frames)
+    assert told or all(pose is not None for pose in aligned.world_from_scan)
+
+
 def test_a_job_opens_what_open_opens(recording):
     job = surfrecon.Job.open(recording)
     frames = job.result()
