@@ -5,24 +5,13 @@ use std::collections::{BTreeMap, BTreeSet};
 use glam::DAffine3;
 
 use crate::finding::Finding;
+use crate::group::Group;
 use crate::judge::glance;
 use crate::linear::apart;
 use crate::pair::Pair;
 use crate::reach::Bound;
 use crate::sequence::Steps;
 use crate::view::View;
-
-/// Scans that lie in one frame: their numbers and poses in it.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Group {
-    pub members: Vec<(usize, DAffine3)>,
-}
-
-impl Group {
-    pub fn pose(&self, scan: usize) -> Option<DAffine3> {
-        self.members.iter().find(|member| member.0 == scan).map(|member| member.1)
-    }
-}
 
 /// What became of a pair.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

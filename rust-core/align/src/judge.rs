@@ -105,6 +105,23 @@ pub(crate) fn glance(views: [&View; 2], samples: [&[u32]; 2], a_from_b: &DAffine
     Some(verdict)
 }
 
+/// Samples that tell whether two scans may touch at all.
+const GLANCE: usize = 150;
+
+/// Share of a few samples of one that lie near the other.
+pub(crate) fn touching_share([a, b]: [&View; 2], motion: &DAffine3) -> f64 {
+    if motion.translation.length() >= a.reduced.radius + b.reduced.radius {
+        return 0.0;
+    }
+    let cell = a.coarse.cell.max(b.coarse.cell);
+    let samples = b.coarse.spread(GLANCE);
+    let touches = |k: &&u32| {
+        let at = motion.transform_point3(b.coarse.points[**k as usize]);
+        a.coarse.tree.nearest_within(at, 3.0 * cell).is_some()
+    };
+    samples.iter().filter(touches).count() as f64 / samples.len().max(1) as f64
+}
+
 /// The whole look, at one level: by nearest points with normals, and depths.
 pub(crate) fn judge(views: [&View; 2], both: &Both<'_>, a_from_b: &DAffine3, tolerance: f64) -> Verdict {
     let motions = [a_from_b.inverse(), *a_from_b];

@@ -7,9 +7,10 @@ use std::sync::OnceLock;
 use glam::DAffine3;
 use rayon::prelude::*;
 
-use crate::assemble::{Group, Limit, Standing, apart_at_first, assemble};
+use crate::assemble::{Limit, Standing, apart_at_first, assemble};
 use crate::constraints::{Inside, Told};
 use crate::finding::{Finding, Limits};
+use crate::group::Group;
 use crate::hypothesise::Effort;
 use crate::pair::Pair;
 use crate::params::AlignParams;

@@ -9,11 +9,11 @@ use std::collections::BTreeSet;
 use glam::DAffine3;
 use rayon::prelude::*;
 
-use crate::assemble::Group;
 use crate::finding::{Finding, Limits};
+use crate::group::Group;
+use crate::judge::touching_share;
 use crate::linear::{apart, rigid};
 use crate::pair::Pair;
-use crate::solve::touching_share;
 use crate::view::View;
 use crate::walls::{Beside, beside};
 use base::error::Result;

@@ -5,11 +5,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use glam::DAffine3;
 use rayon::prelude::*;
 
-use crate::assemble::{Group, Standing};
+use crate::assemble::Standing;
 use crate::coloured;
 use crate::constraints::{Inside, Pick};
 use crate::finding::{BALANCE, Finding, Limits, closest, fits};
-use crate::judge::{Verdict, judge, tolerance};
+use crate::group::Group;
+use crate::judge::{Verdict, judge, tolerance, touching_share};
 use crate::linear::{Matrix6, eigen};
 use crate::misfit::Placed;
 use crate::pair::Pair;
@@ -403,20 +404,6 @@ fn motion(net: &Net<'_>, link: Link) -> Option<DAffine3> {
     Some(net.poses[link.a]?.inverse() * net.poses[link.b]?)
 }
 
-/// Share of a few samples of one that lie near the other.
-pub(crate) fn touching_share([a, b]: [&View; 2], motion: &DAffine3) -> f64 {
-    if motion.translation.length() >= a.reduced.radius + b.reduced.radius {
-        return 0.0;
-    }
-    let cell = a.coarse.cell.max(b.coarse.cell);
-    let samples = b.coarse.spread(GLANCE);
-    let touches = |k: &&u32| {
-        let at = motion.transform_point3(b.coarse.points[**k as usize]);
-        a.coarse.tree.nearest_within(at, 3.0 * cell).is_some()
-    };
-    samples.iter().filter(touches).count() as f64 / samples.len().max(1) as f64
-}
-
 /// Those of the links where scans touch, as they lie now.
 fn links(net: &Net<'_>, among: &[Link], samples: usize, progress: &Progress<'_>) -> Result<Vec<(Link, Verdict)>> {
     let looked = among.par_iter().map(|&link| {
@@ -454,8 +441,6 @@ fn coloured(views: &[View], links: &[(Link, Verdict)], limits: &Limits) -> BTree
 /// Links of each scan that hold it, and that are looked at.
 const STRONGEST: usize = 8;
 const LOOKED_AT: usize = 24;
-/// Samples that tell whether two scans may touch at all.
-const GLANCE: usize = 150;
 
 /// Root mean square distance of the surfaces of all pairs that touch, along their normals.
 pub(crate) fn residual(views: &[View], group: &SolvedGroup, links: &[Link]) -> Option<f64> {

@@ -6,11 +6,11 @@ use std::sync::OnceLock;
 use glam::{DAffine3, DVec3};
 use rustc_hash::FxHasher;
 
+use crate::envelope::walls;
 use crate::features::Features;
 use crate::level::Level;
 use crate::sight::DepthMap;
 use crate::tint::tints;
-use crate::walls::walls;
 use base::error::{Error, Result};
 use base::magnitude;
 use base::progress::Progress;
