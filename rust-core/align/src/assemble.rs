@@ -64,7 +64,7 @@ fn contradicts(views: &[View], first: &Group, second: &Group, motion: &DAffine3)
     through > JOINTLY * (through + touching)
 }
 
-/// Where scans can't be.
+/// Limits of the places that scans may take.
 #[derive(Clone, Copy)]
 pub(crate) struct Limit<'a> {
     pub bound: &'a Bound,

@@ -102,7 +102,7 @@ fn holds(pair: &Pair) -> bool {
     matches!(pair.finding, Finding::Sure | Finding::Weak)
 }
 
-/// What a recording says of where its frames may lie.
+/// Limits that a recording sets to the places of its frames.
 pub(crate) struct Steps {
     /// The place of each scan in the recording.
     place: Vec<usize>,

@@ -125,9 +125,9 @@ pub(crate) fn coarse_cell<'r>(scans: impl Iterator<Item = &'r Reduced>) -> f64 {
 pub(crate) struct View {
     pub reduced: Reduced,
     pub coarse: Level,
-    /// What looks like what; found when first asked for.
+    /// Descriptions of its points; found when first asked for.
     features: OnceLock<Features>,
-    /// Which points of the finer level are of walls; found when first asked for.
+    /// Whether each point of the finer level is of a wall; found when first asked for.
     walls: OnceLock<Vec<bool>>,
     /// Motions that lay the scan on itself; found when first asked for.
     pub symmetries: OnceLock<Vec<DAffine3>>,

@@ -1,6 +1,6 @@
-//! What stands in a room, beside its walls, floor and ceiling: these fit each other in many places, and do not tell where a scan belongs.
+//! Rooms: walls, floor and ceiling fit each other in many places. Only the things that stand beside them tell where a scan belongs.
 //!
-//! Which points are of walls says `envelope`.
+//! The module `envelope` says of each point whether it is of a wall.
 
 use crate::finding::{Finding, Limits, RIVAL, fits};
 use crate::judge::{Mode, tolerance};
@@ -11,9 +11,8 @@ use crate::view::View;
 const MANY: usize = 2000;
 /// Where what two scans share beside walls is less than this share of all that they share, walls decide, unless ...
 const WALLED: f64 = 0.5;
-/// ... it is this share at least, and no more than this share of it and of what is seen through is seen through. In rooms like boxes, of
-/// the right pairs none had less than 0.1 or was seen through at all; of 86 wrong ones all but 4 had less than 0.08, and these were seen
-/// through by 0.06 or more.
+/// ... it is this share at least, and no more than this share of it and of what is seen through is seen through. In rooms like boxes,
+/// 11 of 159 right pairs had less than 0.08, and none was seen through. Of 86 wrong pairs 80 had less, 5 were seen through by more, and one passed.
 const TELLING: f64 = 0.08;
 const THROUGH: f64 = 0.03;
 
@@ -55,7 +54,7 @@ pub(crate) fn beside_walls(views: [&View; 2], modes: &[Mode], limits: &Limits) -
 /// through, but most stays. In another room nearly nothing does.
 const MOVED: f64 = 0.3;
 
-/// What two scans show besides walls.
+/// Comparison of what two scans show besides walls.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Beside {
     /// The same, or there are no walls.
