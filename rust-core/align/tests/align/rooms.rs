@@ -88,3 +88,12 @@ pub fn walk(scene: &TriMesh, count: usize, radii: [f64; 2], size: (usize, usize)
     };
     film(scene, &(0..count).map(place).collect::<Vec<_>>(), size, 0.004)
 }
+
+/// Theorem: pairs of frames that share walls alone join nothing.
+#[test]
+fn walls_alone_join_nothing() {
+    let images = tour(&room(0, 2), 10, (60, 80), 0.004);
+    let alignment = aligned(&without_poses(&images), &Constraints::default());
+    let off = errors(&images, &alignment);
+    assert!(off.iter().flatten().all(|off| *off < 2.0), "{off:?} {}", lines(&alignment));
+}
