@@ -16,6 +16,7 @@ import tempfile
 from pathlib import Path
 
 import align_cases
+import align_rooms
 import measured
 import numpy as np
 import table
@@ -32,12 +33,16 @@ TOOLS = {
     "small_gicp-rough": ["small_gicp", "open3d"],
     "meshlab-rough": ["pymeshlab", "open3d"],
 }
+# For things and for rooms.
+BUDGET_CPU_S = 960
 # A search of all pairs of more scans takes peers hours.
 MOST_FOR_PEERS = 40
 FOUND = ["placed", "wrong", "reason_given", "pairs_total", "pairs_found", "worst_shift_spacings"]
 FOUND += ["residual_mm", "residual_conf_mm", "nees", "snap_ms"]
+# What only rows of rooms have: see align_rooms.
+OF_ROOMS = ["way", "wrong_said", "rms_mm"]
 COLUMNS = ["case", "tool", "scans", "overlap_pct", "noise", "threads", "expected_refusal", *FOUND]
-COLUMNS += ["runs", "cpu_s", "wall_s", "peak_mb"]
+COLUMNS += [*OF_ROOMS, "runs", "cpu_s", "wall_s", "peak_mb"]
 SHOWN = {
     "tool": "tool",
     "scans": "scans",
@@ -98,10 +103,10 @@ def rms(case, squares):
     return case.mm * float(np.sqrt(np.concatenate(squares).mean())) if sum(map(len, squares)) else None
 
 
-def installed(record):
+def installed(tools, record):
     """Tools whose packages are there."""
     found = []
-    for tool, packages in TOOLS.items():
+    for tool, packages in tools.items():
         lacking = [name for name in packages if importlib.util.find_spec(name) is None]
         if lacking:
             record.skip(f"{tool}: not installed: {', '.join(lacking)}")
@@ -124,7 +129,7 @@ def unsuited(case, tool):
     return None
 
 
-def suited(case, tools, record):
+def suited(case, tools, record, unsuited=unsuited):
     """Tools that can do the case; others are left out visibly, once for each reason."""
     reasons = {tool: unsuited(case, tool) for tool in tools}
     for tool, reason in reasons.items():
@@ -138,7 +143,7 @@ def head(case, tool):
     """What a row is of."""
     threads = 1 if tool.startswith("surfrecon") else None
     row = {"case": case.name, "tool": tool, "scans": case.count, "overlap_pct": case.overlap, "noise": case.noise}
-    return row | {"threads": threads, "expected_refusal": case.refusal}
+    return row | {"threads": threads, "expected_refusal": case.refusal} | dict.fromkeys(OF_ROOMS)
 
 
 def once(tool, folder):
@@ -165,7 +170,7 @@ def snap_ms(tool, folder, record):
 
 def main(wanted, record):
     """Runs all cases, prints a table a case."""
-    tools = installed(record)
+    tools = installed(TOOLS, record)
     for case in align_cases.cases(wanted, record):
         if not record.has_time_for(case.name):
             break
@@ -187,3 +192,4 @@ def main(wanted, record):
             )
         print(f"\n{case.name}" + (": scans must be left out" if case.refusal else ""))
         table.show(rows, SHOWN)
+    align_rooms.main(wanted, record, installed, suited, COLUMNS)

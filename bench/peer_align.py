@@ -87,33 +87,45 @@ class Clouds:
     scanners of wide surroundings: the tutorials have 5 cm in a living room, and KISS-Matcher's 0.3 m in a street.
     """
 
-    def __init__(self, place):
+    # Towards where scans are seen from: range grids from +z.
+    FACING = (0.0, 0.0, 1.0)
+
+    def __init__(self, place, cell=None):
         import open3d
 
-        self.raw = [open3d.io.read_point_cloud(str(file)) for file in sorted(place.glob("scan*.ply"))]
+        self.raw = self.raw_of(place)
         self.spacing = float(np.median(np.asarray(self.raw[0].compute_nearest_neighbor_distance())))
         extent = np.linalg.norm(self.raw[0].get_max_bound() - self.raw[0].get_min_bound())
-        self.cell = float(max(3 * self.spacing, extent / 300))
+        self.cell = cell or float(max(3 * self.spacing, extent / 300))
         self.down = []
         for cloud in self.raw:
             down = cloud.voxel_down_sample(self.cell)
             if not cloud.has_normals():
                 down.estimate_normals(open3d.geometry.KDTreeSearchParamHybrid(radius=2 * self.cell, max_nn=30))
-                # Range grids are seen from +z.
-                down.orient_normals_to_align_with_direction((0.0, 0.0, 1.0))
+                down.orient_normals_to_align_with_direction(self.FACING)
             self.down.append(down)
+
+    def raw_of(self, place):
+        """The scans as they are."""
+        import open3d
+
+        return [open3d.io.read_point_cloud(str(file)) for file in sorted(place.glob("scan*.ply"))]
 
     def pairs(self):
         """All of them."""
         return itertools.combinations(range(len(self.raw)), 2)
 
     def features(self):
+        """FPFH of each."""
+        return [self.feature(cloud) for cloud in self.down]
+
+    def feature(self, cloud):
         """FPFH, as the tutorial on global registration has them."""
         from open3d import geometry
         from open3d.pipelines import registration
 
         near = geometry.KDTreeSearchParamHybrid(radius=5 * self.cell, max_nn=100)
-        return [registration.compute_fpfh_feature(cloud, near) for cloud in self.down]
+        return registration.compute_fpfh_feature(cloud, near)
 
     def joined(self, edges):
         """Poses by Open3D's pose graph, from the poses of pairs that overlap.
@@ -244,7 +256,7 @@ def scaled(pose, scale):
     return pose
 
 
-def kiss(place):
+def kiss(place, clouds_of=Clouds):
     """KISS-Matcher of all pairs, small_gicp from there, and Open3D's pose graph.
 
     KISS-Matcher registers pairs only, and coarsely. Its configuration follows from the cell, by default 0.3 m; scans
@@ -252,7 +264,7 @@ def kiss(place):
     """
     import kiss_matcher
 
-    clouds, edges = Clouds(place), {}
+    clouds, edges = clouds_of(place), {}
     refining, scale = Refining(clouds), 0.3 / clouds.cell
     points = [(scale * np.asarray(cloud.points)).astype(np.float32) for cloud in clouds.raw]
     for a, b in clouds.pairs():
@@ -265,9 +277,9 @@ def kiss(place):
     return clouds.joined(edges), {}
 
 
-def gicp_rough(place):
+def gicp_rough(place, clouds_of=Clouds):
     """small_gicp on pairs that overlap by rough poses, and Open3D's pose graph."""
-    clouds, edges = Clouds(place), {}
+    clouds, edges = clouds_of(place), {}
     refining, rough = Refining(clouds), np.load(place / "rough.npy")
     for a, b in clouds.pairs():
         first = np.linalg.inv(rough[a]) @ rough[b]
@@ -310,7 +322,7 @@ TOOLS = {
 }
 
 
-def main():
+def main(tools):
     """Runs the tool on each set."""
     tool, folder, out = sys.argv[1], Path(sys.argv[2]), Path(sys.argv[3])
     poses, told = {}, []
@@ -318,7 +330,7 @@ def main():
         if tool == "snap":
             told += snap(place, np.load(out)[place.name])
             continue
-        found, said = TOOLS[tool](place)
+        found, said = tools[tool](place)
         poses[place.name] = np.stack([np.full((4, 4), np.nan) if pose is None else pose for pose in found])
         told.append(said)
     if poses:
@@ -327,4 +339,4 @@ def main():
 
 
 if __name__ == "__main__":
-    main()
+    main(TOOLS)

@@ -11,7 +11,20 @@ HEAVY = {
     # Peers try all pairs, which takes a minute of ten scans: they are shown on the bunny and some virtual sets.
     "align": ["bunny: open3d-ransac", "dragon: *-*", "happy: *-*", "pairs, [!3]*: *-*", "pairs, 30 %, noise 1: *-*"]
     + ["pairs, 30 %, warp 1: *-*", "ring of 15, *: open3d-*", "ring of 15, noise 0.5: *-*", "ring of 15, warp 1: *-*"]
-    + ["ring of 30, *: *-*"],
+    + ["ring of 30, *: *-*"]
+    # Rooms: usual are those of which peers show what they can, and one of each way.
+    + [f"room {kind} *: *" for kind in ("L", "stairs", "office", "twins", "empty")]
+    + [f"room {kind} *, {way}, *: *" for kind in ("corridor", "furnished") for way in ("heap", "exact")]
+    + ["room corridor *, rough, *: *", "room *, 300 frames*: *", "room *, 100 frames, *: *", "room heaps, 200 *: *"]
+    + ["room box 1, 12 *: *", "room box 2, 12 *: *", "room *, 40 frames, heap, *: *", "room box *, exact, *: *"]
+    + [
+        "room box 1, *: *-*",
+        "room furnished *: *-*",
+        "room heaps, *: *-*",
+        "7-Scenes, * heap: *",
+        "7-Scenes, * exact: *",
+    ]
+    + ["living room, *: *-*", "TUM desk, * exact: *"],
     "scale": ["1,000 frames: *", "100 frames: surfrecon-tasks-*", "100 frames: surfrecon-dask-4"],
     "merge": ["dragon 0.75 mm: *", "happy 0.60 mm: *"],
     # MeshLab's two take a quarter of a minute and more: shown without noise and with a cell of it.

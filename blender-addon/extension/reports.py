@@ -59,7 +59,7 @@ def quads_lines(context, figures):
 
 
 # What is said of a scan that was not moved.
-UNMOVED = {"kept": "stays", "apart": "apart", "unplaced": "not placed"}
+UNMOVED = {"kept": "stays", "apart": "apart", "unplaced": "not placed", "undecided": "undecided"}
 MOVE = "Move what is not placed to about where it belongs, and align again with Start: Rough"
 
 

@@ -194,6 +194,7 @@ GERMAN_TEXTS = {
     "Result": "Ergebnis",
     "Rough": "Ungefähr",
     "Sequence": "Reihenfolge",
+    "Automatic": "Automatisch",
     "Rows a tile": "Zeilen je Kachel",
     "Scale": "Skalierung",
     "Scene units": "Einheiten der Szene",

@@ -57,6 +57,8 @@ pub enum srf_scan_state {
     SRF_SCAN_STATE_KEPT = 2,
     /// It was joined with others, but nothing joins these with the first group.
     SRF_SCAN_STATE_APART = 3,
+    /// Its pose is as given: that was rough, and nothing decides where it belongs. srf_alignment_reason() says why.
+    SRF_SCAN_STATE_UNDECIDED = 4,
 }
 
 impl From<ScanState> for srf_scan_state {
@@ -66,6 +68,7 @@ impl From<ScanState> for srf_scan_state {
             ScanState::Placed => srf_scan_state::SRF_SCAN_STATE_PLACED,
             ScanState::Kept => srf_scan_state::SRF_SCAN_STATE_KEPT,
             ScanState::Apart => srf_scan_state::SRF_SCAN_STATE_APART,
+            ScanState::Undecided => srf_scan_state::SRF_SCAN_STATE_UNDECIDED,
         }
     }
 }

@@ -5,7 +5,7 @@ use std::ffi::c_char;
 use std::path::Path;
 
 use glam::DAffine3;
-use surfrecon::align::{OrientedPoints, PlacedCloud};
+use surfrecon::align::{Moment, OrientedPoints, PlacedCloud};
 use surfrecon::import::Scan;
 use surfrecon::merge::{Loading, OrientedSurface, PlacedMesh, ScanSource};
 use surfrecon::mesh::Crs;
@@ -178,6 +178,13 @@ impl ScanSource for Source {
             Source::Cloud { name, cloud } => placed(name, cloud).oriented_points(progress),
             Source::Scan(scan) => scan.oriented_points(progress),
             Source::Made(scan) => scan.image(progress)?.oriented_points(progress),
+        }
+    }
+
+    fn moment(&self) -> Option<Moment<'_>> {
+        match self {
+            Source::Scan(scan) => scan.moment(),
+            _ => None,
         }
     }
 

@@ -20,7 +20,8 @@ ROOT = Path(__file__).resolve().parents[2]
 PEERS, PROGRAMS = os.environ.get("SURFRECON_PEERS"), os.environ.get("SURFRECON_PROGRAMS")
 # The peers that every machine which tests has, by benchmark; that of `blender` is a column.
 WITH = {
-    "align": {"open3d-ransac", "open3d-fgr", "kiss-matcher", "small_gicp-rough", "meshlab-rough"},
+    "align": {"open3d-ransac", "open3d-fgr", "kiss-matcher", "small_gicp-rough", "meshlab-rough"}
+    | {"open3d-fragments", "open3d-multiway"},
     "merge": {"pymeshlab-vcg", "pymeshlab-poisson", "open3d-vbg"},
     "scale": {"surfrecon-files-512", "surfrecon-tasks-128", "surfrecon-dask-2", "surfrecon-dask-2-killed"},
     "noise": {"pymeshlab-vcg", "pymeshlab-poisson", "open3d-vbg"},
@@ -44,7 +45,9 @@ NOT_OF_ALL = {
     "capi": {"core_s", "c_s", "overhead_pct", "file_s", "memory_s"}
     | {"first_s", "again_s", "share_pct", "most_s", "same_bytes"}
     | {"lines", "compiled", "ran", "seconds", "triangles", "answers", "as_alone"},
-    "align": {"overlap_pct", "threads", "residual_conf_mm", "nees", "worst_shift_spacings", "residual_mm", "snap_ms"},
+    "align": {"overlap_pct", "threads", "residual_conf_mm", "nees", "worst_shift_spacings", "residual_mm", "snap_ms"}
+    # Of scans of things the one, of frames of rooms the other; poses of one frame have no error.
+    | {"way", "wrong_said", "rms_mm", "noise", "pairs_total", "pairs_found"},
     "noise": {"sigma_vox", "veils_left_pct", "thinnest_wall_vox"},
     "colour": {"gain_error_pct", "cpu_s", "wall_s", "peak_mb"},
     "blender": {"ms", "blender_minimum_ms", "peak_mb"},

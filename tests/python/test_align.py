@@ -105,7 +105,7 @@ def test_a_reach_that_bounds_nothing_is_told(heap, caplog):
         with caplog.at_level(logging.WARNING, "surfrecon"):
             surfrecon.align(heap[:2], **options)
         assert (
-            'reach, 0.5, is not used: it bounds rough poses, and start is unknown. Say start = "rough".'
+            'reach, 0.5, is not used: it bounds rough poses, and start is not rough. Say start = "rough".'
             in caplog.messages
         ) == said
 

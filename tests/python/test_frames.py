@@ -94,12 +94,18 @@ def test_frames_go_where_scans_go(recording):
     assert all(isinstance(scan, surfrecon.Frame) for scan in aligned.scans)
 
 
-def test_frames_in_their_order_need_no_poses(recording):
+def test_frames_of_a_recording_need_no_poses_and_no_order(recording):
     frames = surfrecon.open(recording)
     aligned = surfrecon.align(frames, start="sequence")
     told = [text for text in aligned.report.messages if text.startswith("track was lost between")]
     assert len(aligned.world_from_scan) == len(frames)
     assert told or all(pose is not None for pose in aligned.world_from_scan)
+    back = surfrecon.align(frames[::-1], start="sequence")
+    for one, other in zip(aligned.world_from_scan, back.world_from_scan[::-1], strict=True):
+        assert (one is None and other is None) or np.array_equal(one, other)
+    # Images have no number.
+    images = [frame.read() for frame in frames]
+    assert surfrecon.align(images).report.messages == surfrecon.align(images, start="unknown").report.messages
 
 
 def test_a_job_opens_what_open_opens(recording):

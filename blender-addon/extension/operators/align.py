@@ -145,9 +145,10 @@ class SURFRECON_OT_align(JobOperator, bpy.types.Operator):
         if self.show_misfit:
             numbers = {name: k for k, name in enumerate(self.owners) if name not in frames}
             map_misfit(context, numbers, self.scan_from_object, result)
-        for name, _, _, reason in lines_of(report, self.owners, frames):
+        for name, state, _, reason in lines_of(report, self.owners, frames):
             if reason:
-                self.report({"WARNING"}, f'"{name}" is not placed: {reason}')
+                what = "stays where it was, undecided" if state == "undecided" else "is not placed"
+                self.report({"WARNING"}, f'"{name}" {what}: {reason}')
         text = f"{report.placed} of {number(len(self.owners), 'scan', 'scans')} placed"
         if report.placed == len(self.owners):
             self.report({"INFO"}, text)

@@ -62,7 +62,7 @@ use crate::sources::Source;
 ///     Cancelled: ``progress`` returned ``False``.
 #[pyfunction]
 // options: align
-#[pyo3(signature = (scans, *, fixed = None, picks = None, trusted = None, rejected = None, axis = None, angles = None, progress = None, **options), text_signature = "(scans, *, start='unknown', reach=None, turntable='no', tolerance=None, min_overlap=0.03, use_colour=True, threads=0, fixed=None, picks=None, trusted=None, rejected=None, axis=None, angles=None, progress=None)")]
+#[pyo3(signature = (scans, *, fixed = None, picks = None, trusted = None, rejected = None, axis = None, angles = None, progress = None, **options), text_signature = "(scans, *, start='auto', reach=None, turntable='no', tolerance=None, min_overlap=0.03, use_colour=True, threads=0, fixed=None, picks=None, trusted=None, rejected=None, axis=None, angles=None, progress=None)")]
 #[expect(clippy::too_many_arguments, reason = "Python's keyword arguments")]
 pub fn align(
     py: Python<'_>,
@@ -324,7 +324,7 @@ impl Aligner {
 
     /// Brings the scans to one frame; arguments, result and errors as of ``surfrecon.align``.
     // options: $self align
-    #[pyo3(signature = (*, fixed = None, picks = None, trusted = None, rejected = None, axis = None, angles = None, progress = None, **options), text_signature = "($self, *, start='unknown', reach=None, turntable='no', tolerance=None, min_overlap=0.03, use_colour=True, threads=0, fixed=None, picks=None, trusted=None, rejected=None, axis=None, angles=None, progress=None)")]
+    #[pyo3(signature = (*, fixed = None, picks = None, trusted = None, rejected = None, axis = None, angles = None, progress = None, **options), text_signature = "($self, *, start='auto', reach=None, turntable='no', tolerance=None, min_overlap=0.03, use_colour=True, threads=0, fixed=None, picks=None, trusted=None, rejected=None, axis=None, angles=None, progress=None)")]
     #[expect(clippy::too_many_arguments, reason = "Python's keyword arguments")]
     fn align(
         &self,

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use glam::DAffine3;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use surfrecon::align::{OrientedPoints, PlacedCloud};
+use surfrecon::align::{Moment, OrientedPoints, PlacedCloud};
 use surfrecon::merge::{Loading, OrientedSurface, PlacedMesh, ScanSource};
 use surfrecon::mesh::Crs;
 use surfrecon::select::Places;
@@ -109,6 +109,13 @@ impl ScanSource for Source {
         match self {
             Source::File(scan) => scan.version(triangulation, progress),
             _ => self.content(triangulation, progress),
+        }
+    }
+
+    fn moment(&self) -> Option<Moment<'_>> {
+        match self {
+            Source::File(scan) => scan.moment(),
+            _ => None,
         }
     }
 

@@ -11,12 +11,16 @@ use crate::status::srf_status;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum srf_start {
+    /// As the scans say: `sequence` where all are frames of one recording that follow each other in time and at least half
+    /// of them fit the frame before, `unknown` otherwise.
+    SRF_START_AUTO = 1,
     /// Nothing: each scan may lie anywhere, whatever pose it has.
-    SRF_START_UNKNOWN = 1,
+    SRF_START_UNKNOWN = 2,
     /// They are near where they belong: no scan is placed further from its pose than `reach`.
-    SRF_START_ROUGH = 2,
-    /// Nothing, but each scan was taken a moment after the one before it, by a sensor that moved little.
-    SRF_START_SEQUENCE = 3,
+    SRF_START_ROUGH = 3,
+    /// Nothing, but each scan was taken a moment after the one before it, by a sensor that moved little: in the order of
+    /// the recording that they are frames of, else in the order given.
+    SRF_START_SEQUENCE = 4,
 }
 
 /// Whether the object turned on a table while the sensor stood still: then only turns about one axis are looked for, unless none is found, which is said.
@@ -43,7 +47,7 @@ pub struct srf_align_params {
     /// Worker threads, at most 1024; 0, the default, for the number of srf_set_threads(). Results are the same for any
     /// number.
     pub threads: u32,
-    /// What is known of the poses that the scans have. A value of srf_start, default SRF_START_UNKNOWN.
+    /// What is known of the poses that the scans have. A value of srf_start, default SRF_START_AUTO.
     pub start: u64,
     /// With rough poses, how far off they may be: no sample of a scan is placed further from where its pose has it. A scan
     /// that fits no nearer is left out, and the report says how far that would be. > 0. SRF_FROM_DATA, the default: a tenth

@@ -6,7 +6,7 @@ use glam::DAffine3;
 
 use crate::finding::Finding;
 use crate::group::Group;
-use crate::judge::glance;
+use crate::judge::{Verdict, glance};
 use crate::linear::apart;
 use crate::pair::Pair;
 use crate::reach::Bound;
@@ -40,6 +40,26 @@ const JOINTLY: f64 = 0.005;
 /// Pairs agree if they put a scan within so many coarse cells of the same place.
 const AGREE: f64 = 3.0;
 
+/// A few samples of two scans, to `tolerance` or two coarse cells. `None` where they are out of each other's sight.
+pub(crate) fn glanced(both: [&View; 2], a_from_b: &DAffine3, tolerance: f64) -> Option<Verdict> {
+    if a_from_b.translation.length() > both[0].reduced.radius + both[1].reduced.radius {
+        return None;
+    }
+    let samples = both.map(|view| view.coarse.spread(SAMPLES));
+    let cells = 2.0 * both[0].coarse.cell.max(both[1].coarse.cell);
+    glance(both, [&samples[0], &samples[1]], a_from_b, cells.max(tolerance))
+}
+
+fn is_through(seen: &Verdict) -> bool {
+    let share = (seen.through[0] / seen.total[0]).max(seen.through[1] / seen.total[1]);
+    share > THROUGH[0] && seen.contradiction() > THROUGH[1]
+}
+
+/// Whether two scans see through each other much, further off than `tolerance`.
+pub(crate) fn contradict(both: [&View; 2], a_from_b: &DAffine3, tolerance: f64) -> bool {
+    glanced(both, a_from_b, tolerance).is_some_and(|seen| is_through(&seen))
+}
+
 /// Whether scans of two groups, the second moved, see through each other: two of them much, or all together.
 fn contradicts(views: &[View], first: &Group, second: &Group, motion: &DAffine3) -> bool {
     let (mut through, mut touching) = (0.0, 0.0);
@@ -47,14 +67,8 @@ fn contradicts(views: &[View], first: &Group, second: &Group, motion: &DAffine3)
         for &(j, pose_j) in &second.members {
             let i_from_j = pose_i.inverse() * *motion * pose_j;
             let both = [&views[i], &views[j]];
-            if i_from_j.translation.length() > both[0].reduced.radius + both[1].reduced.radius {
-                continue;
-            }
-            let samples = both.map(|view| view.coarse.spread(SAMPLES));
-            let tolerance = 2.0 * both[0].coarse.cell.max(both[1].coarse.cell);
-            let Some(seen) = glance(both, [&samples[0], &samples[1]], &i_from_j, tolerance) else { continue };
-            let share = (seen.through[0] / seen.total[0]).max(seen.through[1] / seen.total[1]);
-            if share > THROUGH[0] && seen.contradiction() > THROUGH[1] {
+            let Some(seen) = glanced(both, &i_from_j, 0.0) else { continue };
+            if is_through(&seen) {
                 return true;
             }
             through += seen.through[0] + seen.through[1];

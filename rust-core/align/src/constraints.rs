@@ -146,7 +146,13 @@ impl Constraints {
     }
 
     /// The same by the numbers inside, where `order` gives the number that each scan had, and in local frames.
-    pub(crate) fn renumbered(&self, params: &AlignParams, order: &[usize], views: &[View]) -> Inside {
+    pub(crate) fn renumbered(
+        &self,
+        params: &AlignParams,
+        order: &[usize],
+        views: &[View],
+        in_time: Option<&[usize]>,
+    ) -> Inside {
         let mut inside_of = vec![0; order.len()];
         order.iter().enumerate().for_each(|(inside, &number)| inside_of[number] = inside);
         let pair = |scans: &[usize; 2]| {
@@ -188,7 +194,13 @@ impl Constraints {
         let is_turned = params.turntable != Turntable::No || self.axis.is_some() || angles.is_some();
         let angles = angles.map(|angles| order.iter().map(|&number| angles[number]).collect());
         let turned = is_turned.then_some(Told { axis: self.axis, angles });
-        let sequence = (params.start == Start::Sequence).then(|| inside_of.clone());
+        let in_order = |numbers: &[usize]| numbers.iter().map(|&number| inside_of[number]).collect();
+        let sequence = match (params.start, in_time) {
+            (Start::Sequence, None) => Some(Ordered { frames: inside_of.clone(), is_told: true }),
+            (Start::Sequence, Some(numbers)) => Some(Ordered { frames: in_order(numbers), is_told: true }),
+            (Start::Auto, Some(numbers)) if !is_turned => Some(Ordered { frames: in_order(numbers), is_told: false }),
+            _ => None,
+        };
         Inside { is_fixed, picks, trusted, rejected, turned, sequence }
     }
 }
@@ -200,8 +212,15 @@ pub(crate) struct Inside {
     pub trusted: Vec<[usize; 2]>,
     pub rejected: Vec<[usize; 2]>,
     pub turned: Option<Told>,
-    /// The scans in the order they were taken in, where each follows the one before.
-    pub sequence: Option<Vec<usize>>,
+    /// The order of a recording, where each scan follows the one before.
+    pub sequence: Option<Ordered>,
+}
+
+/// Scans in the order they were taken in.
+pub(crate) struct Ordered {
+    pub frames: Vec<usize>,
+    /// Whether the caller says that each follows the one before; otherwise the recording's list alone does.
+    pub is_told: bool,
 }
 
 /// What is known of a turntable.

@@ -10,6 +10,8 @@
 //! A scan is placed only if overlap, balance and uniqueness pass: never guessed. Nothing is drawn at random, and scans are
 //! taken by size and content, so that results are the same bytes for any number of threads and any order of the scans.
 
+#[cfg(test)]
+mod arrangements_tests;
 mod assemble;
 mod blocks;
 mod coloured;
@@ -52,7 +54,7 @@ use rayon::prelude::*;
 
 pub use constraints::{Axis, Constraints, Pick};
 pub use image::oriented::OrientedPoints;
-pub use image::source::{PlacedCloud, ScanSource};
+pub use image::source::{Moment, PlacedCloud, ScanSource};
 pub use params::{AlignParams, SCHEMA, Start, Turntable};
 pub use report::{AlignReport, AlignedPair, AlignedScan, Alignment, Freedom, PairState, ScanState, TurntableFound};
 pub use snap::Snap;
@@ -100,6 +102,8 @@ pub struct Prepared {
     /// The number that each had.
     order: Vec<usize>,
     names: Vec<String>,
+    /// The numbers in the order of the recording that the scans are frames of.
+    in_time: Option<Vec<usize>>,
     threads: usize,
 }
 
@@ -129,7 +133,8 @@ impl Prepared {
             "" => format!("scan {number}"),
             name => name.to_owned(),
         };
-        Ok(Prepared { names: order.iter().map(name).collect(), views, order, threads })
+        let in_time = sequence::in_time(sources);
+        Ok(Prepared { names: order.iter().map(name).collect(), views, order, in_time, threads })
     }
 
     /// How many scans there are.
@@ -161,7 +166,7 @@ impl Prepared {
         progress.stage(1, 1);
         constraints.lie_on(&self.order, &self.views)?;
         let alignment = progress.run(&pool, || {
-            let inside = constraints.renumbered(params, &self.order, &self.views);
+            let inside = constraints.renumbered(params, &self.order, &self.views, self.in_time.as_deref());
             let solved = solve::solve(&self.views, params, &inside, progress)?;
             summary::alignment(&self.names, &self.views, &self.order, solved, progress)
         });

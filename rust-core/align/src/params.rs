@@ -5,11 +5,15 @@ use base::params::{choice, flag, length, ratio};
 base::choices! {
     /// What is known of the scans' poses.
     pub enum Start {
+        /// As the scans say: `sequence` where all are frames of one recording that follow each other in time and at least half of them fit
+        /// the frame before, `unknown` otherwise.
+        Auto = "auto" "Automatic",
         /// Nothing: each scan may lie anywhere, whatever pose it has.
         Unknown = "unknown" "Unknown",
         /// They are near where they belong: no scan is placed further from its pose than `reach`.
         Rough = "rough" "Rough",
-        /// Nothing, but each scan was taken a moment after the one before it, by a sensor that moved little.
+        /// Nothing, but each scan was taken a moment after the one before it, by a sensor that moved little: in the order of the recording
+        /// that they are frames of, else in the order given.
         Sequence = "sequence" "Sequence",
     }
 }

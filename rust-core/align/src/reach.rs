@@ -44,7 +44,7 @@ impl Bound {
         let is_rough = params.start == Start::Rough;
         if let Some(reach) = params.reach.filter(|_| !is_rough) {
             let words = format!(
-                "reach, {}, is not used: it bounds rough poses, and start is unknown. Say start = \"rough\".",
+                "reach, {}, is not used: it bounds rough poses, and start is not rough. Say start = \"rough\".",
                 Shown(reach)
             );
             log::tell(Level::Warning, &words);

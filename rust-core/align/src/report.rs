@@ -10,7 +10,7 @@ use base::error::Shown;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Alignment {
     /// The pose of each scan, in the order given; `None` for those that aren't placed. All are rigid. A fixed scan's is its
-    /// own to the bit, as is that of the largest scan where none is fixed.
+    /// own to the bit, as is that of the largest scan where none is fixed, and those of scans that stay undecided.
     pub world_from_scan: Vec<Option<DAffine3>>,
     /// What was found.
     pub report: AlignReport,
@@ -27,6 +27,8 @@ base::choices! {
         Kept = "kept" "Kept",
         /// It was joined with others, but nothing joins these with the first group.
         Apart = "apart" "In a group of its own",
+        /// Its pose is as given: that was rough, and nothing decides where it belongs. The reason says why.
+        Undecided = "undecided" "Undecided, as given",
     }
 }
 
@@ -94,7 +96,7 @@ pub struct AlignedScan {
     pub misfit: f64,
     /// Median distance of its samples.
     pub spacing: f64,
-    /// Why it is not placed, and what to do; empty if it is.
+    /// Why it is not placed, or stays undecided, and what to do; empty if it is placed.
     pub reason: String,
 }
 
@@ -169,6 +171,7 @@ impl AlignReport {
                     100.0 * scan.overlap,
                     Shown::digits(scan.residual, 3),
                 ),
+                ScanState::Undecided => format!("{name}: stays where it was given, undecided: {}", scan.reason),
                 ScanState::Apart | ScanState::Unplaced => format!("{name}: not placed: {}", scan.reason),
             });
         }

@@ -8,7 +8,7 @@ use glam::DAffine3;
 use rayon::prelude::*;
 
 use crate::assemble::{Limit, Standing, apart_at_first, assemble};
-use crate::constraints::{Inside, Told};
+use crate::constraints::{Inside, Ordered, Told};
 use crate::finding::{Finding, Limits};
 use crate::group::Group;
 use crate::hypothesise::Effort;
@@ -33,6 +33,9 @@ const FEW_SCANS: usize = 40;
 /// Rounds of joining groups.
 const ROUNDS: usize = 6;
 
+/// Least share of the frames of a recording that fit the one before, if nobody says that they are a sequence.
+const FOLLOWED: f64 = 0.5;
+
 /// What the search found.
 pub(crate) struct Found {
     pub pairs: Vec<Pair>,
@@ -40,6 +43,8 @@ pub(crate) struct Found {
     pub groups: Vec<Group>,
     /// The turntable, where there was one and it was found.
     pub table: Option<Table>,
+    /// The scans in the order of the recording, where they were followed.
+    pub sequence: Option<Vec<usize>>,
 }
 
 struct Search<'a, 'p> {
@@ -90,8 +95,8 @@ pub(crate) fn search(
         search.turned(told)?;
     }
     match &inside.sequence {
-        Some(frames) => search.followed(frames)?,
-        None => search.round(likeliest(search.likeness()?, &alone, FIRST, |_| true), Effort::Quick)?,
+        Some(order) if search.followed(order)? => {}
+        _ => search.round(likeliest(search.likeness()?, &alone, FIRST, |_| true), Effort::Quick)?,
     }
     let mut found = search.joined();
     for effort in [Effort::Quick, Effort::Thorough] {
@@ -99,7 +104,7 @@ pub(crate) fn search(
             if found.0.len() == 1 {
                 break;
             }
-            let most = match (&inside.sequence, count) {
+            let most = match (&search.steps, count) {
                 (Some(_), _) => OF_PIECE,
                 (None, ..=FEW_SCANS) => usize::MAX,
                 (None, _) => OF_GROUP,
@@ -116,7 +121,8 @@ pub(crate) fn search(
         }
     }
     let (groups, standings) = found;
-    Ok(Found { pairs: search.pairs.into_values().collect(), standings, groups, table: search.table })
+    let sequence = search.steps.and(inside.sequence.as_ref()).map(|order| order.frames.clone());
+    Ok(Found { pairs: search.pairs.into_values().collect(), standings, groups, table: search.table, sequence })
 }
 
 /// Pairs of scans of different groups: of each group the likeliest with any other.
@@ -279,13 +285,18 @@ impl Search<'_, '_> {
         self.add(&wanted, |a, b| Some(table.pair(views, a, b, bound, &limits)))
     }
 
-    /// Frames of a recording, each beside the next.
-    fn followed(&mut self, frames: &[usize]) -> Result<()> {
-        let mut found = followed(self.views, frames, &self.limits, self.progress)?;
+    /// Frames of a recording, each beside the next; says whether they are taken for a sequence.
+    fn followed(&mut self, order: &Ordered) -> Result<bool> {
+        let mut found = followed(self.views, &order.frames, &self.limits, self.progress)?;
         found.retain(|pair| self.is_open([pair.a, pair.b]) && !self.pairs.contains_key(&[pair.a, pair.b]));
-        self.steps = Some(Steps::new(self.views, frames, &found));
-        self.pairs.extend(found.into_iter().map(|pair| ([pair.a, pair.b], pair)));
-        Ok(())
+        let steps = Steps::new(self.views, &order.frames, &found);
+        let is_taken = order.is_told || steps.share() >= FOLLOWED;
+        // Single frames that are far apart in a recording are a heap, in which pairs that follow each other are nothing special.
+        if is_taken {
+            self.pairs.extend(found.into_iter().map(|pair| ([pair.a, pair.b], pair)));
+            self.steps = Some(steps);
+        }
+        Ok(is_taken)
     }
 
     /// Pairs that touch, or nearly do, where the scans lie as they are given.

@@ -18,6 +18,19 @@ use crate::view::View;
 use crate::walls::{Beside, beside};
 use base::error::Result;
 use base::progress::Progress;
+use image::source::{Moment, ScanSource};
+
+/// The numbers of scans in the order in which they were taken: `None` unless all are frames of one recording, each another one.
+pub(crate) fn in_time(sources: &[&dyn ScanSource]) -> Option<Vec<usize>> {
+    let moments: Vec<Moment<'_>> = sources.iter().map(|source| source.moment()).collect::<Option<_>>()?;
+    let mut order: Vec<usize> = (0..moments.len()).collect();
+    order.sort_by(|&a, &b| moments[a].at.total_cmp(&moments[b].at));
+    let follow = |two: &[usize]| {
+        let [before, after] = [&moments[two[0]], &moments[two[1]]];
+        before.recording == after.recording && before.at < after.at
+    };
+    order.windows(2).all(follow).then_some(order)
+}
 
 /// Neighbours are off by this share of their radius, about.
 const REACH: f64 = 0.2;
@@ -142,6 +155,11 @@ impl Steps {
         let starts = held().map(|pair| place[pair.a].min(place[pair.b])).collect();
         let followed = held().map(|pair| [pair.a, pair.b]).collect();
         Steps { place, followed, starts, longest, repeats: false }
+    }
+
+    /// The share of the frames that were followed to the next.
+    pub fn share(&self) -> f64 {
+        self.starts.len() as f64 / (self.place.len() - 1).max(1) as f64
     }
 
     /// Whether a pair is of frames that were followed from one to the next.

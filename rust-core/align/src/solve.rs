@@ -114,6 +114,8 @@ struct Known<'a> {
     bound: &'a Bound,
     limits: &'a Limits,
     table: Option<&'a Table>,
+    /// Whether the scans are frames that were followed from one to the next.
+    is_followed: bool,
 }
 
 /// A group in its frame, and those of its scans that touch.
@@ -127,9 +129,10 @@ const MANY: usize = 1000;
 
 pub(crate) fn solve(views: &[View], params: &AlignParams, inside: &Inside, progress: &Progress<'_>) -> Result<Solved> {
     let bound = Bound::of(views, params, inside);
-    let Found { pairs, standings, groups, table } = search(views, params, inside, &bound, progress)?;
+    let Found { pairs, standings, groups, table, sequence } = search(views, params, inside, &bound, progress)?;
     let limits = Limits::of(params);
-    let known = Known { views, inside, bound: &bound, limits: &limits, table: table.as_ref() };
+    let is_followed = sequence.is_some();
+    let known = Known { views, inside, bound: &bound, limits: &limits, table: table.as_ref(), is_followed };
     progress.stage(2, views.len() as u64);
     let mut solved = Vec::new();
     let mut looked = Vec::new();
@@ -160,7 +163,7 @@ pub(crate) fn solve(views: &[View], params: &AlignParams, inside: &Inside, progr
         rejected: inside.rejected.clone(),
         trusted: inside.trusted.clone(),
         picks: inside.picks.clone(),
-        sequence: inside.sequence.clone(),
+        sequence,
         bound,
         is_turned: inside.turned.is_some(),
         table,
@@ -174,7 +177,7 @@ fn held(known: &Known<'_>, group: &Group, progress: &Progress<'_>) -> Result<Vec
     if let Some(parts) = within_reach(known, &solved, progress)? {
         return Ok(parts);
     }
-    if inside.sequence.is_some()
+    if known.is_followed
         && let Some(parts) = without_worst(known, &solved, &links, progress)?
     {
         return Ok(parts);

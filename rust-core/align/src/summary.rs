@@ -72,7 +72,11 @@ pub(crate) fn alignment(
     }
     for k in 0..scans.len() {
         if matches!(scans[k].state, ScanState::Unplaced | ScanState::Apart) {
-            scans[k].reason = reason(views, &solved, &names, &scans, k, progress)?;
+            let why = reason(views, &solved, &names, &scans, k, progress)?;
+            scans[k].reason = why.text;
+            if solved.bound.binds() && why.is_open {
+                scans[k].stays(&views[k], solved.bound.reach(k));
+            }
         }
     }
     say(&mut report, views, order, &names, &scans, &solved, progress)?;
@@ -80,7 +84,8 @@ pub(crate) fn alignment(
     for (entry, &number) in scans.into_iter().zip(order) {
         by_number[number] = entry;
     }
-    let placed = |scan: &AlignedScan| scan.world_from_scan.filter(|_| scan.group == Some(0));
+    let has_place = |scan: &AlignedScan| scan.group == Some(0) || scan.state == ScanState::Undecided;
+    let placed = |scan: &AlignedScan| scan.world_from_scan.filter(|_| has_place(scan));
     let world_from_scan: Vec<Option<DAffine3>> = by_number.iter().map(placed).collect();
     let turntable = solved.table.as_ref().map(|table| TurntableFound {
         axis: Axis { point: table.point, direction: table.direction },
@@ -133,6 +138,14 @@ impl AlignedScan {
                 self.free.push(Freedom::of(vector, self.middle, radius));
             }
         }
+    }
+
+    /// Nothing decides where it belongs: it stays where it was given, which may be off by `reach`.
+    fn stays(&mut self, view: &View, reach: f64) {
+        self.state = ScanState::Undecided;
+        self.world_from_scan = Some(view.reduced.world_from_scan);
+        self.middle = view.reduced.world_from_local().translation;
+        (self.covariance, self.deviation, self.free) = ([[0.0; 6]; 6], reach, Vec::new());
     }
 
     /// What is trusted, and holds by nothing: its covariance comes of noise alone.

@@ -2,6 +2,8 @@
 //!
 //! The module `envelope` says of each point whether it is of a wall.
 
+use glam::DAffine3;
+
 use crate::finding::{Finding, Limits, RIVAL, fits};
 use crate::judge::{Mode, tolerance};
 use crate::sight::Seen;
@@ -28,7 +30,7 @@ pub(crate) fn beside_walls(views: [&View; 2], modes: &[Mode], limits: &Limits) -
     let mut told: Vec<(f64, Mode)> = Vec::new();
     let mut refused = Finding::Walls;
     for mode in modes.iter().filter(|mode| matches!(fits(mode), Finding::Sure | Finding::Weak)) {
-        let (telling, through) = telling(views, mode);
+        let (telling, through) = telling(views, &mode.a_from_b);
         let all = mode.verdict.touching();
         if told.is_empty() && std::ptr::eq(mode, first) && telling >= WALLED * all {
             return None;
@@ -70,7 +72,7 @@ pub(crate) fn beside(views: [&View; 2], mode: &Mode) -> Beside {
     if views.iter().any(|view| !view.walls().contains(&true)) {
         return Beside::Same;
     }
-    let (telling, through) = telling(views, mode);
+    let (telling, through) = telling(views, &mode.a_from_b);
     if through > MOVED * (telling + through) {
         Beside::Other
     } else if telling < TELLING * mode.verdict.touching() {
@@ -81,8 +83,8 @@ pub(crate) fn beside(views: [&View; 2], mode: &Mode) -> Beside {
 }
 
 /// Areas of both scans, by a few samples: of no wall and on what is no wall of the other; seen through by the other, walls as well.
-fn telling(views: [&View; 2], mode: &Mode) -> (f64, f64) {
-    let motions = [mode.a_from_b.inverse(), mode.a_from_b];
+pub(crate) fn telling(views: [&View; 2], a_from_b: &DAffine3) -> (f64, f64) {
+    let motions = [a_from_b.inverse(), *a_from_b];
     let tolerance = tolerance(views);
     let (mut telling, mut through) = (0.0, 0.0);
     for side in 0..2 {

@@ -3,7 +3,7 @@
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 
-use crate::assemble::Standing;
+use crate::assemble::{Standing, contradict};
 use crate::constraints::Pick;
 use crate::finding::Finding;
 use crate::judge::Mode;
@@ -26,6 +26,14 @@ fn median_radius(views: &[View]) -> f64 {
 }
 
 /// Why a scan has no place.
+pub(crate) struct Reason {
+    /// A sentence with what to do.
+    pub text: String,
+    /// Whether it may lie where it was given: nothing that was found speaks against that.
+    pub is_open: bool,
+}
+
+/// Why a scan has no place.
 pub(crate) fn reason(
     views: &[View],
     solved: &Solved,
@@ -33,10 +41,17 @@ pub(crate) fn reason(
     scans: &[AlignedScan],
     k: usize,
     progress: &Progress<'_>,
-) -> Result<String> {
+) -> Result<Reason> {
     let reduced = &views[k].reduced;
+    let closed = |text: String| Ok(Reason { text, is_open: false });
+    if against(views, solved, k) {
+        return closed(
+            "others see through where it was given: check its pose and raise reach, or leave it out if it is of something else".to_owned(),
+        );
+    }
+    let open = |text: String| Ok(Reason { text, is_open: true });
     if reduced.area <= 0.0 {
-        return Ok(match &reduced.damage {
+        return closed(match &reduced.damage {
             Some(damage) => format!("it {damage}"),
             None => "it has no surface: no sample has neighbours".to_owned(),
         });
@@ -44,12 +59,12 @@ pub(crate) fn reason(
     let median = median_radius(views);
     if reduced.radius > OTHER_UNIT * median || OTHER_UNIT * reduced.radius < median {
         let [own, usual] = [2.0 * reduced.radius, 2.0 * median].map(|size| Shown::digits(size, 2));
-        return Ok(format!(
+        return closed(format!(
             "it is {own} large where others are {usual}: is it in another unit? Scale it, or say its unit when it is read"
         ));
     }
     if views[k].fine().len() < TOO_FEW {
-        return Ok(format!(
+        return open(format!(
             "it has too little surface: {} points of it are left where samples are averaged",
             views[k].fine().len()
         ));
@@ -67,7 +82,7 @@ pub(crate) fn reason(
         solved.groups.iter().find(|group| group.frame == k && group.members.len() == 1).and_then(|group| group.adrift);
     let sure = of_scan().filter(|pair| pair.finding == Finding::Sure).max_by(most);
     if let (Some(deviation), Some(pair)) = (adrift, sure) {
-        return Ok(format!(
+        return open(format!(
             "it fits {:?}, but where is known to no better than {}: too little holds it; scan more of what both show",
             other(pair),
             Shown::digits(deviation, 2)
@@ -76,21 +91,21 @@ pub(crate) fn reason(
     let group = solved.groups.iter().find(|group| group.has(k));
     if let Some((_, moved)) = group.and_then(|group| group.beyond.iter().find(|(scan, _)| *scan == k)) {
         let there = too_far(*moved, solved.bound.reach(k));
-        return Ok(format!("it fits other scans {there}: check its pose, or raise reach"));
+        return closed(format!("it fits other scans {there}: check its pose, or raise reach"));
     }
     let has_walls = of_scan().any(|pair| pair.finding == Finding::Walls);
     if !has_walls && let Some(text) = nearly(views, solved, names, k, progress)? {
-        return Ok(joined(text));
+        return open(joined(text));
     }
     let telling = of_scan().filter_map(|pair| Some((pair, why_not(views, solved, pair, other(pair))?)));
     if let Some((_, text)) = telling.max_by(|(x, _), (y, _)| most(x, y)) {
-        return Ok(joined(text));
+        return open(joined(text));
     }
     let far = solved.pairs.iter().zip(&solved.standings).filter(|(pair, _)| pair.a == k || pair.b == k);
     let far = far.filter_map(|(pair, standing)| Some((pair, beyond(views, solved, pair, *standing, k)?)));
     if let Some((pair, moved)) = far.min_by(|(_, x), (_, y)| x.total_cmp(y)) {
         let there = too_far(moved, solved.bound.reach(k));
-        return Ok(joined(format!(
+        return closed(joined(format!(
             "it fits {:?} {there}: check its pose and raise reach, or scan more of what both show",
             other(pair)
         )));
@@ -99,17 +114,30 @@ pub(crate) fn reason(
     let is_through =
         |(pair, standing): &(&Pair, &Standing)| (pair.a == k || pair.b == k) && **standing == Standing::SeenThrough;
     if let Some((pair, _)) = standings.into_iter().find(is_through) {
-        return Ok(joined(format!("it fits {:?}, but other scans saw through where that would put it", other(pair))));
+        return open(joined(format!("it fits {:?}, but other scans saw through where that would put it", other(pair))));
     }
     if let Some(pair) = sure_one().filter(|_| apart) {
-        return Ok(format!(
+        return open(format!(
             "it fits {:?}, but nothing joins these with the first group: they are of something else, or share too little with it",
             other(pair)
         ));
     }
-    Ok(joined("no place was found where it fits another scan: it is of something else, or shares too little (neighbours should share a third of what they \
-         see); give it a rough pose, or pairs of points"
-            .to_owned()))
+    let remedy = if solved.bound.binds() { "pairs of points" } else { "a rough pose, or pairs of points" };
+    open(joined(format!(
+        "no place was found where it fits another scan: it is of something else, or shares too little (neighbours should share a third of what they \
+         see); give it {remedy}"
+    )))
+}
+
+/// Whether scans that are placed see through a scan where it was given, further off than rough poses may be.
+fn against(views: &[View], solved: &Solved, k: usize) -> bool {
+    let Some(group) = solved.groups.first().filter(|group| solved.bound.binds() && !group.has(k)) else { return false };
+    let given = views[k].reduced.world_from_local();
+    group.members.iter().any(|&(other, pose)| {
+        let both = [&views[other], &views[k]];
+        let reach = [other, k].map(|scan| solved.bound.reach(scan));
+        contradict(both, &(pose.inverse() * given), reach[0].max(reach[1]))
+    })
 }
 
 fn too_far(moved: f64, reach: f64) -> String {
@@ -138,13 +166,18 @@ fn why_not(views: &[View], solved: &Solved, pair: &Pair, other: &str) -> Option<
     let verdict = &pair.modes[0].verdict;
     match pair.finding {
         Finding::Ambiguous => Some(format!(
-            "it fits {other:?} in {} places, and no other scan decides: give it a rough pose, or a pair of points that both show",
-            pair.places(views, &solved.limits)
+            "it fits {other:?} in {} places, and no other scan decides: give it {}a pair of points that both show",
+            pair.places(views, &solved.limits),
+            if solved.bound.binds() { "" } else { "a rough pose, or " }
         )),
         Finding::Walls => {
-            let order = if solved.sequence.is_some() { "" } else { "align the recording as a sequence, " };
+            let order = match (solved.bound.binds(), solved.sequence.is_some()) {
+                (true, _) => "",
+                (false, true) => "give it a rough pose, or ",
+                (false, false) => "align the recording as a sequence, give it a rough pose, or ",
+            };
             Some(format!(
-                "it shares hardly more than walls, floor or ceiling with {other:?}, which fit in other places as well: {order}give it a rough pose, or \
+                "it shares hardly more than walls, floor or ceiling with {other:?}, which fit in other places as well: {order}\
                  scan more of what stands in the room"
             ))
         }
@@ -256,9 +289,22 @@ pub(crate) fn say(
     solved: &Solved,
     progress: &Progress<'_>,
 ) -> Result<()> {
-    let mut unplaced: Vec<usize> = (0..scans.len()).filter(|&k| scans[k].state == ScanState::Unplaced).collect();
-    unplaced.sort_by_key(|&k| order[k]);
-    let unplaced: Vec<&str> = unplaced.into_iter().map(|k| names[k]).collect();
+    let named = |state: ScanState| {
+        let mut found: Vec<usize> = (0..scans.len()).filter(|&k| scans[k].state == state).collect();
+        found.sort_by_key(|&k| order[k]);
+        found.into_iter().map(|k| names[k]).collect::<Vec<&str>>()
+    };
+    let undecided = named(ScanState::Undecided);
+    if !undecided.is_empty() {
+        report.messages.push(match undecided.len() {
+            1 => format!("{:?} stays where it was given: nothing decides where it belongs", undecided[0]),
+            n => format!(
+                "{n} scans stay where they were given: nothing decides where they belong: {}",
+                quoted(&undecided)
+            ),
+        });
+    }
+    let unplaced = named(ScanState::Unplaced);
     if !unplaced.is_empty() {
         report.messages.push(match unplaced.len() {
             1 => format!("{:?} is not placed", unplaced[0]),
@@ -267,8 +313,9 @@ pub(crate) fn say(
     }
     if report.groups.len() > 1 {
         report.messages.push(format!(
-            "nothing joins {} groups of scans: give rough poses, or a pair of points that two of them show",
-            report.groups.len()
+            "nothing joins {} groups of scans: give {}a pair of points that two of them show",
+            report.groups.len(),
+            if solved.bound.binds() { "" } else { "rough poses, or " }
         ));
     }
     let same = (0..views.len()).flat_map(|a| (a + 1..views.len()).map(move |b| (a, b)));

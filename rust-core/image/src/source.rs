@@ -31,6 +31,15 @@ pub struct Loading {
     pub cell: f64,
 }
 
+/// A moment of a recording.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Moment<'a> {
+    /// The recording, by the path of its file or folder.
+    pub recording: &'a Path,
+    /// The number of the frame in it, or its time.
+    pub at: f64,
+}
+
 /// One scan to merge: something that can be loaded as an oriented surface, more than once.
 pub trait ScanSource: Sync {
     /// Name for messages; also what ties are broken by, then by content, so that the order of the scans does not matter.
@@ -80,6 +89,11 @@ pub trait ScanSource: Sync {
 
     /// The file that it is read from whenever it is loaded; `None` if it is in memory.
     fn file(&self) -> Option<&Path> {
+        None
+    }
+
+    /// The moment that it was taken at. `None` where it is no frame of a recording, or the recording's frames have no order in time.
+    fn moment(&self) -> Option<Moment<'_>> {
         None
     }
 

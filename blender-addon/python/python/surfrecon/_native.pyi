@@ -489,7 +489,7 @@ class Aligner:
         self,
         *,
         # options: align
-        start: Literal["unknown", "rough", "sequence"] | None = "unknown",
+        start: Literal["auto", "unknown", "rough", "sequence"] | None = "auto",
         reach: float | None = None,
         turntable: Literal["no", "turned", "equal"] | None = "no",
         tolerance: float | None = None,
@@ -613,7 +613,7 @@ class Job:
         scans: Iterable[_Alignable],
         *,
         # options: align
-        start: Literal["unknown", "rough", "sequence"] | None = "unknown",
+        start: Literal["auto", "unknown", "rough", "sequence"] | None = "auto",
         reach: float | None = None,
         turntable: Literal["no", "turned", "equal"] | None = "no",
         tolerance: float | None = None,
@@ -958,7 +958,7 @@ def align(
     scans: Iterable[_Alignable],
     *,
     # options: align
-    start: Literal["unknown", "rough", "sequence"] | None = "unknown",
+    start: Literal["auto", "unknown", "rough", "sequence"] | None = "auto",
     reach: float | None = None,
     turntable: Literal["no", "turned", "equal"] | None = "no",
     tolerance: float | None = None,

@@ -138,9 +138,10 @@ class AlignedScan(Report):
 
     Attributes:
         name: Its name.
-        state: ``"placed"``, ``"kept"`` (its pose is as given), ``"apart"`` (joined with others, but these with nothing)
-            or ``"unplaced"``.
-        reason: Why it is not placed, and what to do; empty if it is.
+        state: ``"placed"``, ``"kept"`` (its pose is as given), ``"apart"`` (joined with others, but these with
+            nothing), ``"undecided"`` (its pose was rough and is as given: nothing decides where it belongs) or
+            ``"unplaced"``.
+        reason: Why it is not placed, or undecided, and what to do; empty if it is placed.
         group: Number of its group: 0 is the one that is placed; ``None`` if it is in none.
         world_from_scan: 4 x 4 float64, its pose in its group, or ``None``. Scans of a group that is not placed lie
             together where the largest of them was given.
@@ -148,7 +149,7 @@ class AlignedScan(Report):
             then a shift. Zero for scans that are kept.
         middle: The middle of its points, in the world.
         deviation: One standard deviation of the place of its points, where it is largest; at least its size where
-            nothing holds it, infinite where it has no place.
+            nothing holds it, the reach where it stays undecided, infinite where it has no place.
         free: Ways that nothing holds it: ``("turn" or "slide", direction, point of the axis)``.
         overlap: Share of its surface that lies on the scan that shares most with it.
         residual: Root mean square distance to the surfaces of others, along normals.
@@ -160,7 +161,7 @@ class AlignedScan(Report):
 
     __slots__ = ()
     name: str
-    state: Literal["placed", "kept", "apart", "unplaced"]
+    state: Literal["placed", "kept", "apart", "undecided", "unplaced"]
     reason: str
     group: int | None
     world_from_scan: NDArray[np.float64] | None

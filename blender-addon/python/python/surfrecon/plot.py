@@ -191,7 +191,7 @@ def alignment(result: Alignment, ax: Any = None) -> Any:
     ax.set_yticks(range(count), names, fontsize=7)
     for labels in (ax.get_xticklabels(), ax.get_yticklabels()):
         for label, scan in zip(labels, report.scans, strict=True):
-            if scan.state in ("unplaced", "apart"):
+            if scan.state in ("unplaced", "apart", "undecided"):
                 label.set_color((0.75, 0.1, 0.1))
     ax.set(title=f"{report.placed} of {count} scans placed", xlim=(-0.5, count - 0.5), ylim=(count - 0.5, -0.5))
     return ax

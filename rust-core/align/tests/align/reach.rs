@@ -108,6 +108,28 @@ fn exact_poses_of_a_room_like_a_box_stay() {
 }
 
 #[test]
+fn what_nothing_decides_stays_where_it_was_given_and_is_said() {
+    let room = room(11, 14);
+    let mut given = tour(&room, 12, (48, 60), 0.004);
+    // Its ceiling alone, along which it slides.
+    given.extend(film(&room, &[(DVec3::new(0.3, 0.2, 2.0), DVec3::new(0.4, 0.2, 2.7))], (48, 60), 0.004));
+    given[12].name = "ceiling".to_owned();
+    // Its sensor would stand in the room's corner and see through the walls.
+    given[5] = placed(&given[5], DAffine3::from_translation(DVec3::new(2.0, 1.5, 0.0)) * given[5].world_from_sensor);
+    let alignment = rough(&given, Some(0.1), &Constraints::default());
+    let states = |state| (0..13).filter(|&k| alignment.report.scans[k].state == state).collect::<Vec<usize>>();
+    assert_eq!(states(ScanState::Unplaced), [5], "{}", lines(&alignment));
+    assert!(alignment.report.scans[5].reason.starts_with("others see through where it was given"));
+    assert_eq!(states(ScanState::Undecided), [12], "{}", lines(&alignment));
+    assert_eq!(alignment.world_from_scan[12], Some(given[12].world_from_sensor));
+    assert_eq!(alignment.report.scans[12].deviation, 0.1);
+    let said = lines(&alignment);
+    assert!(said.contains("ceiling: stays where it was given, undecided: ") && !said.contains("rough pose"), "{said}");
+    assert!(said.contains("\"ceiling\" stays where it was given: nothing decides where it belongs"), "{said}");
+    assert_eq!(alignment.report.placed(), 11, "{said}");
+}
+
+#[test]
 fn a_scan_given_too_far_off_is_left_out_and_said() {
     let images = around(statue(), 5, 0.0);
     let mut given = images.clone();

@@ -1,9 +1,14 @@
 //! Recordings without poses: frames in the order they were taken in.
 
+use std::borrow::Cow;
+use std::path::Path;
+
+use base::error::Result;
 use glam::DVec3;
 use image::RangeImage;
+use image::source::{Loading, OrientedSurface};
 use mesh::shapes::Shape;
-use surfrecon_align::{AlignParams, AlignReport, Alignment, Constraints, Start, run};
+use surfrecon_align::{AlignParams, AlignReport, Alignment, Constraints, Moment, ScanSource, Start, run};
 
 use crate::reach::{add, lines, room, tour};
 use crate::rooms::{corridor, office, twins, walk};
@@ -159,4 +164,78 @@ fn what_slides_is_said() {
     let alignment = followed(&empty, 0);
     assert!(placed(&empty, &alignment) <= 4, "{}", lines(&alignment));
     assert!(alignment.report.messages.iter().any(|text| text.contains("track was lost")), "{}", lines(&alignment));
+}
+
+/// A frame of a recording.
+struct Recorded {
+    image: RangeImage,
+    recording: &'static str,
+    frame: usize,
+}
+
+impl ScanSource for Recorded {
+    fn name(&self) -> &str {
+        &self.image.name
+    }
+
+    fn load(&self, loading: &Loading, progress: &Progress<'_>) -> Result<OrientedSurface> {
+        self.image.load(loading, progress)
+    }
+
+    fn image(&self, _: &Progress<'_>) -> Result<Option<Cow<'_, RangeImage>>> {
+        Ok(Some(Cow::Borrowed(&self.image)))
+    }
+
+    fn moment(&self) -> Option<Moment<'_>> {
+        Some(Moment { recording: Path::new(self.recording), at: self.frame as f64 })
+    }
+}
+
+fn recorded(images: &[RangeImage], recording: &'static str) -> Vec<Recorded> {
+    let images = without_poses(images).into_iter().enumerate();
+    images.map(|(k, image)| Recorded { image, recording, frame: 3 * k + 1 }).collect()
+}
+
+fn by(frames: &[&Recorded], start: Start) -> Alignment {
+    let frames: Vec<&dyn ScanSource> = frames.iter().map(|&frame| frame as &dyn ScanSource).collect();
+    let params = AlignParams { start, ..AlignParams::default() };
+    run(&frames, &params, &Constraints::default(), &Progress::none()).unwrap()
+}
+
+#[test]
+fn frames_of_a_recording_are_followed_in_whatever_order_they_are_given() {
+    let mut images = tour(&room(11, 14), 40, SIZE, 0.004);
+    images.truncate(12);
+    let in_order = followed(&images, 0);
+    assert!(in_order.report.messages.is_empty(), "{}", lines(&in_order));
+    let frames = recorded(&images, "tour");
+    let order = [7, 3, 11, 0, 5, 9, 1, 10, 4, 8, 2, 6];
+    let shuffled: Vec<&Recorded> = order.iter().map(|&k| &frames[k]).collect();
+    for start in [Start::Auto, Start::Sequence] {
+        let alignment = by(&shuffled, start);
+        for (place, &k) in order.iter().enumerate() {
+            assert_eq!(alignment.world_from_scan[place], in_order.world_from_scan[k], "{start:?} {k}");
+        }
+    }
+}
+
+#[test]
+fn what_is_no_sequence_is_taken_for_a_heap() {
+    let images = tour(&room(11, 14), 12, SIZE, 0.004);
+    // One frame in three: next to none fits the one before it.
+    let far: Vec<RangeImage> = [0, 6, 3, 9, 1, 7, 4].iter().map(|&k| images[k].clone()).collect();
+    let frames = recorded(&far, "tour");
+    let frames: Vec<&Recorded> = frames.iter().collect();
+    assert_eq!(by(&frames, Start::Auto), by(&frames, Start::Unknown));
+    // Frames of two recordings have no order.
+    let [first, second] = ["first", "second"].map(|name| recorded(&images[..4], name));
+    let both: Vec<&Recorded> = [&first[0], &second[1], &first[2], &second[3]].into();
+    assert_eq!(by(&both, Start::Auto), by(&both, Start::Unknown));
+    let images = without_poses(&images[..4]);
+    let automatic = run(&sources(&images), &AlignParams::default(), &Constraints::default(), &Progress::none());
+    let params = AlignParams { start: Start::Unknown, ..AlignParams::default() };
+    assert_eq!(
+        automatic.unwrap(),
+        run(&sources(&images), &params, &Constraints::default(), &Progress::none()).unwrap()
+    );
 }

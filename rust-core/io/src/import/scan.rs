@@ -21,7 +21,7 @@ use image::oriented::OrientedPoints;
 use image::places::Places;
 use image::range_image::RangeImage;
 use image::select::scale_frame;
-use image::source::{Loading, OrientedSurface, PlacedCloud, PlacedMesh, ScanSource};
+use image::source::{Loading, Moment, OrientedSurface, PlacedCloud, PlacedMesh, ScanSource};
 use image::triangulate::TriangulateParams;
 use mesh::point_cloud::PointCloud;
 use mesh::{Crs, TriMesh};
@@ -267,6 +267,16 @@ impl Scan {
         }
     }
 
+    /// The ending of its file's name, in small letters.
+    fn ending(&self) -> String {
+        self.path.extension().and_then(|ending| ending.to_str()).unwrap_or_default().to_lowercase()
+    }
+
+    /// Whether it is an image that the caller gave a camera.
+    fn is_depth_image(&self) -> bool {
+        self.options.camera.is_some() && IMAGES.contains(&&self.ending()[..])
+    }
+
     fn is_no_scan(&self) -> Error {
         Error::input(format!("{}: lists scans and isn't one itself; open it instead", known_as(&self.path)))
     }
@@ -323,6 +333,18 @@ impl ScanSource for Scan {
         }
     }
 
+    fn moment(&self) -> Option<Moment<'_>> {
+        match &self.recording {
+            Some(recording) => {
+                recording.is_in_time.then_some(Moment { recording: self.opened.as_deref()?, at: self.part as f64 })
+            }
+            None => self.is_depth_image().then_some(Moment {
+                recording: self.path.parent()?,
+                at: last_number(self.path.file_stem()?.to_str()?)?,
+            }),
+        }
+    }
+
     fn damage(&self) -> Option<String> {
         self.recording.as_ref()?.damage(self.part)
     }
@@ -336,7 +358,7 @@ impl ScanSource for Scan {
     }
 
     fn version(&self, triangulation: &TriangulateParams, progress: &Progress<'_>) -> Result<u64> {
-        let ending = self.path.extension().and_then(|ending| ending.to_str()).unwrap_or_default().to_lowercase();
+        let ending = self.ending();
         let is_all = self.recording.is_none() && self._memory.is_none() && self.edits.is_empty();
         if !is_all || !WHOLE.contains(&&ending[..]) {
             return self.content(triangulation, progress);
@@ -352,5 +374,40 @@ impl ScanSource for Scan {
     }
 }
 
+/// The last number in a name, of a frame or a time in seconds.
+fn last_number(name: &str) -> Option<f64> {
+    let end = name.rfind(|c: char| c.is_ascii_digit())? + 1;
+    let begin = name[..end].rfind(|c: char| !c.is_ascii_digit() && c != '.').map_or(0, |other| other + 1);
+    name[begin..end].trim_start_matches('.').parse().ok()
+}
+
+/// Endings of images.
+const IMAGES: [&str; 7] = ["exr", "npy", "pfm", "pgm", "png", "tif", "tiff"];
+
 /// Endings of files that have all of a scan but its pose: of others more files may tell what it is.
 const WHOLE: [&str; 9] = ["e57", "npy", "pcd", "pfm", "pgm", "ply", "png", "ptx", "stl"];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use image::frame::Camera;
+
+    #[test]
+    fn depth_images_are_taken_in_the_order_of_their_numbers() {
+        let at = |name: &str, camera: Option<Camera>| {
+            let options = Arc::new(ReadOptions { camera, ..ReadOptions::default() });
+            let scan = Scan::with(Path::new(name), &options);
+            scan.moment().map(|moment| (moment.recording.to_owned(), moment.at))
+        };
+        let camera = Some(Camera::new([1.0; 2], [0.5; 2]));
+        let found = |folder: &str, at: f64| Some((PathBuf::from(folder), at));
+        assert_eq!(at("a/depth_00012.png", camera), found("a", 12.0));
+        assert_eq!(at("a/7.npy", camera), found("a", 7.0));
+        assert_eq!(at("b/1305031453.374112.png", camera), found("b", 1_305_031_453.374_112));
+        assert_eq!(at("b/frame-3.depth.PGM", camera), found("b", 3.0));
+        for name in ["a/depth.png", "a/v1.2.3.png", "a/scan3.ply"] {
+            assert_eq!(at(name, camera), None, "{name}");
+        }
+        assert_eq!(at("a/heights_00012.png", None), None);
+    }
+}

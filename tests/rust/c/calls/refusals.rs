@@ -174,10 +174,10 @@ pub(super) fn what_is_said_of_scans_that_are_not_there_is_refused() {
         turn(none, none, angles.as_ptr(), usize::MAX, PARAMETER, "more than there can be");
         let mut params = AlignParams::ZERO;
         api.ok((api.srf_align_params_init_sized)(&mut params, size_of_val(&params)));
-        params.numbers[0] = 4;
+        params.numbers[0] = 5;
         let mut alignment = Handle::NULL;
         let answer = (api.srf_aligner_run)(aligner, &params, std::ptr::null(), &mut alignment);
-        api.refused(answer, PARAMETER, "start must be one of 1 (unknown), 2 (rough), 3 (sequence), got 4");
+        api.refused(answer, PARAMETER, "start must be one of 1 (auto), 2 (unknown), 3 (rough), 4 (sequence), got 5");
         api.ok((api.srf_aligner_trust)(aligner, 0, 1));
         api.ok((api.srf_aligner_reject)(aligner, 1, 0));
         let answer = (api.srf_aligner_run)(aligner, std::ptr::null(), std::ptr::null(), &mut alignment);

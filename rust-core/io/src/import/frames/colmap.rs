@@ -66,6 +66,8 @@ pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) ->
     }
     let lost = counted(posed.len() - entries.len(), posed.len(), "have no depth map and are passed over");
     let mut recording = Recording::new(store, layout);
+    // Photos by name, taken one by one from anywhere.
+    recording.is_in_time = false;
     recording.depth.coding = Coding::Colmap;
     recording.depth.unit = 1.0;
     recording.reach = Some(FURTHEST);

@@ -35,6 +35,8 @@ pub(crate) struct Recording {
     /// Who writes such recordings, for people.
     pub(super) layout: &'static str,
     pub(super) entries: Vec<Entry>,
+    /// Whether the entries are in the order in which they were taken.
+    pub(crate) is_in_time: bool,
     pub(super) depth: DepthForm,
     pub(super) confidence: ConfidenceForm,
     /// Takes points of the depth sensor's frame into that of the colour camera.
@@ -113,6 +115,7 @@ impl Recording {
             store,
             layout,
             entries: Vec::new(),
+            is_in_time: true,
             depth: DepthForm { coding: Coding::Image, unit: 1e-3, unit_of_floats: 1.0, kind: DepthKind::Planar },
             confidence: ConfidenceForm { coding: Coding::Image, least: 1 },
             colour_from_depth: DAffine3::IDENTITY,
