@@ -83,11 +83,11 @@ def options():
     """What the command line asks for."""
     left_out = "\n".join(f"  {name + ':':11}{', '.join(patterns)}" for name, patterns in HEAVY.items())
     parser = argparse.ArgumentParser(
-        description="This library beside its peers on the same data; ten minutes of CPU time per benchmark, twenty for align.",
+        description="This library beside its peers on the same data; at most ten minutes of CPU time each, align twenty.",
         formatter_class=argparse.RawDescriptionHelpFormatter,
         epilog=f"A tool whose run takes more than {ONCE_CPU_S} s of CPU time is run once.\n"
-        f"Without --all nothing is begun after {BUDGET_CPU_S} s of CPU time (twice that of align), and left out are, as\n"
-        "case and tool:\n" + left_out,
+        f"Without --all nothing is begun after {BUDGET_CPU_S} s of CPU time (twice that of align), and left out are,\n"
+        "as case and tool:\n" + left_out,
     )
     parser.add_argument("name", nargs="?", choices=BENCHMARKS, help="one benchmark; all without it")
     parser.add_argument("--cases", default="", help="only cases whose name contains this text")

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::features::{Features, difference};
+use crate::features::{Features, difference, difference_below};
 
 /// Likest points kept of each.
 const LIKEST: usize = 3;
@@ -20,10 +20,14 @@ pub(crate) struct Match {
 
 type Likest = [(u32, u32); LIKEST + 1];
 
+#[inline(always)]
 fn offer(list: &mut Likest, difference: u32, other: u32) {
     if difference < list[LIKEST].0 {
-        let place = list.partition_point(|entry| entry.0 <= difference);
-        list[place..].rotate_right(1);
+        let mut place = LIKEST;
+        while place > 0 && list[place - 1].0 > difference {
+            list[place] = list[place - 1];
+            place -= 1;
+        }
         list[place] = (difference, other);
     }
 }
@@ -35,7 +39,7 @@ pub(crate) fn correspond(a: &Features, b: &Features) -> Vec<Match> {
     let mut of_b = vec![none; b.points.len()];
     for (i, (mine, list)) in a.descriptors.iter().zip(&mut of_a).enumerate() {
         for (j, (other, others)) in b.descriptors.iter().zip(&mut of_b).enumerate() {
-            let d = difference(mine, other);
+            let Some(d) = difference_below(mine, other, list[LIKEST].0.max(others[LIKEST].0)) else { continue };
             offer(list, d, j as u32);
             offer(others, d, i as u32);
         }

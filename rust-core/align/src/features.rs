@@ -142,7 +142,31 @@ fn weighted(list: &[(u32, f32)], simple: &[[Histogram; 2]], cell: f64) -> Descri
 }
 
 /// How much two descriptions differ.
-#[inline]
+#[inline(always)]
 pub(crate) fn difference(a: &Descriptor, b: &Descriptor) -> u32 {
-    a.iter().zip(b).map(|(a, b)| u32::from(a.abs_diff(*b))).sum()
+    apart(a, b, 0, LENGTH)
+}
+
+/// How much two descriptions differ, if by less than `limit`: most differ by more in their first entries.
+#[inline(always)]
+pub(crate) fn difference_below(a: &Descriptor, b: &Descriptor, limit: u32) -> Option<u32> {
+    let first = apart(a, b, 0, FIRST);
+    if first >= limit {
+        return None;
+    }
+    let all = first + apart(a, b, FIRST, LENGTH);
+    (all < limit).then_some(all)
+}
+
+/// Entries that are compared first.
+const FIRST: usize = 32;
+
+/// Sum of the differences of some entries. Where it is known which, a few instructions.
+#[inline(always)]
+fn apart(a: &Descriptor, b: &Descriptor, first: usize, end: usize) -> u32 {
+    let mut sum = 0;
+    for k in first..end {
+        sum += u32::from(a[k].abs_diff(b[k]));
+    }
+    sum
 }

@@ -32,7 +32,7 @@ pub(crate) enum Effort {
 }
 
 /// Two oriented points of different scans.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Like {
     pub points: [DVec3; 2],
     pub normals: [DVec3; 2],
@@ -68,9 +68,12 @@ impl Graph {
     fn new(likes: &[Like], cell: f64) -> Self {
         let words = likes.len().div_ceil(64);
         let mut graph = Graph { words, bits: vec![0; words * likes.len()] };
+        let places = Places::new(likes);
+        let mut squares = vec![[0.0; 2]; likes.len()];
         for (i, first) in likes.iter().enumerate() {
+            places.squares(first, &mut squares[..i]);
             for (j, second) in likes[..i].iter().enumerate() {
-                if agree(first, second, cell) {
+                if may_agree(squares[j], cell) && agree(first, second, cell) {
                     graph.bits[i * words + j / 64] |= 1 << (j % 64);
                     graph.bits[j * words + i / 64] |= 1 << (i % 64);
                 }
@@ -88,9 +91,39 @@ impl Graph {
     }
 }
 
-#[inline]
+/// Whether distances may be equally far, without their roots: most are not. Exact but for rounding, for which there is slack.
+#[inline(always)]
+fn may_agree([a2, b2]: [f64; 2], cell: f64) -> bool {
+    let off = a2 + b2 - 1.001 * DISTANCE * DISTANCE * cell * cell;
+    off <= 0.0 || off * off <= 4.0 * a2 * b2
+}
+
+/// The points of likes by coordinates, so that many distances are found at once.
+struct Places([[Vec<f64>; 3]; 2]);
+
+impl Places {
+    fn new(likes: &[Like]) -> Self {
+        Places([0, 1].map(|side| [0, 1, 2].map(|axis| likes.iter().map(|like| like.points[side][axis]).collect())))
+    }
+
+    /// Squares of the distances of the first points from those of another, in both scans.
+    fn squares(&self, from: &Like, squares: &mut [[f64; 2]]) {
+        let count = squares.len();
+        for side in 0..2 {
+            let [x, y, z] = &self.0[side];
+            let (x, y, z) = (&x[..count], &y[..count], &z[..count]);
+            let p = from.points[side];
+            for k in 0..count {
+                let (x, y, z) = (x[k] - p.x, y[k] - p.y, z[k] - p.z);
+                squares[k][side] = x * x + y * y + z * z;
+            }
+        }
+    }
+}
+
+#[inline(always)]
 fn agree(first: &Like, second: &Like, cell: f64) -> bool {
-    let [a, b] = [0, 1].map(|side| second.points[side] - first.points[side]);
+    let (a, b) = (second.points[0] - first.points[0], second.points[1] - first.points[1]);
     let (a2, b2) = (a.length_squared(), b.length_squared());
     let least = APART * APART * cell * cell;
     if a2 < least || b2 < least {
@@ -184,4 +217,29 @@ fn inliers(likes: &[Like], a_from_b: &DAffine3, distance: f64) -> Vec<usize> {
             && a_from_b.transform_vector3(like.normals[1]).dot(like.normals[0]) > 0.7
     };
     (0..likes.len()).filter(|&k| near(&likes[k])).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn like() -> impl Strategy<Value = Like> {
+        let place = || prop::array::uniform3(-9.0..9.0_f64).prop_map(DVec3::from);
+        (place(), place()).prop_map(|(a, b)| Like { points: [a, b], normals: [DVec3::Z; 2] })
+    }
+
+    proptest! {
+        /// Theorem: the quick look refuses no two that agree, however close to the limit.
+        #[test]
+        fn what_agrees_is_looked_at(first in like(), turn in like(), off in -1.0001..1.0001_f64, cell in 0.1..2.0_f64) {
+            let [to, way] = turn.points;
+            let far = to.distance(first.points[0]) + off * DISTANCE * cell;
+            let there = first.points[1] + far * way.normalize_or_zero();
+            let second = Like { points: [to, there], normals: [DVec3::Z; 2] };
+            let mut squares = [[0.0; 2]];
+            Places::new(&[second]).squares(&first, &mut squares);
+            prop_assert!(may_agree(squares[0], cell) || !agree(&second, &first, cell));
+        }
+    }
 }

@@ -117,7 +117,7 @@ pub(crate) fn touching_share([a, b]: [&View; 2], motion: &DAffine3) -> f64 {
     let samples = b.coarse.spread(GLANCE);
     let touches = |k: &&u32| {
         let at = motion.transform_point3(b.coarse.points[**k as usize]);
-        a.coarse.tree.nearest_within(at, 3.0 * cell).is_some()
+        a.coarse.near.nearest_within(at, 3.0 * cell).is_some()
     };
     samples.iter().filter(touches).count() as f64 / samples.len().max(1) as f64
 }
@@ -136,7 +136,7 @@ pub(crate) fn judge(views: [&View; 2], both: &Both<'_>, a_from_b: &DAffine3, tol
             verdict.total[side] += area;
             let at = motions[side].transform_point3(mine.points[k]);
             let normal = motions[side].transform_vector3(mine.normals[k]);
-            if let Some((n, _)) = other.tree.nearest_within(at, 2.0 * other.cell + tolerance) {
+            if let Some((n, _)) = other.near.nearest_within(at, 2.0 * other.cell + tolerance) {
                 let n = n as usize;
                 let cosine = other.normals[n].dot(normal);
                 let mean = (other.normals[n] + normal).normalize_or_zero();

@@ -3,9 +3,9 @@
 use glam::{DVec3, IVec3};
 use rustc_hash::FxHashMap;
 
+use crate::near::Near;
 use crate::neighbours::Neighbours;
 use crate::tint::{Tint, Tints};
-use geom::neighbours::KdTree;
 
 /// Cells around a point within which its neighbours are looked for.
 const RING: f64 = 2.2;
@@ -25,7 +25,7 @@ pub(crate) struct Level {
     pub is_border: Vec<bool>,
     /// How far points lie off the surface, as a standard deviation: by noise, and by what bends between samples.
     pub noise: f64,
-    pub tree: KdTree,
+    pub near: Near,
     pub tints: Tints,
 }
 
@@ -33,7 +33,7 @@ impl Level {
     /// Points and their vector areas, averaged in cells, with their tints, if any. O(n).
     pub fn new(points: &[DVec3], areas: &[DVec3], tints: Option<&[Tint]>, cell: f64) -> Self {
         let (points, areas, tints) = averaged(points, areas, tints, cell);
-        let mut level = Level { cell, tree: KdTree::new(&points), ..Level::default() };
+        let mut level = Level { cell, near: Near::new(&points, cell), ..Level::default() };
         let grid = Neighbours::new(&points, RING * cell);
         let mut near = Vec::new();
         for (k, &here) in points.iter().enumerate() {

@@ -27,6 +27,7 @@ mod level;
 mod linear;
 mod misfit;
 mod modes;
+mod near;
 mod neighbours;
 mod pair;
 mod params;
@@ -73,7 +74,7 @@ const ALIGNING: Plan = &[("reading scans", 0.0), ("comparing scans", 0.7), ("fit
 const SNAPPING: Plan = &[("placing the scan", 1.0)];
 const MEASURING: Plan = &[("measuring the misfit", 1.0)];
 /// Bytes that a scan's points and features take, and a pair that is looked at.
-const BYTES_A_SCAN: f64 = 2.5e6;
+const BYTES_A_SCAN: f64 = 3.2e6;
 
 /// Brings scans to one frame: [`Prepared::read`], then [`Prepared::align`].
 ///
@@ -95,7 +96,7 @@ pub fn run(
     Prepared::new(sources, params.threads, progress)?.aligned(params, constraints, progress)
 }
 
-/// Scans made ready to be aligned, as often as wanted. Of their samples nothing is kept: 1 to 2.5 MB a scan.
+/// Scans made ready to be aligned, as often as wanted. Of their samples nothing is kept: 1 to 3 MB a scan.
 pub struct Prepared {
     /// The largest first, ties by content.
     views: Vec<View>,

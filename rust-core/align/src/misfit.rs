@@ -201,7 +201,7 @@ impl Map {
             let (there, reach) = (other.view.fine(), REACH * tolerance([scan.view, other.view]));
             for k in chosen.iter().map(|&k| k as usize) {
                 let at = other_from_scan.transform_point3(level.points[k]);
-                let Some((n, _)) = there.tree.nearest_within(at, reach) else { continue };
+                let Some((n, _)) = there.near.nearest_within(at, reach) else { continue };
                 let (n, normal) = (n as usize, other_from_scan.transform_vector3(level.normals[k]));
                 if !there.is_border[n] && there.normals[n].dot(normal) > 0.6 {
                     let mean = (there.normals[n] + normal).normalize();

@@ -20,6 +20,10 @@ const ROUGH: usize = 6;
 const WHOLE: usize = 4;
 const THOROUGHLY: usize = 3;
 
+/// Least share of the points that look alike in two views of a room that must agree on a motion, so that a quick search goes on. The least
+/// of 341 right pairs of virtual rooms was 0.036, and 0.043 the tenth; of 1210 others a third have less than 0.033.
+const AGREEING: f64 = 1.0 / 30.0;
+
 /// Two scans, and what was found of them: the likeliest mode first.
 #[derive(Clone, Debug)]
 pub(crate) struct Pair {
@@ -139,7 +143,13 @@ fn rough_modes(both: [&View; 2], effort: Effort, is_allowed: impl Fn(&DAffine3) 
     let radius = first.reduced.radius.min(second.reduced.radius);
     let mut found: Vec<(f64, DAffine3)> = Vec::new();
     let samples = both.map(|view| view.coarse.spread(FEW));
-    for hypothesis in hypothesise(&likes, cell, radius, effort as usize) {
+    let hypotheses = hypothesise(&likes, cell, radius, effort as usize);
+    let agreeing = hypotheses.first().map_or(0, |first| first.inliers);
+    let is_room = both.iter().all(|view| view.is_of_room());
+    if effort == Effort::Quick && is_room && (agreeing as f64) < AGREEING * likes.len() as f64 {
+        return Vec::new();
+    }
+    for hypothesis in hypotheses {
         let seen = glance(both, [&samples[0], &samples[1]], &hypothesis.a_from_b, 1.5 * cell);
         if seen.is_some_and(|seen| seen.contradiction() > 0.5) {
             continue;

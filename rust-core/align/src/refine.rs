@@ -72,7 +72,7 @@ impl<'a> Both<'a> {
         for &k in &self.samples[1] {
             let k = k as usize;
             let at = a_from_b.transform_point3(b.points[k]);
-            let Some((n, _)) = a.tree.nearest_within(at, distance) else { continue };
+            let Some((n, _)) = a.near.nearest_within(at, distance) else { continue };
             let n = n as usize;
             let normal = a_from_b.transform_vector3(b.normals[k]);
             if !a.is_border[n] && a.normals[n].dot(normal) > COSINE {
@@ -91,7 +91,7 @@ impl<'a> Both<'a> {
         }
         for &k in &self.samples[0] {
             let k = k as usize;
-            let Some((n, _)) = b.tree.nearest_within(b_from_a.transform_point3(a.points[k]), distance) else {
+            let Some((n, _)) = b.near.nearest_within(b_from_a.transform_point3(a.points[k]), distance) else {
                 continue;
             };
             let n = n as usize;

@@ -145,7 +145,7 @@ impl DepthMap {
 
     #[inline]
     fn pixel(&self, at: [f64; 3]) -> Option<[usize; 2]> {
-        let [x, y] = [0, 1].map(|axis| (at[axis] - self.first[axis]) / self.pitch[axis]);
+        let (x, y) = ((at[0] - self.first[0]) / self.pitch[0], (at[1] - self.first[1]) / self.pitch[1]);
         (x >= 0.0 && y >= 0.0 && x < self.counts[0] as f64 && y < self.counts[1] as f64)
             .then_some([x as usize, y as usize])
     }

@@ -122,6 +122,12 @@ pub(crate) fn coarse_cell<'r>(scans: impl Iterator<Item = &'r Reduced>) -> f64 {
     cells.get(cells.len() / 2).copied().unwrap_or(0.0)
 }
 
+/// A scan of a room shows more than this share of walls: 100 frames of a virtual room 0.61 and more, 40 scans of three sculptures 0.11
+/// and less.
+const WALLED: f64 = 0.3;
+/// Walls whose mean normal is longer than this are one.
+const FLAT: f64 = 0.95;
+
 pub(crate) struct View {
     pub reduced: Reduced,
     pub coarse: Level,
@@ -129,6 +135,7 @@ pub(crate) struct View {
     features: OnceLock<Features>,
     /// Whether each point of the finer level is of a wall; found when first asked for.
     walls: OnceLock<Vec<bool>>,
+    is_of_room: OnceLock<bool>,
     /// Motions that lay the scan on itself; found when first asked for.
     pub symmetries: OnceLock<Vec<DAffine3>>,
     /// What is coloured alike; found when first asked for.
@@ -143,7 +150,15 @@ impl View {
         let tints = (!fine.tints.is_empty()).then_some(&fine.tints.values[..]);
         let coarse = Level::new(&fine.points, &areas, tints, cell);
         let [features, colour_features] = [OnceLock::new(), OnceLock::new()];
-        View { reduced, coarse, features, walls: OnceLock::new(), symmetries: OnceLock::new(), colour_features }
+        View {
+            reduced,
+            coarse,
+            features,
+            walls: OnceLock::new(),
+            is_of_room: OnceLock::new(),
+            symmetries: OnceLock::new(),
+            colour_features,
+        }
     }
 
     pub fn fine(&self) -> &Level {
@@ -156,6 +171,16 @@ impl View {
 
     pub fn walls(&self) -> &[bool] {
         self.walls.get_or_init(|| walls(self.fine()))
+    }
+
+    /// Whether it shows a room from inside: walls, more than one.
+    pub fn is_of_room(&self) -> bool {
+        *self.is_of_room.get_or_init(|| {
+            let normals =
+                self.walls().iter().zip(&self.fine().normals).filter(|(is_wall, _)| **is_wall).map(|(_, n)| n);
+            let (count, sum) = normals.fold((0.0, DVec3::ZERO), |(count, sum), normal| (count + 1.0, sum + *normal));
+            count > WALLED * self.fine().len() as f64 && sum.length() < FLAT * count
+        })
     }
 
     pub fn sight(&self) -> Option<&DepthMap> {

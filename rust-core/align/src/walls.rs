@@ -98,7 +98,7 @@ pub(crate) fn telling(views: [&View; 2], a_from_b: &DAffine3) -> (f64, f64) {
                 let is_close = (at - other.points[n]).dot(normal).abs() < tolerance;
                 !walls[1][n] && is_close && other.normals[n].dot(normal) > 0.6
             };
-            let near = || other.tree.nearest_within(at, 2.0 * mine.cell + tolerance);
+            let near = || other.near.nearest_within(at, 2.0 * mine.cell + tolerance);
             if !walls[0][k] && near().is_some_and(|(n, _)| is_on(n as usize)) {
                 telling += mine.areas[k];
             } else if sight.is_some_and(|sight| sight.see(at, normal, 2.0 * tolerance) == Seen::Through) {
