@@ -83,7 +83,7 @@ def options():
     """What the command line asks for."""
     left_out = "\n".join(f"  {name + ':':11}{', '.join(patterns)}" for name, patterns in HEAVY.items())
     parser = argparse.ArgumentParser(
-        description="This library beside its peers on the same data; at most ten minutes of CPU time each, align twenty.",
+        description="This library beside its peers on the same data; at most ten minutes of CPU time each.",
         formatter_class=argparse.RawDescriptionHelpFormatter,
         epilog=f"A tool whose run takes more than {ONCE_CPU_S} s of CPU time is run once.\n"
         f"Without --all nothing is begun after {BUDGET_CPU_S} s of CPU time (twice that of align), and left out are,\n"
