@@ -96,7 +96,7 @@ pub fn run(
     Prepared::new(sources, params.threads, progress)?.aligned(params, constraints, progress)
 }
 
-/// Scans made ready to be aligned, as often as wanted. Of their samples nothing is kept: 1 to 3 MB a scan.
+/// Scans made ready to be aligned, as often as wanted. Of their samples nothing is kept: 1 to 2.5 MB a scan.
 pub struct Prepared {
     /// The largest first, ties by content.
     views: Vec<View>,
