@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::ffi::c_char;
 use std::path::Path;
 
-use glam::DAffine3;
+use glam::{DAffine3, DVec3};
 use surfrecon::align::{Moment, OrientedPoints, PlacedCloud};
 use surfrecon::import::Scan;
 use surfrecon::merge::{Loading, OrientedSurface, PlacedMesh, ScanSource};
@@ -184,6 +184,13 @@ impl ScanSource for Source {
     fn moment(&self) -> Option<Moment<'_>> {
         match self {
             Source::Scan(scan) => scan.moment(),
+            _ => None,
+        }
+    }
+
+    fn up(&self) -> Option<DVec3> {
+        match self {
+            Source::Scan(scan) => scan.up(),
             _ => None,
         }
     }

@@ -93,6 +93,31 @@ def test_align_writes_a_list_that_places_the_scans(tmp_path):
     assert done.returncode == 0 and "of 2 scans placed" in done.stdout
 
 
+def test_depth_images_keep_their_times_and_their_camera(tmp_path):
+    """A list that can't say the camera is refused before the work; a trajectory has the times that the names are."""
+    row, col = np.mgrid[0:40, 0:50]
+    names = ["1305031453.404816.npy", "1305031453.374112.npy"]
+    for k, name in enumerate(names):
+        np.save(tmp_path / name, 2 + 0.1 * k + 0.01 * np.abs(col - 25.0) + 0.004 * row)
+    camera = "60,60,25,20"
+    told = ("--camera", camera, "--fixed", "0,1")
+    done = run("align", *names, *told, "-o", "placed.conf", cwd=tmp_path)
+    assert done.returncode == 2 and "does not say the camera of the images" in done.stderr and ".tum" in done.stderr
+    scans = surfrecon.open([tmp_path / name for name in names], camera=(60, 60, 25, 20))
+    with pytest.raises(surfrecon.InputError, match="does not say its camera: write the poses as .tum"):
+        surfrecon.align(scans, fixed=[0, 1]).write(tmp_path / "placed.mlp")
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(names)
+    done = run("align", *names, *told, "-o", "placed.tum", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    lines = (tmp_path / "placed.tum").read_text().splitlines()
+    assert [line.split()[0] for line in lines] == ["#", "1305031453.374112", "1305031453.404816"]
+    # Without the second line an image has no pose, and is passed over.
+    (tmp_path / "placed.tum").write_text("\n".join(lines[:2]) + "\n")
+    done = run("info", *names, "placed.tum", "--camera", camera, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "placed 1 scans by the times in their names; 1 of 2 have no pose within 0.02 s" in done.stdout + done.stderr
+
+
 def test_align_tells_that_a_list_leads_out_of_its_folder(tmp_path):
     surfrecon.write_scans(tmp_path / "truth.conf", torus_scans(pixels=40)[:2])
     (tmp_path / "lists").mkdir()

@@ -253,6 +253,13 @@ fn file_of(source: &Source, world_from_file: DAffine3, list: &Path, is_list: boo
                 scan.name
             )));
         }
+        Source::File(scan) if is_list && scan.is_depth_image() => {
+            return Err(input_error(format!(
+                "{:?} is a depth image, and a list of this kind does not say its camera: write the poses as .tum, and open the images with it and \
+                 the camera",
+                scan.name
+            )));
+        }
         Source::File(scan) if scan.part == 0 => {
             let inside = name_in(list, &scan.path);
             if is_list && inside == scan.path && MemoryFolder::of(&scan.path).is_some() {

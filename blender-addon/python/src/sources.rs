@@ -4,7 +4,7 @@ use std::borrow::{Borrow, Cow};
 use std::path::Path;
 use std::sync::Arc;
 
-use glam::DAffine3;
+use glam::{DAffine3, DVec3};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use surfrecon::align::{Moment, OrientedPoints, PlacedCloud};
@@ -115,6 +115,13 @@ impl ScanSource for Source {
     fn moment(&self) -> Option<Moment<'_>> {
         match self {
             Source::File(scan) => scan.moment(),
+            _ => None,
+        }
+    }
+
+    fn up(&self) -> Option<DVec3> {
+        match self {
+            Source::File(scan) => scan.up(),
             _ => None,
         }
     }

@@ -97,6 +97,12 @@ pub trait ScanSource: Sync {
         None
     }
 
+    /// Direction of up in its own frame, of length 1, where the sensor measured gravity: it holds whether the pose is known or not. `None`
+    /// where nothing is known of it.
+    fn up(&self) -> Option<DVec3> {
+        None
+    }
+
     /// Damage of its files that loading met and left out, after the scan's name: "is skipped: depth_3.png: ...". `None` where there was none
     /// so far.
     fn damage(&self) -> Option<String> {

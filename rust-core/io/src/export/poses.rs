@@ -11,8 +11,8 @@ use super::conf::{PlacedFile, check_placed, write_conf};
 use base::error::{Error, Result, known_as};
 use base::progress::Progress;
 
-/// Writes where files lie, by the ending of the name: `.conf`, `.mlp`, `.aln`, or `.tum`, which has no names: a line a file,
-/// numbered from 0.
+/// Writes where files lie, by the ending of the name: `.conf`, `.mlp`, `.aln`, or `.tum`, which has no names: a line a file, in the order
+/// of the times that all names are, else numbered from 0.
 ///
 /// # Errors
 /// Another ending; a name that the format can't hold; a pose that isn't rigid; [`Error::Io`]. No file is left then.
@@ -71,11 +71,28 @@ fn alignment(placed: &[PlacedFile]) -> String {
 
 fn trajectory(placed: &[PlacedFile]) -> String {
     let mut text = "# timestamp tx ty tz qx qy qz qw\n".to_owned();
-    for (number, PlacedFile { world_from_file, .. }) in placed.iter().enumerate() {
-        let (t, q) = (world_from_file.translation, DQuat::from_mat3(&world_from_file.matrix3).normalize());
-        let _ = writeln!(text, "{number} {} {} {} {} {} {} {}", t.x, t.y, t.z, q.x, q.y, q.z, q.w);
+    for (time, pose) in times(placed) {
+        let (t, q) = (pose.translation, DQuat::from_mat3(&pose.matrix3).normalize());
+        let _ = writeln!(text, "{time} {} {} {} {} {} {} {}", t.x, t.y, t.z, q.x, q.y, q.z, q.w);
     }
     text
+}
+
+/// The poses in the order of the times that names are, as these are written; numbered where a name is none, or two are the same.
+fn times(placed: &[PlacedFile]) -> Vec<(String, DAffine3)> {
+    let number = |PlacedFile { file, world_from_file }: &PlacedFile| {
+        let name = file.rsplit('/').next().unwrap_or(file);
+        let stem = [name, name.rsplit_once('.').map_or(name, |(stem, _)| stem)];
+        let time = |text: &&str| text.parse::<f64>().is_ok_and(f64::is_finite);
+        let text = stem.into_iter().find(time)?;
+        Some((text.parse::<f64>().ok()?, text.to_owned(), *world_from_file))
+    };
+    let mut timed: Vec<(f64, String, DAffine3)> = placed.iter().map_while(number).collect();
+    timed.sort_by(|a, b| a.0.total_cmp(&b.0));
+    if timed.len() == placed.len() && timed.windows(2).all(|two| two[0].0 < two[1].0) {
+        return timed.into_iter().map(|(_, text, pose)| (text, pose)).collect();
+    }
+    placed.iter().enumerate().map(|(number, file)| (number.to_string(), file.world_from_file)).collect()
 }
 
 #[cfg(test)]
@@ -113,6 +130,14 @@ mod tests {
                 assert!(scan.world_from_sensor.abs_diff_eq(pose, 1e-12), "{list}: {:?}", scan.world_from_sensor);
             }
         }
+        let text = trajectory(&placed);
+        let begins: Vec<&str> = text.lines().map(|line| line.split(' ').next().unwrap()).collect();
+        assert_eq!(begins, ["#", "0", "1"]);
+        // Names that are times, as the depth images of a recording have: in their order, digit by digit.
+        let timed = |name: &str, at: usize| PlacedFile { file: name.to_owned(), world_from_file: poses[at] };
+        let text = trajectory(&[timed("depth/1305031453.404816.png", 0), timed("1305031453.374112", 1)]);
+        let begins: Vec<&str> = text.lines().map(|line| line.split(' ').next().unwrap()).collect();
+        assert_eq!(begins, ["#", "1305031453.374112", "1305031453.404816"]);
         let refused = write_poses(&folder.path().join("set.txt"), &placed).unwrap_err().to_string();
         assert!(refused.contains(".conf") && !folder.path().join("set.txt").exists(), "{refused}");
         let scaled = PlacedFile { file: "a.ply".to_owned(), world_from_file: DAffine3::from_scale(DVec3::splat(2.0)) };

@@ -273,7 +273,7 @@ impl Scan {
     }
 
     /// Whether it is an image that the caller gave a camera.
-    fn is_depth_image(&self) -> bool {
+    pub fn is_depth_image(&self) -> bool {
         self.options.camera.is_some() && IMAGES.contains(&&self.ending()[..])
     }
 
@@ -343,6 +343,10 @@ impl ScanSource for Scan {
                 at: last_number(self.path.file_stem()?.to_str()?)?,
             }),
         }
+    }
+
+    fn up(&self) -> Option<DVec3> {
+        self.recording.as_ref()?.up(self.part)
     }
 
     fn damage(&self) -> Option<String> {

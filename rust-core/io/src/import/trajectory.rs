@@ -285,19 +285,27 @@ impl Trajectory {
         }
     }
 
-    /// Places scans, by the times in their names or in their order; a note that says so.
-    pub(super) fn place(&self, scans: &mut [Scan], path: &Path) -> Result<Option<String>> {
-        let (name, count) = (file::name(path), self.poses.len());
+    /// Places scans, by the times in their names or in their order; a note that says so. Scans without a pose are passed over.
+    pub(super) fn place(&self, scans: &mut Vec<Scan>, path: &Path) -> Result<Option<String>> {
+        let (name, count, all) = (file::name(path), self.poses.len(), scans.len());
         if self.times.is_some()
             && let Some(taken) = scans.iter().map(|scan| scan.name.parse::<f64>().ok()).collect::<Option<Vec<f64>>>()
         {
-            for (scan, time) in scans.iter_mut().zip(taken) {
-                scan.world_from_sensor = self.at(time).ok_or_else(|| {
-                    let problem = format!("no pose lies within {APART} s of {}", scan.name);
-                    Error::format(path, "whole file", problem)
-                })?;
+            let mut poses = taken.iter().map(|time| self.at(*time));
+            if poses.clone().flatten().next().is_none() {
+                let problem = format!("no pose lies within {APART} s of {}", scans[0].name);
+                return Err(Error::format(path, "whole file", problem));
             }
-            return Ok(Some(format!("{name}: placed {} scans by the times in their names", scans.len())));
+            scans.retain_mut(|scan| {
+                let pose = poses.next().flatten();
+                scan.world_from_sensor = pose.unwrap_or_default();
+                pose.is_some()
+            });
+            let placed = format!("{name}: placed {} scans by the times in their names", scans.len());
+            return Ok(Some(match all - scans.len() {
+                0 => placed,
+                lost => format!("{placed}; {lost} of {all} have no pose within {APART} s and are passed over"),
+            }));
         }
         if scans.len() != count {
             let problem = format!(
@@ -334,14 +342,23 @@ mod tests {
         let tum = read(TUM).unwrap();
         assert_eq!(tum.poses[1].transform_point3(DVec3::X), DVec3::new(0.0, 1.0, 1.0));
         let scan = |name: &str| Scan { name: name.to_owned(), ..Scan::new(Path::new("x")) };
-        let mut scans = [scan("10.049"), scan("10.011"), scan("10.04")];
+        let mut scans = vec![scan("10.049"), scan("10.011"), scan("10.04")];
         assert!(tum.place(&mut scans, Path::new("t")).unwrap().unwrap().contains("placed 3 scans by the times"));
-        assert_eq!(scans.each_ref().map(|s| s.world_from_sensor == tum.poses[1]), [true, false, true]);
-        assert!(tum.place(&mut [scan("12")], Path::new("t")).unwrap_err().to_string().contains("within 0.02 s of 12"));
-        let mut named = [scan("a"), scan("b")];
+        let are_second = |scans: &[Scan]| scans.iter().map(|s| s.world_from_sensor == tum.poses[1]).collect::<Vec<_>>();
+        assert_eq!(are_second(&scans), [true, false, true]);
+        scans.insert(1, scan("12"));
+        let note = tum.place(&mut scans, Path::new("t")).unwrap().unwrap();
+        assert!(note.ends_with(
+            "placed 3 scans by the times in their names; 1 of 4 have no pose within 0.02 s and are passed over"
+        ));
+        assert_eq!(are_second(&scans), [true, false, true]);
+        let refused = tum.place(&mut vec![scan("12")], Path::new("t")).unwrap_err().to_string();
+        assert!(refused.contains("within 0.02 s of 12"), "{refused}");
+        let mut named = vec![scan("a"), scan("b")];
         log.place(&mut named, Path::new("t")).unwrap();
         assert_eq!(named[1].world_from_sensor, log.poses[1]);
-        assert!(log.place(&mut named[..1], Path::new("t")).unwrap_err().to_string().contains("2 poses for 1 scans"));
+        named.pop();
+        assert!(log.place(&mut named, Path::new("t")).unwrap_err().to_string().contains("2 poses for 1 scans"));
     }
 
     /// Theorem: a list of poses in any form that recordings have is one, and points with as many numbers a line are none.

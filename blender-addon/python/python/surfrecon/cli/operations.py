@@ -115,6 +115,10 @@ def align(work: Work) -> Made:
 def _refuse_unlisted(work: Work, scans: _native.ScanSet) -> None:
     """Refuses a list that can't name the scans, before they are aligned."""
     output = work.request.output
+    if output is not None and not output.lower().endswith(".tum") and work.request.of("camera"):
+        problem = "a list of this kind does not say the camera of the images"
+        remedy = "end the output's name in .tum, and give the images, that file and --camera to what follows"
+        raise UsageError(f"{output}: {problem}: {remedy}")
     unlisted = next((scan for scan in scans if scan.part), None)
     if unlisted is not None and output is not None and not output.lower().endswith(".tum"):
         problem = f"{unlisted.name} shares its file or its recording with other scans, so that no list can name it"

@@ -71,6 +71,8 @@ pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) ->
     }
     let mut recording = Recording::of_phone(store, layout);
     recording.convention = Convention { world_to_camera: true, ..Convention::FORWARD };
+    // The worlds of its trajectories were turned after recording.
+    recording.up = None;
     let why = format!("have no pose within {APART} s and are passed over");
     recording.notes.extend(counted(lost, depths.len(), &why));
     Ok(Recording { entries, ..recording })

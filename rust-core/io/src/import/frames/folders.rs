@@ -1,8 +1,10 @@
-//! Folders of depth and colour images with a trajectory, as Open3D's and Redwood's: `depth/`, `color/` (or `rgb/`,
-//! `image/`), a camera's file, and poses camera to world in a `.log`, a TUM list or a text of `tx ty tz qx qy qz qw` or
-//! 4 x 4 numbers a line. Millimetres.
+//! Folders of depth and colour images, as Open3D's, Redwood's and RealSense's: `depth/`, `color/` (or `rgb/`, `image/`), a camera's file,
+//! and poses camera to world in a `.log`, a TUM list or a text of `tx ty tz qx qy qz qw` or 4 x 4 numbers a line. Without a list of poses
+//! frames have none. Millimetres.
 
 use std::collections::{BTreeMap, BTreeSet};
+
+use glam::DAffine3;
 
 use super::recording::{Convention, Entry, Recording, in_order, stem};
 use super::store::{Place, Store};
@@ -14,7 +16,11 @@ pub(super) const COLOURS: [&str; 6] = ["color", "rgb", "colour", "image", "image
 const POSES: [&str; 6] = ["trajectory.log", "pose.txt", "poses.txt", "traj.txt", "traj_w_c.txt", "trajectory.txt"];
 
 pub(super) fn recognize(store: &Store) -> bool {
-    store.has(DEPTHS) && (poses_of(store).is_some() || COLOURS.into_iter().any(|folder| store.has(folder)))
+    let is_camera = |name: &str| name.ends_with(".json") && name.contains("cam");
+    store.has(DEPTHS)
+        && (poses_of(store).is_some()
+            || COLOURS.into_iter().any(|folder| store.has(folder))
+            || store.top().any(is_camera))
 }
 
 /// The file of poses: one of the usual names, else the only trajectory.
@@ -26,21 +32,16 @@ fn poses_of(store: &Store) -> Option<&str> {
 }
 
 pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) -> Result<Recording> {
-    let Some(poses) = poses_of(&store) else {
-        let problem = format!(
-            "there are images of depth and colour, but no list of poses beside them ({}) and no folder pose with a file a frame; \
-             open the folder depth with a camera and align its images",
-            POSES.join(", ")
-        );
-        return Err(Error::format(&store.path, "poses", problem));
-    };
     let usual = "; Open3D's and Redwood's usual one is (525, 525, 319.5, 239.5)";
     let camera = match asked.camera_of(&store)? {
         Some(camera) => camera,
         None => asked.camera(&store, layout, usual)?,
     };
-    let (poses, is_sure) = poses::listed(&store, poses, asked)?;
     let depths = images(&store, DEPTHS, asked)?;
+    let (poses, is_sure) = match poses_of(&store) {
+        Some(list) => poses::listed(&store, list, asked)?,
+        None => (vec![Some(DAffine3::IDENTITY); depths.len()], true),
+    };
     let folder = COLOURS.into_iter().find(|folder| store.has(folder));
     let colours = folder.map_or(Ok(Vec::new()), |folder| images(&store, folder, asked))?;
     let pairs = pairs(&depths, &colours);
@@ -69,7 +70,9 @@ pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) ->
     let mut notes: Vec<String> = counted(lost, depths.len(), "have no pose and are passed over").into_iter().collect();
     notes.extend(counted(poses.len() - depths.len(), poses.len(), "have no depth image and are skipped"));
     let convention = Convention { is_sure, ..Convention::FORWARD };
-    Ok(Recording { entries, notes, convention, ..Recording::new(store, layout) })
+    let listed = poses_of(&store).is_some();
+    let no_poses = (!listed).then(|| format!("no list of poses lies beside the images ({})", POSES.join(", ")));
+    Ok(Recording { entries, notes, convention, no_poses, ..Recording::new(store, layout) })
 }
 
 /// The pose of each image, by its place in their list. Images that are as many follow each other as the poses do. Of fewer the numbers

@@ -15,7 +15,8 @@
 //! | `axes`, `clock` | whether poses mean what the layout says and are of the images' time, by the overlap of the frames |
 //!
 //! A layout is a module and a line here. It lists frames and decodes none: opening a recording reads its lists, and
-//! depths of a few frames to see how they overlap. Frames without a pose are passed over; the notes say how many.
+//! depths of a few frames to see how they overlap. Frames without a pose are passed over; the notes say how many. Of a recording
+//! without any list of poses all frames are there, and the notes say that they are to be aligned.
 
 pub(super) mod archive;
 mod arkit_scenes;
@@ -88,7 +89,7 @@ static LAYOUTS: &[Layout] = &[
     Layout { name: "ICL-NUIM", recognize: icl_nuim::recognize, list: icl_nuim::list },
     Layout { name: "TUM RGB-D", recognize: tum::recognize, list: tum::list },
     Layout { name: "ScanNet", recognize: scannet::recognize, list: scannet::list },
-    Layout { name: "Open3D or Redwood", recognize: folders::recognize, list: folders::list },
+    Layout { name: "Open3D, Redwood or RealSense", recognize: folders::recognize, list: folders::list },
 ];
 
 /// A folder that is laid out as a recording.
@@ -180,7 +181,13 @@ fn scans(mut recording: Recording, asked: &Asked<'_, '_>) -> Result<ScanSet> {
     if options.depth == DepthKind::Ray {
         recording.depth.kind = DepthKind::Ray;
     }
-    let found = axes::check(&mut recording, options, progress)?;
+    let found = match &recording.no_poses {
+        None => axes::check(&mut recording, options, progress)?,
+        Some(why) => {
+            doubts.push(format!("{why}, so the frames have no poses: align them before they are merged"));
+            axes::Found::default()
+        }
+    };
     doubts.extend(found.doubts);
     refuse_empty(&recording, &doubts)?;
     let name = file::name(&recording.store.path);

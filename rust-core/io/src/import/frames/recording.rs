@@ -47,6 +47,10 @@ pub(crate) struct Recording {
     pub(super) black_rim: bool,
     /// How the layout means its poses.
     pub(super) convention: Convention,
+    /// Why no frame has a pose, where that is so: each camera is the origin then, and the frames are to be aligned.
+    pub(super) no_poses: Option<String>,
+    /// Direction of up in the world of the poses, where the recorder measured gravity.
+    pub(super) up: Option<DVec3>,
     /// The times of poses and frames, where a layout brings them together by these alone.
     pub(super) timed: Option<Timed>,
     /// What a person should know.
@@ -122,16 +126,25 @@ impl Recording {
             reach: None,
             black_rim: false,
             convention: Convention::FORWARD,
+            no_poses: None,
+            up: None,
             timed: None,
             notes: Vec::new(),
             damages: Mutex::default(),
         }
     }
 
-    /// A recording of a phone's LiDAR, whose depth comes with ARKit's poses.
+    /// A recording of a phone's LiDAR, whose depth comes with ARKit's poses: their world has y up, by gravity.
     pub(super) fn of_phone(store: Store, layout: &'static str) -> Recording {
         // The LiDAR's reach; what ARKit says beyond is guessed from the colours.
-        Recording { reach: Some(5.0), convention: Convention::BACKWARD, ..Recording::new(store, layout) }
+        let new = Recording::new(store, layout);
+        Recording { reach: Some(5.0), convention: Convention::BACKWARD, up: Some(DVec3::Y), ..new }
+    }
+
+    /// Direction of up in a frame, of length 1, where the recorder measured gravity.
+    pub(crate) fn up(&self, index: usize) -> Option<DVec3> {
+        let sensor_from_world = self.entries.get(index)?.world_from_sensor.inverse();
+        Some(sensor_from_world.transform_vector3(self.up?).normalize())
     }
 
     /// Number that tells whether a frame is listed as it was: of its files, its cameras, its pose and how its depths are stored.

@@ -1,11 +1,14 @@
 //! TUM RGB-D: `depth.txt`, `rgb.txt` and `groundtruth.txt` say times; each depth image takes the colour image and the
 //! pose that are nearest in time; whether the lists are of one clock is looked at. Depths are 5000 to the metre. Lists may name images that are not there.
+//! Without `groundtruth.txt` frames have no poses.
+
+use glam::DAffine3;
 
 use super::recording::{Entry, Recording, Timed};
 use super::store::{Place, Store};
 use super::{Asked, counted};
 use crate::import::text::{Lines, lines_of};
-use crate::import::trajectory::{self, APART};
+use crate::import::trajectory::{self, APART, Trajectory};
 use base::error::{Error, Result};
 use image::frame::Camera;
 
@@ -32,17 +35,18 @@ pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) ->
     let (camera, note) = camera(&store, layout, asked)?;
     let (depths, gone) = listed(&store, DEPTHS, asked)?;
     let colours = if store.has(COLOURS) { listed(&store, COLOURS, asked)?.0 } else { Vec::new() };
-    if !store.has(POSES) {
-        let problem = "it is missing, so the frames have no poses; open the folder depth with a camera and align them";
-        return Err(Error::format(&store.path_of(POSES), "whole file", problem));
-    }
-    let text = store.text(POSES, asked.progress)?;
     let path = store.path_of(POSES);
-    let poses = trajectory::parse(Lines::new(text.as_bytes(), text.len() as u64, &path))?;
+    let poses = match store.has(POSES) {
+        false => None,
+        true => {
+            let text = store.text(POSES, asked.progress)?;
+            Some(trajectory::parse(Lines::new(text.as_bytes(), text.len() as u64, &path))?)
+        }
+    };
     let (mut entries, mut times, mut lost) = (Vec::new(), Vec::new(), 0);
     for (time, name) in &depths {
         asked.progress.check()?;
-        let Some(world_from_sensor) = poses.at(*time) else {
+        let Some(world_from_sensor) = poses.as_ref().map_or(Some(DAffine3::IDENTITY), |poses| poses.at(*time)) else {
             lost += 1;
             continue;
         };
@@ -57,7 +61,9 @@ pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) ->
             world_from_sensor,
         });
     }
-    if let (Some([first, last]), [(begin, _), ..], true) = (poses.span(), depths.as_slice(), entries.is_empty()) {
+    if let (Some([first, last]), [(begin, _), ..], true) =
+        (poses.as_ref().and_then(Trajectory::span), depths.as_slice(), entries.is_empty())
+    {
         let end = depths.last().map_or(*begin, |(time, _)| *time);
         let problem = format!(
             "no depth image has a pose within {APART} s: {DEPTHS} lists times from {begin:.3} to {end:.3} s, {POSES} from {first:.3} \
@@ -76,7 +82,8 @@ pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) ->
         depths.len() + gone,
         "that depth.txt lists are not there and are passed over",
     ));
-    Ok(Recording { entries, timed: Some(Timed { poses, times }), ..recording })
+    recording.no_poses = poses.is_none().then(|| format!("{POSES} is missing"));
+    Ok(Recording { entries, timed: poses.map(|poses| Timed { poses, times }), ..recording })
 }
 
 /// The camera, and a note where no file says it.

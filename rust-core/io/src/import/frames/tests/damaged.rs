@@ -33,10 +33,8 @@ fn what_is_missing_is_named_with_the_remedy() {
     let twin = phone();
     refused(&writers::polycam(&twin, true).without("depth/"), "exported as raw data with developer mode on");
     refused(&writers::stray(&twin).without("depth/"), "scan with a device that has LiDAR");
-    refused(&writers::tum(&twin).without("groundtruth.txt"), "so the frames have no poses; open the folder depth");
     refused(&writers::colmap(&twin, true).without("images.bin"), "depth maps without the model have no poses");
     refused(&writers::redwood(&twin).without("camera_"), "does not say its camera: give it as camera =");
-    refused(&writers::redwood(&twin).without(".log"), "no list of poses beside them (trajectory.log, pose.txt");
     let mut none = writers::scanner_app(&twin);
     (0..FRAMES).for_each(|k| none.change(&format!("frame_{k:05}.json"), |json| *json = b"{}".to_vec()));
     refused(&none, "in which no frame has depth and pose; 6 of 6 frames have no pose and are passed over");

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use glam::DAffine3;
+use glam::{DAffine3, DVec3};
 
 use super::twin::{FRAMES, Files, Twin, colour};
 use super::writers;
@@ -10,6 +10,7 @@ use crate::import::{Content, ScanSet, open};
 use base::progress::Progress;
 use image::frame::{Camera, LeftOut};
 use image::range_image::RangeImage;
+use image::source::ScanSource as _;
 
 /// What a recording must read as.
 pub(super) struct Expected {
@@ -92,6 +93,27 @@ pub(super) fn folder(files: &Files, check: impl Fn(&ScanSet)) {
 
 const KINECT: Camera = Camera { focal: [525.0, 525.0], centre: [319.5, 239.5], size: Some([640, 480]) };
 
+/// Up is up whatever the poses are used for; a Kinect's recording does not say it.
+#[test]
+fn phones_know_what_is_up() {
+    let twin = Twin::phone();
+    for files in [
+        writers::polycam(&twin, true),
+        writers::record3d_exr(&twin),
+        writers::scanner_app(&twin),
+        writers::stray(&twin),
+    ] {
+        folder(&files, |set| {
+            for (k, scan) in set.scans.iter().enumerate() {
+                let up = twin.pose(k).inverse().transform_vector3(DVec3::Y);
+                assert!(scan.up().is_some_and(|found| found.distance(up) < 1e-5), "{k}: {:?} for {up}", scan.up());
+            }
+        });
+    }
+    let twin = Twin::kinect(KINECT);
+    folder(&writers::seven_scenes(&twin), |set| assert!(set.scans.iter().all(|scan| scan.up().is_none())));
+}
+
 #[test]
 fn seven_scenes() {
     let camera = Camera { focal: [585.0, 585.0], centre: [320.0, 240.0], size: Some([640, 480]) };
@@ -133,6 +155,39 @@ fn redwood() {
         check(set, &twin, &Expected { colour: 120, ..PLAIN });
         assert_eq!(set.scans[2].name, "10-000000066000");
     });
+}
+
+/// Kinects' and RealSenses' folders without poses are recordings to align: with times, scale and colours.
+#[test]
+fn recordings_without_poses() {
+    let kinect = Twin::kinect(KINECT);
+    // The camera of 7-Scenes, which no file of it says.
+    let seven = Twin::kinect(Camera { focal: [585.0, 585.0], centre: [320.0, 240.0], size: Some([640, 480]) });
+    let list = "no list of poses lies beside the images (trajectory.log, pose.txt";
+    let cases = [
+        (&seven, writers::seven_scenes(&seven).without(".pose.txt"), "there are no files .pose.txt", 0.000_51),
+        (&kinect, writers::tum(&kinect).without("groundtruth.txt"), "groundtruth.txt is missing", 0.000_11),
+        (&kinect, writers::redwood(&kinect).without(".log"), list, 0.000_51),
+    ];
+    for (twin, files, why, depth) in cases {
+        folder(&files, |set| {
+            assert_eq!(set.scans.len(), FRAMES);
+            assert!(
+                note(set, "the frames have no poses: align them before they are merged").contains(why),
+                "{:?}",
+                set.notes
+            );
+            assert!(!set.notes.iter().any(|note| note.contains("poses read as")), "{:?}", set.notes);
+            for (k, scan) in set.scans.iter().enumerate() {
+                assert_eq!(scan.world_from_sensor, DAffine3::IDENTITY);
+                assert!(scan.moment().is_some_and(|moment| moment.at == k as f64));
+                let (image, _) =
+                    scan.frame(&Progress::none()).unwrap().unwrap().into_range_image(&Progress::none()).unwrap();
+                depths(&image, &twin.depths[k], &Expected { depth, ..PLAIN }, false);
+                assert!(image.colour.is_some());
+            }
+        });
+    }
 }
 
 #[test]
@@ -269,7 +324,7 @@ fn other_conventions_are_found() {
         let convention = note(&set, "poses read as").to_owned();
         (set, convention, keep)
     };
-    let turned = DAffine3::from_scale(glam::DVec3::new(1.0, -1.0, -1.0));
+    let turned = DAffine3::from_scale(DVec3::new(1.0, -1.0, -1.0));
     let right = opened(&|pose| pose);
     assert!(right.1.contains("y up, looking along -z, camera to world (overlapping frames lie"), "{}", right.1);
     // Written with the axes of OpenCV, where nerfstudio's are OpenGL's.

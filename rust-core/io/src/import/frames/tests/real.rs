@@ -101,6 +101,15 @@ fn open3d() {
 }
 
 #[test]
+fn realsense() {
+    let Some(path) = data("frames/realsense_planes/data") else { return };
+    let set = open(&path).unwrap();
+    assert_eq!(set.scans.len(), 5);
+    assert!(set.notes.iter().any(|note| note.contains("the frames have no poses")), "{:?}", set.notes);
+    set.scans.iter().for_each(|scan| drop(scan.read().unwrap_or_else(|error| panic!("{error}"))));
+}
+
+#[test]
 fn colmap_tiny() {
     let Some(path) = data("frames/colmap_dense_tiny/dense") else { return };
     let set = open(&path).unwrap();
