@@ -10,7 +10,7 @@ use crate::judge::{Verdict, glance};
 use crate::linear::apart;
 use crate::pair::Pair;
 use crate::reach::Bound;
-use crate::sequence::Steps;
+use crate::sequence::{Joins, Steps};
 use crate::view::View;
 
 /// What became of a pair.
@@ -24,6 +24,8 @@ pub(crate) enum Standing {
     Disagrees,
     /// Sensors of other scans see through where it would put them.
     SeenThrough,
+    /// It may join two pieces of a recording once those between them have their places.
+    Waits,
     /// It would put scans beyond reach of where they were given.
     Beyond,
     /// It was not sure.
@@ -44,7 +46,7 @@ const FEW_SCANS: usize = 5;
 const HELD: f64 = 0.01;
 const SHARED: [f64; 2] = [0.2, 0.4];
 /// Pairs agree if they put a scan within so many coarse cells of the same place.
-const AGREE: f64 = 3.0;
+pub(crate) const AGREE: f64 = 3.0;
 
 /// A few samples of two scans, to `tolerance` or two coarse cells. `None` where they are out of each other's sight.
 pub(crate) fn glanced(both: [&View; 2], a_from_b: &DAffine3, tolerance: f64) -> Option<Verdict> {
@@ -67,7 +69,7 @@ pub(crate) fn contradict(both: [&View; 2], a_from_b: &DAffine3, tolerance: f64) 
 }
 
 /// Whether scans of two groups, the second moved, see through each other: two of them much, or all together.
-fn contradicts(views: &[View], first: &Group, second: &Group, motion: &DAffine3) -> bool {
+pub(crate) fn contradicts(views: &[View], first: &Group, second: &Group, motion: &DAffine3) -> bool {
     let (mut through, mut touching) = (0.0, 0.0);
     for &(i, pose_i) in &first.members {
         for &(j, pose_j) in &second.members {
@@ -131,9 +133,7 @@ pub(crate) fn assemble(
         }
     }
     order.sort_by(|x, y| y.0.cmp(&x.0).then(y.1.total_cmp(&x.1)).then(x.2.cmp(&y.2)));
-    for (trusted, _, k) in order {
-        assembly.join(k, trusted);
-    }
+    assembly.join_all(&order);
     let mut weak: Vec<(f64, usize)> = (0..pairs.len())
         .filter(|&k| (pairs[k].finding == Finding::Weak || doubted[k]) && !is_trusted(&pairs[k]))
         .map(|k| (pairs[k].modes[0].verdict.score(), k))
@@ -208,6 +208,22 @@ impl Assembly<'_> {
         self.pose(*a) * modes[0].a_from_b * self.pose(*b).inverse()
     }
 
+    /// Joins by pairs, each with whether it is trusted, the best first; those that wait for others again, until none joins.
+    fn join_all(&mut self, order: &[(bool, f64, usize)]) {
+        loop {
+            let joined = |standings: &[Standing]| standings.iter().filter(|s| **s == Standing::Joins).count();
+            let before = joined(&self.standings);
+            for &(trusted, _, k) in order {
+                if matches!(self.standings[k], Standing::Unused | Standing::Waits) {
+                    self.join(k, trusted);
+                }
+            }
+            if self.limit.steps.is_none() || joined(&self.standings) == before {
+                return;
+            }
+        }
+    }
+
     /// Joins the groups of a pair's scans, unless sensors speak against it; says whether it agrees with what is joined.
     fn join(&mut self, k: usize, trusted: bool) {
         let Pair { a, b, ref modes, .. } = self.pairs[k];
@@ -228,9 +244,16 @@ impl Assembly<'_> {
         }
         let groups = [self.group(a), self.group(b)];
         let steps = self.limit.steps.filter(|_| !trusted);
-        if steps.is_some_and(|steps| steps.refuse(self.views, &self.pairs[k], groups, &motion)) {
-            self.standings[k] = Standing::Disagrees;
-            return;
+        match steps.map_or(Joins::Now, |steps| steps.joins(self.views, &self.pairs[k], groups, &motion)) {
+            Joins::Now => {}
+            Joins::Later => {
+                self.standings[k] = Standing::Waits;
+                return;
+            }
+            Joins::Never => {
+                self.standings[k] = Standing::Disagrees;
+                return;
+            }
         }
         // The frame of fixed scans, which come first, stays.
         let (first, second) = (self.group_of[a], self.group_of[b]);

@@ -8,6 +8,7 @@ use glam::{DAffine3, DVec3};
 use crate::correspond::correspond;
 use crate::features::{Descriptor, Features, LENGTH};
 use crate::finding::{BALANCE, Finding, Limits, fits};
+use crate::gravity::keeps_up;
 use crate::hypothesise::{Like, hypothesise};
 use crate::judge::{Hold, Mode, Touch, judge, tolerance};
 use crate::level::Level;
@@ -85,7 +86,8 @@ pub(crate) fn place(both: [&View; 2], by_shape: &[Mode], limits: &Limits) -> Opt
     let [of_a, of_b] = both.map(|view| view.colour_features.get_or_init(|| features(&view.coarse)));
     let likes: Vec<Like> = correspond(of_a, of_b).iter().map(|m| Like::of_features(both, [of_a, of_b], m)).collect();
     let hypotheses = hypothesise(&likes, cell, radius, PIVOTS);
-    let starts = hypotheses.iter().take(ROUGH).map(|h| h.a_from_b).chain(by_shape.iter().map(|m| m.a_from_b));
+    let upright = hypotheses.iter().filter(|h| keeps_up(both, &h.a_from_b));
+    let starts = upright.take(ROUGH).map(|h| h.a_from_b).chain(by_shape.iter().map(|m| m.a_from_b));
     let coarse = Both { by_colour: true, ..Both::new(&both[0].coarse, &both[1].coarse, FEW) };
     let reach =
         |by: f64, cell: f64| Reach { distance: by * cell, scale: 0.5 * by * cell, steps: 8, enough: 0.02 * cell };

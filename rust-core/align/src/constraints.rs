@@ -151,7 +151,7 @@ impl Constraints {
         params: &AlignParams,
         order: &[usize],
         views: &[View],
-        in_time: Option<&[usize]>,
+        in_time: Option<&[(usize, u64)]>,
     ) -> Inside {
         let mut inside_of = vec![0; order.len()];
         order.iter().enumerate().for_each(|(inside, &number)| inside_of[number] = inside);
@@ -194,11 +194,16 @@ impl Constraints {
         let is_turned = params.turntable != Turntable::No || self.axis.is_some() || angles.is_some();
         let angles = angles.map(|angles| order.iter().map(|&number| angles[number]).collect());
         let turned = is_turned.then_some(Told { axis: self.axis, angles });
-        let in_order = |numbers: &[usize]| numbers.iter().map(|&number| inside_of[number]).collect();
+        let in_order = |numbers: &[(usize, u64)], is_told: bool| {
+            let (frames, places) = numbers.iter().map(|&(number, place)| (inside_of[number], place)).unzip();
+            Some(Ordered { frames, places, is_told })
+        };
         let sequence = match (params.start, in_time) {
-            (Start::Sequence, None) => Some(Ordered { frames: inside_of.clone(), is_told: true }),
-            (Start::Sequence, Some(numbers)) => Some(Ordered { frames: in_order(numbers), is_told: true }),
-            (Start::Auto, Some(numbers)) if !is_turned => Some(Ordered { frames: in_order(numbers), is_told: false }),
+            (Start::Sequence, None) => {
+                Some(Ordered { frames: inside_of.clone(), places: (0..order.len() as u64).collect(), is_told: true })
+            }
+            (Start::Sequence, Some(numbers)) => in_order(numbers, true),
+            (Start::Auto, Some(numbers)) if !is_turned => in_order(numbers, false),
             _ => None,
         };
         Inside { is_fixed, picks, trusted, rejected, turned, sequence }
@@ -219,6 +224,8 @@ pub(crate) struct Inside {
 /// Scans in the order they were taken in.
 pub(crate) struct Ordered {
     pub frames: Vec<usize>,
+    /// Their places in the recording, which count frames that are missing.
+    pub places: Vec<u64>,
     /// Whether the caller says that each follows the one before; otherwise the recording's list alone does.
     pub is_told: bool,
 }

@@ -4,8 +4,8 @@
 //! what (`features`, `correspond`); which scans may touch (`retrieve`); motions that many like points agree on (`hypothesise`),
 //! made exact (`refine`), judged (`judge`) and found sure or not (`finding`; not where a scan repeats itself, `symmetries`, nor where walls
 //! alone fit, `walls`), from frame to frame of a recording (`sequence`), on a turntable about its axis (`turntable`), by colours where shape leaves it open (`tint`, `coloured`), near poses that are rough
-//! (`reach`); groups (`assemble`); all poses at once (`relax`) and how far they may be off (`uncertainty`); what no pose explains (`misfit`); what is said (`report`:
-//! `summary`, `words`). One scan alone, by hand: `snap`.
+//! (`reach`), only as gravity allows (`gravity`); groups (`assemble`); all poses at once (`relax`) and how far they may be off (`uncertainty`); what no pose explains (`misfit`); what is said (`report`:
+//! `summary`, `rivals`, `words`). One scan alone, by hand: `snap`.
 //!
 //! A scan is placed only if overlap, balance and uniqueness pass: never guessed. Nothing is drawn at random, and scans are
 //! taken by size and content, so that results are the same bytes for any number of threads and any order of the scans.
@@ -20,6 +20,7 @@ mod correspond;
 mod envelope;
 mod features;
 mod finding;
+mod gravity;
 mod group;
 mod hypothesise;
 mod judge;
@@ -36,6 +37,7 @@ mod refine;
 mod relax;
 mod report;
 mod retrieve;
+mod rivals;
 mod search;
 mod sequence;
 mod sight;
@@ -104,7 +106,7 @@ pub struct Prepared {
     order: Vec<usize>,
     names: Vec<String>,
     /// The numbers in the order of the recording that the scans are frames of.
-    in_time: Option<Vec<usize>>,
+    in_time: Option<Vec<(usize, u64)>>,
     threads: usize,
 }
 

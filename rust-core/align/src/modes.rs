@@ -2,6 +2,7 @@
 
 use glam::DAffine3;
 
+use crate::gravity::keeps_up;
 use crate::judge::{Mode, judge, tolerance};
 use crate::linear::apart;
 use crate::refine::{Both, Reach};
@@ -35,7 +36,7 @@ pub(crate) fn refined_roughly(both: [&View; 2], starts: impl Iterator<Item = DAf
     modes
 }
 
-/// Motions made exact at the finer level.
+/// Motions made exact at the finer level: those that keep what is up.
 pub(crate) fn exact(both: [&View; 2], rough: &[DAffine3]) -> Vec<Mode> {
     let [few, many] = [FEW, MANY].map(|samples| Both::new(both[0].fine(), both[1].fine(), samples));
     let cell = both[0].fine().cell.max(both[1].fine().cell);
@@ -48,6 +49,7 @@ pub(crate) fn exact(both: [&View; 2], rough: &[DAffine3]) -> Vec<Mode> {
         enough: 0.02 * cell,
     });
     let refined = rough.iter().filter_map(|start| few.refine(start, &schedule, radius));
+    let refined = refined.filter(|a_from_b| keeps_up(both, a_from_b));
     let mut modes: Vec<Mode> =
         refined.map(|a_from_b| Mode { a_from_b, verdict: judge(both, &many, &a_from_b, tolerance(both)) }).collect();
     rank(&mut modes, both);

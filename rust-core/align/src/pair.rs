@@ -5,6 +5,7 @@ use glam::DAffine3;
 use crate::coloured;
 use crate::correspond::correspond;
 use crate::finding::{Finding, Limits, RIVAL, find, fits};
+use crate::gravity::keeps_up;
 use crate::hypothesise::{Effort, Like, hypothesise};
 use crate::judge::{Mode, glance, judge, tolerance};
 use crate::linear::apart;
@@ -149,7 +150,7 @@ fn rough_modes(both: [&View; 2], effort: Effort, is_allowed: impl Fn(&DAffine3) 
     if effort == Effort::Quick && is_room && (agreeing as f64) < AGREEING * likes.len() as f64 {
         return Vec::new();
     }
-    for hypothesis in hypotheses {
+    for hypothesis in hypotheses.iter().filter(|hypothesis| keeps_up(both, &hypothesis.a_from_b)) {
         let seen = glance(both, [&samples[0], &samples[1]], &hypothesis.a_from_b, 1.5 * cell);
         if seen.is_some_and(|seen| seen.contradiction() > 0.5) {
             continue;

@@ -302,7 +302,7 @@ impl Search<'_, '_> {
     fn followed(&mut self, order: &Ordered) -> Result<bool> {
         let mut found = followed(self.views, &order.frames, &self.limits, self.progress)?;
         found.retain(|pair| self.is_open([pair.a, pair.b]) && !self.pairs.contains_key(&[pair.a, pair.b]));
-        let steps = Steps::new(self.views, &order.frames, &found);
+        let steps = Steps::new(self.views, order, &found);
         let is_taken = order.is_told || steps.share() >= FOLLOWED;
         // Single frames that are far apart in a recording are a heap, in which pairs that follow each other are nothing special.
         if is_taken {

@@ -4,14 +4,16 @@
 //! that fails, the motion before or after is tried, then the next frame but one; then track is lost. Pieces of the recording are joined like
 //! any scans, but in their order, and only where the sensor would not have to leap ([`Steps`]).
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use glam::DAffine3;
 use rayon::prelude::*;
 
+use crate::coloured;
+use crate::constraints::Ordered;
 use crate::finding::{Finding, Limits};
 use crate::group::Group;
-use crate::judge::touching_share;
+use crate::judge::{Mode, touching_share};
 use crate::linear::{apart, rigid};
 use crate::pair::Pair;
 use crate::view::View;
@@ -20,8 +22,9 @@ use base::error::Result;
 use base::progress::Progress;
 use image::source::{Moment, ScanSource};
 
-/// The numbers of scans in the order in which they were taken: `None` unless all are frames of one recording, each another one.
-pub(crate) fn in_time(sources: &[&dyn ScanSource]) -> Option<Vec<usize>> {
+/// The numbers of scans in the order in which they were taken, and where each stands in the recording: `None` unless all are frames of one
+/// recording, each another one.
+pub(crate) fn in_time(sources: &[&dyn ScanSource]) -> Option<Vec<(usize, u64)>> {
     let moments: Vec<Moment<'_>> = sources.iter().map(|source| source.moment()).collect::<Option<_>>()?;
     let mut order: Vec<usize> = (0..moments.len()).collect();
     order.sort_by(|&a, &b| moments[a].at.total_cmp(&moments[b].at));
@@ -29,7 +32,24 @@ pub(crate) fn in_time(sources: &[&dyn ScanSource]) -> Option<Vec<usize>> {
         let [before, after] = [&moments[two[0]], &moments[two[1]]];
         before.recording == after.recording && before.at < after.at
     };
-    order.windows(2).all(follow).then_some(order)
+    let at: Vec<f64> = order.iter().map(|&k| moments[k].at).collect();
+    order.windows(2).all(follow).then(|| order.into_iter().zip(places(&at)).collect())
+}
+
+/// Places of frames in their recording, counted in usual steps from the first: in a gap of numbers or times frames are missing.
+fn places(at: &[f64]) -> Vec<u64> {
+    let steps = || at.windows(2).map(|two| two[1] - two[0]);
+    let mut sorted: Vec<f64> = steps().collect();
+    sorted.sort_by(f64::total_cmp);
+    let usual = sorted.get(sorted.len() / 2).copied().unwrap_or(1.0);
+    // Long pauses are gaps like others.
+    let counted = steps().map(|step| (step / usual).round().clamp(1.0, 1e6) as u64);
+    let mut place = 0;
+    let after = counted.map(|step| {
+        place += step;
+        place
+    });
+    [0].into_iter().chain(after).collect()
 }
 
 /// Neighbours are off by this share of their radius, about.
@@ -99,8 +119,20 @@ fn follow(views: &[View], [first, second]: [usize; 2], first_from_second: &DAffi
             Beside::Other => Finding::SeenThrough,
         };
     }
+    let both = [&views[a], &views[b]];
+    let is_near = |mode: &Mode| apart(&mode.a_from_b, &start, views[a].reduced.radius) < BY_COLOUR * reach;
+    if limits.use_colour
+        && matches!(pair.finding, Finding::Slides | Finding::Weak)
+        && coloured::can_tell(both)
+        && let Some(mode) = coloured::place(both, &pair.modes, limits).filter(is_near)
+    {
+        (pair.modes, pair.finding) = (vec![mode], Finding::Sure);
+    }
     pair
 }
+
+/// Colours find neighbours that are off by so many times as much.
+const BY_COLOUR: f64 = 2.0;
 
 /// The motion between the sensors of two frames that a pair of both has.
 fn moved(views: &[View], pair: &Pair, [first, _]: [usize; 2]) -> Option<DAffine3> {
@@ -117,12 +149,13 @@ fn holds(pair: &Pair) -> bool {
 
 /// Limits that a recording sets to the places of its frames.
 pub(crate) struct Steps {
-    /// The place of each scan in the recording.
-    place: Vec<usize>,
+    /// The number of each scan in the order of the recording, and its place, which counts frames that are missing.
+    number: Vec<usize>,
+    place: Vec<u64>,
     /// Pairs of frames that were followed from one to the next.
     followed: BTreeSet<[usize; 2]>,
-    /// The places from which a frame was followed to the next.
-    starts: BTreeSet<usize>,
+    /// The numbers from which a frame was followed to the next, or the next but one, and that number.
+    starts: BTreeMap<usize, usize>,
     /// How far the sensor moves from one frame to the next, at most.
     longest: f64,
     /// Whether what was recorded repeats itself: then frames are only followed, and pieces of the recording stay apart.
@@ -132,17 +165,24 @@ pub(crate) struct Steps {
 /// The longest step, by the median of those that were followed, and by the radius of a frame at least.
 const LONGEST: f64 = 1.5;
 const LEAST: f64 = 0.35;
-/// Least share of a frame that lies on the one before it, whatever was between them.
+/// Least share of a frame that lies on the one before it, whatever was between them ...
 const OVERLAP: f64 = 0.1;
+/// ... unless so many frames are missing there.
+const MISSING: u64 = 3;
 
-/// A frame's place in the recording, its number, whether it is of the second of two groups, and its pose.
+/// Pieces are next to each other though so many pairs of frames were followed in between: somebody else's frames, or a bare corner.
+const STRAY: usize = 1;
+
+/// A frame's number in the recording, that of its scan, whether it is of the second of two groups, and its pose.
 type Frame = (usize, usize, bool, DAffine3);
 
 impl Steps {
-    /// Of the pairs that were followed; `frames` in their order.
-    pub fn new(views: &[View], frames: &[usize], followed: &[Pair]) -> Self {
-        let mut place = vec![0; views.len()];
-        frames.iter().enumerate().for_each(|(at, &scan)| place[scan] = at);
+    /// Of the pairs that were followed.
+    pub fn new(views: &[View], order: &Ordered, followed: &[Pair]) -> Self {
+        let (mut number, mut place) = (vec![0; views.len()], vec![0; views.len()]);
+        for (at, (&scan, &of_scan)) in order.frames.iter().zip(&order.places).enumerate() {
+            (number[scan], place[scan]) = (at, of_scan);
+        }
         let radius = views.iter().map(|view| view.reduced.radius).fold(0.0, f64::max);
         let held = || followed.iter().filter(|pair| holds(pair));
         let mut lengths: Vec<f64> = held()
@@ -152,14 +192,18 @@ impl Steps {
         lengths.sort_by(f64::total_cmp);
         let usual = lengths.get(lengths.len() / 2).copied().unwrap_or(0.0);
         let longest = (LONGEST * usual).max(LEAST * radius);
-        let starts = held().map(|pair| place[pair.a].min(place[pair.b])).collect();
+        let ends = |pair: &Pair| [number[pair.a].min(number[pair.b]), number[pair.a].max(number[pair.b])];
+        let mut starts = BTreeMap::new();
+        for [from, to] in held().map(ends) {
+            starts.entry(from).and_modify(|known: &mut usize| *known = (*known).max(to)).or_insert(to);
+        }
         let followed = held().map(|pair| [pair.a, pair.b]).collect();
-        Steps { place, followed, starts, longest, repeats: false }
+        Steps { number, place, followed, starts, longest, repeats: false }
     }
 
     /// The share of the frames that were followed to the next.
     pub fn share(&self) -> f64 {
-        self.starts.len() as f64 / (self.place.len() - 1).max(1) as f64
+        self.starts.len() as f64 / (self.number.len() - 1).max(1) as f64
     }
 
     /// Whether a pair is of frames that were followed from one to the next.
@@ -167,28 +211,46 @@ impl Steps {
         self.followed.contains(&[pair.a, pair.b])
     }
 
-    /// Whether a pair that would join two groups, the second moved, is not to be believed: the sensor would have to leap from a frame of
-    /// one to the next of the other, further than it does elsewhere or out of sight of what it saw before; or what was recorded repeats
-    /// itself.
-    pub fn refuse(&self, views: &[View], pair: &Pair, [first, second]: [&Group; 2], motion: &DAffine3) -> bool {
+    /// Whether a pair may join two groups, the second moved.
+    pub fn joins(&self, views: &[View], pair: &Pair, [first, second]: [&Group; 2], motion: &DAffine3) -> Joins {
         if self.is_followed(pair) {
-            return false;
+            return Joins::Now;
         }
-        let one = first.members.iter().map(|&(scan, pose)| (self.place[scan], scan, false, pose));
-        let other = second.members.iter().map(|&(scan, pose)| (self.place[scan], scan, true, *motion * pose));
+        let one = first.members.iter().map(|&(scan, pose)| (self.number[scan], scan, false, pose));
+        let other = second.members.iter().map(|&(scan, pose)| (self.number[scan], scan, true, *motion * pose));
         let mut all: Vec<Frame> = one.chain(other).collect();
         all.sort_by_key(|frame| frame.0);
         let leaps = |a: &Frame, b: &Frame| {
             let [from, to] =
                 [a, b].map(|(_, k, _, pose)| *pose * DAffine3::from_translation(-views[*k].reduced.middle));
             let both = [&views[a.1], &views[b.1]];
-            apart(&from, &to, both[0].reduced.radius) > self.longest * (b.0 - a.0) as f64
-                || touching_share(both, &(a.3.inverse() * b.3)) < OVERLAP
+            let steps = self.place[b.1] - self.place[a.1];
+            apart(&from, &to, both[0].reduced.radius) > self.longest * steps as f64
+                || (steps < (b.0 - a.0) as u64 + MISSING && touching_share(both, &(a.3.inverse() * b.3)) < OVERLAP)
         };
         // Pieces come together in their order: what was followed between two of them says where these are.
-        let is_next =
-            |a: &Frame, b: &Frame| self.starts.range(a.0 + 1..b.0.max(a.0 + 1)).next().is_none_or(|&at| at + 1 >= b.0);
+        let is_next = |a: &Frame, b: &Frame| {
+            let between = self.starts.range(a.0 + 1..b.0.max(a.0 + 1)).filter(|(_, to)| **to < b.0);
+            between.count() <= STRAY
+        };
         let mut meet = all.windows(2).filter(|two| two[0].2 != two[1].2);
-        self.repeats || !meet.clone().any(|two| is_next(&two[0], &two[1])) || meet.any(|two| leaps(&two[0], &two[1]))
+        if self.repeats || meet.clone().any(|two| leaps(&two[0], &two[1])) {
+            Joins::Never
+        } else if meet.any(|two| is_next(&two[0], &two[1])) {
+            Joins::Now
+        } else {
+            Joins::Later
+        }
     }
+}
+
+/// Whether a pair may join two groups of a recording.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Joins {
+    Now,
+    /// Once the groups between the two have their places.
+    Later,
+    /// The sensor would have to leap from a frame of one to the next of the other, further than it does elsewhere or out of sight of what it
+    /// saw before; or what was recorded repeats itself.
+    Never,
 }

@@ -145,9 +145,10 @@ pub(crate) fn solve(views: &[View], params: &AlignParams, inside: &Inside, progr
     }
     let has_fixed = |group: &SolvedGroup| group.members.iter().any(|member| inside.is_fixed[member.0]);
     let area = |group: &SolvedGroup| group.members.iter().map(|member| views[member.0].reduced.area).sum::<f64>();
-    let is_joined = |group: &SolvedGroup| group.members.len() > 1;
+    let count = |group: &SolvedGroup| group.members.len();
+    // Most scans first: the area of scans of something else may be larger.
     let rank = |x: &SolvedGroup, y: &SolvedGroup| {
-        has_fixed(y).cmp(&has_fixed(x)).then(is_joined(y).cmp(&is_joined(x))).then(area(y).total_cmp(&area(x)))
+        has_fixed(y).cmp(&has_fixed(x)).then(count(y).cmp(&count(x))).then(area(y).total_cmp(&area(x)))
     };
     solved.sort_by(rank);
     Ok(Solved {

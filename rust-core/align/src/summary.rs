@@ -183,7 +183,7 @@ const HELD: f64 = 1.0;
 fn state_of(pair: &Pair, standing: Standing) -> PairState {
     match (pair.finding, standing) {
         (_, Standing::SeenThrough) => PairState::SeenThrough,
-        (_, Standing::Disagrees | Standing::Beyond) => PairState::Disagrees,
+        (_, Standing::Disagrees | Standing::Waits | Standing::Beyond) => PairState::Disagrees,
         // Sure by itself, but not believed: its scans fit most others in several places.
         (Finding::Ambiguous | Finding::Walls, _) | (Finding::Sure, Standing::Unused) => PairState::Ambiguous,
         (Finding::Sure, _) | (Finding::Weak, Standing::Joins | Standing::Agrees) => PairState::Fits,

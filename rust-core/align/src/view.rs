@@ -47,6 +47,8 @@ pub(crate) struct Reduced {
     pub damage: Option<String>,
     /// Where its sensor stood, in the scan's own frame.
     pub eye: Option<DVec3>,
+    /// Direction of up, where its sensor measured gravity.
+    pub up: Option<DVec3>,
     fine: Level,
     sight: Option<DepthMap>,
 }
@@ -94,6 +96,7 @@ impl Reduced {
         Ok(Reduced {
             middle,
             eye,
+            up: source.up(),
             world_from_scan: world_from_points,
             spacing,
             area,

@@ -10,6 +10,7 @@ use crate::judge::Mode;
 use crate::misfit::{Cause, Placed, cause};
 use crate::pair::Pair;
 use crate::report::{AlignReport, AlignedScan, Freedom, ScanState, freedoms};
+use crate::rivals::{Rivals, rivals};
 use crate::snap::{Snap, Stays, snap};
 use crate::solve::Solved;
 use crate::view::View;
@@ -93,8 +94,10 @@ pub(crate) fn reason(
         let there = too_far(*moved, solved.bound.reach(k));
         return closed(format!("it fits other scans {there}: check its pose, or raise reach"));
     }
-    let has_walls = of_scan().any(|pair| pair.finding == Finding::Walls);
-    if !has_walls && let Some(text) = nearly(views, solved, names, k, progress)? {
+    // What of a room lies on others nearly may be anywhere.
+    if !views[k].is_of_room()
+        && let Some(text) = nearly(views, solved, names, k, progress)?
+    {
         return open(joined(text));
     }
     let telling = of_scan().filter_map(|pair| Some((pair, why_not(views, solved, pair, other(pair))?)));
@@ -318,6 +321,7 @@ pub(crate) fn say(
             if solved.bound.binds() { "" } else { "rough poses, or " }
         ));
     }
+    report.messages.extend(several_places(views, order, names, solved));
     let same = (0..views.len()).flat_map(|a| (a + 1..views.len()).map(move |b| (a, b)));
     for (a, b) in
         same.filter(|&(a, b)| views[a].reduced.content == views[b].reduced.content && views[a].reduced.area > 0.0)
@@ -347,6 +351,28 @@ pub(crate) fn say(
         }
     }
     Ok(())
+}
+
+/// Groups that fit the placed scans in several places.
+fn several_places(views: &[View], order: &[usize], names: &[&str], solved: &Solved) -> Vec<String> {
+    let groups = solved.groups.iter().skip(1).filter(|group| group.members.len() > 1);
+    let places = groups.filter_map(|group| {
+        let Rivals { count, shift, turn } = rivals(views, solved, group)?;
+        let mut scans: Vec<usize> = group.members.iter().map(|member| member.0).collect();
+        scans.sort_by_key(|&k| order[k]);
+        let scans: Vec<&str> = scans.into_iter().map(|k| names[k]).collect();
+        let degrees = turn.to_degrees();
+        let way = match degrees < 5.0 {
+            true => format!("{} apart", Shown::digits(shift, 2)),
+            false => format!("{} and a turn of {degrees:.0} degrees apart", Shown::digits(shift, 2)),
+        };
+        Some(format!(
+            "{} scans fit the placed ones in {count} places, {way}, and nothing decides: {}",
+            scans.len(),
+            quoted(&scans)
+        ))
+    });
+    places.collect()
 }
 
 /// Where track of a recording was lost, and whether it was found again.

@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::print_stdout, missing_docs)]
 
 mod by_hand;
+mod half_turn;
 mod misfit;
 mod naive;
 mod painted;

@@ -10,7 +10,7 @@ use surfrecon_align::{AlignParams, Constraints, run};
 use crate::scans::{aligned, errors, look, sources, without_poses};
 
 /// Colours that are nowhere the same.
-fn painted(mut mesh: TriMesh) -> TriMesh {
+pub fn painted(mut mesh: TriMesh) -> TriMesh {
     let bright = |p: DVec3, seed: f64| {
         let waves = (1..6).map(|k| {
             let k = f64::from(k);

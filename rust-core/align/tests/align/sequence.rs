@@ -10,6 +10,7 @@ use image::source::{Loading, OrientedSurface};
 use mesh::shapes::Shape;
 use surfrecon_align::{AlignParams, AlignReport, Alignment, Constraints, Moment, ScanSource, Start, run};
 
+use crate::painted::painted;
 use crate::reach::{add, lines, room, tour};
 use crate::rooms::{corridor, office, twins, walk};
 use crate::scans::{errors, sources, without_poses};
@@ -166,6 +167,21 @@ fn what_slides_is_said() {
     assert!(alignment.report.messages.iter().any(|text| text.contains("track was lost")), "{}", lines(&alignment));
 }
 
+/// An empty room slides along its walls; photos of what hangs there hold it.
+#[test]
+fn colours_hold_what_walls_leave_free() {
+    let mut walls = painted(Shape::Cuboid { half: DVec3::new(2.5, 2.0, 1.35) }.mesh(120));
+    walls.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+    walls.positions.iter_mut().for_each(|p| p.z += 1.35);
+    let mut images = tour(&walls, 30, SIZE, 0.004);
+    images.truncate(if base::tier::is_thorough() { 30 } else { 8 });
+    let alignment = followed(&images, 0);
+    assert_eq!(placed(&images, &alignment), images.len(), "{}", lines(&alignment));
+    let by_shape = AlignParams { start: Start::Sequence, use_colour: false, ..AlignParams::default() };
+    let alone = run(&sources(&without_poses(&images)), &by_shape, &Constraints::default(), &Progress::none()).unwrap();
+    assert!(placed(&images, &alone) <= 4, "{}", lines(&alone));
+}
+
 /// A frame of a recording.
 struct Recorded {
     image: RangeImage,
@@ -216,6 +232,42 @@ fn frames_of_a_recording_are_followed_in_whatever_order_they_are_given() {
         for (place, &k) in order.iter().enumerate() {
             assert_eq!(alignment.world_from_scan[place], in_order.world_from_scan[k], "{start:?} {k}");
         }
+    }
+}
+
+/// The end of a turn beside its beginning: many frames are missing between the two, and the sensor may have been anywhere.
+#[test]
+fn a_gap_in_the_numbers_is_no_leap() {
+    for seed in 0..base::tier::cases(8).into() {
+        let images = tour(&room(seed, 14), 36, SIZE, 0.004);
+        let frames = recorded(&images, "tour");
+        let some: Vec<usize> = (0..4).chain(32..36).collect();
+        let given: Vec<&Recorded> = some.iter().map(|&k| &frames[k]).collect();
+        let own: Vec<RangeImage> = some.iter().map(|&k| images[k].clone()).collect();
+        let alignment = by(&given, Start::Auto);
+        assert_eq!(placed(&own, &alignment), 8, "{seed} {}", lines(&alignment));
+    }
+}
+
+/// Somebody else's frames, themselves followed, are no piece that the others must wait for.
+#[test]
+fn frames_of_another_room_in_the_middle() {
+    let images = tour(&room(11, 14), 36, SIZE, 0.004);
+    let others = walk(&office(), 36, [2.5, 0.3], SIZE);
+    for from in [3, 10] {
+        let mixed: Vec<RangeImage> =
+            images[..3].iter().chain(&others[from..from + 2]).chain(&images[3..6]).cloned().collect();
+        let alignment = followed(&mixed, 0);
+        let own = |k: &usize| *k < 3 || *k > 4;
+        let found = Alignment {
+            world_from_scan: (0..8).filter(own).map(|k| alignment.world_from_scan[k]).collect(),
+            report: AlignReport {
+                scans: (0..8).filter(own).map(|k| alignment.report.scans[k].clone()).collect(),
+                ..alignment.report
+            },
+        };
+        assert_eq!(placed(&images[..6], &found), 6, "{}", lines(&found));
+        assert_eq!(alignment.world_from_scan[3..5], [None, None], "{}", lines(&found));
     }
 }
 
