@@ -22,13 +22,13 @@ def shaded(normals):
     return np.repeat(grey.astype(np.uint8)[..., None], 3, -1)
 
 
-def surface(vertices, faces, pose):
-    """What the camera sees of a surface, in flat shades."""
+def surface(vertices, faces, pose, camera=CAMERA):
+    """What a camera sees of a surface, in flat shades."""
     import open3d
 
     scene = open3d.t.geometry.RaycastingScene()
     scene.add_triangles(vertices.astype(np.float32), faces.astype(np.uint32))
-    rays = CAMERA.rays() @ pose[:3, :3].T
+    rays = camera.rays() @ pose[:3, :3].T
     start = np.broadcast_to(pose[:3, 3], rays.shape)
     hit = scene.cast_rays(open3d.core.Tensor(np.concatenate([start, rays], -1).astype(np.float32)))
     normals = hit["primitive_normals"].numpy() @ pose[:3, :3]
