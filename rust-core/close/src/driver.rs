@@ -1,0 +1,246 @@
+//! The driver: the stages in their order.
+
+use rustc_hash::FxHashSet;
+
+use base::error::Result;
+use base::memory;
+use base::progress::Progress;
+use mesh::measure::{area, bounds};
+use mesh::{TriMesh, check};
+
+use super::field::{self, Extent};
+use super::openings::{self, Border, Opening};
+use super::params::{CloseParams, Openings};
+use super::report::{CloseReport, Closed, LeftOpen, OpeningReport};
+use super::sight::{Envelope, Sight};
+use super::stitch::Growing;
+use super::surface::Surface;
+use super::{attributes, cut, level, retreat};
+
+base::stages! {
+    /// Stages with their shares of the time.
+    PLAN:
+    PREPARING = "looking at the surface", 0.1;
+    SOLVING = "solving for the fill", 0.6;
+    JOINING = "joining the fill", 0.25;
+    JUDGING = "judging openings", 0.05;
+}
+
+/// Cells of the merge in a cell of the fill.
+const FILL_CELLS: f64 = 2.0;
+/// The default cell by the median edge of a merge: its vertices lie on the edges of cells.
+const CELL_BY_EDGE: f64 = 1.3;
+/// The default longest hole, in cells.
+const HOLE_CELLS: f64 = 100.0;
+/// Share of an opening's fill that may lie in seen space and be left open as small holes; beyond it the opening stays as it was.
+const LITTLE: f64 = 0.05;
+/// At the peak; measured.
+const BYTES_A_TRIANGLE: f64 = 400.0;
+
+/// Closes the openings of a surface with a smooth fill that stays out of seen space.
+///
+/// `mesh` is an oriented manifold; `sight` says where scans saw that nothing is, [`super::Blind`] for surfaces without sensors, whose openings
+/// are closed by their shape alone.
+///
+/// # Guarantees
+/// * Vertices and triangles of `mesh` come first in the result, to the bit and in their order. What is added is marked.
+/// * The result is an oriented manifold. No added face crosses any other.
+/// * No place of an added face, looked at every half cell, was seen through by more than the merge distance and half a cell, but of forced faces.
+/// * What is not closed is in the report, with the reason.
+/// * The same result for any number of threads.
+///
+/// # Cost
+/// Time O(n log n) for n triangles, and O(m) for the m cells of the fill's grid, at most 6 million; about 100 bytes a cell and 400 a triangle.
+/// In larger things cells are larger; openings smaller than two of them are closed by the mesh alone. \[Lie03\]
+///
+/// # Errors
+/// Parameters out of range; a mesh that is no oriented manifold, with what is wrong; [`base::Error::OutOfMemory`]; [`base::Error::Cancelled`].
+pub fn close(mesh: &TriMesh, sight: &dyn Sight, params: &CloseParams, progress: &Progress<'_>) -> Result<Closed> {
+    params.validate()?;
+    memory::expect_each(mesh.triangles.len(), BYTES_A_TRIANGLE, 0.0, "closing", "triangles")?;
+    progress.plan(PLAN);
+    let pool = base::threads::pool(params.threads)?;
+    progress.run(&pool, || run(mesh, sight, params, progress))
+}
+
+fn run(mesh: &TriMesh, sight: &dyn Sight, params: &CloseParams, progress: &Progress<'_>) -> Result<Closed> {
+    progress.stage(PREPARING, 1);
+    let surface = Surface::new(mesh, params.threads, progress)?;
+    let border = Border::new(&surface);
+    let mut report = measures(mesh, sight, params);
+    progress.lap(PLAN[PREPARING].0);
+    let mut forced = vec![false; mesh.triangles.len()];
+    let mut result = TriMesh { crs: mesh.crs.clone(), ..TriMesh::new(mesh.positions.clone(), mesh.triangles.clone()) };
+    let wanted = wanted(&border, params.openings, report.max_hole_length);
+    if wanted {
+        let envelope = Envelope { sight, tolerance: report.merge_distance };
+        let judge = Envelope { tolerance: report.merge_distance + 0.5 * report.cell, ..envelope };
+        progress.stage(SOLVING, field::STEPS);
+        let extent = extent(mesh, report.cell);
+        let (grid, field) = field::solve(&surface, &extent, envelope, progress)?;
+        report.fill_cell = grid.cell;
+        let level = level::extract(&grid, &field, |a, b, t| level::between(&grid, a, b, t), progress)?;
+        progress.lap(PLAN[SOLVING].0);
+        progress.stage(JOINING, 1);
+        let fill = cut::beyond_borders(&level, &surface, grid.cell, progress)?;
+        let mut growing = Growing::new(&surface, &fill);
+        retreat::retreat(&mut growing, envelope, report.cell, progress)?;
+        growing.join(grid.cell, progress)?;
+        retreat::retreat(&mut growing, envelope, report.cell, progress)?;
+        growing.repair(progress)?;
+        growing.drop_loose(progress)?;
+        progress.lap(PLAN[JOINING].0);
+        progress.stage(JUDGING, 1);
+        forced = Judge { surface: &surface, border: &border, params, envelope, strict: judge }
+            .settle(&mut growing, &mut report, progress)?;
+        growing.drop_unused();
+        (result.positions, result.triangles) = (growing.positions, growing.triangles);
+    } else {
+        report.openings = (0..border.loops.len() as u32)
+            .map(|number| opening_report(&border, &[number], Some(reason_alone(params.openings))))
+            .collect();
+    }
+    attributes::extend(&mut result, mesh, &forced, progress)?;
+    finish(&mut report, &result, mesh);
+    progress.lap(PLAN[JUDGING].0);
+    report.seconds = progress.seconds();
+    Ok(Closed { mesh: result, report })
+}
+
+/// Lengths as given or measured.
+fn measures(mesh: &TriMesh, sight: &dyn Sight, params: &CloseParams) -> CloseReport {
+    let cell = params.cell.unwrap_or_else(|| CELL_BY_EDGE * mesh.median_edge());
+    let longest = params.max_hole_length.unwrap_or(HOLE_CELLS * cell);
+    CloseReport {
+        cell,
+        fill_cell: FILL_CELLS * cell,
+        merge_distance: params.merge_distance.unwrap_or(cell),
+        max_hole_length: if params.openings == Openings::Holes { longest } else { f64::INFINITY },
+        has_sight: !sight.is_blind(),
+        ..CloseReport::default()
+    }
+}
+
+/// Whether anything is to be closed.
+fn wanted(border: &Border, openings: Openings, longest: f64) -> bool {
+    openings != Openings::None && border.loops.iter().any(|edge_loop| edge_loop.length <= longest)
+}
+
+fn reason_alone(openings: Openings) -> LeftOpen {
+    if openings == Openings::None { LeftOpen::NotAsked } else { LeftOpen::TooLong }
+}
+
+fn extent(mesh: &TriMesh, cell: f64) -> Extent {
+    let (lo, hi) = bounds(&mesh.positions).expect("a mesh with triangles has vertices");
+    Extent::new(lo, hi, FILL_CELLS * cell)
+}
+
+/// Who says which fills stay.
+struct Judge<'a> {
+    surface: &'a Surface<'a>,
+    border: &'a Border,
+    params: &'a CloseParams,
+    envelope: Envelope<'a>,
+    strict: Envelope<'a>,
+}
+
+impl Judge<'_> {
+    /// Takes fills away that are not asked for, or lie in seen space. Writes the report's openings; returns which faces are forced.
+    fn settle(&self, growing: &mut Growing, report: &mut CloseReport, progress: &Progress<'_>) -> Result<Vec<bool>> {
+        let seen = retreat::in_seen_space(growing, self.strict, report.cell, progress)?;
+        let found = openings::find(growing, self.border, progress)?;
+        let mut goes = vec![false; growing.triangles.len()];
+        for opening in &found {
+            let mut reason = self.reason(opening, growing, report, progress)?;
+            let area_of = |t: &&u32| area(growing.corners(**t as usize));
+            let all: f64 = opening.triangles.iter().map(|t| area_of(&t)).sum();
+            let in_seen: f64 = opening.triangles.iter().filter(|t| seen[**t as usize]).map(|t| area_of(&t)).sum();
+            let is_refused = !self.params.force && in_seen > 0.0;
+            if reason.is_none() && is_refused {
+                reason = Some(LeftOpen::SeenThrough);
+            }
+            let goes_whole = reason.is_some() && !(is_refused && in_seen <= LITTLE * all);
+            for &t in &opening.triangles {
+                goes[t as usize] = goes_whole || is_refused && seen[t as usize];
+            }
+            report.openings.push(opening_report(self.border, &opening.loops, reason));
+        }
+        let kept = growing.take_away(&goes, progress)?;
+        let forced: Vec<bool> = kept.iter().map(|&t| seen[t as usize]).collect();
+        self.count(growing, report, &forced, progress)?;
+        Ok(forced)
+    }
+
+    /// Why an opening is not to be closed, whatever was seen in it.
+    fn reason(
+        &self,
+        opening: &Opening,
+        growing: &Growing,
+        report: &CloseReport,
+        progress: &Progress<'_>,
+    ) -> Result<Option<LeftOpen>> {
+        if opening.triangles.is_empty() {
+            return Ok(Some(LeftOpen::Crossing));
+        }
+        let length: f64 = opening.loops.iter().map(|&number| self.border.loops[number as usize].length).sum();
+        if length > report.max_hole_length {
+            return Ok(Some(LeftOpen::TooLong));
+        }
+        let is_open = self.params.openings == Openings::Seen
+            && !openings::is_enclosed(opening, growing, self.surface, self.envelope, report.cell, progress)?;
+        Ok(is_open.then_some(LeftOpen::NotEnclosed))
+    }
+
+    /// Fills in the areas of what stayed; what has an open edge of its own is not closed.
+    fn count(
+        &self,
+        growing: &Growing,
+        report: &mut CloseReport,
+        forced: &[bool],
+        progress: &Progress<'_>,
+    ) -> Result<()> {
+        let found = openings::find(growing, self.border, progress)?;
+        let place_of = |loops: &[u32]| {
+            let vertex = self.border.loops[loops[0] as usize].vertex;
+            report.openings.iter().position(|opening| opening.vertices.contains(&vertex))
+        };
+        let places: Vec<Option<usize>> = found.iter().map(|opening| place_of(&opening.loops)).collect();
+        let open: FxHashSet<u32> = growing.open_edges(progress)?.into_iter().flatten().collect();
+        for (opening, place) in found.iter().zip(places) {
+            let Some(place) = place else { continue };
+            let corners = opening.triangles.iter().flat_map(|&t| growing.triangles[t as usize]);
+            let is_open = opening.triangles.is_empty() || corners.into_iter().any(|v| open.contains(&v));
+            let of = &mut report.openings[place];
+            of.area += opening.triangles.iter().map(|&t| area(growing.corners(t as usize))).sum::<f64>();
+            of.forced_faces += opening.triangles.iter().filter(|&&t| forced[t as usize]).count();
+            if is_open && of.left_open.is_none() {
+                of.left_open = Some(LeftOpen::Crossing);
+            }
+        }
+        Ok(())
+    }
+}
+
+fn opening_report(border: &Border, loops: &[u32], left_open: Option<LeftOpen>) -> OpeningReport {
+    let loops = || loops.iter().map(|&number| border.loops[number as usize]);
+    OpeningReport {
+        vertices: loops().map(|edge_loop| edge_loop.vertex).collect(),
+        edges: loops().map(|edge_loop| edge_loop.edges).sum(),
+        length: loops().map(|edge_loop| edge_loop.length).sum(),
+        area: 0.0,
+        left_open,
+        forced_faces: 0,
+    }
+}
+
+/// The figures of the whole.
+fn finish(report: &mut CloseReport, result: &TriMesh, mesh: &TriMesh) {
+    let first = mesh.triangles.len();
+    report.added = [result.positions.len() - mesh.positions.len(), result.triangles.len() - first];
+    let sum = |range: std::ops::Range<usize>| range.map(|t| area(result.corners(t))).sum();
+    report.areas = [sum(first..result.triangles.len()), sum(0..first)];
+    report.largest_opening = report.closed().map(|opening| opening.length).fold(0.0, f64::max);
+    let judged = check(result);
+    report.open_edges = judged.boundary_edges;
+    report.is_closed = judged.is_closed();
+}

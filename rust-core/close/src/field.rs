@@ -1,0 +1,159 @@
+//! The field of the closed surface: a start, then the fill's distances as smooth as can be, outside of what was seen.
+//!
+//! From coarse to fine, and on each grid several times: nodes near the zero level are solved for, those beyond have the distances of the level
+//! of the last time, values and slopes. So the squared Laplacian over the band is, up to a factor, the squared mean curvature of the level, and
+//! a part of a ball is continued as a ball. Coarse grids carry this over large openings in a few solves.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use base::error::Result;
+use base::memory;
+use base::progress::Progress;
+
+use super::grid::Grid;
+use super::plate::Plate;
+use super::sight::Envelope;
+use super::surface::Surface;
+use super::{distance, known, poisson};
+
+/// How far from its zero level the field is solved for, in cells.
+const BAND: f64 = 4.0;
+/// The grids: cells of the finest in a cell, and times that it is solved.
+const GRIDS: [(f64, usize); 4] = [(8.0, 2), (4.0, 1), (2.0, 1), (1.0, 1)];
+/// Cells of the finest grid in a cell of the start's.
+const START: f64 = 2.0;
+/// What lies around the surface up to the outer bound: a share of its longest side, and cells.
+const MARGIN: f64 = 0.15;
+const MARGIN_CELLS: f64 = 12.0;
+/// Most nodes of the finest grid: cells are larger where it takes more.
+const MOST_NODES: f64 = 6e6;
+/// At the peak; measured.
+const BYTES_A_NODE: f64 = 100.0;
+/// What progress counts.
+pub const STEPS: u64 = 6;
+
+/// What is known of nodes.
+const NOT_ASKED: u8 = 0;
+const SEEN: u8 = 1;
+const NOT_SEEN: u8 = 2;
+
+/// What the grids cover, and how finely.
+#[derive(Clone, Copy, Debug)]
+pub struct Extent {
+    lo: DVec3,
+    hi: DVec3,
+    cell: f64,
+    margin: f64,
+}
+
+impl Extent {
+    /// Of a box in cells of this size, or larger ones if these were too many.
+    pub fn new(lo: DVec3, hi: DVec3, cell: f64) -> Self {
+        let margin = MARGIN * (hi - lo).max_element();
+        let size = hi - lo + 2.0 * margin;
+        let least = (size.x * size.y * size.z / MOST_NODES).cbrt().max(size.max_element() / MOST_NODES);
+        let cell = cell.max(least);
+        Extent { lo, hi, cell, margin: margin + MARGIN_CELLS * cell }
+    }
+
+    fn grid(&self, cells: f64) -> Grid {
+        Grid::around(self.lo, self.hi, cells * self.cell, self.margin)
+    }
+}
+
+/// Solves for the field; returns the finest grid and its values, negative inside and positive on the outer bound. Where a scan saw that nothing is
+/// they are not negative.
+///
+/// # Errors
+/// [`base::Error::OutOfMemory`]; [`base::Error::Cancelled`].
+pub fn solve(
+    surface: &Surface<'_>,
+    extent: &Extent,
+    envelope: Envelope<'_>,
+    progress: &Progress<'_>,
+) -> Result<(Grid, Vec<f64>)> {
+    memory::expect_each(extent.grid(1.0).len(), BYTES_A_NODE, 0.0, "closing", "nodes of the fill's grid")?;
+    let mut grid = extent.grid(START);
+    let mut field: Vec<f64> = poisson::start(surface.mesh, &grid, progress)?.into_iter().map(|x| -x).collect();
+    progress.advance(1)?;
+    let mut reach = None;
+    for (cells, times) in GRIDS {
+        let next = extent.grid(cells);
+        field = resampled(&grid, &field, &next, progress)?;
+        grid = next;
+        for time in 0..times {
+            field = once(surface, &grid, field, reach.filter(|_| time == 0), envelope, progress)?;
+            progress.advance(1)?;
+        }
+        reach = Some((BAND + 1.0) * cells * extent.cell);
+    }
+    Ok((grid, field))
+}
+
+/// A field on another grid.
+fn resampled(from: &Grid, field: &[f64], to: &Grid, progress: &Progress<'_>) -> Result<Vec<f64>> {
+    let mut values = vec![0.0; to.len()];
+    values.par_chunks_mut(1 << 14).enumerate().try_for_each(|(chunk, values)| {
+        progress.check()?;
+        for (i, value) in values.iter_mut().enumerate() {
+            *value = from.sample(field, to.place((chunk << 14) + i));
+        }
+        Ok(())
+    })?;
+    Ok(values)
+}
+
+/// One solve. `reach`: how far from its level the given field holds distances already, if it does.
+fn once(
+    surface: &Surface<'_>,
+    grid: &Grid,
+    mut field: Vec<f64>,
+    reach: Option<f64>,
+    envelope: Envelope<'_>,
+    progress: &Progress<'_>,
+) -> Result<Vec<f64>> {
+    let known = known::near(surface, grid, progress)?;
+    let mut is_known = vec![false; grid.len()];
+    known.iter().for_each(|&(node, _)| is_known[node as usize] = true);
+    let mut seen = vec![NOT_ASKED; grid.len()];
+    let inside: Vec<u32> =
+        (0..grid.len() as u32).filter(|&n| !is_known[n as usize] && field[n as usize] < 0.0).collect();
+    ask(grid, envelope, &inside, &mut seen, progress)?;
+    for &node in inside.iter().filter(|&&node| seen[node as usize] == SEEN) {
+        field[node as usize] = f64::MIN_POSITIVE;
+    }
+    for (node, value) in field.iter_mut().enumerate() {
+        if *value < 0.0 && grid.is_outermost(node) {
+            *value = f64::MIN_POSITIVE;
+        }
+    }
+    let _ = reach;
+    let mut field = distance::signed(grid, &field, &known, progress)?;
+    let is_free = |n: usize| !is_known[n] && field[n].abs() <= BAND * grid.cell && !grid.is_outermost(n);
+    let free: Vec<u32> = (0..grid.len() as u32).filter(|&n| is_free(n as usize)).collect();
+    ask(grid, envelope, &free, &mut seen, progress)?;
+    let is_seen: Vec<bool> = free.iter().map(|&node| seen[node as usize] == SEEN).collect();
+    Plate { grid, free: &free, is_seen: &is_seen }.solve(&mut field, progress)?;
+    Ok(field)
+}
+
+/// Asks what was seen at nodes that were not asked about yet.
+fn ask(grid: &Grid, envelope: Envelope<'_>, nodes: &[u32], seen: &mut [u8], progress: &Progress<'_>) -> Result<()> {
+    if envelope.sight.is_blind() {
+        return Ok(());
+    }
+    let new: Vec<u32> = nodes.iter().copied().filter(|&node| seen[node as usize] == NOT_ASKED).collect();
+    let answers: Vec<Vec<u8>> = new
+        .par_chunks(512)
+        .map(|nodes| {
+            progress.check()?;
+            let answer = |&node: &u32| if envelope.is_seen(grid.place(node as usize)) { SEEN } else { NOT_SEEN };
+            Ok(nodes.iter().map(answer).collect())
+        })
+        .collect::<Result<_>>()?;
+    for (node, answer) in new.iter().zip(answers.into_iter().flatten()) {
+        seen[*node as usize] = answer;
+    }
+    Ok(())
+}

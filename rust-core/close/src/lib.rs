@@ -1,0 +1,62 @@
+//! Closing: the openings of a measured surface filled smoothly, never where a scan saw that nothing is; and checks for printing.
+//!
+//! | stage | file | in -> out |
+//! |---|---|---|
+//! | | `surface`, `sight` | mesh, scans -> what can be asked: which side a place lies on, whether it was seen through |
+//! | 1 | `grid`, `known` | surface -> signed distances at the nodes beside it |
+//! | 2 | `poisson`, `multigrid`, `conjugate` | surface -> a start that is closed at the outer bound. \[KH13\] |
+//! | 3 | `field`, `distance`, `plate` | start -> the smoothest field that keeps what was measured and is not negative in seen space |
+//! | 4 | `level`, `table` | field -> its level set, closed. \[LC87\] |
+//! | 5 | `cut`, `retreat` | level set -> what of it lies beyond the borders, out of seen space |
+//! | 6 | `bridge`, `stitch` | fill, border -> one surface |
+//! | 7 | `openings` | surface -> the openings that are asked for |
+//! | 8 | `attributes` | what was filled is marked |
+
+mod params;
+mod report;
+
+// what is asked, all along
+mod sight;
+mod surface;
+
+// 1. the grid, and what is known on it
+mod grid;
+mod known;
+
+// 2. the start
+mod conjugate;
+mod multigrid;
+mod poisson;
+
+// 3. the field
+mod distance;
+mod field;
+mod plate;
+
+// 4. its level set
+mod level;
+mod table;
+
+// 5. the part that fills
+mod cut;
+mod retreat;
+
+// 6. joined to the border
+mod bridge;
+mod crossing;
+mod stitch;
+
+// 7. which openings
+mod openings;
+
+// 8. marked
+mod attributes;
+
+// the stages in their order
+mod driver;
+
+pub use crossing::crossing_pairs;
+pub use driver::close;
+pub use params::{CloseParams, Openings, SCHEMA};
+pub use report::{CloseReport, Closed, LeftOpen, OpeningReport};
+pub use sight::{Blind, Scans, Sight};

@@ -1,0 +1,34 @@
+//! The parameters of closing.
+
+use base::params::{choice, flag, length};
+
+base::choices! {
+    /// Which openings are closed.
+    pub enum Openings {
+        /// Everything that seen space allows: the result is closed.
+        All = "all" "All",
+        /// Openings that seen space or the surface surrounds: what lies before them is a pocket that nobody saw. A bowl's rim, a relief's border and the foot of a statue stay open.
+        Seen = "seen" "Inside the scans",
+        /// Openings whose boundaries are at most as long as the longest hole.
+        Holes = "holes" "Holes",
+        /// None: the surface stays as it is, and the report says what is open.
+        None = "none" "None",
+    }
+}
+
+base::params! {
+    /// How the openings of a surface are closed. Lengths are in its unit.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct CloseParams of "close" with threads {
+        /// Which openings are closed. Nothing is filled where a scan saw through by more than the merge distance and half a cell.
+        openings: Openings = choice("Openings", Openings::CHOICES).since("0.3"),
+        /// Longest boundary of an opening that is closed, where holes are.
+        max_hole_length: Option<f64> = length("Max hole length").from_data("100 cells").since("0.3"),
+        /// Size of a cell of the merge that the surface is of. The fill has twice that size.
+        cell: Option<f64> = length("Cell").from_data("1.3 times the median edge of the surface").above(0.0).since("0.3"),
+        /// How far the surface and the poses of its scans may be off: the merge distance.
+        merge_distance: Option<f64> = length("Merge distance").from_data("a cell").above(0.0).since("0.3"),
+        /// Closes too where scans saw through. These faces are marked in the attribute forced.
+        force: bool = flag("Force").off("what seen space forbids stays open, and the report says where").since("0.3"),
+    }
+}

@@ -1,0 +1,91 @@
+//! Seen space: where scans saw that nothing is.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use base::error::Result;
+use base::progress::Progress;
+use image::range_image::RangeImage;
+use image::range_image::noise::Noise;
+use image::sight::{LinesOfSight, Seen};
+
+/// What can be asked whether a place is empty.
+pub trait Sight: Sync {
+    /// What is known of a place; what is known may be off by `tolerance`, in world units.
+    fn see(&self, place: DVec3, tolerance: f64) -> Seen;
+
+    /// Whether nothing can be known anywhere.
+    fn is_blind(&self) -> bool {
+        false
+    }
+}
+
+/// The sight of surfaces without sensors: nothing is known of any place.
+pub struct Blind;
+
+impl Sight for Blind {
+    fn see(&self, _: DVec3, _: f64) -> Seen {
+        Seen::Nothing
+    }
+
+    fn is_blind(&self) -> bool {
+        true
+    }
+}
+
+/// The lines of sight of several scans. A place is empty if one of them saw through it.
+pub struct Scans {
+    scans: Vec<LinesOfSight>,
+}
+
+impl Scans {
+    /// Of images whose rays are known, with their noise measured; others say nothing. As [`LinesOfSight::new`].
+    ///
+    /// # Errors
+    /// [`base::Error::Cancelled`].
+    pub fn of_images(images: &[RangeImage], progress: &Progress<'_>) -> Result<Self> {
+        let look = |image: &RangeImage| match LinesOfSight::are_known(image.projection()) {
+            true => LinesOfSight::new(image, Noise::measure(image, progress)?, progress),
+            false => Ok(None),
+        };
+        let scans: Vec<Option<LinesOfSight>> = images.par_iter().map(look).collect::<Result<_>>()?;
+        Ok(Scans::new(scans.into_iter().flatten().collect()))
+    }
+
+    /// Of lines of sight that are made already.
+    pub fn new(scans: Vec<LinesOfSight>) -> Self {
+        Scans { scans }
+    }
+}
+
+impl Sight for Scans {
+    fn see(&self, place: DVec3, tolerance: f64) -> Seen {
+        let mut seen = Seen::Nothing;
+        for scan in &self.scans {
+            match scan.see(place, 0.0, tolerance) {
+                Seen::Through => return Seen::Through,
+                Seen::Surface => seen = Seen::Surface,
+                Seen::Nothing => {}
+            }
+        }
+        seen
+    }
+
+    fn is_blind(&self) -> bool {
+        self.scans.is_empty()
+    }
+}
+
+/// Sight with the tolerance of one closing.
+#[derive(Clone, Copy)]
+pub(crate) struct Envelope<'a> {
+    pub sight: &'a dyn Sight,
+    pub tolerance: f64,
+}
+
+impl Envelope<'_> {
+    /// Whether a scan saw through a place.
+    pub fn is_seen(&self, place: DVec3) -> bool {
+        self.sight.see(place, self.tolerance) == Seen::Through
+    }
+}
