@@ -6,15 +6,21 @@ use base::progress::{Pace, Progress};
 use super::grid::Grid;
 
 /// Signed distances, positive where `field` is not negative. Nodes of `known` keep the distances that they have there, and their sides.
-/// Where nothing changes sign the distance is infinite.
+/// Where nothing changes sign the distance is infinite. Nodes that are not `asked` for hold distances already.
 ///
 /// Cost: eight passes over the grid.
 ///
 /// # Errors
 /// [`base::Error::Cancelled`].
-pub fn signed(grid: &Grid, field: &[f64], known: &[(u32, f64)], progress: &Progress<'_>) -> Result<Vec<f64>> {
+pub fn signed(
+    grid: &Grid,
+    field: &[f64],
+    known: &[(u32, f64)],
+    asked: &[bool],
+    progress: &Progress<'_>,
+) -> Result<Vec<f64>> {
     let mut value = field.to_vec();
-    let mut is_fixed = vec![false; grid.len()];
+    let mut is_fixed: Vec<bool> = asked.iter().map(|asked| !asked).collect();
     for &(node, distance) in known {
         value[node as usize] = distance;
         is_fixed[node as usize] = true;

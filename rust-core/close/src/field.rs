@@ -31,7 +31,7 @@ const MOST_NODES: f64 = 6e6;
 /// At the peak; measured.
 const BYTES_A_NODE: f64 = 100.0;
 /// What progress counts.
-pub const STEPS: u64 = 6;
+pub const STEPS: u64 = 7;
 
 /// What is known of nodes.
 const NOT_ASKED: u8 = 0;
@@ -77,18 +77,44 @@ pub fn solve(
     let mut grid = extent.grid(START);
     let mut field: Vec<f64> = poisson::start(surface.mesh, &grid, progress)?.into_iter().map(|x| -x).collect();
     progress.advance(1)?;
-    let mut reach = None;
+    let mut asked = vec![true; grid.len()];
     for (cells, times) in GRIDS {
         let next = extent.grid(cells);
         field = resampled(&grid, &field, &next, progress)?;
+        asked = if cells == GRIDS[0].0 { vec![true; next.len()] } else { around(&grid, &asked, &next, progress)? };
         grid = next;
-        for time in 0..times {
-            field = once(surface, &grid, field, reach.filter(|_| time == 0), envelope, progress)?;
+        let mut free = Vec::new();
+        for _ in 0..times {
+            (field, free) = once(surface, &grid, field, &asked, envelope, progress)?;
             progress.advance(1)?;
         }
-        reach = Some((BAND + 1.0) * cells * extent.cell);
+        asked = free;
     }
     Ok((grid, field))
+}
+
+/// The nodes of a grid that lie within about a cell of marked nodes of a coarser one.
+fn around(coarse: &Grid, marked: &[bool], fine: &Grid, progress: &Progress<'_>) -> Result<Vec<bool>> {
+    let mut grown = marked.to_vec();
+    for stride in coarse.strides() {
+        progress.check()?;
+        let before = grown.clone();
+        for node in stride..coarse.len() {
+            grown[node] |= before[node - stride];
+            grown[node - stride] |= before[node];
+        }
+    }
+    let is_near = |node: usize| {
+        let (first, fraction) = coarse.cell_of(fine.place(node));
+        coarse.corners(first, fraction).iter().any(|corner| grown[corner.0])
+    };
+    let mut near = vec![false; fine.len()];
+    near.par_chunks_mut(1 << 14).enumerate().try_for_each(|(chunk, near)| {
+        progress.check()?;
+        near.iter_mut().enumerate().for_each(|(i, near)| *near = is_near((chunk << 14) + i));
+        Ok(())
+    })?;
+    Ok(near)
 }
 
 /// A field on another grid.
@@ -104,21 +130,21 @@ fn resampled(from: &Grid, field: &[f64], to: &Grid, progress: &Progress<'_>) -> 
     Ok(values)
 }
 
-/// One solve. `reach`: how far from its level the given field holds distances already, if it does.
+/// One solve. Nodes that are not `asked` for keep their values: they hold distances. Returns the field, and which nodes it was solved for.
 fn once(
     surface: &Surface<'_>,
     grid: &Grid,
     mut field: Vec<f64>,
-    reach: Option<f64>,
+    asked: &[bool],
     envelope: Envelope<'_>,
     progress: &Progress<'_>,
-) -> Result<Vec<f64>> {
-    let known = known::near(surface, grid, progress)?;
+) -> Result<(Vec<f64>, Vec<bool>)> {
+    let known = known::near(surface, grid, asked, progress)?;
     let mut is_known = vec![false; grid.len()];
     known.iter().for_each(|&(node, _)| is_known[node as usize] = true);
     let mut seen = vec![NOT_ASKED; grid.len()];
     let inside: Vec<u32> =
-        (0..grid.len() as u32).filter(|&n| !is_known[n as usize] && field[n as usize] < 0.0).collect();
+        (0..grid.len() as u32).filter(|&n| asked[n as usize] && !is_known[n as usize] && field[n as usize] < 0.0).collect();
     ask(grid, envelope, &inside, &mut seen, progress)?;
     for &node in inside.iter().filter(|&&node| seen[node as usize] == SEEN) {
         field[node as usize] = f64::MIN_POSITIVE;
@@ -128,14 +154,15 @@ fn once(
             *value = f64::MIN_POSITIVE;
         }
     }
-    let _ = reach;
-    let mut field = distance::signed(grid, &field, &known, progress)?;
-    let is_free = |n: usize| !is_known[n] && field[n].abs() <= BAND * grid.cell && !grid.is_outermost(n);
-    let free: Vec<u32> = (0..grid.len() as u32).filter(|&n| is_free(n as usize)).collect();
+    let mut field = distance::signed(grid, &field, &known, asked, progress)?;
+    let is_free =
+        |n: usize| asked[n] && !is_known[n] && field[n].abs() <= BAND * grid.cell && !grid.is_outermost(n);
+    let is_free: Vec<bool> = (0..grid.len()).map(is_free).collect();
+    let free: Vec<u32> = (0..grid.len() as u32).filter(|&n| is_free[n as usize]).collect();
     ask(grid, envelope, &free, &mut seen, progress)?;
     let is_seen: Vec<bool> = free.iter().map(|&node| seen[node as usize] == SEEN).collect();
     Plate { grid, free: &free, is_seen: &is_seen }.solve(&mut field, progress)?;
-    Ok(field)
+    Ok((field, is_free))
 }
 
 /// Asks what was seen at nodes that were not asked about yet.

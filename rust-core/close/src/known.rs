@@ -12,11 +12,16 @@ use super::surface::Surface;
 const LAYERS: f64 = 2.0;
 
 /// Nodes whose nearest point of the surface lies within two cells and not on its border, with their signed distances, rising.
-/// Where the nearest point lies on the border the surface says nothing.
+/// Where the nearest point lies on the border the surface says nothing. Only nodes that are `asked` for are looked at.
 ///
 /// # Errors
 /// [`base::Error::Cancelled`].
-pub fn near(surface: &Surface<'_>, grid: &Grid, progress: &Progress<'_>) -> Result<Vec<(u32, f64)>> {
+pub fn near(
+    surface: &Surface<'_>,
+    grid: &Grid,
+    asked: &[bool],
+    progress: &Progress<'_>,
+) -> Result<Vec<(u32, f64)>> {
     let reach = LAYERS * grid.cell;
     let mut pace = Pace::new(progress);
     let mut is_near = vec![false; grid.len()];
@@ -37,7 +42,7 @@ pub fn near(surface: &Surface<'_>, grid: &Grid, progress: &Progress<'_>) -> Resu
             }
         }
     }
-    let nodes: Vec<u32> = (0..grid.len() as u32).filter(|&node| is_near[node as usize]).collect();
+    let nodes: Vec<u32> = (0..grid.len() as u32).filter(|&node| is_near[node as usize] && asked[node as usize]).collect();
     let known: Vec<Vec<(u32, f64)>> = nodes
         .par_chunks(1024)
         .map(|nodes| {

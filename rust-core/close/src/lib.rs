@@ -60,3 +60,6 @@ pub use driver::close;
 pub use params::{CloseParams, Openings, SCHEMA};
 pub use report::{CloseReport, Closed, LeftOpen, OpeningReport};
 pub use sight::{Blind, Scans, Sight};
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,346 @@
+//! Whole closings, judged by code that shares nothing with them.
+
+use std::collections::HashSet;
+
+use glam::{DVec2, DVec3};
+
+use super::*;
+use base::error::Error;
+use base::progress::Progress;
+use geom::bvh::Bvh;
+use image::range_image::{Projection, RangeImage, Samples};
+use image::sight::Seen;
+use mesh::shapes::Shape;
+use mesh::{Attribute, AttributeData, TriMesh, check};
+use scan::{Camera, ScanParams, scan};
+
+/// The triangles of a mesh whose centres are kept, and the vertices that they use.
+fn part(mesh: &TriMesh, keep: impl Fn(DVec3) -> bool) -> TriMesh {
+    let centre = |t: usize| mesh.corners(t).iter().sum::<DVec3>() / 3.0;
+    let kept: Vec<[u32; 3]> =
+        (0..mesh.triangles.len()).filter(|&t| keep(centre(t))).map(|t| mesh.triangles[t]).collect();
+    let mut number = vec![u32::MAX; mesh.positions.len()];
+    let mut positions = Vec::new();
+    let triangles = kept
+        .iter()
+        .map(|t| {
+            t.map(|v| {
+                if number[v as usize] == u32::MAX {
+                    number[v as usize] = positions.len() as u32;
+                    positions.push(mesh.positions[v as usize]);
+                }
+                number[v as usize]
+            })
+        })
+        .collect();
+    TriMesh::new(positions, triangles)
+}
+
+fn ball(detail: usize) -> TriMesh {
+    Shape::Sphere { radius: 1.0 }.mesh(detail)
+}
+
+fn params() -> CloseParams {
+    CloseParams { threads: 1, ..CloseParams::default() }
+}
+
+fn closed(mesh: &TriMesh, sight: &dyn Sight, params: &CloseParams) -> Closed {
+    let closed = close(mesh, sight, params, &Progress::none()).unwrap();
+    kept(mesh, &closed);
+    closed
+}
+
+/// Holds for every result: a manifold, what was measured to the bit, what was filled marked, the report's figures those of the mesh.
+fn kept(mesh: &TriMesh, closed: &Closed) {
+    let result = &closed.mesh;
+    let report = check(result);
+    assert!(report.is_manifold(), "{report}");
+    assert_eq!(closed.report.is_closed, report.is_closed());
+    assert_eq!(closed.report.open_edges, report.boundary_edges);
+    assert_eq!(report.unused_vertices, check(mesh).unused_vertices);
+    let bits = |p: &DVec3| p.to_array().map(f64::to_bits);
+    assert!(mesh.positions.iter().zip(&result.positions).all(|(a, b)| bits(a) == bits(b)));
+    assert_eq!(result.triangles[..mesh.triangles.len()], mesh.triangles[..]);
+    let flags = |data: Option<&AttributeData>, first: usize| match data {
+        Some(AttributeData::Bool(flags)) => flags.iter().enumerate().all(|(i, &flag)| flag == (i >= first)),
+        _ => false,
+    };
+    assert!(flags(result.vertex_attribute("interpolated"), mesh.positions.len()));
+    assert!(flags(result.face_attribute("hole_fill"), mesh.triangles.len()));
+    let first = mesh.triangles.len() as u32;
+    let pairs = crossing_pairs(result, &Progress::none()).unwrap();
+    assert!(pairs.iter().all(|pair| pair[1] < first), "{} pairs cross", pairs.len());
+}
+
+/// Range images of a mesh from these places.
+fn images(mesh: &TriMesh, eyes: &[DVec3], pixels: usize) -> Vec<RangeImage> {
+    let bvh = Bvh::build(&mesh.positions, &mesh.triangles, 1).unwrap();
+    let shoot = |&eye: &DVec3| {
+        let camera = Camera::pinhole(pixels, pixels, 0.8, eye, DVec3::ZERO, DVec3::new(0.1, 0.2, 1.0)).unwrap();
+        scan(mesh, &bvh, &camera, &ScanParams { backfaces: true, ..ScanParams::default() }, &Progress::none()).unwrap()
+    };
+    eyes.iter().map(shoot).collect()
+}
+
+/// Marches every ray by itself: whether all of 3 x 3 pixels around a place lie behind it.
+fn is_past(image: &RangeImage, place: DVec3, slack: f64) -> bool {
+    let (Projection::Pinhole { focal, centre, .. }, Samples::Values(values)) = (*image.projection(), image.samples())
+    else {
+        panic!("pinhole images alone")
+    };
+    let at = image.world_from_sensor.inverse().transform_point3(place);
+    let pixel = [centre[1] + focal[1] * at.y / at.z, centre[0] + focal[0] * at.x / at.z].map(|x| x.round() as i64);
+    let rows = image.rows() as i64;
+    (0..9).all(|i| {
+        let [row, col] = [pixel[0] + i / 3 - 1, pixel[1] + i % 3 - 1];
+        let inside = at.z > 0.0 && row >= 0 && col >= 0 && row < rows && col < image.cols() as i64;
+        inside && values[(row * image.cols() as i64 + col) as usize] > at.z + slack
+    })
+}
+
+#[test]
+fn the_end_of_a_ball_is_continued_as_a_ball() {
+    let open = part(&ball(14), |p| p.z > -0.7);
+    let closed = closed(&open, &Blind, &params());
+    assert!(closed.report.is_closed);
+    assert_eq!(check(&closed.mesh).genus(), Some(0));
+    let filled = &closed.mesh.positions[open.positions.len()..];
+    let rms = (filled.iter().map(|p| (p.length() - 1.0).powi(2)).sum::<f64>() / filled.len() as f64).sqrt();
+    assert!(filled.len() > 20 && rms < 0.02, "{rms}");
+    // A flat lid would lie 0.3 off in its middle.
+    assert!(filled.iter().any(|p| p.z < -0.96));
+    let [added, before] = closed.report.areas;
+    assert!((added + before - 4.0 * std::f64::consts::PI).abs() < 0.2, "{added} {before}");
+}
+
+#[test]
+fn a_hole_with_an_island_is_closed_as_one() {
+    let open = part(&ball(16), |p| p.z > -0.5 || p.z < -0.9);
+    assert_eq!(check(&open).boundary_loops, 2);
+    let closed = closed(&open, &Blind, &params());
+    assert!(closed.report.is_closed);
+    assert_eq!(check(&closed.mesh).components, 1);
+    assert_eq!(closed.report.openings.len(), 1, "{:?}", closed.report.openings);
+    assert_eq!(closed.report.openings[0].vertices.len(), 2);
+}
+
+#[test]
+fn two_shells_are_closed_each() {
+    let mut both = part(&ball(12), |p| p.z > -0.8);
+    let inner = part(&ball(12), |p| p.x < 0.8);
+    let first = both.positions.len() as u32;
+    both.positions.extend(inner.positions.iter().map(|p| 0.5 * *p));
+    // The inside of a hollow ball faces its middle.
+    both.triangles.extend(inner.triangles.iter().map(|&[a, b, c]| [a, c, b].map(|v| v + first)));
+    let closed = closed(&both, &Blind, &params());
+    let report = check(&closed.mesh);
+    assert!(report.is_closed() && report.components == 2 && report.genus() == Some(0), "{report}");
+    let volume = mesh::measure::enclosed_volume(&closed.mesh);
+    assert!((volume - 4.19 * 0.875).abs() < 0.2, "{volume}");
+}
+
+#[test]
+fn holes_are_closed_up_to_their_length() {
+    let open = part(&ball(16), |p| p.z > -0.9 && p.z < 0.6);
+    let holes = CloseParams { openings: Openings::Holes, max_hole_length: Some(4.0), ..params() };
+    let closed = closed(&open, &Blind, &holes);
+    assert_eq!(check(&closed.mesh).boundary_loops, 1);
+    let left: Vec<LeftOpen> = closed.report.left_open().map(|left| left.1).collect();
+    assert_eq!(left, [LeftOpen::TooLong]);
+    let filled = &closed.mesh.positions[open.positions.len()..];
+    assert!(filled.iter().all(|p| p.z < 0.0));
+}
+
+#[test]
+fn none_leaves_all_open_and_says_so() {
+    let open = part(&ball(8), |p| p.z > -0.5);
+    let closed = closed(&open, &Blind, &CloseParams { openings: Openings::None, ..params() });
+    assert_eq!((closed.mesh.positions.len(), closed.report.added), (open.positions.len(), [0, 0]));
+    assert_eq!(closed.report.left_open().map(|left| left.1).collect::<Vec<_>>(), [LeftOpen::NotAsked]);
+}
+
+/// Bowl, relief and the walls of a room: no scan saw round their rims.
+#[test]
+fn shapes_open_by_intent_stay_open_and_pockets_close() {
+    let seen = CloseParams { openings: Openings::Seen, cell: Some(0.12), merge_distance: Some(0.12), ..params() };
+    let sheet = part(&Shape::Plane { half: DVec2::splat(1.0) }.mesh(12), |_| true);
+    let mut relief = sheet.clone();
+    relief.positions.iter_mut().for_each(|p| p.z = 0.15 * (3.0 * p.x).sin() * (2.0 * p.y).cos());
+    let bowl = {
+        let mut inside = part(&ball(12), |p| p.z < 0.0);
+        inside.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+        inside
+    };
+    let room = {
+        let mut walls = part(&Shape::Cuboid { half: DVec3::ONE }.mesh(8), |p| p.z < 0.95);
+        walls.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+        walls
+    };
+    for (name, mesh, eye) in [
+        ("relief", &relief, DVec3::new(0.3, 0.2, 4.0)),
+        ("bowl", &bowl, DVec3::new(0.2, 0.0, 4.0)),
+        ("room", &room, DVec3::new(0.1, 0.2, 4.5)),
+    ] {
+        let scans = images(mesh, &[eye, eye + DVec3::X], 120);
+        let sight = Scans::of_images(&scans, &Progress::none()).unwrap();
+        // A hole in its middle is a pocket that the scans surround.
+        let holed = part(mesh, |p| p.truncate().length() > 0.3 || p.z > 0.9);
+        let closed = closed(&holed, &sight, &seen);
+        assert_eq!(check(&closed.mesh).boundary_loops, 1, "{name}: {:?}", closed.report.openings);
+        let left: Vec<LeftOpen> = closed.report.left_open().map(|left| left.1).collect();
+        assert_eq!(left, [LeftOpen::NotEnclosed], "{name}");
+    }
+}
+
+#[test]
+fn nothing_is_filled_where_a_ray_went_on() {
+    // Through the ring's hole and past its sides scans see a wall; its lower half was not scanned.
+    let ring = Shape::Torus { major: 1.0, minor: 0.35 }.mesh(10);
+    let mut scene = ring.clone();
+    let first = scene.positions.len() as u32;
+    let wall = Shape::Plane { half: DVec2::splat(6.0) }.mesh(4);
+    scene.positions.extend(wall.positions.iter().map(|p| *p - 1.5 * DVec3::Z));
+    scene.triangles.extend(wall.triangles.iter().map(|t| t.map(|v| v + first)));
+    let eyes = [DVec3::new(0.0, 0.0, 5.0), DVec3::new(2.0, 0.5, 4.5), DVec3::new(-2.0, 1.0, 4.5)];
+    let scans = images(&scene, &eyes, 160);
+    let sight = Scans::of_images(&scans, &Progress::none()).unwrap();
+    let open = part(&ring, |p| p.z > -0.1);
+    let (cell, distance) = (0.1, 0.1);
+    let given = CloseParams { cell: Some(cell), merge_distance: Some(distance), ..params() };
+    let closed = closed(&open, &sight, &given);
+    assert!(closed.report.is_closed, "{:?}", closed.report.openings);
+    let past = |place: DVec3| scans.iter().any(|image| is_past(image, place, distance + 0.5 * cell));
+    let mut asked = 0;
+    for t in open.triangles.len()..closed.mesh.triangles.len() {
+        let [a, b, c] = closed.mesh.corners(t);
+        for place in [a, b, c, (a + b) / 2.0, (b + c) / 2.0, (c + a) / 2.0, (a + b + c) / 3.0] {
+            asked += 1;
+            assert!(!past(place), "triangle {t} at {place}");
+        }
+    }
+    assert!(asked > 500);
+    // The twin and the lines of sight agree on what is seen.
+    let mut both = [0; 2];
+    for i in 0..4000_u32 {
+        let at = |step: u32| f64::from(i * step % 997) / 997.0 * 4.0 - 2.0;
+        let place = DVec3::new(at(17), at(291), 0.4 * at(611));
+        let seen = sight.see(place, distance) == Seen::Through;
+        both[usize::from(seen)] += 1;
+        assert!(!seen || past(place - 1e-9) || scans.iter().any(|image| is_past(image, place, distance)), "{place}");
+    }
+    assert!(both[0] > 200 && both[1] > 200, "{both:?}");
+}
+
+/// Says of a ball around the south pole that it is empty, whatever anybody measured.
+struct Contradicting;
+
+impl Sight for Contradicting {
+    fn see(&self, place: DVec3, tolerance: f64) -> Seen {
+        let is_within = place.distance(DVec3::new(0.0, 0.0, -1.0)) < 0.9 - tolerance;
+        if is_within { Seen::Through } else { Seen::Nothing }
+    }
+}
+
+#[test]
+fn what_was_seen_through_is_not_closed_but_by_force() {
+    let open = part(&ball(12), |p| p.z > -0.9);
+    let careful = closed(&open, &Contradicting, &params());
+    let first = open.triangles.len();
+    let sees = |closed: &Closed| {
+        let tolerance = closed.report.merge_distance + 0.5 * closed.report.cell;
+        let centre = |t: usize| closed.mesh.corners(t).iter().sum::<DVec3>() / 3.0;
+        (first..closed.mesh.triangles.len())
+            .filter(|&t| Contradicting.see(centre(t), tolerance) == Seen::Through)
+            .count()
+    };
+    assert_eq!(sees(&careful), 0);
+    assert!(!careful.report.is_closed);
+    assert_eq!(careful.report.left_open().map(|left| left.1).collect::<Vec<_>>(), [LeftOpen::SeenThrough]);
+    let forced = closed(&open, &Contradicting, &CloseParams { force: true, ..params() });
+    assert!(forced.report.is_closed, "{:?}", forced.report.openings);
+    let Some(AttributeData::Bool(flags)) = forced.mesh.face_attribute("forced") else { panic!("forced faces are marked") };
+    let marked = flags.iter().filter(|flag| **flag).count();
+    assert!(marked > 0 && marked >= sees(&forced) && flags[..first].iter().all(|flag| !flag));
+    assert_eq!(forced.report.openings[0].forced_faces, marked);
+}
+
+#[test]
+fn the_same_bytes_come_from_any_number_of_threads() {
+    let open = part(&ball(12), |p| p.z > -0.6 && p.x < 0.9);
+    let scans = images(&ball(12), &[DVec3::new(0.0, 3.0, 3.0), DVec3::new(3.0, -3.0, 1.0)], 100);
+    let sight = Scans::of_images(&scans, &Progress::none()).unwrap();
+    let of = |threads: usize| closed(&open, &sight, &CloseParams { threads, ..CloseParams::default() }).mesh;
+    let one = of(1);
+    assert!(one == of(2) && one == of(3));
+}
+
+#[test]
+fn it_can_be_cancelled_at_every_check() {
+    let open = part(&ball(6), |p| p.z > -0.5);
+    let mut checks = 1;
+    let mut cancelled = 0;
+    while matches!(close(&open, &Blind, &params(), &Progress::cancel_after(checks)), Err(Error::Cancelled)) {
+        cancelled += 1;
+        checks = checks * 5 / 4 + 1;
+    }
+    assert!(cancelled > 15, "{cancelled}");
+    let whole = close(&open, &Blind, &params(), &Progress::cancel_after(checks)).unwrap();
+    assert_eq!(whole.mesh, close(&open, &Blind, &params(), &Progress::none()).unwrap().mesh);
+}
+
+#[test]
+fn attributes_are_continued() {
+    let mut open = part(&ball(8), |p| p.z > -0.6);
+    let n = open.positions.len();
+    open.vertex_attributes = vec![
+        Attribute::colour("colour", vec![[10, 20, 30, 255]; n]),
+        Attribute::f32("confidence", vec![0.5; n]),
+        Attribute::i32("source_scan", vec![3; n]),
+        Attribute::bool("interpolated", vec![false; n]),
+    ];
+    let closed = closed(&open, &Blind, &params()).mesh;
+    closed.validate().unwrap();
+    let Some(AttributeData::Colour(colours)) = closed.vertex_attribute("colour") else { panic!() };
+    assert!(colours[..n].iter().all(|c| c[3] == 255) && colours[n..].iter().all(|&c| c == [10, 20, 30, 0]));
+    let Some(AttributeData::I32(scans)) = closed.vertex_attribute("source_scan") else { panic!() };
+    assert!(scans[..n].iter().all(|&s| s == 3) && scans[n..].iter().all(|&s| s == -1));
+}
+
+#[test]
+fn degenerate_inputs_are_named_or_closed() {
+    let refused = |mesh: &TriMesh, part: &str| {
+        let text = close(mesh, &Blind, &params(), &Progress::none()).unwrap_err().to_string();
+        assert!(text.contains(part), "{text}");
+    };
+    refused(&TriMesh::default(), "no triangles");
+    let triangle = TriMesh::new(vec![DVec3::ZERO, DVec3::X, DVec3::Y], vec![[0, 1, 2]]);
+    refused(&TriMesh::new(triangle.positions.clone(), vec![[0, 1, 3]]), "vertex 3");
+    refused(&TriMesh::new(triangle.positions.clone(), vec![[0, 1, 2], [0, 1, 2]]), "duplicate");
+    refused(&TriMesh::new(vec![DVec3::NAN, DVec3::X, DVec3::Y], vec![[0, 1, 2]]), "not finite");
+    let text = close(&triangle, &Blind, &CloseParams { cell: Some(-1.0), ..params() }, &Progress::none());
+    assert!(text.unwrap_err().to_string().contains("cell must be"));
+    // One triangle, a flat sheet, a sliver, a vertex nobody uses, one that is closed already; far away and tiny.
+    closed(&triangle, &Blind, &params());
+    closed(&Shape::Plane { half: DVec2::ONE }.mesh(3), &Blind, &params());
+    closed(&TriMesh::new(vec![DVec3::ZERO, DVec3::X, 1e-9 * DVec3::Y], vec![[0, 1, 2]]), &Blind, &params());
+    let mut lonely = part(&ball(5), |p| p.z > -0.6);
+    lonely.positions.push(DVec3::splat(0.3));
+    closed(&lonely, &Blind, &params());
+    let whole = closed(&ball(4), &Blind, &params());
+    assert_eq!((whole.report.added, whole.report.is_closed), ([0, 0], true));
+    for scale in [1e-12, 1e12] {
+        let mut scaled = part(&ball(6), |p| p.z > -0.6);
+        scaled.positions.iter_mut().for_each(|p| *p = (*p + 3.0) * scale);
+        assert!(closed(&scaled, &Blind, &params()).report.is_closed, "{scale}");
+    }
+}
+
+#[test]
+fn every_loop_is_in_the_report() {
+    let open = part(&ball(14), |p| p.abs().max_element() < 0.93);
+    let loops = check(&open).boundary_loops;
+    let closed = closed(&open, &Blind, &params());
+    let named: HashSet<u32> = closed.report.openings.iter().flat_map(|opening| opening.vertices.clone()).collect();
+    assert_eq!(named.len(), loops);
+    assert!(closed.report.is_closed && closed.report.closed().count() == 6);
+}
