@@ -153,7 +153,7 @@ fn is_past(image: &RangeImage, place: DVec3, slack: f64) -> bool {
         (-1..=1).all(|c| {
             let (row, col) = (row + r, col + c);
             let inside = row >= 0 && col >= 0 && row < image.rows() as i64 && col < image.cols() as i64;
-            inside && values[row as usize * image.cols() + col as usize] > at.z + slack
+            inside && values[row as usize * image.cols() + col as usize] > at.z + slack * at.z / at.length()
         })
     })
 }
@@ -186,7 +186,14 @@ struct Judged {
     parts: usize,
 }
 
-fn judge(result: &TriMesh, merged: &TriMesh, truth: &TriMesh, images: &[RangeImage], cell: f64, slack: f64) -> Result<Judged> {
+fn judge(
+    result: &TriMesh,
+    merged: &TriMesh,
+    truth: &TriMesh,
+    images: &[RangeImage],
+    cell: f64,
+    slack: f64,
+) -> Result<Judged> {
     let points = sprinkle(result, 0.5 * cell);
     let places: Vec<DVec3> = points.iter().map(|p| p.0).collect();
     let quiet = Progress::none();
@@ -272,7 +279,11 @@ fn run_case(case: &Case, folder: &Path) -> Result<()> {
     }
     println!("  {:?}", closed.report.seconds);
     let moved = merged.positions.iter().zip(&closed.mesh.positions).filter(|(a, b)| a != b).count();
-    println!("  {} openings closed, {moved} measured vertices moved, {} crossings", closed.report.closed().count(), crossings(&closed.mesh, merged.triangles.len())?);
+    println!(
+        "  {} openings closed, {moved} measured vertices moved, {} crossings",
+        closed.report.closed().count(),
+        crossings(&closed.mesh, merged.triangles.len())?
+    );
     let closed = closed.mesh;
     write_ply(&folder.join(format!("{stem}.closed.ply")), &closed, PlyEncoding::BinaryLittleEndian, &Progress::none())?;
     say("close", &judge(&closed, &merged, &truth, &images, cell, slack)?, seconds);

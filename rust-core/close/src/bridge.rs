@@ -154,8 +154,7 @@ impl Loops {
     fn new(vertices: usize, edges: &[Edge]) -> Self {
         let mut next = vec![NONE; vertices];
         edges.iter().for_each(|edge| next[edge.from as usize] = edge.to);
-        let mut loops =
-            Loops { next, now: vec![NONE; vertices], first: Vec::new(), joined: Vec::new(), count: 0 };
+        let mut loops = Loops { next, now: vec![NONE; vertices], first: Vec::new(), joined: Vec::new(), count: 0 };
         for edge in edges {
             if loops.now[edge.from as usize] == NONE {
                 loops.number(edge.from);

@@ -65,13 +65,7 @@ fn to_crossing(grid: &Grid, value: &[f64], node: usize) -> Option<f64> {
     (inverse_squares > 0.0).then(|| grid.cell / inverse_squares.sqrt())
 }
 
-fn sweep(
-    grid: &Grid,
-    order: usize,
-    is_fixed: &[bool],
-    distance: &mut [f64],
-    pace: &mut Pace<'_>,
-) -> Result<()> {
+fn sweep(grid: &Grid, order: usize, is_fixed: &[bool], distance: &mut [f64], pace: &mut Pace<'_>) -> Result<()> {
     let [nx, ny, nz] = grid.counts;
     let strides = grid.strides();
     let turned = |axis: usize, i: usize, n: usize| if order >> axis & 1 == 1 { n - 1 - i } else { i };

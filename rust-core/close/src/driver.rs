@@ -34,6 +34,8 @@ const CELL_BY_EDGE: f64 = 1.3;
 const HOLE_CELLS: f64 = 100.0;
 /// Share of an opening's fill that may lie in seen space and be left open as small holes; beyond it the opening stays as it was.
 const LITTLE: f64 = 0.05;
+/// Times that fills in seen space move back, or are closed anew where they can't.
+const RETREATS: usize = 3;
 /// At the peak; measured.
 const BYTES_A_TRIANGLE: f64 = 400.0;
 
@@ -86,13 +88,23 @@ fn run(mesh: &TriMesh, sight: &dyn Sight, params: &CloseParams, progress: &Progr
         let mut growing = Growing::new(&surface, &fill);
         retreat::retreat(&mut growing, envelope, report.cell, progress)?;
         growing.join(grid.cell, progress)?;
-        retreat::retreat(&mut growing, envelope, report.cell, progress)?;
-        growing.repair(progress)?;
+        for _ in 0..RETREATS {
+            retreat::retreat(&mut growing, envelope, report.cell, progress)?;
+            growing.repair(progress)?;
+            let seen = retreat::in_seen_space(&growing, judge, report.cell, progress)?;
+            if params.force || !seen.contains(&true) {
+                break;
+            }
+            growing.close_anew_around(&seen, progress)?;
+        }
         growing.drop_loose(progress)?;
         progress.lap(PLAN[JOINING].0);
         progress.stage(JUDGING, 1);
-        forced = Judge { surface: &surface, border: &border, params, envelope, strict: judge }
-            .settle(&mut growing, &mut report, progress)?;
+        forced = Judge { surface: &surface, border: &border, params, envelope, strict: judge }.settle(
+            &mut growing,
+            &mut report,
+            progress,
+        )?;
         growing.drop_unused();
         (result.positions, result.triangles) = (growing.positions, growing.triangles);
     } else {
@@ -151,18 +163,16 @@ impl Judge<'_> {
         let found = openings::find(growing, self.border, progress)?;
         let mut goes = vec![false; growing.triangles.len()];
         for opening in &found {
-            let mut reason = self.reason(opening, growing, report, progress)?;
+            let refused = self.reason(opening, growing, report, progress)?;
             let area_of = |t: &&u32| area(growing.corners(**t as usize));
             let all: f64 = opening.triangles.iter().map(|t| area_of(&t)).sum();
             let in_seen: f64 = opening.triangles.iter().filter(|t| seen[**t as usize]).map(|t| area_of(&t)).sum();
-            let is_refused = !self.params.force && in_seen > 0.0;
-            if reason.is_none() && is_refused {
-                reason = Some(LeftOpen::SeenThrough);
-            }
-            let goes_whole = reason.is_some() && !(is_refused && in_seen <= LITTLE * all);
+            let is_seen = !self.params.force && in_seen > 0.0;
+            let goes_whole = refused.is_some() || is_seen && in_seen > LITTLE * all;
             for &t in &opening.triangles {
-                goes[t as usize] = goes_whole || is_refused && seen[t as usize];
+                goes[t as usize] = goes_whole || is_seen && seen[t as usize];
             }
+            let reason = refused.or(is_seen.then_some(LeftOpen::SeenThrough));
             report.openings.push(opening_report(self.border, &opening.loops, reason));
         }
         let kept = growing.take_away(&goes, progress)?;

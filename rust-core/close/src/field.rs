@@ -143,8 +143,9 @@ fn once(
     let mut is_known = vec![false; grid.len()];
     known.iter().for_each(|&(node, _)| is_known[node as usize] = true);
     let mut seen = vec![NOT_ASKED; grid.len()];
-    let inside: Vec<u32> =
-        (0..grid.len() as u32).filter(|&n| asked[n as usize] && !is_known[n as usize] && field[n as usize] < 0.0).collect();
+    let inside: Vec<u32> = (0..grid.len() as u32)
+        .filter(|&n| asked[n as usize] && !is_known[n as usize] && field[n as usize] < 0.0)
+        .collect();
     ask(grid, envelope, &inside, &mut seen, progress)?;
     for &node in inside.iter().filter(|&&node| seen[node as usize] == SEEN) {
         field[node as usize] = f64::MIN_POSITIVE;
@@ -155,8 +156,7 @@ fn once(
         }
     }
     let mut field = distance::signed(grid, &field, &known, asked, progress)?;
-    let is_free =
-        |n: usize| asked[n] && !is_known[n] && field[n].abs() <= BAND * grid.cell && !grid.is_outermost(n);
+    let is_free = |n: usize| asked[n] && !is_known[n] && field[n].abs() <= BAND * grid.cell && !grid.is_outermost(n);
     let is_free: Vec<bool> = (0..grid.len()).map(is_free).collect();
     let free: Vec<u32> = (0..grid.len() as u32).filter(|&n| is_free[n as usize]).collect();
     ask(grid, envelope, &free, &mut seen, progress)?;

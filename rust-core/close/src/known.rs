@@ -16,12 +16,7 @@ const LAYERS: f64 = 2.0;
 ///
 /// # Errors
 /// [`base::Error::Cancelled`].
-pub fn near(
-    surface: &Surface<'_>,
-    grid: &Grid,
-    asked: &[bool],
-    progress: &Progress<'_>,
-) -> Result<Vec<(u32, f64)>> {
+pub fn near(surface: &Surface<'_>, grid: &Grid, asked: &[bool], progress: &Progress<'_>) -> Result<Vec<(u32, f64)>> {
     let reach = LAYERS * grid.cell;
     let mut pace = Pace::new(progress);
     let mut is_near = vec![false; grid.len()];
@@ -42,7 +37,8 @@ pub fn near(
             }
         }
     }
-    let nodes: Vec<u32> = (0..grid.len() as u32).filter(|&node| is_near[node as usize] && asked[node as usize]).collect();
+    let nodes: Vec<u32> =
+        (0..grid.len() as u32).filter(|&node| is_near[node as usize] && asked[node as usize]).collect();
     let known: Vec<Vec<(u32, f64)>> = nodes
         .par_chunks(1024)
         .map(|nodes| {

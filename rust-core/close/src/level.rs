@@ -34,9 +34,8 @@ pub fn extract(
             pace.after(grid.counts[0])?;
             for i in 0..grid.counts[0] - 1 {
                 let first = grid.index([i, j, k]);
-                let corner = |c: usize| {
-                    first + (c & 1) * strides[0] + (c >> 1 & 1) * strides[1] + (c >> 2 & 1) * strides[2]
-                };
+                let corner =
+                    |c: usize| first + (c & 1) * strides[0] + (c >> 1 & 1) * strides[1] + (c >> 2 & 1) * strides[2];
                 let case = (0..8).fold(0, |case, c| case | usize::from(is_inside(corner(c))) << c);
                 for polygon in &CASES[case] {
                     pace.after(16)?;

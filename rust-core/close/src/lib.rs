@@ -11,6 +11,7 @@
 //! | 6 | `bridge`, `stitch` | fill, border -> one surface |
 //! | 7 | `openings` | surface -> the openings that are asked for |
 //! | 8 | `attributes` | what was filled is marked |
+//! | | `print`, `crossing` | checks before printing |
 
 mod params;
 mod report;
@@ -54,6 +55,9 @@ mod attributes;
 
 // the stages in their order
 mod driver;
+
+// checks before printing
+pub mod print;
 
 pub use crossing::crossing_pairs;
 pub use driver::close;

@@ -87,9 +87,7 @@ impl Multigrid {
 
     /// Room for [`Multigrid::cycle`].
     pub fn scratch(&self) -> Scratch {
-        Scratch {
-            values: self.levels.iter().map(|l| [0, 1].map(|_| vec![0.0; l.neighbours.len()])).collect(),
-        }
+        Scratch { values: self.levels.iter().map(|l| [0, 1].map(|_| vec![0.0; l.neighbours.len()])).collect() }
     }
 
     /// One V-cycle: `x` becomes approximately the inverse Laplacian of `right`. Checks the progress on each level.

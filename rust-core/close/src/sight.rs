@@ -7,12 +7,12 @@ use base::error::Result;
 use base::progress::Progress;
 use image::range_image::RangeImage;
 use image::range_image::noise::Noise;
-use image::sight::{LinesOfSight, Seen};
+use image::sight::LinesOfSight;
 
 /// What can be asked whether a place is empty.
 pub trait Sight: Sync {
-    /// What is known of a place; what is known may be off by `tolerance`, in world units.
-    fn see(&self, place: DVec3, tolerance: f64) -> Seen;
+    /// Whether nothing is at a place, for sure where what was measured may be off by `tolerance`, in world units.
+    fn is_empty_at(&self, place: DVec3, tolerance: f64) -> bool;
 
     /// Whether nothing can be known anywhere.
     fn is_blind(&self) -> bool {
@@ -24,8 +24,8 @@ pub trait Sight: Sync {
 pub struct Blind;
 
 impl Sight for Blind {
-    fn see(&self, _: DVec3, _: f64) -> Seen {
-        Seen::Nothing
+    fn is_empty_at(&self, _: DVec3, _: f64) -> bool {
+        false
     }
 
     fn is_blind(&self) -> bool {
@@ -33,7 +33,7 @@ impl Sight for Blind {
     }
 }
 
-/// The lines of sight of several scans. A place is empty if one of them saw through it.
+/// The lines of sight of several scans. A place is empty if one of them saw past it, in all of 3 x 3 pixels, by more than the tolerance.
 pub struct Scans {
     scans: Vec<LinesOfSight>,
 }
@@ -59,16 +59,8 @@ impl Scans {
 }
 
 impl Sight for Scans {
-    fn see(&self, place: DVec3, tolerance: f64) -> Seen {
-        let mut seen = Seen::Nothing;
-        for scan in &self.scans {
-            match scan.see(place, 0.0, tolerance) {
-                Seen::Through => return Seen::Through,
-                Seen::Surface => seen = Seen::Surface,
-                Seen::Nothing => {}
-            }
-        }
-        seen
+    fn is_empty_at(&self, place: DVec3, tolerance: f64) -> bool {
+        self.scans.iter().any(|scan| scan.is_past(place, tolerance))
     }
 
     fn is_blind(&self) -> bool {
@@ -86,6 +78,6 @@ pub(crate) struct Envelope<'a> {
 impl Envelope<'_> {
     /// Whether a scan saw through a place.
     pub fn is_seen(&self, place: DVec3) -> bool {
-        self.sight.see(place, self.tolerance) == Seen::Through
+        self.sight.is_empty_at(place, self.tolerance)
     }
 }

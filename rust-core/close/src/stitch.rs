@@ -133,6 +133,19 @@ impl Growing {
         Ok(())
     }
 
+    /// Takes marked triangles and all filled ones around their corners away, and closes the loops anew.
+    ///
+    /// # Errors
+    /// [`base::Error::Cancelled`].
+    pub fn close_anew_around(&mut self, marked: &[bool], progress: &Progress<'_>) -> Result<()> {
+        let mut is_bad = vec![false; self.positions.len()];
+        let corners = self.triangles.iter().zip(marked).filter(|(_, marked)| **marked).flat_map(|(t, _)| t);
+        corners.for_each(|&v| is_bad[v as usize] = true);
+        let goes: Vec<bool> = self.triangles.iter().map(|t| t.iter().any(|&v| is_bad[v as usize])).collect();
+        self.take_away(&goes, progress)?;
+        self.close_loops(progress).map(drop)
+    }
+
     /// The open edges with their triangles.
     fn open_with_triangles(&self, progress: &Progress<'_>) -> Result<Vec<([u32; 2], [u32; 3])>> {
         let mut of: FxHashMap<[u32; 2], [u32; 3]> = self.border.iter().copied().collect();

@@ -94,9 +94,7 @@ fn faces_of(edge: u8) -> u8 {
 /// A fan from the first vertex whose chords leave all faces of the cell, or one around the middle.
 fn triangles(vertices: &[u8]) -> Vec<[u8; 3]> {
     let n = vertices.len();
-    let is_free = |apex: usize| {
-        (2..n - 1).all(|k| faces_of(vertices[apex]) & faces_of(vertices[(apex + k) % n]) == 0)
-    };
+    let is_free = |apex: usize| (2..n - 1).all(|k| faces_of(vertices[apex]) & faces_of(vertices[(apex + k) % n]) == 0);
     match (0..n).find(|&apex| is_free(apex)) {
         Some(apex) => {
             (1..n - 1).map(|k| [vertices[apex], vertices[(apex + k) % n], vertices[(apex + k + 1) % n]]).collect()

@@ -208,6 +208,27 @@ impl LinesOfSight {
         if is_behind { Seen::Through } else { Seen::Nothing }
     }
 
+    /// Whether all of 3 x 3 pixels around a place lie behind it, along their rays, by more than `slack`, in world units, and by more than
+    /// their noise: a surface there would have been met.
+    pub fn is_past(&self, place: DVec3, slack: f64) -> bool {
+        let Some(view) = self.view(self.sensor_from_world.transform_point3(place)) else { return false };
+        let (rows, cols) = (self.rows(), self.levels[0].cols);
+        let is_inside = |at: f64, count: usize| at > 0.5 && at < count as f64 - 1.5;
+        if !is_inside(view.pixel[0], rows) || !is_inside(view.pixel[1], cols) {
+            return false;
+        }
+        let [row, col] = view.pixel.map(|x| x.round() as usize);
+        let depths = &self.levels[0].least;
+        let nearest = view.depth + slack * view.depth_by_length;
+        let is_behind = |depth: f64| {
+            depth > nearest && {
+                let noise = BEHIND * self.noise.deviation(depth / view.depth_by_length, 1.0) * view.depth_by_length;
+                depth > view.depth + noise
+            }
+        };
+        (row - 1..=row + 1).all(|row| depths[row * cols + col - 1..][..3].iter().all(|&depth| is_behind(depth)))
+    }
+
     /// Bytes that it takes.
     pub fn bytes(&self) -> u64 {
         self.levels.iter().map(|depths| size_of_val(&depths.least[..]) as u64).sum()
@@ -279,6 +300,12 @@ mod tests {
                 assert_eq!(see(middle + 5.0 * side), Seen::Nothing, "{projection:?}");
                 if !matches!(projection, Projection::Orthographic { .. }) {
                     assert_eq!(see(-middle), Seen::Nothing, "{projection:?}");
+                }
+                // Whatever pixels measure.
+                let past = |at: DVec3| sight.is_past(place.transform_point3(at), 0.03);
+                assert!(past(middle - 0.3 * along) && past(middle - 0.3 * along + 0.16 * side), "{projection:?}");
+                for at in [middle - 0.1 * along, middle + 0.1 * along, middle + 0.11 * side, middle + 5.0 * side] {
+                    assert!(!past(at), "{projection:?}");
                 }
                 // In pixels that are larger than what is asked for nothing is seen through.
                 let coarse = sight.see(place.transform_point3(middle - 0.3 * along), 0.0, 0.001);
