@@ -66,6 +66,38 @@ pub fn crossing_pairs(mesh: &TriMesh, progress: &Progress<'_>) -> Result<Vec<[u3
     pairs(&mesh.positions, &mesh.triangles, |_| true, progress)
 }
 
+/// Triangles that others may cross.
+pub struct Crossed {
+    tree: Tree,
+    corners: Vec<[DVec3; 3]>,
+}
+
+impl Crossed {
+    /// Of all triangles.
+    ///
+    /// # Errors
+    /// [`base::Error::Cancelled`].
+    pub fn new(positions: &[DVec3], triangles: &[[u32; 3]], progress: &Progress<'_>) -> Result<Self> {
+        let corners: Vec<[DVec3; 3]> = triangles.iter().map(|t| t.map(|v| positions[v as usize])).collect();
+        let boxes = corners.iter().enumerate().map(|(t, &corners)| (t as u32, Bounds::of(corners))).collect();
+        Ok(Crossed { tree: Tree::new(boxes, progress)?, corners })
+    }
+
+    /// Whether a triangle crosses any, exactly.
+    ///
+    /// # Errors
+    /// [`base::Error::Cancelled`].
+    pub fn is_met(&self, triangle: [DVec3; 3], progress: &Progress<'_>) -> Result<bool> {
+        let (mut met, mut pace) = (false, Pace::new(progress));
+        self.tree.meeting(&Bounds::of(triangle), &mut |other| {
+            pace.after(16)?;
+            met = met || cross(triangle, self.corners[other as usize]);
+            Ok(())
+        })?;
+        Ok(met)
+    }
+}
+
 /// Boxes with their numbers, by halving.
 struct Tree {
     nodes: Vec<Node>,

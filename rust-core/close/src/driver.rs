@@ -15,7 +15,7 @@ use super::report::{CloseReport, Closed, LeftOpen, OpeningReport};
 use super::sight::{Envelope, Sight};
 use super::stitch::Growing;
 use super::surface::Surface;
-use super::{attributes, cut, level, retreat};
+use super::{attributes, cut, fan, level, retreat};
 
 base::stages! {
     /// Stages with their shares of the time.
@@ -97,14 +97,12 @@ fn run(mesh: &TriMesh, sight: &dyn Sight, params: &CloseParams, progress: &Progr
             }
             growing.close_anew_around(&seen, progress)?;
         }
+        let judge = Judge { surface: &surface, border: &border, params, envelope, strict: judge };
+        judge.mend(&mut growing, report.cell, progress)?;
         growing.drop_loose(progress)?;
         progress.lap(PLAN[JOINING].0);
         progress.stage(JUDGING, 1);
-        forced = Judge { surface: &surface, border: &border, params, envelope, strict: judge }.settle(
-            &mut growing,
-            &mut report,
-            progress,
-        )?;
+        forced = judge.settle(&mut growing, &mut report, progress)?;
         growing.drop_unused();
         (result.positions, result.triangles) = (growing.positions, growing.triangles);
     } else {
@@ -157,6 +155,23 @@ struct Judge<'a> {
 }
 
 impl Judge<'_> {
+    /// Takes the few faces in seen space away that could not move back, and closes small loops that are open by fans.
+    fn mend(&self, growing: &mut Growing, cell: f64, progress: &Progress<'_>) -> Result<()> {
+        if self.params.force {
+            return fan::close_loops(growing, None, cell, progress);
+        }
+        let seen = retreat::in_seen_space(growing, self.strict, cell, progress)?;
+        let mut goes = vec![false; growing.triangles.len()];
+        for opening in openings::find(growing, self.border, progress)? {
+            let [all, in_seen] = areas(growing, &opening, &seen);
+            for &t in opening.triangles.iter().filter(|_| in_seen <= LITTLE * all) {
+                goes[t as usize] = seen[t as usize];
+            }
+        }
+        growing.take_away(&goes, progress)?;
+        fan::close_loops(growing, Some(self.strict), cell, progress)
+    }
+
     /// Takes fills away that are not asked for, or lie in seen space. Writes the report's openings; returns which faces are forced.
     fn settle(&self, growing: &mut Growing, report: &mut CloseReport, progress: &Progress<'_>) -> Result<Vec<bool>> {
         let seen = retreat::in_seen_space(growing, self.strict, report.cell, progress)?;
@@ -164,9 +179,7 @@ impl Judge<'_> {
         let mut goes = vec![false; growing.triangles.len()];
         for opening in &found {
             let refused = self.reason(opening, growing, report, progress)?;
-            let area_of = |t: &&u32| area(growing.corners(**t as usize));
-            let all: f64 = opening.triangles.iter().map(|t| area_of(&t)).sum();
-            let in_seen: f64 = opening.triangles.iter().filter(|t| seen[**t as usize]).map(|t| area_of(&t)).sum();
+            let [all, in_seen] = areas(growing, opening, &seen);
             let is_seen = !self.params.force && in_seen > 0.0;
             let goes_whole = refused.is_some() || is_seen && in_seen > LITTLE * all;
             for &t in &opening.triangles {
@@ -229,6 +242,17 @@ impl Judge<'_> {
         }
         Ok(())
     }
+}
+
+/// Of an opening's fill, and of its part in seen space.
+fn areas(growing: &Growing, opening: &Opening, seen: &[bool]) -> [f64; 2] {
+    let mut areas = [0.0; 2];
+    for &t in &opening.triangles {
+        let own = area(growing.corners(t as usize));
+        areas[0] += own;
+        areas[1] += if seen[t as usize] { own } else { 0.0 };
+    }
+    areas
 }
 
 fn opening_report(border: &Border, loops: &[u32], left_open: Option<LeftOpen>) -> OpeningReport {

@@ -51,11 +51,16 @@ fn ask(
         for (i, seen) in seen.iter_mut().enumerate() {
             let t = first + 64 * chunk + i;
             if changed(t) {
-                *seen = places(surface.corners(t), PITCH * cell).any(|place| envelope.is_seen(place));
+                *seen = is_in_seen_space(surface.corners(t), envelope, cell);
             }
         }
         Ok(())
     })
+}
+
+/// Whether any place of a triangle was seen through.
+pub fn is_in_seen_space(triangle: [DVec3; 3], envelope: Envelope<'_>, cell: f64) -> bool {
+    places(triangle, PITCH * cell).any(|place| envelope.is_seen(place))
 }
 
 /// Corners, and places between them not farther apart than `pitch`, up to a limit.

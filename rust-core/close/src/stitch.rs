@@ -147,7 +147,10 @@ impl Growing {
     }
 
     /// The open edges with their triangles.
-    fn open_with_triangles(&self, progress: &Progress<'_>) -> Result<Vec<([u32; 2], [u32; 3])>> {
+    ///
+    /// # Errors
+    /// [`base::Error::Cancelled`].
+    pub fn open_with_triangles(&self, progress: &Progress<'_>) -> Result<Vec<([u32; 2], [u32; 3])>> {
         let mut of: FxHashMap<[u32; 2], [u32; 3]> = self.border.iter().copied().collect();
         for &[a, b, c] in &self.triangles[self.measured[1]..] {
             of.extend([[a, b], [b, c], [c, a]].map(|edge| (edge, [a, b, c])));

@@ -230,6 +230,72 @@ fn nothing_is_filled_where_a_ray_went_on() {
     assert!(both[0] > 200 && both[1] > 200, "{both:?}");
 }
 
+/// Says that nothing is below a height.
+struct Below(f64);
+
+impl Sight for Below {
+    fn is_empty_at(&self, place: DVec3, tolerance: f64) -> bool {
+        place.z < self.0 - tolerance
+    }
+}
+
+/// The stages by themselves: each keeps the fill out of seen space, whatever the others do.
+#[test]
+fn field_and_fill_keep_out_of_seen_space_each() {
+    let open = part(&ball(12), |p| p.z > -0.6);
+    let progress = Progress::none();
+    let surface = surface::Surface::new(&open, 1, &progress).unwrap();
+    let cell = 0.05;
+    let (lo, hi) = mesh::measure::bounds(&open.positions).unwrap();
+    let extent = field::Extent::new(lo - 0.4 * DVec3::Z, hi, 2.0 * cell);
+    let lowest = |sight: &dyn Sight| {
+        let envelope = sight::Envelope { sight, tolerance: 0.0 };
+        let (grid, values) = field::solve(&surface, &extent, envelope, &progress).unwrap();
+        let inside = (0..grid.len()).filter(|&node| values[node] < 0.0).map(|node| grid.place(node).z);
+        inside.fold(0.0, f64::min)
+    };
+    assert!(lowest(&Blind) < -0.85);
+    assert!(lowest(&Below(-0.8)) >= -0.8);
+    let lid = part(&ball(12), |p| p.z < -0.65);
+    let mut growing = stitch::Growing::new(&surface, &lid);
+    let envelope = sight::Envelope { sight: &Below(-0.9), tolerance: 0.0 };
+    let seen = |growing: &stitch::Growing| {
+        retreat::in_seen_space(growing, envelope, cell, &progress).unwrap().iter().filter(|seen| **seen).count()
+    };
+    assert!(seen(&growing) > 20);
+    retreat::retreat(&mut growing, envelope, cell, &progress).unwrap();
+    assert_eq!(seen(&growing), 0);
+    assert!(growing.positions[..open.positions.len()] == open.positions[..]);
+}
+
+/// A loop that lies so that its least triangulation is seen through is closed by a fan around a vertex farther inside.
+#[test]
+fn small_loops_are_closed_by_fans_out_of_seen_space() {
+    let open = part(&ball(8), |p| p.z > -0.9);
+    let progress = Progress::none();
+    let surface = surface::Surface::new(&open, 1, &progress).unwrap();
+    let empty = TriMesh::default();
+    let closes = |sight: &dyn Sight| {
+        let mut growing = stitch::Growing::new(&surface, &empty);
+        let envelope = sight::Envelope { sight, tolerance: 0.0 };
+        fan::close_loops(&mut growing, Some(envelope), 0.1, &progress).unwrap();
+        let result = TriMesh::new(growing.positions, growing.triangles);
+        let deepest = result.positions[open.positions.len()..].iter().map(|p| p.z).fold(-1.0, f64::max);
+        (check(&result).is_closed(), deepest)
+    };
+    let (is_closed, free) = closes(&Blind);
+    assert!(is_closed);
+    struct Middle;
+    impl Sight for Middle {
+        fn is_empty_at(&self, place: DVec3, _: f64) -> bool {
+            place.truncate().length() < 0.2 && place.z < -0.84
+        }
+    }
+    let (is_closed, moved) = closes(&Middle);
+    assert!(is_closed && moved > free + 0.02, "{free} {moved}");
+    assert!(!closes(&Below(1.0)).0);
+}
+
 /// Says of a ball around the south pole that it is empty, whatever anybody measured.
 struct Contradicting;
 
