@@ -40,6 +40,8 @@ struct Case {
     views: Vec<[f64; 2]>,
     /// In cells.
     noise: f64,
+    /// Whether it is closed with a flat base.
+    stands: bool,
 }
 
 fn ring(count: usize, first: f64, elevation: f64) -> impl Iterator<Item = [f64; 2]> {
@@ -50,7 +52,7 @@ fn cases() -> Vec<Case> {
     let few = || ring(8, 0.0, 10.0).chain(ring(4, 20.0, 50.0)).collect::<Vec<_>>();
     let some = || ring(4, 20.0, 20.0).collect::<Vec<_>>();
     let half = || vec![[0.0, 20.0], [75.0, 15.0], [150.0, 25.0]];
-    let of = |name, views, noise| Case { name, views, noise };
+    let of = |name, views, noise| Case { name, views, noise, stands: false };
     vec![
         of("ball few", few(), 0.0),
         of("ball half", half(), 0.0),
@@ -64,7 +66,8 @@ fn cases() -> Vec<Case> {
         of("armadillo some", some(), 0.0),
         of("armadillo half", half(), 0.0),
         of("sculpture few", few(), 0.0),
-        of("sculpture some", some(), 0.0),
+        Case { stands: true, ..of("sculpture few, flat base", few(), 0.0) },
+        Case { stands: true, ..of("sculpture some, flat base", some(), 0.0) },
     ]
 }
 
@@ -271,7 +274,13 @@ fn run_case(case: &Case, folder: &Path) -> Result<()> {
     let progress = Progress::none();
     let start = cpu_seconds();
     let sight = base::threads::pool(1)?.install(|| close::Scans::of_images(&images, &progress))?;
-    let params = CloseParams { cell: Some(cell), merge_distance: Some(distance), threads: 1, ..CloseParams::default() };
+    let params = CloseParams {
+        cell: Some(cell),
+        merge_distance: Some(distance),
+        threads: 1,
+        flat_base: case.stands,
+        ..CloseParams::default()
+    };
     let closed = close::close(&merged, &sight, &params, &progress)?;
     let seconds = cpu_seconds() - start;
     for (opening, reason) in closed.report.left_open() {

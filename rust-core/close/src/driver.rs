@@ -1,5 +1,6 @@
 //! The driver: the stages in their order.
 
+use glam::DVec3;
 use rustc_hash::FxHashSet;
 
 use base::error::Result;
@@ -12,7 +13,7 @@ use super::field::{self, Extent};
 use super::openings::{self, Border, Opening};
 use super::params::{CloseParams, Openings};
 use super::report::{CloseReport, Closed, LeftOpen, OpeningReport};
-use super::sight::{Envelope, Sight};
+use super::sight::{Envelope, Ground, Sight};
 use super::stitch::Growing;
 use super::surface::Surface;
 use super::{attributes, cut, fan, level, retreat};
@@ -47,7 +48,8 @@ const BYTES_A_TRIANGLE: f64 = 400.0;
 /// # Guarantees
 /// * Vertices and triangles of `mesh` come first in the result, to the bit and in their order. What is added is marked.
 /// * The result is an oriented manifold. No added face crosses any other.
-/// * No place of an added face, looked at every half cell, was seen through by more than the merge distance and half a cell, but of forced faces.
+/// * No place of an added face was seen through by more than the merge distance and half a cell, but of forced faces: looked at every half cell, and
+///   farther than that from measured vertices.
 /// * What is not closed is in the report, with the reason.
 /// * The same result for any number of threads.
 ///
@@ -62,14 +64,24 @@ pub fn close(mesh: &TriMesh, sight: &dyn Sight, params: &CloseParams, progress: 
     memory::expect_each(mesh.triangles.len(), BYTES_A_TRIANGLE, 0.0, "closing", "triangles")?;
     progress.plan(PLAN);
     let pool = base::threads::pool(params.threads)?;
-    progress.run(&pool, || run(mesh, sight, params, progress))
+    let up = params.up.try_normalize().unwrap_or(DVec3::Z);
+    let height = mesh.positions.iter().map(|place| place.dot(up)).fold(f64::INFINITY, f64::min);
+    let ground = Ground { sight, up, height };
+    let grounded: &dyn Sight = if params.flat_base { &ground } else { sight };
+    progress.run(&pool, || run(mesh, grounded, !sight.is_blind(), params, progress))
 }
 
-fn run(mesh: &TriMesh, sight: &dyn Sight, params: &CloseParams, progress: &Progress<'_>) -> Result<Closed> {
+fn run(
+    mesh: &TriMesh,
+    sight: &dyn Sight,
+    has_sight: bool,
+    params: &CloseParams,
+    progress: &Progress<'_>,
+) -> Result<Closed> {
     progress.stage(PREPARING, 1);
     let surface = Surface::new(mesh, params.threads, progress)?;
     let border = Border::new(&surface);
-    let mut report = measures(mesh, sight, params);
+    let mut report = measures(mesh, has_sight, params);
     progress.lap(PLAN[PREPARING].0);
     let mut forced = vec![false; mesh.triangles.len()];
     let mut result = TriMesh { crs: mesh.crs.clone(), ..TriMesh::new(mesh.positions.clone(), mesh.triangles.clone()) };
@@ -118,7 +130,7 @@ fn run(mesh: &TriMesh, sight: &dyn Sight, params: &CloseParams, progress: &Progr
 }
 
 /// Lengths as given or measured.
-fn measures(mesh: &TriMesh, sight: &dyn Sight, params: &CloseParams) -> CloseReport {
+fn measures(mesh: &TriMesh, has_sight: bool, params: &CloseParams) -> CloseReport {
     let cell = params.cell.unwrap_or_else(|| CELL_BY_EDGE * mesh.median_edge());
     let longest = params.max_hole_length.unwrap_or(HOLE_CELLS * cell);
     CloseReport {
@@ -126,7 +138,7 @@ fn measures(mesh: &TriMesh, sight: &dyn Sight, params: &CloseParams) -> CloseRep
         fill_cell: FILL_CELLS * cell,
         merge_distance: params.merge_distance.unwrap_or(cell),
         max_hole_length: if params.openings == Openings::Holes { longest } else { f64::INFINITY },
-        has_sight: !sight.is_blind(),
+        has_sight,
         ..CloseReport::default()
     }
 }

@@ -30,6 +30,7 @@ pub fn close_loops(
     cell: f64,
     progress: &Progress<'_>,
 ) -> Result<()> {
+    let measured = surface.measured[0];
     let open = surface.open_with_triangles(progress)?;
     if open.is_empty() {
         return Ok(());
@@ -55,7 +56,9 @@ pub fn close_loops(
             let own = fan(*apex);
             for (i, &triangle) in own.iter().enumerate() {
                 let meets = own[..i].iter().chain(&fans).any(|&other| cross(triangle, other));
-                let is_seen = envelope.is_some_and(|envelope| is_in_seen_space(triangle, envelope, cell));
+                let is_measured = [i, (i + 1) % own.len()].map(|k| (vertices[k] as usize) < measured);
+                let is_measured = [is_measured[0], is_measured[1], false];
+                let is_seen = envelope.is_some_and(|envelope| is_in_seen_space(triangle, is_measured, envelope, cell));
                 if normal(triangle) == DVec3::ZERO || meets || is_seen || crossed.is_met(triangle, progress)? {
                     return Ok(false);
                 }

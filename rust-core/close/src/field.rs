@@ -21,6 +21,8 @@ use super::{distance, known, poisson};
 const BAND: f64 = 4.0;
 /// The grids: cells of the finest in a cell, and times that it is solved.
 const GRIDS: [(f64, usize); 4] = [(8.0, 2), (4.0, 1), (2.0, 1), (1.0, 1)];
+/// Largest cell, as a share of the greatest distance of the start from the surface: coarser ones lose thin parts and carry nothing farther.
+const OPENING_CELL: f64 = 0.75;
 /// Cells of the finest grid in a cell of the start's.
 const START: f64 = 2.0;
 /// What lies around the surface up to the outer bound: a share of its longest side, and cells.
@@ -76,12 +78,14 @@ pub fn solve(
     memory::expect_each(extent.grid(1.0).len(), BYTES_A_NODE, 0.0, "closing", "nodes of the fill's grid")?;
     let mut grid = extent.grid(START);
     let mut field: Vec<f64> = poisson::start(surface.mesh, &grid, progress)?.into_iter().map(|x| -x).collect();
+    let coarsest = OPENING_CELL * width(surface, &grid, &field, envelope, progress)?;
     progress.advance(1)?;
+    let used = GRIDS.iter().position(|&(cells, _)| cells * extent.cell <= coarsest).unwrap_or(GRIDS.len() - 1);
     let mut asked = vec![true; grid.len()];
-    for (cells, times) in GRIDS {
+    for &(cells, times) in &GRIDS[used..] {
         let next = extent.grid(cells);
         field = resampled(&grid, &field, &next, progress)?;
-        asked = if cells == GRIDS[0].0 { vec![true; next.len()] } else { around(&grid, &asked, &next, progress)? };
+        asked = if cells == GRIDS[used].0 { vec![true; next.len()] } else { around(&grid, &asked, &next, progress)? };
         grid = next;
         let mut free = Vec::new();
         for _ in 0..times {
@@ -91,6 +95,28 @@ pub fn solve(
         asked = free;
     }
     Ok((grid, field))
+}
+
+/// How far the start's level lies from the surface where that is farthest, out of seen space.
+fn width(
+    surface: &Surface<'_>,
+    grid: &Grid,
+    field: &[f64],
+    envelope: Envelope<'_>,
+    progress: &Progress<'_>,
+) -> Result<f64> {
+    let is_at_level =
+        |node: usize| field[node] < 0.0 && grid.neighbours(node).into_iter().flatten().any(|other| field[other] >= 0.0);
+    let nodes: Vec<usize> = (0..grid.len()).filter(|&node| is_at_level(node)).collect();
+    let distances: Vec<f64> = nodes
+        .par_chunks(256)
+        .map(|nodes| {
+            progress.check()?;
+            let places = nodes.iter().map(|&node| grid.place(node)).filter(|place| !envelope.is_seen(*place));
+            Ok(places.filter_map(|place| surface.beside(place)).map(|b| b.distance.abs()).fold(0.0, f64::max))
+        })
+        .collect::<Result<_>>()?;
+    Ok(distances.into_iter().fold(0.0, f64::max))
 }
 
 /// The nodes of a grid that lie within about a cell of marked nodes of a coarser one.

@@ -18,7 +18,7 @@ const PITCH: f64 = 0.5;
 /// Most places along a side.
 const MOST: usize = 64;
 
-/// For each filled triangle whether any place of it was seen through; false for measured ones. Places lie half a cell apart or nearer.
+/// For each filled triangle whether any place of it was seen through, half a cell or more from measured vertices; false for measured ones. Places lie half a cell apart or nearer.
 ///
 /// # Errors
 /// [`base::Error::Cancelled`].
@@ -51,16 +51,20 @@ fn ask(
         for (i, seen) in seen.iter_mut().enumerate() {
             let t = first + 64 * chunk + i;
             if changed(t) {
-                *seen = is_in_seen_space(surface.corners(t), envelope, cell);
+                let is_measured = surface.triangles[t].map(|v| (v as usize) < surface.measured[0]);
+                *seen = is_in_seen_space(surface.corners(t), is_measured, envelope, cell);
             }
         }
         Ok(())
     })
 }
 
-/// Whether any place of a triangle was seen through.
-pub fn is_in_seen_space(triangle: [DVec3; 3], envelope: Envelope<'_>, cell: f64) -> bool {
-    places(triangle, PITCH * cell).any(|place| envelope.is_seen(place))
+/// Whether any place of a triangle was seen through, but for those within half a cell of a measured corner: the surface itself is there.
+pub fn is_in_seen_space(triangle: [DVec3; 3], is_measured: [bool; 3], envelope: Envelope<'_>, cell: f64) -> bool {
+    let is_beside = |place: DVec3| {
+        (0..3).any(|k| is_measured[k] && place.distance_squared(triangle[k]) <= (PITCH * cell) * (PITCH * cell))
+    };
+    places(triangle, PITCH * cell).any(|place| !is_beside(place) && envelope.is_seen(place))
 }
 
 /// Corners, and places between them not farther apart than `pitch`, up to a limit.

@@ -68,6 +68,20 @@ impl Sight for Scans {
     }
 }
 
+/// Sight, and the ground: nothing is below it.
+pub(crate) struct Ground<'a> {
+    pub sight: &'a dyn Sight,
+    pub up: DVec3,
+    /// Along the way up.
+    pub height: f64,
+}
+
+impl Sight for Ground<'_> {
+    fn is_empty_at(&self, place: DVec3, tolerance: f64) -> bool {
+        place.dot(self.up) < self.height || self.sight.is_empty_at(place, tolerance)
+    }
+}
+
 /// Sight with the tolerance of one closing.
 #[derive(Clone, Copy)]
 pub(crate) struct Envelope<'a> {

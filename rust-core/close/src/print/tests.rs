@@ -121,7 +121,7 @@ proptest! {
             .filter(|&[i, j]| geom::triangles::cross(corners(i), corners(j)))
             .collect();
         prop_assert_eq!(crossing::pairs(&positions, &triangles, |_| true, &Progress::none()).unwrap(), all.clone());
-        let asked = |t: usize| t % 3 == 0;
+        let asked = |t: usize| t.is_multiple_of(3);
         let some: Vec<[u32; 2]> = all.into_iter().filter(|pair| pair.iter().any(|&t| asked(t as usize))).collect();
         prop_assert_eq!(crossing::pairs(&positions, &triangles, asked, &Progress::none()).unwrap(), some);
     }
