@@ -93,9 +93,9 @@ fn run(
         let extent = extent(mesh, report.cell);
         let (grid, field) = field::solve(&surface, &extent, envelope, progress)?;
         report.fill_cell = grid.cell;
-        let level = level::extract(&grid, &field, |a, b, t| level::between(&grid, a, b, t), progress)?;
         progress.lap(PLAN[SOLVING].0);
         progress.stage(JOINING, 1);
+        let level = level::extract(&grid, &field, |a, b, t| level::between(&grid, a, b, t), progress)?;
         let fill = cut::beyond_borders(&level, &surface, grid.cell, progress)?;
         let mut growing = Growing::new(&surface, &fill);
         retreat::retreat(&mut growing, envelope, report.cell, progress)?;

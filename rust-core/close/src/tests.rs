@@ -368,6 +368,19 @@ fn it_can_be_cancelled_at_every_check() {
 }
 
 #[test]
+fn the_solver_hears_that_it_is_cancelled() {
+    let solving = "solving for the fill";
+    let progress = Progress::new(|tick| match tick.stage == solving {
+        true => std::ops::ControlFlow::Break(()),
+        false => std::ops::ControlFlow::Continue(()),
+    });
+    let open = part(&ball(24), |p| p.z > -0.6);
+    let fine = CloseParams { cell: Some(0.03), ..params() };
+    assert!(matches!(close(&open, &Blind, &fine, &progress), Err(Error::Cancelled)));
+    assert!(progress.seconds().iter().all(|lap| lap.0 != solving), "it solved to the end: {:?}", progress.seconds());
+}
+
+#[test]
 fn attributes_are_continued() {
     let mut open = part(&ball(8), |p| p.z > -0.6);
     let n = open.positions.len();
