@@ -12,7 +12,7 @@ const FLOORS: &[&[&str]] = &[
     &["geom"],
     &["mesh"],
     &["image"],
-    &["align", "close", "io", "merge", "plane", "quads", "reconstruct", "scan", "sculpt", "unwrap"],
+    &["align", "close", "io", "merge", "plane", "quads", "reconstruct", "scan", "sculpt", "texture", "unwrap"],
     &["cluster"],
     &["surfrecon"],
 ];

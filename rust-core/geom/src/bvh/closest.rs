@@ -125,13 +125,20 @@ fn weights(p: DVec3, &[a, b, c]: &[DVec3; 3]) -> ([f64; 3], Feature) {
 impl Bvh<'_> {
     /// The point of the mesh closest to `query`; `None` for an empty mesh or a query that is not finite.
     pub fn closest_point(&self, query: DVec3) -> Option<Closest> {
+        self.closest_point_from(query, None)
+    }
+
+    /// [`Bvh::closest_point`], to the bit, sooner where `known`, the closest point of any one of the triangles, is near.
+    pub fn closest_point_from(&self, query: DVec3, known: Option<Closest>) -> Option<Closest> {
         if self.nodes.is_empty() || !query.is_finite() {
             return None;
         }
         let point = self.frame.to_frame(query);
         let to_frame = self.frame.scale * self.frame.scale;
-        let mut best: Option<Closest> = None;
-        let mut limit = f64::INFINITY;
+        // Boxes are grown by more than any rounding near the mesh; the factor is for queries far from it.
+        let limit_of = |best: &Closest| best.distance_squared * to_frame * (1.0 + 1e-12);
+        let mut best = known;
+        let mut limit = known.as_ref().map_or(f64::INFINITY, limit_of);
         let mut stack = [(0u32, 0.0f64); STACK];
         let mut used = 0;
         let mut next = Some((0u32, distance_squared(&self.nodes[0], point)));
@@ -152,8 +159,7 @@ impl Bvh<'_> {
                 for slot in node.slots(&self.slots) {
                     let found = Closest::of(query, &self.corners(slot), slot.triangle);
                     if found.beats(&best) {
-                        // Boxes are grown by more than any rounding near the mesh; the factor is for queries far from it.
-                        limit = found.distance_squared * to_frame * (1.0 + 1e-12);
+                        limit = limit_of(&found);
                         best = Some(found);
                     }
                 }

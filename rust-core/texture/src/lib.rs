@@ -1,0 +1,127 @@
+//! Texturing: a light mesh with texture coordinates, the detailed surface it stands for and photos of it -> images.
+//!
+//! | stage | file | in -> out |
+//! |---|---|---|
+//! | 1 | `photo`, `target` | photos, mesh -> both checked, photos in the order of their names |
+//! | 2 | `samples` | mesh -> places all over the surface, to compare photos at |
+//! | 3 | `gains` | photos -> what each one's light is multiplied by |
+//! | 4 | `poses` | cameras -> cameras under which the photos agree |
+//! | 5 | `atlas` | mesh -> texels, tile by tile |
+//! | 6 | `behind` | texels -> places on the detailed surface |
+//! | 7 | `view`, `light`, `blend` | places, photos one after the other -> colours |
+//! | 8 | `fill` | colours -> colours everywhere |
+//! | | `relief`, `occlusion` | texels, places -> normal map, height map, ambient occlusion |
+//!
+//! No cage is needed: the place behind a texel is the closest point that faces the same way. Photos are not kept: while one is
+//! looked at, memory holds it and the texels of one tile.
+
+mod params;
+
+// 1. the input
+mod photo;
+mod target;
+
+// 2. to 4. photos that agree
+mod gains;
+mod poses;
+mod samples;
+
+// 5. to 7. colours
+mod atlas;
+mod behind;
+mod blend;
+mod light;
+mod view;
+
+// 8. colours everywhere
+mod fill;
+
+// Maps of the shape
+mod occlusion;
+mod relief;
+
+// The stages in their order
+mod driver;
+
+pub use driver::run;
+pub use params::{SCHEMA, TextureParams};
+pub use photo::{Depths, Photo, Pixels};
+pub use target::Target;
+
+use glam::DAffine3;
+
+/// Values of the mask.
+pub mod mask {
+    /// No triangle covers the texel.
+    pub const BACKGROUND: u8 = 0;
+    /// No photo sees the place: the colour is that of the detailed surface's vertices, or of the nearest place.
+    pub const FILLED: u8 = 128;
+    /// A photo sees the place.
+    pub const SEEN: u8 = 255;
+}
+
+/// The images of a tile: square, row by row from the top. Values of covered texels go on into the background.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Tile {
+    /// Base colour, sRGB.
+    pub colour: Vec<[u8; 3]>,
+    /// Where colours come from: values of [`mask`].
+    pub mask: Vec<u8>,
+    /// Normals in tangent space, y up: 128 is 0.
+    pub normal: Option<Vec<[u8; 3]>>,
+    /// Heights from [`TextureReport::heights`]' first to its second.
+    pub height: Option<Vec<u16>>,
+    /// Ambient occlusion: 255 where all directions are open. As light, not as sRGB.
+    pub occlusion: Option<Vec<u8>>,
+}
+
+/// What became of a photo.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PhotoReport {
+    /// Name of the photo.
+    pub name: String,
+    /// What its light was multiplied by: red, green, blue.
+    pub gain: [f64; 3],
+    /// How far its camera was moved: pixels, in the root mean square over the surface.
+    pub moved: f64,
+    /// Texels that it sees.
+    pub texels: u64,
+    /// Why nothing was taken of it; `None` for a photo that was used.
+    pub left_out: Option<String>,
+}
+
+/// The figures of a run.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TextureReport {
+    /// Texels that triangles cover.
+    pub texels: u64,
+    /// Those that a photo sees.
+    pub seen: u64,
+    /// Photos, in the order of their names.
+    pub photos: Vec<PhotoReport>,
+    /// Grey by which the photos differ from their mean, of 255, in the root mean square: before and after cameras were moved.
+    pub differences: Option<[f64; 2]>,
+    /// Heights that 0 and 65,535 of the height map stand for, in the unit of the mesh.
+    pub heights: Option<[f64; 2]>,
+    /// Names of the stages with their wall-clock seconds.
+    pub seconds: Vec<(&'static str, f64)>,
+}
+
+/// Result of texturing.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Textured {
+    /// Columns and rows of a tile.
+    pub size: u32,
+    /// The tiles.
+    pub tiles: Vec<Tile>,
+    /// Tangents of the corners of the mesh's triangles, as MikkTSpace makes them: direction, and the sign of the bitangent. Only
+    /// with a normal map.
+    pub tangents: Option<Vec<[[f32; 4]; 3]>>,
+    /// Poses of the cameras as they were used, in the order in which the photos were given.
+    pub world_from_camera: Vec<DAffine3>,
+    /// Figures of the run.
+    pub report: TextureReport,
+}
+
+#[cfg(test)]
+mod tests;
