@@ -91,6 +91,7 @@ fn closed_open_many_parts_high_genus() {
     let sphere = Shape::Sphere { radius: 3.0 }.mesh(6);
     let done = sound(&sphere, &SMALL);
     assert!(done.report.charts < 12 && done.report.stretch_p95 < 1.3, "{:?}", done.report);
+    assert_eq!(done.report.collapsed, 0);
     assert!(done.report.used > 0.4 && done.report.texels_per_unit > 20.0, "{:?}", done.report);
     sound(&Shape::Torus { major: 3.0, minor: 1.0 }.mesh(5), &SMALL);
     let plane = sound(&Shape::Plane { half: DVec2::new(1e-3, 2e-3) }.mesh(3), &SMALL);
@@ -304,5 +305,6 @@ fn a_sculpture() {
     let mesh = scan::sculpture::sculpture(cell, 0, &Progress::none()).unwrap();
     let done = sound(&mesh, &UnwrapParams { size: 1024, ..SMALL });
     assert!(done.report.charts * 2 < done.report.charts_before, "{:?}", done.report);
+    assert!(done.report.collapsed < 5, "{:?}", done.report);
     assert!(done.report.used > 0.45 && done.report.stretch_p95 < 1.5, "{:?}", done.report);
 }

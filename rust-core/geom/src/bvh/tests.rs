@@ -138,6 +138,10 @@ proptest! {
                 }
             }
             prop_assert_eq!(bvh.closest_point(q), expected);
+            for (t, corners) in triangles.iter().enumerate().step_by(5) {
+                let known = Closest::on_triangle(q, &corners.map(|v| positions[v as usize]), t as u32);
+                prop_assert_eq!(bvh.closest_point_from(q, Some(known)), expected);
+            }
         }
     }
 
