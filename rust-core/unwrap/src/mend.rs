@@ -121,3 +121,37 @@ fn raise(charts: &mut Charts, t: usize, around: &rustc_hash::FxHashMap<u32, Vec<
 fn was_sound(charts: &Charts, t: usize, place: usize, was: DVec2) -> bool {
     is_sound(charts.corners[t].map(|corner| if corner as usize == place { was } else { charts.uv[corner as usize] }))
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+
+    /// Two triangles above and below an edge, and one so thin between them that rounding put its corner `by` below the edge.
+    fn sliver(by: f64) -> (Charts, Surface) {
+        let uv = [[0.25, 0.5], [0.75, 0.5], [0.5, 0.5 - by], [0.5, 0.875], [0.5, 0.125]].map(DVec2::from).to_vec();
+        let triangles = vec![[0, 1, 2], [2, 1, 3], [0, 2, 3], [1, 0, 4]];
+        let charts = Charts { uv: uv.clone(), vertex: (0..5).collect(), corners: triangles.clone(), of: vec![0; 4] };
+        let positions: Vec<DVec3> = uv.iter().map(|at| at.extend(0.0)).collect();
+        (charts, Surface { positions, triangles, unit: 1.0 })
+    }
+
+    #[test]
+    fn a_corner_that_fell_across_an_edge_is_put_back() {
+        let (mut charts, surface) = sliver(f64::from(f32::EPSILON) / 4.0);
+        assert_eq!(mend(&mut charts, &surface, &Progress::none()).unwrap(), 1);
+        let found = check(&charts.uv, &charts.corners, &Progress::none()).unwrap();
+        assert!(found.is_sound() && found.without_area.is_empty(), "{found:?}");
+        assert!(charts.uv.iter().all(|at| at.as_vec2().as_dvec2() == *at));
+    }
+
+    #[test]
+    fn what_lies_far_on_the_wrong_side_loses_its_area() {
+        let (mut charts, surface) = sliver(0.2);
+        mend(&mut charts, &surface, &Progress::none()).unwrap();
+        let found = check(&charts.uv, &charts.corners, &Progress::none()).unwrap();
+        assert!(found.is_sound() && found.without_area.contains(&0), "{found:?}");
+        assert_eq!(charts.of[0], NONE);
+    }
+}
