@@ -15,7 +15,7 @@ use super::view::View;
 const BLOCK: usize = 2048;
 /// Black and overexposed pixels count so much less: they decide only where nobody else sees.
 const CLIPPED: f32 = 1e-3;
-/// The brightest is left out if it is brighter than the mean of the others by this factor. \[our docs/decisions.md\]
+/// The brightest is left out if it is brighter than the mean of the others by this factor. Smaller factors take noise for highlights.
 const HIGHLIGHT: f32 = 1.02;
 /// Photos from which the brightest may be left out.
 const FEWEST: u8 = 3;

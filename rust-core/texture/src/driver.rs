@@ -19,7 +19,7 @@ use super::target::{self, Target};
 use super::view::View;
 use super::{PhotoReport, Textured, Tile, fill, gains, light, mask, occlusion, relief, samples};
 
-/// At the peak, per texel of a tile; measured.
+/// At the peak, per texel of a tile, by the sizes of what is held: texel, place, sums, colours, and where values come from.
 const BYTES_A_TEXEL: f64 = 110.0;
 /// Of all tiles that are done: colour, mask, normal, height, occlusion.
 const BYTES_DONE: f64 = 10.0;
@@ -46,7 +46,7 @@ base::stages! {
 /// * The same images for any number of threads and any order of the photos.
 ///
 /// # Cost
-/// n texels, m photos: O(n (m + log t)) for t detailed triangles; about 1 s of CPU time per million texels with 16 photos. Each
+/// n texels, m photos: O(n (m + log t)) for t detailed triangles; about 7 s of CPU time per million texels with 16 photos. Each
 /// photo is asked for once per tile, once or twice to be compared. About 110 bytes per texel of one tile, 10 per texel of the
 /// others, and one photo.
 ///
