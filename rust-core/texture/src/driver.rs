@@ -83,9 +83,9 @@ pub fn run(
     progress.run(&pool, || {
         let bvh = Bvh::build_with(&detail.positions, &detail.triangles, params.threads, progress)?;
         let (lo, hi) = measure::bounds(&detail.positions).unwrap_or_default();
-        let detail_normals = target::normals(detail);
+        let detail_normals = target::normals(detail, progress)?;
         let detail = Detail { mesh: detail, bvh: &bvh, normals: &detail_normals, origin: (lo + hi) / 2.0 };
-        let normals = target::normals(target.mesh);
+        let normals = target::normals(target.mesh, progress)?;
         progress.lap("surface");
         Job { target, normals, detail, photos, order, params, progress }.all_tiles(tiles)
     })

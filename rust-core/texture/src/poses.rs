@@ -89,19 +89,22 @@ impl Grey {
     }
 
     /// Nearly Gaussian: three means in a row, along rows and then along columns.
-    fn blurred(&self, sigma: f64) -> Smooth {
+    fn blurred(&self, sigma: f64, progress: &Progress<'_>) -> Result<Smooth> {
         let sigma = sigma / self.factor as f64;
         let radius = ((4.0 * sigma * sigma + 1.0).sqrt() / 2.0).round() as usize;
         let mut values: Vec<f32> = self.values.iter().map(|&value| f32::from(value)).collect();
         for _ in 0..3 {
+            progress.check()?;
             values = mean_along_rows(&values, self.size, radius);
         }
         values = turned(&values, self.size);
         let across = [self.size[1], self.size[0]];
         for _ in 0..3 {
+            progress.check()?;
             values = mean_along_rows(&values, across, radius);
         }
-        Smooth { size: self.size, factor: self.factor as f64, values: turned(&values, across) }
+        progress.check()?;
+        Ok(Smooth { size: self.size, factor: self.factor as f64, values: turned(&values, across) })
     }
 }
 
@@ -177,7 +180,7 @@ pub fn refine(
     let mut after = 0.0;
     for (level, blur) in BLURS.into_iter().enumerate() {
         let smooth: Vec<Smooth> =
-            posed.par_iter().map(|photo| progress.check().map(|()| photo.grey.blurred(blur))).collect::<Result<_>>()?;
+            posed.par_iter().map(|photo| photo.grey.blurred(blur, progress)).collect::<Result<_>>()?;
         if level == BLURS.len() - 1 {
             // At the finest blur the poses as they were given are the judge.
             let moved: Vec<DAffine3> = posed.iter().map(|photo| photo.origin_from_camera).collect();

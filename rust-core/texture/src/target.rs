@@ -4,6 +4,7 @@ use glam::{DVec2, DVec3};
 use rustc_hash::FxHashMap;
 
 use base::error::{Error, Result};
+use base::progress::{Pace, Progress};
 use mesh::TriMesh;
 use mesh::measure;
 
@@ -63,10 +64,15 @@ impl Target<'_> {
 }
 
 /// Normals of the vertices, weighted by angles; vertices at the same place have the same, so that seams do not show.
-pub fn normals(mesh: &TriMesh) -> Vec<DVec3> {
+///
+/// # Errors
+/// [`Error::Cancelled`].
+pub fn normals(mesh: &TriMesh, progress: &Progress<'_>) -> Result<Vec<DVec3>> {
     let mut at_place: FxHashMap<[u64; 3], DVec3> = FxHashMap::default();
     let key = |p: DVec3| (p + 0.0).to_array().map(f64::to_bits);
+    let mut pace = Pace::new(progress);
     for t in 0..mesh.triangles.len() {
+        pace.after(16)?;
         let corners = mesh.corners(t);
         let normal = face_normal(corners);
         for (corner, angle) in corners.into_iter().zip(measure::angles(corners)) {
@@ -74,7 +80,11 @@ pub fn normals(mesh: &TriMesh) -> Vec<DVec3> {
         }
     }
     let of = |p: &DVec3| at_place.get(&key(*p)).copied().unwrap_or_default().normalize_or_zero();
-    mesh.positions.iter().map(of).collect()
+    let mut normals = Vec::with_capacity(mesh.positions.len());
+    for block in progress.blocks(&mesh.positions) {
+        normals.extend(block?.iter().map(of));
+    }
+    Ok(normals)
 }
 
 /// Normal of a triangle; zero for one without area.

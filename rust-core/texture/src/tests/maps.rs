@@ -9,10 +9,15 @@ use unwrap::{Extent, UnwrapParams};
 use super::kit::{PLAIN, SIZE, covered, shot, sphere, textured, unwrapped, waves};
 use crate::TextureParams;
 
-/// A plane with a ridge along y, a third as high as it is wide.
+/// How far a place lies from the ridge, on which side.
+fn from_ridge(p: DVec3) -> f64 {
+    (0.8 * p.x + 0.6 * p.y) * 1.2
+}
+
+/// A plane with a slanted ridge, a third as high as it is wide.
 fn ridge() -> TriMesh {
-    let mut mesh = Shape::Plane { half: DVec2::ONE }.mesh(20);
-    mesh.positions.iter_mut().for_each(|p| p.z = (0.1 - 0.3 * p.x.abs()).max(0.0));
+    let mut mesh = Shape::Plane { half: DVec2::ONE }.mesh(40);
+    mesh.positions.iter_mut().for_each(|p| p.z = (0.1 - 0.25 * from_ridge(*p).abs()).max(0.0));
     mesh
 }
 
@@ -25,22 +30,22 @@ fn normals_and_heights_of_a_ridge() {
     let done = textured(&flat, &detail, &shots, &params).unwrap();
     let (tile, tangents) = (&done.tiles[0], done.tangents.as_ref().unwrap());
     let [low, high] = done.report.heights.unwrap();
-    assert!(low > -1e-6 && (0.085..0.101).contains(&high), "{low} {high}");
+    assert!(low > -1e-6 && (0.08..0.101).contains(&high), "{low} {high}");
     let tangent = DVec3::from(std::array::from_fn(|k| f64::from(tangents[0][0][k])));
     for (place, point) in covered(&flat) {
         let height = low + (high - low) * f64::from(tile.height.as_ref().unwrap()[place]) / 65_535.0;
-        let x = point.x.abs();
+        let x = from_ridge(point).abs();
         // Between the facets of the ridge and at its foot the closest point lies elsewhere.
-        if x > 0.45 || (0.06..0.25).contains(&x) {
-            let slope = if x > 0.35 { 0.0 } else { 0.3 * point.x.signum() };
-            let expected = DVec3::new(slope, 0.0, 1.0).normalize();
+        if x > 0.55 || (0.1..0.28).contains(&x) {
+            let slope = if x > 0.4 { 0.0 } else { 0.3 * from_ridge(point).signum() };
+            let expected = DVec3::new(0.8 * slope, 0.6 * slope, 1.0).normalize();
             let coded = tile.normal.as_ref().unwrap()[place].map(|byte| (f64::from(byte) - 128.0) / 127.0);
             let normal = tangent * coded[0]
                 + DVec3::Z.cross(tangent) * coded[1] * f64::from(tangents[0][0][3])
                 + DVec3::Z * coded[2];
             assert!(normal.distance(expected) < 0.05, "{point}: {normal}, not {expected}");
-            let near = 0.3 * 0.3 * 0.1;
-            assert!((height - (0.1 - 0.3 * x).max(0.0)).abs() < near + 0.005, "{point}: {height}");
+            let near = 0.01;
+            assert!((height - (0.1 - 0.25 * x).max(0.0)).abs() < near + 0.005, "{point}: {height}");
         }
     }
 }

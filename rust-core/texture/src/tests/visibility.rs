@@ -28,7 +28,7 @@ fn texels_are_what_a_naive_twin_makes_of_each_photo_and_each_ray() {
         around(7, 4.0).iter().enumerate().map(|(i, &eye)| shot(&format!("{i}"), &mesh, eye, &colour)).collect();
     let done = textured(&flat, &mesh, &shots, &PLAIN).unwrap();
     let bvh = Bvh::build(&mesh.positions, &mesh.triangles, 1).unwrap();
-    let normals = crate::target::normals(&mesh);
+    let normals = crate::target::normals(&mesh, &base::Progress::none()).unwrap();
     let (mut wrong, mut unseen, mut differ) = (0, 0, 0);
     let texels = covered(&flat);
     for &(place, point) in &texels {
