@@ -71,7 +71,7 @@ pub struct CloseReport {
     pub largest_opening: f64,
     /// Open edges that are left.
     pub open_edges: usize,
-    /// Whether the result is a closed manifold, by [`mesh::check`].
+    /// Whether the result is a closed manifold, by [`mesh::check()`].
     pub is_closed: bool,
     /// Names of the stages with their wall-clock seconds.
     pub seconds: Seconds,

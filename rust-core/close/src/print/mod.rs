@@ -1,6 +1,6 @@
 //! Checks of a mesh before it is printed: closed, manifold, without crossings; parts, volume, weight, walls, overhangs.
 //!
-//! Nothing is repaired. Topology is judged by [`mesh::check`], crossings by exact predicates, walls by the mesh's hierarchy of boxes:
+//! Nothing is repaired. Topology is judged by [`mesh::check()`], crossings by exact predicates, walls by the mesh's hierarchy of boxes:
 //! none of it shares code with closing.
 
 mod params;
