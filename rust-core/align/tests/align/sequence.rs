@@ -179,7 +179,7 @@ fn colours_hold_what_walls_leave_free() {
     assert_eq!(placed(&images, &alignment), images.len(), "{}", lines(&alignment));
     let by_shape = AlignParams { start: Start::Sequence, use_colour: false, ..AlignParams::default() };
     let alone = run(&sources(&without_poses(&images)), &by_shape, &Constraints::default(), &Progress::none()).unwrap();
-    assert!(placed(&images, &alone) <= 4, "{}", lines(&alone));
+    assert!(2 * placed(&images, &alone) <= images.len(), "{}", lines(&alone));
 }
 
 /// A frame of a recording.
