@@ -1,6 +1,6 @@
 //! Groups that fit the placed scans in several places: whole arrangements that explain the scans alike.
 
-use glam::DAffine3;
+use glam::{DAffine3, DVec3};
 
 use crate::assemble::{AGREE, contradicts};
 use crate::finding::{Finding, RIVAL, fits};
@@ -9,6 +9,8 @@ use crate::linear::apart;
 use crate::pair::Pair;
 use crate::solve::{Solved, SolvedGroup};
 use crate::view::View;
+use base::error::Result;
+use base::progress::Progress;
 
 /// Places of a group beside the placed scans, of which nothing decides.
 pub(crate) struct Rivals {
@@ -19,14 +21,22 @@ pub(crate) struct Rivals {
 }
 
 /// Places that are looked at, the likeliest first.
-const MOST: usize = 12;
+const MOST: usize = 6;
 
 /// The places of a group beside the first one that pairs of scans of both allow, and no line of sight refuses: those that let nearly as
 /// much surface touch as the best. `None` where there are fewer than two.
-pub(crate) fn rivals(views: &[View], solved: &Solved, group: &SolvedGroup) -> Option<Rivals> {
-    let first = solved.groups.first()?;
+///
+/// # Errors
+/// [`base::Error::Cancelled`].
+pub(crate) fn rivals(
+    views: &[View],
+    solved: &Solved,
+    group: &SolvedGroup,
+    progress: &Progress<'_>,
+) -> Result<Option<Rivals>> {
+    let Some(first) = solved.groups.first() else { return Ok(None) };
     let middle = DAffine3::from_translation(
-        group.members.iter().map(|member| member.1.translation).sum::<glam::DVec3>() / group.members.len() as f64,
+        group.members.iter().map(|member| member.1.translation).sum::<DVec3>() / group.members.len() as f64,
     );
     let mut places: Vec<(f64, DAffine3)> = Vec::new();
     for (touching, motion) in solved.pairs.iter().flat_map(|pair| motions(views, solved, [first, group], pair)) {
@@ -42,14 +52,20 @@ pub(crate) fn rivals(views: &[View], solved: &Solved, group: &SolvedGroup) -> Op
     places.sort_by(|x, y| y.0.total_cmp(&x.0));
     places.truncate(MOST);
     let [one, other] = [first, group].map(|group| Group { members: group.members.clone() });
-    places.retain(|(_, motion)| !contradicts(views, &one, &other, motion));
-    let best = places.first()?.0;
-    places.retain(|place| place.0 > RIVAL * best);
-    let [(_, likeliest), (_, next), ..] = places[..] else { return None };
+    let mut allowed = Vec::new();
+    for (touching, motion) in places {
+        progress.check()?;
+        if !contradicts(views, &one, &other, &motion) {
+            allowed.push((touching, motion));
+        }
+    }
+    let best = allowed.first().map_or(0.0, |place| place.0);
+    allowed.retain(|place| place.0 > RIVAL * best);
+    let [(_, likeliest), (_, next), ..] = allowed[..] else { return Ok(None) };
     let between = (likeliest * middle).inverse() * next * middle;
     let trace = between.matrix3.x_axis.x + between.matrix3.y_axis.y + between.matrix3.z_axis.z;
     let turn = (0.5 * (trace - 1.0)).clamp(-1.0, 1.0).acos();
-    Some(Rivals { count: places.len(), shift: between.translation.length(), turn })
+    Ok(Some(Rivals { count: allowed.len(), shift: between.translation.length(), turn }))
 }
 
 /// Motions of the second group by which a pair of scans of both fits, with the area that touches.

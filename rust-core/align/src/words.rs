@@ -321,7 +321,7 @@ pub(crate) fn say(
             if solved.bound.binds() { "" } else { "rough poses, or " }
         ));
     }
-    report.messages.extend(several_places(views, order, names, solved));
+    report.messages.extend(several_places(views, order, names, solved, progress)?);
     let same = (0..views.len()).flat_map(|a| (a + 1..views.len()).map(move |b| (a, b)));
     for (a, b) in
         same.filter(|&(a, b)| views[a].reduced.content == views[b].reduced.content && views[a].reduced.area > 0.0)
@@ -354,28 +354,29 @@ pub(crate) fn say(
 }
 
 /// Groups that fit the placed scans in several places.
-fn several_places(views: &[View], order: &[usize], names: &[&str], solved: &Solved) -> Vec<String> {
-    let groups = solved.groups.iter().skip(1).filter(|group| group.members.len() > 1);
-    let places = groups.filter_map(|group| {
-        let Rivals { count, shift, turn } = rivals(views, solved, group)?;
+fn several_places(
+    views: &[View],
+    order: &[usize],
+    names: &[&str],
+    solved: &Solved,
+    progress: &Progress<'_>,
+) -> Result<Vec<String>> {
+    let mut said = Vec::new();
+    for group in solved.groups.iter().skip(1).filter(|group| group.members.len() > 1) {
+        let Some(Rivals { count, shift, turn }) = rivals(views, solved, group, progress)? else { continue };
         let mut scans: Vec<usize> = group.members.iter().map(|member| member.0).collect();
         scans.sort_by_key(|&k| order[k]);
         let scans: Vec<&str> = scans.into_iter().map(|k| names[k]).collect();
-        let degrees = turn.to_degrees();
-        let way = match degrees < 5.0 {
-            true => format!("{} apart", Shown::digits(shift, 2)),
-            false => format!("{} and a turn of {degrees:.0} degrees apart", Shown::digits(shift, 2)),
-        };
-        Some(format!(
-            "{} scans fit the placed ones in {count} places, {way}, and nothing decides: {}",
-            scans.len(),
-            quoted(&scans)
-        ))
-    });
-    places.collect()
+        let (number, scans, shift) = (scans.len(), quoted(&scans), Shown::digits(shift, 2));
+        let way = if turn < 0.1 { String::new() } else { format!(" and a turn of {:.0} degrees", turn.to_degrees()) };
+        said.push(format!(
+            "{number} scans fit the placed ones in {count} places, {shift}{way} apart, and nothing decides: {scans}"
+        ));
+    }
+    Ok(said)
 }
 
-/// Where track of a recording was lost, and whether it was found again.
+/// Places where track of a recording was lost, and whether it was found again.
 fn lost(names: &[&str], scans: &[AlignedScan], solved: &Solved) -> Vec<String> {
     let frames = solved.sequence.as_deref().unwrap_or_default();
     let mut said: Vec<String> = Vec::new();

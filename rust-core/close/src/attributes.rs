@@ -69,7 +69,7 @@ fn sources(mesh: &TriMesh, measured: usize, progress: &Progress<'_>) -> Result<V
     Ok(sources)
 }
 
-/// What no scan measured has no confidence, no scan and no colour of its own.
+/// Filled vertices have no confidence, no scan and no colour of their own.
 fn filled_values(attribute: &mut Attribute, first: usize) {
     match (attribute.name.as_str(), &mut attribute.data) {
         ("confidence", AttributeData::F32(values)) => values[first..].fill(0.0),

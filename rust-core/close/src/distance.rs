@@ -6,7 +6,7 @@ use base::progress::{Pace, Progress};
 use super::grid::Grid;
 
 /// Signed distances, positive where `field` is not negative. Nodes of `known` keep the distances that they have there, and their sides.
-/// Where nothing changes sign the distance is infinite. Nodes that are not `asked` for hold distances already.
+/// The distance is infinite if nothing changes sign. Nodes that are not `asked` for hold distances already.
 ///
 /// Cost: eight passes over the grid.
 ///

@@ -157,7 +157,7 @@ fn extent(mesh: &TriMesh, cell: f64) -> Extent {
     Extent::new(lo, hi, FILL_CELLS * cell)
 }
 
-/// Who says which fills stay.
+/// The judge of which fills stay.
 struct Judge<'a> {
     surface: &'a Surface<'a>,
     border: &'a Border,

@@ -17,7 +17,7 @@ use super::surface::normal;
 
 /// Loops of more edges stay open: one vertex is no shape for them.
 const MOST_EDGES: usize = 64;
-/// Where the vertex is tried, in cells along the normal from the loop's middle: outwards last.
+/// Places at which the vertex is tried, in cells along the normal from the loop's middle: outwards last.
 const TRIED: [f64; 10] = [0.0, -0.25, -0.5, -1.0, -1.5, -2.0, -3.0, 0.25, 0.5, 1.0];
 
 /// Closes the loops for which a place is found. A fan adds no edge that was there before.

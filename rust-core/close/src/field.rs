@@ -25,22 +25,22 @@ const GRIDS: [(f64, usize); 4] = [(8.0, 2), (4.0, 1), (2.0, 1), (1.0, 1)];
 const OPENING_CELL: f64 = 0.75;
 /// Cells of the finest grid in a cell of the start's.
 const START: f64 = 2.0;
-/// What lies around the surface up to the outer bound: a share of its longest side, and cells.
+/// Distance of the outer bound from the surface: a share of its longest side, and cells.
 const MARGIN: f64 = 0.15;
 const MARGIN_CELLS: f64 = 12.0;
 /// Most nodes of the finest grid: cells are larger where it takes more.
 const MOST_NODES: f64 = 6e6;
 /// At the peak; measured.
 const BYTES_A_NODE: f64 = 100.0;
-/// What progress counts.
+/// Steps that progress counts.
 pub const STEPS: u64 = 7;
 
-/// What is known of nodes.
+/// States of nodes.
 const NOT_ASKED: u8 = 0;
 const SEEN: u8 = 1;
 const NOT_SEEN: u8 = 2;
 
-/// What the grids cover, and how finely.
+/// Space that the grids cover, and how finely.
 #[derive(Clone, Copy, Debug)]
 pub struct Extent {
     lo: DVec3,

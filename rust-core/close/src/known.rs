@@ -12,7 +12,7 @@ use super::surface::Surface;
 const LAYERS: f64 = 2.0;
 
 /// Nodes whose nearest point of the surface lies within two cells and not on its border, with their signed distances, rising.
-/// Where the nearest point lies on the border the surface says nothing. Only nodes that are `asked` for are looked at.
+/// The surface says nothing of nodes whose nearest point lies on its border. Only nodes that are `asked` for are looked at.
 ///
 /// # Errors
 /// [`base::Error::Cancelled`].

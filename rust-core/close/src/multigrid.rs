@@ -24,7 +24,7 @@ struct Level {
     neighbours: Vec<[u32; 6]>,
     /// Energy of an edge, of the finest level's 1.
     scale: f64,
-    /// What is added to the Laplacian's diagonal.
+    /// Added to the Laplacian's diagonal.
     mass: Vec<f64>,
     /// Nodes of the next level and their weights: up to eight.
     parents: Vec<[(u32, f32); 8]>,
@@ -172,7 +172,7 @@ impl Level {
     }
 }
 
-/// Which node is where.
+/// Numbers of nodes by their places.
 struct Table {
     counts: [u32; 3],
     nodes: Vec<u32>,

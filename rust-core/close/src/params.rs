@@ -3,7 +3,7 @@
 use base::params::{choice, flag, length};
 
 base::choices! {
-    /// Which openings are closed.
+    /// Openings that are closed.
     pub enum Openings {
         /// Everything that seen space allows: the result is closed.
         All = "all" "All",
@@ -20,7 +20,7 @@ base::params! {
     /// How the openings of a surface are closed. Lengths are in its unit.
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct CloseParams of "close" with threads {
-        /// Which openings are closed. Nothing is filled where a scan saw through by more than the merge distance and half a cell.
+        /// Openings that are closed. Nothing is filled where a scan saw through by more than the merge distance and half a cell.
         openings: Openings = choice("Openings", Openings::CHOICES).since("0.3"),
         /// Longest boundary of an opening that is closed, where holes are.
         max_hole_length: Option<f64> = length("Max hole length").from_data("100 cells").since("0.3"),

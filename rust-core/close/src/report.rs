@@ -10,7 +10,7 @@ pub enum LeftOpen {
     NotAsked,
     /// Its boundary is longer than the longest hole.
     TooLong,
-    /// What lies before it is not surrounded by seen space: a rim, or a border of what was scanned.
+    /// Seen space does not surround what lies before it: a rim, or a border of what was scanned.
     NotEnclosed,
     /// A scan saw through where it would be closed.
     SeenThrough,

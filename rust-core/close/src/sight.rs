@@ -9,7 +9,7 @@ use image::range_image::RangeImage;
 use image::range_image::noise::Noise;
 use image::sight::LinesOfSight;
 
-/// What can be asked whether a place is empty.
+/// Lines of sight: they can be asked whether a place is empty.
 pub trait Sight: Sync {
     /// Whether nothing is at a place, for sure where what was measured may be off by `tolerance`, in world units.
     fn is_empty_at(&self, place: DVec3, tolerance: f64) -> bool;

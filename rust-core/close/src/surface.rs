@@ -65,7 +65,7 @@ impl<'a> Surface<'a> {
         Ok(Surface { mesh, bvh, across, vertex_normals, is_on_border })
     }
 
-    /// Where a place lies; `None` for a surface without triangles.
+    /// Side and distance of a place; `None` for a surface without triangles.
     pub fn beside(&self, place: DVec3) -> Option<Beside> {
         self.bvh.closest_point(place).map(|closest| self.side_of(place, &closest))
     }

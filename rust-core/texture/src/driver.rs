@@ -223,7 +223,7 @@ impl Job<'_, '_> {
         Ok(chosen)
     }
 
-    /// What a photo shows at the samples.
+    /// Colours that a photo shows at the samples.
     fn shown(&self, i: usize, pose: DAffine3, pixels: &Pixels, samples: &[Place]) -> Result<gains::Shown> {
         let depths = photo::depths(self.photo(i))?;
         let view = View::new(self.photo(i).camera(), pose, &self.detail, depths.as_ref(), self.progress)?;

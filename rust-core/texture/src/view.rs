@@ -40,7 +40,7 @@ pub struct View {
     measured: Option<Buffer>,
 }
 
-/// Where a point is seen.
+/// The pixel at which a point is seen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Seen {
     /// Column and row, centres of pixels at whole numbers.

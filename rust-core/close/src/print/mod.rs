@@ -41,7 +41,7 @@ pub struct PrintPart {
     pub volume: f64,
 }
 
-/// What the checks found.
+/// Findings of the checks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PrintReport {
     /// Closed, manifold, oriented.
@@ -67,7 +67,7 @@ pub struct PrintReport {
     pub overhangs: Vec<bool>,
     /// Area of those faces.
     pub overhang_area: f64,
-    /// What is wrong, and what to do: a sentence each. Empty where the mesh can be printed.
+    /// Faults with their remedies, a sentence each. Empty if the mesh can be printed.
     pub findings: Vec<String>,
 }
 
