@@ -1,41 +1,13 @@
 //! A thing that looks the same after half a turn: scans that know what is up have a place, groups of others have two, which is said.
 
-use std::borrow::Cow;
-
-use base::error::Result;
 use base::progress::Progress;
 use glam::DVec3;
 use image::RangeImage;
-use image::source::{Loading, OrientedSurface};
 use mesh::TriMesh;
 use surfrecon_align::{AlignParams, Alignment, Constraints, Pick, ScanSource, run};
 
 use crate::reach::lines;
-use crate::scans::{aligned, errors, look, statue, without_poses};
-
-/// A scan, and what its sensor knows of up.
-struct Levelled {
-    image: RangeImage,
-    up: Option<DVec3>,
-}
-
-impl ScanSource for Levelled {
-    fn name(&self) -> &str {
-        &self.image.name
-    }
-
-    fn load(&self, loading: &Loading, progress: &Progress<'_>) -> Result<OrientedSurface> {
-        self.image.load(loading, progress)
-    }
-
-    fn image(&self, _: &Progress<'_>) -> Result<Option<Cow<'_, RangeImage>>> {
-        Ok(Some(Cow::Borrowed(&self.image)))
-    }
-
-    fn up(&self) -> Option<DVec3> {
-        self.up
-    }
-}
+use crate::scans::{Known, aligned, errors, look, statue, without_poses};
 
 /// A thing that looks the same after half a turn about x, and after no other turn.
 fn double() -> TriMesh {
@@ -51,11 +23,12 @@ fn double() -> TriMesh {
 
 /// Both scans, where their sensors know up to `off` in the sensor's frame.
 fn by(images: &[RangeImage], up: impl Fn(usize) -> Option<DVec3>) -> Alignment {
-    let scan = |(k, (image, truth)): (usize, (RangeImage, &RangeImage))| Levelled {
+    let scan = |(k, (image, truth)): (usize, (RangeImage, &RangeImage))| Known {
         image,
+        moment: None,
         up: up(k).map(|up| truth.world_from_sensor.inverse().transform_vector3(up).normalize()),
     };
-    let scans: Vec<Levelled> = without_poses(images).into_iter().zip(images).enumerate().map(scan).collect();
+    let scans: Vec<Known> = without_poses(images).into_iter().zip(images).enumerate().map(scan).collect();
     let sources: Vec<&dyn ScanSource> = scans.iter().map(|scan| scan as &dyn ScanSource).collect();
     run(&sources, &AlignParams::default(), &Constraints::default(), &Progress::none()).unwrap()
 }

@@ -1,12 +1,17 @@
 //! Scans made by the virtual scanner, whose poses are known, and how far an alignment is from them.
 
+use std::borrow::Cow;
+use std::path::Path;
+
+use base::error::Result;
 use base::progress::Progress;
 use geom::bvh::Bvh;
 use glam::{DAffine3, DQuat, DVec3};
 use image::RangeImage;
+use image::source::{Loading, OrientedSurface};
 use mesh::TriMesh;
 use scan::{Camera, ScanParams, scan, sculpture::sculpture};
-use surfrecon_align::{AlignParams, Alignment, Constraints, ScanSource, ScanState, run};
+use surfrecon_align::{AlignParams, Alignment, Constraints, Moment, ScanSource, ScanState, run};
 
 pub const PIXELS: usize = 140;
 
@@ -98,4 +103,35 @@ pub fn errors(images: &[RangeImage], alignment: &Alignment) -> Vec<Option<f64>> 
         })
     };
     images.iter().zip(&alignment.world_from_scan).map(error).collect()
+}
+
+/// A scan of which more is known than its samples.
+pub struct Known {
+    pub image: RangeImage,
+    /// The recording, and the number in it.
+    pub moment: Option<(&'static str, f64)>,
+    /// Up in the sensor's frame.
+    pub up: Option<DVec3>,
+}
+
+impl ScanSource for Known {
+    fn name(&self) -> &str {
+        &self.image.name
+    }
+
+    fn load(&self, loading: &Loading, progress: &Progress<'_>) -> Result<OrientedSurface> {
+        self.image.load(loading, progress)
+    }
+
+    fn image(&self, _: &Progress<'_>) -> Result<Option<Cow<'_, RangeImage>>> {
+        Ok(Some(Cow::Borrowed(&self.image)))
+    }
+
+    fn moment(&self) -> Option<Moment<'_>> {
+        self.moment.map(|(recording, at)| Moment { recording: Path::new(recording), at })
+    }
+
+    fn up(&self) -> Option<DVec3> {
+        self.up
+    }
 }

@@ -1,19 +1,14 @@
 //! Recordings without poses: frames in the order they were taken in.
 
-use std::borrow::Cow;
-use std::path::Path;
-
-use base::error::Result;
 use glam::DVec3;
 use image::RangeImage;
-use image::source::{Loading, OrientedSurface};
 use mesh::shapes::Shape;
-use surfrecon_align::{AlignParams, AlignReport, Alignment, Constraints, Moment, ScanSource, Start, run};
+use surfrecon_align::{AlignParams, AlignReport, Alignment, Constraints, ScanSource, Start, run};
 
 use crate::painted::painted;
 use crate::reach::{add, lines, room, tour};
 use crate::rooms::{corridor, office, twins, walk};
-use crate::scans::{errors, sources, without_poses};
+use crate::scans::{Known, errors, sources, without_poses};
 use base::progress::Progress;
 
 const SIZE: (usize, usize) = (60, 80);
@@ -182,37 +177,12 @@ fn colours_hold_what_walls_leave_free() {
     assert!(2 * placed(&images, &alone) <= images.len(), "{}", lines(&alone));
 }
 
-/// A frame of a recording.
-struct Recorded {
-    image: RangeImage,
-    recording: &'static str,
-    frame: usize,
-}
-
-impl ScanSource for Recorded {
-    fn name(&self) -> &str {
-        &self.image.name
-    }
-
-    fn load(&self, loading: &Loading, progress: &Progress<'_>) -> Result<OrientedSurface> {
-        self.image.load(loading, progress)
-    }
-
-    fn image(&self, _: &Progress<'_>) -> Result<Option<Cow<'_, RangeImage>>> {
-        Ok(Some(Cow::Borrowed(&self.image)))
-    }
-
-    fn moment(&self) -> Option<Moment<'_>> {
-        Some(Moment { recording: Path::new(self.recording), at: self.frame as f64 })
-    }
-}
-
-fn recorded(images: &[RangeImage], recording: &'static str) -> Vec<Recorded> {
+fn recorded(images: &[RangeImage], recording: &'static str) -> Vec<Known> {
     let images = without_poses(images).into_iter().enumerate();
-    images.map(|(k, image)| Recorded { image, recording, frame: 3 * k + 1 }).collect()
+    images.map(|(k, image)| Known { image, moment: Some((recording, 3.0 * k as f64 + 1.0)), up: None }).collect()
 }
 
-fn by(frames: &[&Recorded], start: Start) -> Alignment {
+fn by(frames: &[&Known], start: Start) -> Alignment {
     let frames: Vec<&dyn ScanSource> = frames.iter().map(|&frame| frame as &dyn ScanSource).collect();
     let params = AlignParams { start, ..AlignParams::default() };
     run(&frames, &params, &Constraints::default(), &Progress::none()).unwrap()
@@ -226,7 +196,7 @@ fn frames_of_a_recording_are_followed_in_whatever_order_they_are_given() {
     assert!(in_order.report.messages.is_empty(), "{}", lines(&in_order));
     let frames = recorded(&images, "tour");
     let order = [7, 3, 11, 0, 5, 9, 1, 10, 4, 8, 2, 6];
-    let shuffled: Vec<&Recorded> = order.iter().map(|&k| &frames[k]).collect();
+    let shuffled: Vec<&Known> = order.iter().map(|&k| &frames[k]).collect();
     for start in [Start::Auto, Start::Sequence] {
         let alignment = by(&shuffled, start);
         for (place, &k) in order.iter().enumerate() {
@@ -242,7 +212,7 @@ fn a_gap_in_the_numbers_is_no_leap() {
         let images = tour(&room(seed, 14), 36, SIZE, 0.004);
         let frames = recorded(&images, "tour");
         let some: Vec<usize> = (0..4).chain(32..36).collect();
-        let given: Vec<&Recorded> = some.iter().map(|&k| &frames[k]).collect();
+        let given: Vec<&Known> = some.iter().map(|&k| &frames[k]).collect();
         let own: Vec<RangeImage> = some.iter().map(|&k| images[k].clone()).collect();
         let alignment = by(&given, Start::Auto);
         assert_eq!(placed(&own, &alignment), 8, "{seed} {}", lines(&alignment));
@@ -277,11 +247,11 @@ fn what_is_no_sequence_is_taken_for_a_heap() {
     // One frame in three: next to none fits the one before it.
     let far: Vec<RangeImage> = [0, 6, 3, 9, 1, 7, 4].iter().map(|&k| images[k].clone()).collect();
     let frames = recorded(&far, "tour");
-    let frames: Vec<&Recorded> = frames.iter().collect();
+    let frames: Vec<&Known> = frames.iter().collect();
     assert_eq!(by(&frames, Start::Auto), by(&frames, Start::Unknown));
     // Frames of two recordings have no order.
     let [first, second] = ["first", "second"].map(|name| recorded(&images[..4], name));
-    let both: Vec<&Recorded> = [&first[0], &second[1], &first[2], &second[3]].into();
+    let both: Vec<&Known> = [&first[0], &second[1], &first[2], &second[3]].into();
     assert_eq!(by(&both, Start::Auto), by(&both, Start::Unknown));
     let images = without_poses(&images[..4]);
     let automatic = run(&sources(&images), &AlignParams::default(), &Constraints::default(), &Progress::none());
