@@ -32,12 +32,12 @@ mkdir -p target/wheels
 made=$(mktemp -d target/wheels/.made-XXXXXX)
 log=$(mktemp)
 # It stands among the sources, where maturin looks for licences, as long as the wheel is built: it is of this platform.
-licences=blender-addon/python/LICENSES-THIRD-PARTY.txt
+licences=python/LICENSES-THIRD-PARTY.txt
 trap 'rm -rf "$log" "$licences" "$made"' EXIT
 "$python" tools/third_party_licences.py "$licences" --package surfrecon-python --target "$triple"
 [ -d "${CARGO_TARGET_DIR:-target}/release" ] || say "compiling surfrecon for Python: some minutes the first time"
 maturin build --quiet --release --locked "${options[@]}" -i "$python" \
-    --manifest-path blender-addon/python/Cargo.toml --out "$made" >"$log" 2>&1 || {
+    --manifest-path python/Cargo.toml --out "$made" >"$log" 2>&1 || {
     cat "$log" >&2
     die "maturin could not build the wheel, see above"
 }

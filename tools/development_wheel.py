@@ -17,7 +17,7 @@ from pathlib import Path
 import platforms
 
 ROOT = platforms.ROOT
-PACKAGE = ROOT / "blender-addon" / "python"
+PACKAGE = ROOT / "python"
 
 
 def environment():

@@ -206,7 +206,7 @@ Description: surfaces from range scans, for programs in C and C++
 def sources():
     """The source distribution of the wheel."""
     where = {**os.environ, "PATH": f"{output(BASH, 'tools/venv.sh', 'build')}/bin{os.pathsep}{os.environ['PATH']}"}
-    output("maturin", "sdist", "--manifest-path", "blender-addon/python/Cargo.toml", "--out", str(OUT), env=where)
+    output("maturin", "sdist", "--manifest-path", "python/Cargo.toml", "--out", str(OUT), env=where)
     return list(OUT.glob("surfrecon-*.tar.gz"))
 
 

@@ -26,7 +26,7 @@ FOUND = {
     ("README.md", "More scans than memory holds"): "large",
     ("README.md", "Range images inside a host"): "host",
     ("README.md", "Files in memory"): "memory",
-    ("blender-addon/python/README.md", "surfrecon"): "listed",
+    ("python/README.md", "surfrecon"): "listed",
     ("docs/site/index.md", "A first result"): "nothing",
 }
 # What those of docstrings find, where it is not a list of scans.

@@ -17,13 +17,13 @@ const FLOORS: &[&[&str]] = &[
     &["surfrecon"],
 ];
 /// What stands on the core, and knows its roof and the allocator alone.
-const ON_THE_ROOF: &[&str] = &["c-api", "blender-addon/python"];
+const ON_THE_ROOF: &[&str] = &["c-api", "python"];
 const HOSTS: &[&str] = &["pyo3", "numpy::", "bpy", "cbindgen", "no_mangle", "extern \"C\""];
 /// Files with `unsafe` blocks; each block says why it is sound (clippy: undocumented_unsafe_blocks).
 const UNSAFE_FILES: &[&str] = &[
     "c-api/src/pointer.rs",
     "c-api/src/allocator.rs",
-    "blender-addon/python/src/arrays.rs",
+    "python/src/arrays.rs",
     "rust-core/allocator/src/lib.rs",
     "rust-core/allocator/src/reserve.rs",
     "rust-core/allocator/tests/account.rs",
@@ -206,7 +206,7 @@ fn the_core_knows_no_host() {
 
 #[test]
 fn unsafe_stays_where_it_is_allowed() {
-    for folder in ["rust-core", "c-api", "blender-addon/python", "tests"] {
+    for folder in ["rust-core", "c-api", "python", "tests"] {
         for (name, text) in rust_files(folder) {
             // Exporting a symbol and declaring a function's contract are not blocks.
             let block = code(&text).contains("unsafe {");
@@ -220,7 +220,7 @@ fn unsafe_stays_where_it_is_allowed() {
 #[test]
 fn classes_of_python_are_frozen() {
     let mut count = 0;
-    for (name, text) in rust_files("blender-addon/python/src") {
+    for (name, text) in rust_files("python/src") {
         for class in code(&text).lines().filter(|line| line.trim_start().starts_with("#[pyclass")) {
             assert!(class.contains("frozen"), "{name}: {class}");
             count += 1;

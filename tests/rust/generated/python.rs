@@ -81,13 +81,13 @@ fn with_signatures(source: &str) -> String {
 #[test]
 fn signatures() {
     let mut marks = 0;
-    for entry in std::fs::read_dir(root().join("blender-addon/python/src")).expect("the folder") {
+    for entry in std::fs::read_dir(root().join("python/src")).expect("the folder") {
         let path = entry.expect("an entry").path();
         if path.extension().is_some_and(|ending| ending == "rs") {
             let source = std::fs::read_to_string(&path).expect("a file");
             marks += source.matches("// options: ").count();
             let name = path.file_name().expect("a name").to_string_lossy();
-            compare(&format!("blender-addon/python/src/{name}"), &with_signatures(&source));
+            compare(&format!("python/src/{name}"), &with_signatures(&source));
         }
     }
     assert!(marks > 10, "only {marks} functions take options");
@@ -138,7 +138,7 @@ fn texts(mark: &str) -> String {
 #[test]
 fn docstrings() {
     for schema in surfrecon::params::SCHEMAS {
-        compare(&format!("blender-addon/python/src/params/{}.txt", schema.operation), &texts(schema.operation));
+        compare(&format!("python/src/params/{}.txt", schema.operation), &texts(schema.operation));
     }
 }
 
@@ -157,7 +157,7 @@ fn type_of(row: &ParamSpec) -> String {
 
 #[test]
 fn types() {
-    let name = "blender-addon/python/python/surfrecon/_native.pyi";
+    let name = "python/python/surfrecon/_native.pyi";
     let stub = std::fs::read_to_string(root().join(name)).expect("the types");
     let mut out = String::new();
     let mut skipping = false;
