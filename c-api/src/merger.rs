@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::{Arc, MutexGuard};
 
 use surfrecon::context::Owned;
-use surfrecon::merge::again::{self, Versioned};
+use surfrecon::merge::incremental::{self, Versioned};
 use surfrecon::merge::{self, MergeParams, MergeReport, Merged};
 use surfrecon::threads::Exclusive;
 use surfrecon::{InFiles, IntoFile, Progress};
@@ -30,7 +30,7 @@ pub struct Merger {
     /// How many there ever were.
     ever: u64,
     /// What runs leave for the next, where that is asked for.
-    kept: Option<Arc<Exclusive<Owned<again::Merger>>>>,
+    kept: Option<Arc<Exclusive<Owned<incremental::Merger>>>>,
 }
 
 /// A merge being put together: scans are added, replaced and removed, and it is run as often as wanted. Released with srf_merger_free().
@@ -106,7 +106,7 @@ impl Merger {
     }
 
     /// What is kept; nothing where another thread runs it, too: this run neither takes nor leaves anything then.
-    fn kept(&self) -> Option<MutexGuard<'_, Owned<again::Merger>>> {
+    fn kept(&self) -> Option<MutexGuard<'_, Owned<incremental::Merger>>> {
         let mut kept = self.kept.as_ref()?.take().ok()?;
         // What the calls of another context found out stays on its account.
         if !kept.is_of_this_thread() {
@@ -349,7 +349,7 @@ pub unsafe extern "C" fn srf_merger_renewed(
     guard(|| {
         let merger = handle::get("merger", merger)?;
         let renewed = match &merger.kept {
-            None => again::Renewed::default(),
+            None => incremental::Renewed::default(),
             Some(kept) => match kept.take() {
                 Ok(kept) => kept.renewed(),
                 Err(_) => return Err(Failure::new(SRF_ERR_INPUT, "merger is running: wait for it")),

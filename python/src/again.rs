@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use surfrecon::merge::again::{Merger, Versioned};
+use surfrecon::merge::incremental::{Merger, Versioned};
 use surfrecon::merge::{self, MergeParams, Merged};
 use surfrecon::threads::Exclusive;
 use surfrecon::{InFiles, Progress};

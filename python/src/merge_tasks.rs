@@ -6,7 +6,7 @@ use std::sync::Arc;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use surfrecon::merge::MergeParams;
-use surfrecon::merge::disk::Stage;
+use surfrecon::merge::out_of_core::Stage;
 use surfrecon::{Progress, TaskFolder, end_merge_tasks, merge_task, merge_tasks_to_file};
 
 use crate::errors::input_error;

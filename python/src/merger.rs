@@ -6,7 +6,7 @@ use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyIterator, PyList};
 use surfrecon::error::counted;
-use surfrecon::merge::again;
+use surfrecon::merge::incremental;
 use surfrecon::threads::Exclusive;
 
 use crate::again::Again;
@@ -37,7 +37,7 @@ use crate::sources::{Clouds, Source, source, sources};
 #[pyclass(frozen, module = "surfrecon")]
 pub struct Merger {
     scans: Mutex<Scans>,
-    kept: Arc<Exclusive<again::Merger>>,
+    kept: Arc<Exclusive<incremental::Merger>>,
 }
 
 /// The scans, each with its number among all there ever were.
@@ -185,7 +185,7 @@ impl Merger {
     /// the first, or while one is running on another thread.
     #[getter]
     fn renewed(&self) -> (usize, usize) {
-        let renewed = self.kept.take().map_or_else(|_| again::Renewed::default(), |kept| kept.renewed());
+        let renewed = self.kept.take().map_or_else(|_| incremental::Renewed::default(), |kept| kept.renewed());
         (renewed.bricks, renewed.of)
     }
 

@@ -6,8 +6,8 @@ use base::error::{Error, Result};
 use base::memory::{attempted, available, limit_of_calls, size};
 use base::progress::Progress;
 use base::{fewer_threads, threads};
-use merge::again::{Merger, Versioned};
-use merge::disk::{LEAST, Workspace};
+use merge::incremental::{Merger, Versioned};
+use merge::out_of_core::{LEAST, Workspace};
 use merge::{MergeParams, Merged, ScanSource};
 use mesh::TriMesh;
 
@@ -109,7 +109,7 @@ fn in_files(
         let params = &MergeParams { threads, ..*params };
         let mut mesh = TriMesh::default();
         let workspace = Workspace { folder, memory, kept: None };
-        let mut report = merge::disk::run(sources, params, workspace, &mut mesh, progress)?;
+        let mut report = merge::out_of_core::run(sources, params, workspace, &mut mesh, progress)?;
         report.in_files = true;
         Ok(Merged { mesh, report })
     };

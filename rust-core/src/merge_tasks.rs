@@ -5,7 +5,7 @@ use std::path::Path;
 use base::error::{Error, Result};
 use base::progress::Progress;
 use io::export::{WriteOptions, check_file_in_pieces, write_mesh_in_pieces};
-use merge::disk::{self, Kept, Stage, Together, versions};
+use merge::out_of_core::{self, Kept, Stage, Together, versions};
 use merge::{MergeParams, MergeReport, ScanSource};
 use mesh::sink::MeshSink;
 
@@ -47,7 +47,7 @@ impl<'a> TaskFolder<'a> {
     }
 }
 
-/// Does a task of a merge, unless it is done: see [`disk::run_task`].
+/// Does a task of a merge, unless it is done: see [`out_of_core::run_task`].
 ///
 /// # Errors
 /// As [`merge::run`]; a folder that is none; no such task; a task before it that is not done, by its name; too little memory; a file that
@@ -60,7 +60,7 @@ pub fn merge_task(
     progress: &Progress<'_>,
 ) -> Result<()> {
     let versions = folder.versions(sources, params, progress)?;
-    disk::run_task(sources, params, folder.together(params, &versions)?, (stage, number), progress)
+    out_of_core::run_task(sources, params, folder.together(params, &versions)?, (stage, number), progress)
 }
 
 /// Writes the surface into a PLY file once all tasks are done: its bytes are those of [`merge_to_file`](crate::merge_to_file). The folder of
@@ -80,7 +80,7 @@ pub fn merge_tasks_to_file(
     refuse_what_is_read(sources, path)?;
     let versions = folder.versions(sources, params, progress)?;
     let together = folder.together(params, &versions)?;
-    let put = |sink: &mut dyn MeshSink| disk::put_together(sources, params, together, sink, progress);
+    let put = |sink: &mut dyn MeshSink| out_of_core::put_together(sources, params, together, sink, progress);
     Ok(MergeReport { in_files: true, ..write_mesh_in_pieces(path, write, put, progress)? })
 }
 
@@ -96,5 +96,5 @@ pub fn end_merge_tasks(
     progress: &Progress<'_>,
 ) -> Result<()> {
     let versions = folder.versions(sources, params, progress)?;
-    disk::end(sources, params, folder.together(params, &versions)?)
+    out_of_core::end(sources, params, folder.together(params, &versions)?)
 }

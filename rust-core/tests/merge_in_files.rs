@@ -9,7 +9,7 @@ use glam::{DAffine3, DVec3};
 use surfrecon::context::{Context, choose};
 use surfrecon::geom::bvh::Bvh;
 use surfrecon::memory;
-use surfrecon::merge::again::{Merger, Versioned};
+use surfrecon::merge::incremental::{Merger, Versioned};
 use surfrecon::merge::{
     self, Loading, MergeParams, MergeReport, Merged, OrientedSurface, PlacedMesh, ScanSource, VoxelReason,
 };
@@ -79,7 +79,7 @@ fn the_surface_is_the_one_of_a_merge_in_memory() {
     let merged = merge::run(&sources(scans), &params(VOXEL), &Progress::none()).unwrap();
     assert!(!merged.report.in_files && merged.report.grid.iter().max().unwrap() > &(4 * 32));
     let folder = tempfile::tempdir().unwrap();
-    let least = InFiles { max_memory: Some(merge::disk::LEAST), ..InFiles::default() };
+    let least = InFiles { max_memory: Some(merge::out_of_core::LEAST), ..InFiles::default() };
     for files in [InFiles { workspace: Some(folder.path().to_owned()), ..least }, InFiles::default()] {
         let found = merge_in_files(&sources(scans), &params(VOXEL), &files, &Progress::none()).unwrap();
         assert!(found.report.in_files && is_empty(folder.path()));
@@ -240,7 +240,7 @@ fn where_memory_chooses_the_cell_equal_calls_give_equal_surfaces() {
     let foreseen = memory::foreseen();
     choose(before);
     let limit = foreseen / 10 * 9;
-    assert!(limit < merge::disk::LEAST, "{limit}");
+    assert!(limit < merge::out_of_core::LEAST, "{limit}");
     let expected = allowing(limit, || merge::run(&sources, &params(1), &none)).unwrap();
     let MergeReport { voxel, voxel_reason, .. } = expected.report;
     assert!(voxel_reason == VoxelReason::Memory && voxel > whole.report.voxel, "{limit}: {voxel}");

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use surfrecon::export::WriteOptions;
 use surfrecon::geom::bvh::Bvh;
-use surfrecon::merge::disk::{LEAST, Stage};
+use surfrecon::merge::out_of_core::{LEAST, Stage};
 use surfrecon::merge::{MergeParams, ScanSource};
 use surfrecon::mesh::shapes::Shape;
 use surfrecon::scan::{ScanParams, Turntable, bounds, scan, turntable};

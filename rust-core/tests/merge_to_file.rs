@@ -28,7 +28,7 @@ fn sources(scans: &[RangeImage]) -> Vec<&dyn ScanSource> {
 
 /// Two threads, with as little memory as they do with: blocks of two bricks.
 fn least(workspace: &Path) -> IntoFile {
-    let max_memory = Some(2 * merge::disk::LEAST);
+    let max_memory = Some(2 * merge::out_of_core::LEAST);
     IntoFile { max_memory, workspace: Some(workspace.to_owned()), ..IntoFile::default() }
 }
 

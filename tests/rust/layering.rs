@@ -16,6 +16,10 @@ const FLOORS: &[&[&str]] = &[
     &["cluster"],
     &["surfrecon"],
 ];
+/// The folders of the merge, in the order in which data go through them: each knows those before it, and `pipeline`, `run`,
+/// `reference` and `dump` know all.
+const MERGE: &[&str] = &["crossings", "intake", "field", "visibility", "surface", "colour", "finish"];
+const OVER_THE_MERGE: &[&str] = &["pipeline", "run", "reference", "dump", "types"];
 /// What stands on the core, and knows its roof and the allocator alone.
 const ON_THE_ROOF: &[&str] = &["c-api", "python"];
 const HOSTS: &[&str] = &["pyo3", "numpy::", "bpy", "cbindgen", "no_mangle", "extern \"C\""];
@@ -164,21 +168,39 @@ fn imported(code: &str, module: &[String], known: &BTreeSet<Vec<String>>) -> BTr
     found
 }
 
+/// The files of a folder of sources but for tests: the module that each of them is, and its code.
+fn modules(source: &str) -> Vec<(Vec<String>, String)> {
+    let module = |name: &str| {
+        let path = name.trim_start_matches(source).trim_end_matches(".rs").to_owned();
+        path.split('/').filter(|part| !matches!(*part, "mod" | "lib")).map(str::to_owned).collect::<Vec<_>>()
+    };
+    let files = rust_files(source).into_iter().map(|(name, text)| (module(&name), code(&text)));
+    files.filter(|(module, _)| !module.iter().any(|part| part.contains("test"))).collect()
+}
+
+#[test]
+fn stages_of_the_merge_stand_on_floors() {
+    let files = modules("rust-core/merge/src/");
+    let known: BTreeSet<Vec<String>> = files.iter().map(|(module, _)| module.clone()).collect();
+    let floor = |module: &[String]| MERGE.iter().position(|name| module.first().is_some_and(|first| first == name));
+    for (module, code) in files.iter().filter(|(module, _)| !module.is_empty()) {
+        let Some(own) = floor(module) else {
+            assert!(OVER_THE_MERGE.contains(&module[0].as_str()), "{module:?} stands on no floor");
+            continue;
+        };
+        for other in imported(code, module, &known) {
+            assert!(floor(&other).is_some_and(|other| other <= own), "{module:?} knows {other:?}, which is above it");
+        }
+    }
+    assert!(MERGE.iter().all(|name| known.contains(&vec![(*name).to_owned()])), "a folder is not there");
+}
+
 #[test]
 fn no_circle_of_imports() {
     let crates = FLOORS.iter().copied().flatten().map(|name| folder_of(name));
     let mut edges = 0;
     for folder in crates.chain(ON_THE_ROOF.iter().map(|host| (*host).to_owned())) {
-        let source = format!("{folder}/src/");
-        let files: Vec<(Vec<String>, String)> = rust_files(&source)
-            .into_iter()
-            .map(|(name, text)| {
-                let path = name.trim_start_matches(&source).trim_end_matches(".rs").to_owned();
-                let parts = path.split('/').filter(|part| !matches!(*part, "mod" | "lib"));
-                (parts.map(str::to_owned).collect(), code(&text))
-            })
-            .filter(|(module, _): &(Vec<String>, String)| !module.iter().any(|part| part.contains("test")))
-            .collect();
+        let files = modules(&format!("{folder}/src/"));
         let known: BTreeSet<Vec<String>> = files.iter().map(|(module, _)| module.clone()).collect();
         let mut imports: BTreeMap<Vec<String>, BTreeSet<Vec<String>>> =
             files.iter().map(|(module, code)| (module.clone(), imported(code, module, &known))).collect();

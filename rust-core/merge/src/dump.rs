@@ -4,12 +4,12 @@ use base::error::Result;
 use glam::DVec3;
 use mesh::dump::{self, Stage};
 
-use super::Labels;
-use super::bundles::RawBundle;
-use super::lattice::{ACROSS, BRICK, BRICK_BITS, Lattice, ROWS};
-use super::numbering::GONE;
-use super::tile::Tiles;
-use super::whole::Whole;
+use crate::crossings::bundles::RawBundle;
+use crate::crossings::lattice::{ACROSS, BRICK, BRICK_BITS, Lattice, ROWS};
+use crate::field::Labels;
+use crate::surface::numbering::GONE;
+use crate::surface::tile::Tiles;
+use crate::surface::whole::Whole;
 
 /// The crossings of the scans, by the numbers of these from 1 on, as far as they are not added up.
 pub fn crossings(raw: &[RawBundle], lattice: &Lattice) -> Result<()> {

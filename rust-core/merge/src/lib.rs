@@ -1,124 +1,56 @@
 //! Marching Intersections: registered scans -> one surface. \[MI04\]
+//!
+//! | folder or file | steps |
+//! |---|---|
+//! | `pipeline` | the list of the steps, for all ways to run them |
+//! | `crossings/` | 1. the grid and the crossings of the scans with its lines; 2. details finer than a cell; 3. crossings in order, and added up by edge |
+//! | `intake/` | the size of the cells, memory foreseen, scans loaded one after the other; where scans lie, how far from each other |
+//! | `visibility/` | crossings that scans see through |
+//! | `field/` | 3. and 4. crossings to votes, votes to labels of the nodes and vertices between them |
+//! | `surface/` | 5. valid cells; 6. the mesh; 7. vertices without a crossing, vertices where two fans meet: block by block, and put together |
+//! | `colour/` | scans made equally bright; colours where no scan has any |
+//! | `finish/` | 8. parts that are kept; 9. holes; the surface handed over; its distance to the scans |
+//! | `run/` | keeps what steps leave for each other: `memory`, `incremental` where scans have changed, `out_of_core` in files |
+//! | `reference/` | 3. and 4. as the paper has them, to compare with (a feature) |
+//! | `dump` | stages as files to look at |
+//!
+//! A folder knows those above it in this list; `pipeline`, `run` and `dump` know all.
 
-// the list of steps, and what they leave for each other in memory
-mod graph;
-mod memory;
+mod pipeline;
 
-mod lattice;
-
-mod crossing;
-mod damage;
-
-mod bundles;
-
-// 0. which scan is which
-mod numbers;
-
-// 1. intersections of the scans with the lines of the grid
-mod discretize;
-mod intake;
-
-mod defaults;
-mod overlap;
-mod placing;
-
-mod budget;
-
-mod passes;
-
-// 2. initial removal
-mod remove;
-
-// 3. crossings in order along their lines, and added up by edge
-mod lines;
-mod tally;
-
-// what scans see through
-mod sight;
-
-// colours: of edges, made equally bright over the scans, where no scan has any
 mod colour;
-mod gains;
-mod near_colours;
-
-// 3. and 4.: crossings -> labels of the nodes, and vertices
-mod fuse;
-
+mod crossings;
 mod field;
-mod nodes;
-mod smooth;
+mod finish;
+mod intake;
+mod surface;
+mod visibility;
 
-// 3. and 4. as the paper has them
+mod run;
+
 #[cfg(any(test, feature = "reference"))]
 pub mod reference;
 
-// 5. to 7. block by block
-mod tile;
-mod tiles;
-
-// 5. valid cells
-mod anomalies;
-
-// 6. the mesh
-mod extract;
-
-mod table;
-
-// 7. vertices without a crossing; vertices where two fans meet
-mod artificial;
-mod pinches;
-
-// 8. parts that are no evidence of a surface; small parts
-mod components;
-mod connected;
-mod parts;
-mod stray;
-
-// the surface as it is put together of its tiles
-mod noise;
-mod numbering;
-mod whole;
-
-// 9. holes
-mod close;
-mod peel;
-
-// and handed over
-mod bare_colours;
-mod in_place;
-mod write;
-
-// afterwards: how far the surface lies from the scans
-mod deviation;
-
-// what stages leave to look at
 mod dump;
 
-// what is asked for, and given
 mod types;
 
-// once more, where scans have changed
-pub mod again;
+use std::sync::atomic::Ordering;
 
-// more than memory holds
-pub mod disk;
-
-use std::sync::atomic::{AtomicBool, Ordering};
-
-use field::{BrickLabels, Vertices};
-use rustc_hash::FxHashMap;
-
-pub use deviation::deviation;
+pub use finish::deviation::deviation;
 pub use image::source::{Loading, OrientedSurface, PlacedMesh, ScanSource, common_crs};
+pub use run::{incremental, incremental as again, out_of_core, out_of_core as disk};
 pub use types::{MergeParams, MergeReport, Merged, SCHEMA, VoxelReason, Warning, WarningKind};
 
-use base::error::{Error, Result, Shown};
+use base::error::{Error, Result};
 use base::progress::Progress;
 use base::{fewer_threads, threads};
-use close::Room;
-use graph::{Graph, Out};
-use memory::Memory;
+use crossings::crossing;
+use finish::close_holes::Room;
+use intake::setup::{Fit, Setup};
 use mesh::TriMesh;
+use pipeline::{Graph, Out};
+use run::memory::Memory;
 
 base::stages! {
     /// Stages of the merge with their shares of its time.
@@ -142,10 +74,10 @@ pub fn run(sources: &[&dyn ScanSource], params: &MergeParams, progress: &Progres
     run_by(sources, params, &Setup::default(), progress)
 }
 
-/// As [`run`], with at most so many bytes of memory.
+/// As [`run()`], with at most so many bytes of memory.
 ///
 /// # Errors
-/// As [`run`].
+/// As [`run()`].
 pub fn run_within(
     sources: &[&dyn ScanSource],
     params: &MergeParams,
@@ -158,7 +90,7 @@ pub fn run_within(
 /// As [`run_within`], but in no larger cells than given or measured: `None` where these do not fit into memory, and the surface alone may.
 ///
 /// # Errors
-/// As [`run`]; [`Error::OutOfMemory`] where not even the surface would fit.
+/// As [`run()`]; [`Error::OutOfMemory`] where not even the surface would fit.
 pub fn run_if_it_fits(
     sources: &[&dyn ScanSource],
     params: &MergeParams,
@@ -223,81 +155,9 @@ fn merge(sources: &[&dyn ScanSource], params: &MergeParams, setup: &Setup, progr
 /// The surface of a graph, in memory.
 fn in_memory(graph: &mut impl Graph, params: &MergeParams, progress: &Progress<'_>) -> Result<Merged> {
     let mut mesh = TriMesh::default();
-    let report = graph::merge(graph, params, Out { sink: &mut mesh, room: Room::ALL }, progress)?;
+    let report = pipeline::merge(graph, params, Out { sink: &mut mesh, room: Room::ALL }, progress)?;
     Ok(Merged { mesh, report })
 }
-
-fn nothing_to_merge() -> Error {
-    Error::input(
-        "no scan has a triangle, so there is nothing to merge: check the scans, check what was kept of them, or raise edge_limit",
-    )
-}
-
-fn refuse_nothing(triangles: u64, voxel: f64, min_share: f64) -> Result<()> {
-    if triangles > 0 {
-        return Ok(());
-    }
-    let or_share = if min_share > 0.0 { ", or a smaller min_component_share" } else { "" };
-    Err(Error::input(format!(
-        "nothing is left of the surface: choose a voxel smaller than {} (in the unit of the scans){or_share}",
-        Shown::digits(voxel, 4)
-    )))
-}
-
-/// What no parameter says.
-struct Setup {
-    /// Where bricks are counted from.
-    corner: [i64; 3],
-    /// Crossings of a worker that are kept one by one; where there are more they are added up.
-    kept: u64,
-    /// Bricks along each side of a block; else all is one.
-    block: Option<i32>,
-    fit: Fit,
-}
-
-/// What follows where cells do not fit into memory.
-struct Fit {
-    /// Bytes that there are at most.
-    memory: f64,
-    /// Whether cells are never larger than given or measured.
-    keeps_to_cells: bool,
-    /// Answered: whether it was foreseen that these cells do not fit ...
-    is_refused: AtomicBool,
-    /// ... and the surface alone may.
-    surface_may_fit: AtomicBool,
-}
-
-impl Fit {
-    fn within(memory: Option<u64>) -> Self {
-        let memory = memory.map_or(f64::INFINITY, |bytes| bytes as f64);
-        Fit {
-            memory,
-            keeps_to_cells: false,
-            is_refused: AtomicBool::new(false),
-            surface_may_fit: AtomicBool::new(false),
-        }
-    }
-
-    /// Nothing is foreseen yet.
-    fn begin(&self) {
-        self.is_refused.store(false, Ordering::Relaxed);
-        self.surface_may_fit.store(false, Ordering::Relaxed);
-    }
-
-    /// Whether a merge in files may fit where this one did not.
-    fn leaves_hope(&self) -> bool {
-        self.surface_may_fit.load(Ordering::Relaxed) || !self.is_refused.load(Ordering::Relaxed)
-    }
-}
-
-impl Default for Setup {
-    fn default() -> Self {
-        Setup { corner: [0; 3], kept: bundles::MANY, block: None, fit: Fit::within(None) }
-    }
-}
-
-type Labels = FxHashMap<[i32; 3], Box<BrickLabels>>;
-type BrickVertices = FxHashMap<[i32; 3], Vertices>;
 
 #[cfg(test)]
 mod tests;

@@ -11,10 +11,11 @@ mod noise;
 mod placing;
 mod refusals;
 
-use super::bundles::{self, Buckets};
-use super::crossing::Crossing;
-use super::lattice::{ACROSS, BRICK, BRICK_BITS, Lattice};
-use super::*;
+use crate::crossings::bundles::{self, Buckets};
+use crate::crossings::crossing::Crossing;
+use crate::crossings::discretize;
+use crate::crossings::lattice::{ACROSS, BRICK, BRICK_BITS, Lattice};
+use crate::*;
 use geom::bvh::Bvh;
 use image::range_image::{Projection, RangeImage, Viewing};
 use image::triangulate::TriangulateParams;

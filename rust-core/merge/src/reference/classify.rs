@@ -6,9 +6,9 @@
 //! surface past a node, the lines through the node may disagree: one label a node settles it, and the artificial
 //! crossings follow as the edges whose two labelled nodes differ without a crossing between them.
 
-use crate::crossing::Crossing;
+use crate::crossings::crossing::Crossing;
+use crate::crossings::lattice::{ACROSS, BRICK, BRICK_BITS, ROWS};
 use crate::field::{BrickLabels, Bundles};
-use crate::lattice::{ACROSS, BRICK, BRICK_BITS, ROWS};
 
 /// A crossing this close to a node, in cells, still has a say about it.
 const NEAREST: f32 = 1e-3;

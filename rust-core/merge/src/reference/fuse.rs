@@ -11,10 +11,10 @@
 //!    that the fused crossings give the nodes (stage 4), which does on every line at once what the paper's insertions and
 //!    removals do one after the other.
 
-use crate::bundles::RawBundle;
-use crate::crossing::Crossing;
-use crate::lines::{SortedBundle, by_brick, for_each_line};
-use crate::remove::remove_fine_details;
+use crate::crossings::bundles::RawBundle;
+use crate::crossings::crossing::Crossing;
+use crate::crossings::fine_details::remove_fine_details;
+use crate::crossings::lines::{SortedBundle, by_brick, for_each_line};
 use mesh::srgb::Mix;
 
 /// What makes crossings one, and how they are averaged.

@@ -11,28 +11,30 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::bundles::RawBundle;
-use super::crossing::Crossing;
-use super::field::{Bundles, Vertex, Vertices};
-use super::graph::{Built, Graph, Stage};
-use super::lattice::{ACROSS, BRICK, BRICK_BITS};
-use super::memory::Memory;
-use super::tile::Tile;
-use super::{BrickVertices, Labels, MergeParams, Merged, ScanSource, Setup};
+use crate::crossings::bundles::RawBundle;
+use crate::crossings::crossing::Crossing;
+use crate::crossings::lattice::{ACROSS, BRICK, BRICK_BITS};
+use crate::field::{BrickVertices, Labels};
+use crate::field::{Bundles, Vertex, Vertices};
+use crate::intake::setup::Setup;
+use crate::pipeline::{Built, Graph, Stage};
+use crate::run::memory::Memory;
+use crate::surface::tile::Tile;
+use crate::{MergeParams, Merged, ScanSource};
 use base::error::Result;
 use base::progress::Progress;
 use classify::Classifier;
 
 pub use fuse::Rule;
 
-/// Merges as [`super::run`] does, by the paper's rule of fusing.
+/// Merges as [`crate::run`] does, by the paper's rule of fusing.
 ///
 /// # Errors
-/// As [`super::run`].
+/// As [`crate::run`].
 pub fn run(sources: &[&dyn ScanSource], params: &MergeParams, progress: &Progress<'_>) -> Result<Merged> {
     let setup = Setup { kept: u64::MAX, ..Setup::default() };
-    super::started(sources, params, progress, || {
-        super::in_memory(&mut ByLines(Memory::new(sources, params, &setup)), params, progress)
+    crate::started(sources, params, progress, || {
+        crate::in_memory(&mut ByLines(Memory::new(sources, params, &setup)), params, progress)
     })
 }
 
@@ -69,7 +71,7 @@ fn label_nodes(raw: Vec<RawBundle>, rule: Rule, progress: &Progress<'_>) -> Resu
     };
     let bundles = Bundles::new(raw.into_par_iter().map(fuse).collect::<Result<_>>()?);
     let bricks = bundles.labelled_bricks();
-    progress.stage(super::LABELLING, bricks.len() as u64);
+    progress.stage(crate::LABELLING, bricks.len() as u64);
     let found = bricks
         .into_par_iter()
         .map_init(Classifier::default, |classifier, brick| {

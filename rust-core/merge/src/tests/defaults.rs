@@ -2,8 +2,8 @@
 
 use super::noise::noisy_patch;
 use super::*;
-use crate::defaults;
-use crate::numbers::Roll;
+use crate::crossings::scan_order::Roll;
+use crate::intake::defaults;
 
 /// Six scans of a plane with samples a unit apart, lifted by so much one way or the other.
 fn patches(sigma: f64, off: f64) -> Vec<RangeImage> {

@@ -1,0 +1,27 @@
+//! Stages 8 and 9 and what follows: parts that are kept, holes closed, the surface handed over, its distance to the scans. \[MI04, sec. 3.4\]
+
+pub mod close_holes;
+pub mod components;
+pub mod deviation;
+mod in_place;
+pub mod noise;
+mod retry_holes;
+mod stray;
+pub mod write;
+
+use base::error::{Error, Result, Shown};
+
+/// Refuses a surface of which nothing is left.
+///
+/// # Errors
+/// There is no triangle.
+pub fn refuse_nothing(triangles: u64, voxel: f64, min_share: f64) -> Result<()> {
+    if triangles > 0 {
+        return Ok(());
+    }
+    let or_share = if min_share > 0.0 { ", or a smaller min_component_share" } else { "" };
+    Err(Error::input(format!(
+        "nothing is left of the surface: choose a voxel smaller than {} (in the unit of the scans){or_share}",
+        Shown::digits(voxel, 4)
+    )))
+}

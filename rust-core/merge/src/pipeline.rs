@@ -1,0 +1,139 @@
+//! The steps of a merge, in one list whatever keeps what they leave for each other: memory, where all is one block (`run::memory`), memory that
+//! the next merge goes on with (`run::incremental`), or files, block by block and task by task (`run::out_of_core`).
+
+use crate::crossings::lattice::Lattice;
+use crate::crossings::scan_order::Places;
+use crate::finish::close_holes::Room;
+use crate::finish::write::Besides;
+use crate::finish::{close_holes, components, noise, refuse_nothing, write};
+use crate::intake::placing::Placing;
+use crate::surface::tile::Tiles;
+use crate::surface::whole::Whole;
+use crate::{MergeParams, MergeReport, dump};
+use base::error::Result;
+use base::progress::Progress;
+use mesh::Crs;
+use mesh::sink::MeshSink;
+
+base::choices! {
+    /// The stages of a merge. Tasks of a stage need nothing of each other, and all of the stages before.
+    pub enum Stage {
+        /// The order of the scans, the size of the cells, where they lie.
+        Plan = "plan" "Plan",
+        /// Crossings of some scans with the grid.
+        Collect = "collect" "Collect",
+        /// How far scans lie from each other.
+        Overlap = "overlap" "Overlap",
+        /// What all scans come to in some blocks of the grid.
+        Fuse = "fuse" "Fuse",
+        /// What some scans see through.
+        Look = "look" "Look",
+        /// What most see through goes, in some blocks.
+        Drop = "drop" "Drop",
+        /// How bright scans are beside each other.
+        Colours = "colours" "Colours",
+        /// Inside and outside, in some blocks.
+        Label = "label" "Label",
+        /// The surface in some blocks.
+        Build = "build" "Build",
+    }
+}
+
+impl Stage {
+    /// Of how many tasks it is where stages are cut into so many; some are one task.
+    pub fn tasks(self, portions: u32) -> u32 {
+        match self {
+            Stage::Plan | Stage::Overlap | Stage::Colours => 1,
+            _ => portions,
+        }
+    }
+}
+
+/// A merge at work, and what its stages leave for each other.
+pub trait Graph {
+    /// The surface, block by block.
+    type Tiles: Tiles;
+
+    /// Does a stage; all before it are done.
+    ///
+    /// # Errors
+    /// What the stage can meet; cancelled.
+    fn run(&mut self, stage: Stage, progress: &Progress<'_>) -> Result<()>;
+
+    /// What they have come to, all done.
+    ///
+    /// # Errors
+    /// It can't be read.
+    fn finished(&mut self) -> Result<Built<Self::Tiles>>;
+}
+
+/// What the stages have come to.
+pub struct Built<T> {
+    /// The surface before holes are closed.
+    pub tiles: T,
+    /// The grid.
+    pub lattice: Lattice,
+    /// The merge distance, in cells.
+    pub reach: f64,
+    /// Whether any scan has colours.
+    pub coloured: bool,
+    /// How the scans were given.
+    pub placing: Placing,
+    /// The system that the scans lie in.
+    pub crs: Option<Crs>,
+    /// Where the scans of the vertices stand in their order.
+    pub places: Places,
+    /// Figures so far.
+    pub report: MergeReport,
+}
+
+/// Where the surface goes, and how much of it may be in memory at a time.
+pub struct Out<'a> {
+    /// Takes it.
+    pub sink: &'a mut dyn MeshSink,
+    /// For what lies around holes.
+    pub room: Room,
+}
+
+/// The paper's list of steps.
+///
+/// # Errors
+/// Those of the stages, and of [`finish`].
+pub fn merge(
+    graph: &mut impl Graph,
+    params: &MergeParams,
+    out: Out<'_>,
+    progress: &Progress<'_>,
+) -> Result<MergeReport> {
+    for &stage in Stage::ALL {
+        graph.run(stage, progress)?;
+    }
+    finish(graph, params, out, progress)
+}
+
+/// Steps 8 and 9, once all stages are done: what is made of the tiles is handed over.
+///
+/// # Errors
+/// A tile can't be read; nothing is left; more vertices than there are numbers for; the sink's; cancelled.
+pub fn finish(
+    graph: &mut impl Graph,
+    params: &MergeParams,
+    Out { sink, room }: Out<'_>,
+    progress: &Progress<'_>,
+) -> Result<MergeReport> {
+    let Built { tiles, lattice, reach, coloured, placing, crs, places, mut report } = graph.finished()?;
+    report.artificial_intersections = tiles.artificial();
+    report.noise = noise::typical(&tiles, progress)?;
+    report.warnings.extend(placing.warnings(&report));
+    let chosen = components::choose(&tiles, reach, params.min_component_share, &mut report, progress)?;
+    let mut whole = Whole::new(tiles, chosen, progress)?;
+    progress.lap("components");
+    refuse_nothing(whole.triangles(), report.voxel, params.min_component_share)?;
+    dump::parts(&whole)?;
+    close_holes::close(&mut whole, &lattice, params, room, &mut report, progress)?;
+    progress.lap("holes");
+    report.faces = write::write(whole, Besides { coloured, crs, places }, sink, progress)?;
+    progress.lap("write");
+    report.seconds = progress.seconds();
+    Ok(report)
+}

@@ -1,0 +1,171 @@
+//! A merge that is run again when its scans have changed: what it finds out it keeps, and what a changed scan has a part in it finds
+//! out anew. Results are those of a merge of the same scans that knows nothing, to the bit.
+//!
+//! | kept | file | renewed where |
+//! |---|---|---|
+//! | spacing and noise of scans | `defaults` | the scan changed |
+//! | crossings, by scan | `scans` | the scan changed |
+//! | sums of crossings, by bundle | `bundles` | it has crossings of a changed scan |
+//! | what scans see of these | `visibility` | the sums changed, and of changed scans everywhere |
+//! | labels and vertices, by brick | `bricks` | what is left of the sums changed in it or beside it |
+//! | cells, by brick | `bricks` | labels changed in it or beside it |
+//!
+//! What is measured of all scans together, the cell, the merge distance, how bright scans are, is measured anew; where it differs, so does
+//! what follows from it, everywhere.
+
+mod bricks;
+mod bundles;
+mod scans;
+mod stages;
+mod visibility;
+
+use rustc_hash::{FxHashMap, FxHashSet};
+
+use crate::crossings::scan_order;
+use crate::crossings::scan_order::Roll;
+use crate::intake::defaults;
+use crate::intake::setup::Setup;
+use crate::{MergeParams, Merged, started};
+use base::error::{Error, Result};
+use base::memory::attempted;
+use base::progress::Progress;
+use image::source::ScanSource;
+use image::triangulate::TriangulateParams;
+use stages::Again;
+
+/// A scan to merge, with a number for what it is: as long as the number is the same, so is the scan.
+#[derive(Clone, Copy)]
+pub struct Versioned<'a> {
+    /// The scan.
+    pub scan: &'a dyn ScanSource,
+    /// No other scan of a list has it.
+    pub version: u64,
+}
+
+/// Merges again and again, each time faster by what it has kept of the time before.
+///
+/// Scans are loaded when they are new to it, and not again. What it keeps is about 125 bytes an intersection of a scan with the grid,
+/// 11 bytes a pixel of images with lines of sight among it; at its peak it takes half as much again as a merge that keeps nothing.
+#[derive(Default)]
+pub struct Merger {
+    kept: Option<Box<Kept>>,
+}
+
+impl Merger {
+    /// Merges the scans into one surface: the same as [`crate::run`] gives, but for the seconds and the working bytes in the report. After
+    /// an error, or when it was cancelled, what was kept before stays; where memory holds the merge but not what would be kept, nothing is.
+    ///
+    /// # Errors
+    /// As [`crate::run`]; two scans of one version.
+    pub fn run(&mut self, scans: &[Versioned<'_>], params: &MergeParams, progress: &Progress<'_>) -> Result<Merged> {
+        self.run_by(scans, params, &Setup::default(), progress)
+    }
+
+    /// As [`Merger::run`], but in no larger cells than given or measured, and with at most so many bytes: `None` where that does not fit.
+    ///
+    /// # Errors
+    /// As [`crate::run_if_it_fits`].
+    pub fn run_if_it_fits(
+        &mut self,
+        scans: &[Versioned<'_>],
+        params: &MergeParams,
+        memory: Option<u64>,
+        progress: &Progress<'_>,
+    ) -> Result<Option<Merged>> {
+        crate::if_it_fits(memory, |setup| self.run_by(scans, params, setup, progress))
+    }
+
+    pub(crate) fn run_by(
+        &mut self,
+        scans: &[Versioned<'_>],
+        params: &MergeParams,
+        setup: &Setup,
+        progress: &Progress<'_>,
+    ) -> Result<Merged> {
+        let mut seen = FxHashSet::default();
+        if let Some(twice) = scans.iter().find(|scan| !seen.insert(scan.version)) {
+            return Err(Error::input(format!("two scans have the version {}: give each its own", twice.version)));
+        }
+        // Where a refused allocation ends the work, nothing is kept.
+        let mut kept = self.kept.take().unwrap_or_default();
+        let sources: Vec<&dyn ScanSource> = scans.iter().map(|scan| scan.scan).collect();
+        setup.fit.begin();
+        let merged = attempted(|| {
+            let work = || crate::in_memory(&mut Again::new(&mut kept, scans, params, setup), params, progress);
+            started(&sources, params, progress, work)
+        });
+        match merged {
+            Some(Err(Error::OutOfMemory(_))) | None => {}
+            Some(merged) => {
+                self.kept = Some(kept);
+                return merged;
+            }
+        }
+        // Cells that memory chooses must not depend on what is kept.
+        drop(kept);
+        crate::run_by(&sources, params, setup, progress)
+    }
+
+    /// Of how many bricks of space that scans speak of, what was known before the last run did not tell all.
+    pub fn renewed(&self) -> Renewed {
+        self.kept.as_ref().map_or_else(Renewed::default, |kept| kept.bricks.renewed)
+    }
+
+    /// Gives back what is kept: the next run finds out everything.
+    pub fn forget(&mut self) {
+        self.kept = None;
+    }
+}
+
+/// How much a run had to do.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Renewed {
+    /// Bricks that were labelled anew.
+    pub bricks: usize,
+    /// All bricks.
+    pub of: usize,
+}
+
+/// What a run leaves for the next.
+#[derive(Default)]
+struct Kept {
+    triangulation: TriangulateParams,
+    /// What ties between scans of one name are broken by, by their versions.
+    contents: FxHashMap<u64, u64>,
+    known: defaults::Known,
+    scans: scans::Scans,
+    bundles: bundles::Bundles,
+    looks: visibility::Looks,
+    bricks: bricks::Bricks,
+}
+
+impl Kept {
+    /// The roll of scans.
+    fn roll<'a>(&mut self, scans: &[Versioned<'a>], progress: &Progress<'_>) -> Result<Roll<'a>> {
+        let sources: Vec<&dyn ScanSource> = scans.iter().map(|scan| scan.scan).collect();
+        let found = std::sync::Mutex::new(std::mem::take(&mut self.contents));
+        let known = || found.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let content = |place: usize| {
+            let Versioned { scan, version } = scans[place];
+            let before = known().get(&version).copied();
+            let content = before.map_or_else(|| scan.content(&self.triangulation, progress), Ok)?;
+            known().insert(version, content);
+            Ok(content)
+        };
+        let order = scan_order::in_order(&sources, content, progress);
+        self.contents = std::mem::take(&mut *known());
+        let versions: Vec<u64> = scans.iter().map(|scan| scan.version).collect();
+        Ok(Roll::new(&sources, &versions, &order?))
+    }
+
+    /// Forgets the scans of other versions.
+    fn forget_others(&mut self, versions: &[u64]) {
+        let versions: FxHashSet<u64> = versions.iter().copied().collect();
+        self.contents.retain(|version, _| versions.contains(version));
+        self.known.keep(&versions);
+        self.scans.keep(&versions);
+    }
+}
+
+#[cfg(test)]
+mod tests;

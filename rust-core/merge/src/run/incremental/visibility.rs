@@ -1,0 +1,168 @@
+//! What scans see through, where sums of crossings are new or scans are.
+
+use std::sync::Arc;
+
+use rayon::prelude::*;
+use rustc_hash::{FxHashMap, FxHashSet};
+
+use super::bundles::{Bundle, Bundles};
+use crate::LOOKING;
+use crate::crossings::crossing::BundleKey;
+use crate::crossings::lattice::{ACROSS, Lattice};
+use crate::crossings::lines::SortedBundle;
+use crate::crossings::scan_order::Roll;
+use crate::intake::Discretized;
+use crate::visibility::{self, is_through, look};
+use base::error::Result;
+use base::progress::Progress;
+use image::sight::{LinesOfSight, Seen};
+
+/// Who has looked.
+#[derive(Default)]
+pub struct Looks {
+    /// Those that were asked about all bundles that are not new, by version; of some nothing is to be known.
+    asked: FxHashMap<u64, Option<Arc<LinesOfSight>>>,
+    /// What surfaces could be off by, in world units.
+    tolerance: f64,
+}
+
+/// Votes on a tally: nothing, a surface, seen through.
+const BITS: usize = 2;
+const SURFACE: u8 = 1;
+const THROUGH: u8 = 2;
+
+/// What became of a bundle.
+struct Looked {
+    key: BundleKey,
+    votes: FxHashMap<u64, Box<[u8]>>,
+    shown: Arc<SortedBundle>,
+    dropped: u64,
+}
+
+impl Looks {
+    /// Asks all scans that have lines of sight about bundles that are new, and those that are new about all. The bricks in which
+    /// anything that is left of the bundles has changed.
+    ///
+    /// # Errors
+    /// A scan can't be loaded any more; cancelled: nothing has changed then.
+    pub fn look(
+        &mut self,
+        bundles: &mut Bundles,
+        roll: &Roll<'_>,
+        found: &Discretized,
+        tolerance: f64,
+        progress: &Progress<'_>,
+    ) -> Result<FxHashSet<[i32; 3]>> {
+        let voters = visibility::voters(&found.images);
+        progress.stage(LOOKING, voters.len() as u64);
+        let sights = voters.par_iter().with_max_len(1).map(|&(scan, noise)| {
+            progress.advance(1)?;
+            let version = roll.version(scan);
+            let sight = match self.asked.get(&version) {
+                Some(known) => known.clone(),
+                None => visibility::lines_of_sight(roll, scan, noise, progress)?.map(Arc::new),
+            };
+            Ok((version, sight))
+        });
+        let sights: FxHashMap<u64, Option<Arc<LinesOfSight>>> = sights.collect::<Result<_>>()?;
+        let is_asked_anew = self.tolerance != tolerance;
+        let looking = Looking { sights: &sights, asked: &self.asked, lattice: &found.lattice, tolerance };
+        let look = |(key, bundle): (&BundleKey, &Bundle)| {
+            progress.check()?;
+            Ok(looking.at(*key, bundle, is_asked_anew))
+        };
+        let looked = bundles.all.par_iter().map(look).collect::<Result<Vec<_>>>()?;
+        let mut changed = FxHashSet::default();
+        for Looked { key, votes, shown, dropped } in looked.into_iter().flatten() {
+            if let Some(bundle) = bundles.all.get_mut(&key) {
+                note_changes(&bundle.shown, &shown, &mut changed);
+                (bundle.votes, bundle.shown, bundle.dropped, bundle.is_new) = (votes, shown, dropped, false);
+            }
+        }
+        bundles.all.retain(|_, bundle| !bundle.is_empty());
+        *self = Looks { asked: sights, tolerance };
+        Ok(changed)
+    }
+}
+
+/// Who is asked, and about what.
+struct Looking<'a> {
+    sights: &'a FxHashMap<u64, Option<Arc<LinesOfSight>>>,
+    asked: &'a FxHashMap<u64, Option<Arc<LinesOfSight>>>,
+    lattice: &'a Lattice,
+    tolerance: f64,
+}
+
+impl Looking<'_> {
+    /// What becomes of a bundle, if anything.
+    fn at(&self, key: BundleKey, bundle: &Bundle, is_asked_anew: bool) -> Option<Looked> {
+        let is_new = bundle.is_new || is_asked_anew;
+        let is_known = |version: &u64| !is_new && self.asked.contains_key(version);
+        let mut votes: FxHashMap<u64, Box<[u8]>> = FxHashMap::default();
+        let mut is_changed = is_new;
+        for (version, of_scan) in &bundle.votes {
+            let stays = self.sights.contains_key(version) && is_known(version);
+            is_changed |= !stays;
+            if stays {
+                votes.insert(*version, of_scan.clone());
+            }
+        }
+        for (version, sight) in self.sights.iter().filter(|(version, _)| !is_known(version)) {
+            if let Some(sight) = sight
+                && let Some(of_scan) = self.votes(sight, &bundle.all)
+            {
+                is_changed = true;
+                votes.insert(*version, of_scan);
+            }
+        }
+        is_changed.then(|| {
+            let (shown, dropped) = left(&bundle.all, &votes);
+            Looked { key, votes, shown, dropped }
+        })
+    }
+
+    /// A scan's votes on a bundle; nothing if it sees nothing of it.
+    fn votes(&self, sight: &LinesOfSight, bundle: &SortedBundle) -> Option<Box<[u8]>> {
+        let mut votes: Vec<u8> = Vec::new();
+        look(sight, bundle, self.lattice, self.tolerance, |tally, seen| {
+            if votes.is_empty() {
+                votes.resize((bundle.list.len() * BITS).div_ceil(8), 0);
+            }
+            let vote = if seen == Seen::Through { THROUGH } else { SURFACE };
+            votes[tally * BITS / 8] |= vote << (tally * BITS % 8);
+        });
+        (!votes.is_empty()).then(|| votes.into())
+    }
+}
+
+/// What is left of a bundle, and how much isn't.
+fn left(bundle: &Arc<SortedBundle>, votes: &FxHashMap<u64, Box<[u8]>>) -> (Arc<SortedBundle>, u64) {
+    let goes = |tally: usize| {
+        let of = |kind: u8| move |votes: &&[u8]| votes[tally * BITS / 8] >> (tally * BITS % 8) & 3 == kind;
+        let count = |kind: u8| votes.values().map(|votes| &**votes).filter(of(kind)).count() as u16;
+        is_through(count(THROUGH), count(SURFACE))
+    };
+    let goes: Vec<bool> = if votes.is_empty() { Vec::new() } else { (0..bundle.list.len()).map(goes).collect() };
+    if !goes.contains(&true) {
+        return (bundle.clone(), 0);
+    }
+    let (shown, dropped) = visibility::without(SortedBundle::clone(bundle), goes.into_iter());
+    (Arc::new(shown), dropped)
+}
+
+/// Adds the bricks in which two states of a bundle differ.
+fn note_changes(before: &Arc<SortedBundle>, after: &Arc<SortedBundle>, changed: &mut FxHashSet<[i32; 3]>) {
+    if Arc::ptr_eq(before, after) {
+        return;
+    }
+    let axis = before.key.axis as usize;
+    let [u, v] = ACROSS[axis];
+    let mut brick = [0; 3];
+    [brick[u], brick[v]] = before.key.across;
+    for &(along, _) in before.bricks.iter().chain(&after.bricks) {
+        if before.in_brick(along) != after.in_brick(along) {
+            brick[axis] = along;
+            changed.insert(brick);
+        }
+    }
+}
