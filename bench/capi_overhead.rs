@@ -141,7 +141,8 @@ fn main() {
         repeats,
         || {
             let params = MergeParams { voxel: Some(voxel), threads: 1, ..MergeParams::default() };
-            assert!(merge::run(&[&placed], &params, &Progress::none()).unwrap().mesh.triangles.len() > 10_000);
+            let merged = merge::merge(&[&placed], &params, merge::Run::default(), &Progress::none()).unwrap();
+            assert!(merged.mesh.triangles.len() > 10_000);
         },
         || {
             let mut merged: Handle = std::ptr::null_mut();

@@ -4,8 +4,8 @@ use std::ffi::c_char;
 use std::path::PathBuf;
 
 use surfrecon::export::WriteOptions;
-use surfrecon::merge::{MergeParams, MergeReport, Merged, VoxelReason};
-use surfrecon::{InFiles, IntoFile, Progress};
+use surfrecon::merge::{MergeParams, MergeReport, Merged, Store, VoxelReason};
+use surfrecon::{IntoFile, Progress};
 
 use crate::files::path_of;
 use crate::guard::guard;
@@ -175,7 +175,9 @@ pub unsafe extern "C" fn srf_merger_run(
     out_report: *mut srf_merge_report,
 ) -> srf_status {
     guard(|| {
-        run(merger, params, progress, out_mesh, out_report, |merger, params, progress| merger.run(params, progress))
+        run(merger, params, progress, out_mesh, out_report, |merger, params, progress| {
+            merger.run(params, (Store::Memory, None), progress)
+        })
     })
 }
 
@@ -244,9 +246,10 @@ pub unsafe extern "C" fn srf_merger_run_in_files(
 ) -> srf_status {
     guard(|| {
         let only_if_needed = flag("only_if_needed", only_if_needed)?;
-        let files = InFiles { max_memory: most(max_memory), workspace: workspace_of(workspace)?, only_if_needed };
+        let (memory, workspace) = (most(max_memory), workspace_of(workspace)?);
+        let store = if only_if_needed { Store::MemoryOrFiles { workspace } } else { Store::Files { workspace } };
         run(merger, params, progress, out_mesh, out_report, |merger, params, progress| {
-            merger.run_in_files(params, &files, progress)
+            merger.run(params, (store, memory), progress)
         })
     })
 }

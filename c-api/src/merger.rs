@@ -5,10 +5,10 @@ use std::path::Path;
 use std::sync::{Arc, MutexGuard};
 
 use surfrecon::context::Owned;
-use surfrecon::merge::incremental::{self, Versioned};
-use surfrecon::merge::{self, MergeParams, MergeReport, Merged};
+use surfrecon::merge::incremental;
+use surfrecon::merge::{self, MergeParams, MergeReport, Merged, Reuse, Run, Store};
 use surfrecon::threads::Exclusive;
-use surfrecon::{InFiles, IntoFile, Progress};
+use surfrecon::{IntoFile, Progress};
 
 use crate::files::srf_scans;
 use crate::guard::guard;
@@ -71,38 +71,19 @@ impl Merger {
         Err(Failure::new(SRF_ERR_PARAMETER, format!("index must be < {count}, the number of scans, got {index}")))
     }
 
-    /// Merges the scans.
+    /// Merges the scans, with at most so many bytes.
     ///
     /// # Errors
-    /// Those of [`merge::run`].
-    pub fn run(&self, params: &MergeParams, progress: &Progress<'_>) -> surfrecon::Result<Merged> {
-        match self.kept() {
-            Some(mut kept) => kept.run(&self.versioned(), params, progress),
-            None => merge::run(&sources::borrowed(&self.sources), params, progress),
-        }
-    }
-
-    /// Merges the scans in files, or where that is needed.
-    ///
-    /// # Errors
-    /// Those of [`surfrecon::merge_in_files`].
-    pub fn run_in_files(
+    /// Those of [`merge::merge`].
+    pub fn run(
         &self,
         params: &MergeParams,
-        files: &InFiles,
+        (store, memory): (Store, Option<u64>),
         progress: &Progress<'_>,
     ) -> surfrecon::Result<Merged> {
-        match self.kept() {
-            Some(mut kept) if files.only_if_needed => {
-                surfrecon::merge_again_in_files(&mut kept, &self.versioned(), params, files, progress)
-            }
-            _ => surfrecon::merge_in_files(&sources::borrowed(&self.sources), params, files, progress),
-        }
-    }
-
-    fn versioned(&self) -> Vec<Versioned<'_>> {
-        let list = self.sources.iter().zip(&self.versions);
-        list.map(|(source, &version)| Versioned { scan: source, version }).collect()
+        let mut kept = if matches!(store, Store::Files { .. }) { None } else { self.kept() };
+        let reuse = kept.as_mut().map(|kept| Reuse { merger: kept, versions: &self.versions });
+        merge::merge(&sources::borrowed(&self.sources), params, Run { store, memory, reuse }, progress)
     }
 
     /// What is kept; nothing where another thread runs it, too: this run neither takes nor leaves anything then.

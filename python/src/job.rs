@@ -13,7 +13,7 @@ use crate::crs::CrsText;
 use crate::frame::{Scan, content_object};
 use crate::measure::{DistanceCall, SurfaceDistanceCall, distance_report};
 use crate::memory_folder::Place;
-use crate::merge::{MergeCall, MergeResult, in_files, merge_report};
+use crate::merge::{MergeCall, MergeResult, merge_report, store};
 use crate::merge_to_file::{FileCall, written};
 use crate::merger::Merger;
 use crate::mesh::Mesh;
@@ -112,10 +112,10 @@ impl Job {
         workspace: Option<FsPath>,
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
-        let files = in_files(files, max_memory, workspace)?;
+        let store = store(files, max_memory, workspace)?;
         let call = match scans.cast::<Merger>() {
-            Ok(merger) => MergeCall::again(merger.get().call(), measure, files, options),
-            Err(_) => MergeCall::new(scans, measure, files, options),
+            Ok(merger) => MergeCall::incremental(merger.get().call(), measure, store, options),
+            Err(_) => MergeCall::new(scans, measure, store, options),
         }?;
         Job::of(Background::start_calls(&[call.merging(), 1.0 - call.merging()], move |calls| {
             let merged = call.run(calls.begin(0))?;

@@ -24,7 +24,7 @@
 //! | `constraints` | what the caller knows of scans that are aligned |
 //! | `aligner` | scans made ready to be aligned, drawn to others by hand, and compared |
 //! | `align` | scans without poses to one frame |
-//! | `merge`, `merger`, `again` | the merge and its report; once more, as scans change |
+//! | `merge`, `merger`, `incremental` | the merge and its report; once more, as scans change |
 //! | `merge_to_file` | that of more scans than memory holds |
 //! | `merge_tasks` | that by several processes |
 //! | `sculpt` | a range image to few triangles |
@@ -35,7 +35,6 @@
 //! | `scan` | the virtual range scanner |
 //! | `job` | a long call on a thread of its own, for hosts |
 
-mod again;
 mod align;
 mod align_report;
 mod allocator;
@@ -50,6 +49,7 @@ mod edit;
 mod errors;
 mod forks;
 mod frame;
+mod incremental;
 mod job;
 mod log;
 mod measure;

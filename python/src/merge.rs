@@ -5,12 +5,12 @@ use std::sync::Arc;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use surfrecon::merge::{MergeParams, Merged};
+use surfrecon::merge::{MergeParams, Merged, Run, Store};
 use surfrecon::mesh::measure::Side;
-use surfrecon::{Error, InFiles, Progress, memory};
+use surfrecon::{Error, Progress, memory};
 
-use crate::again::Again;
 use crate::errors::{input_error, to_python};
+use crate::incremental::Incremental;
 use crate::mesh::Mesh;
 use crate::params::params;
 use crate::paths::FsPath;
@@ -73,46 +73,46 @@ pub fn merge(
     progress: Option<Py<PyAny>>,
     options: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<MergeResult> {
-    MergeCall::new(scans, measure, in_files(files, max_memory, workspace)?, options)?.result(py, progress)
+    MergeCall::new(scans, measure, store(files, max_memory, workspace)?, options)?.result(py, progress)
 }
 
-/// Whether a merge works in files, of Python's arguments.
+/// Returns where a merge keeps what its stages leave, and in how many bytes of memory, of Python's arguments.
 ///
 /// # Errors
 /// `ParameterError`, `InputError`, `TypeError`.
-pub fn in_files(
+pub fn store(
     files: Option<&str>,
     max_memory: Option<&Bound<'_, PyAny>>,
     workspace: Option<FsPath>,
-) -> PyResult<Option<InFiles>> {
+) -> PyResult<(Store, Option<u64>)> {
     let max_memory = max_memory.map(|given| limit_of("max_memory", given)).transpose()?.flatten();
     let is_given = max_memory.is_some() || workspace.is_some();
-    let only_if_needed = match files.unwrap_or(if is_given { "always" } else { "never" }) {
-        "always" => false,
-        "if_needed" => true,
+    let store = match files.unwrap_or(if is_given { "always" } else { "never" }) {
+        "always" => Store::Files { workspace: workspace.map(|path| path.0) },
+        "if_needed" => Store::MemoryOrFiles { workspace: workspace.map(|path| path.0) },
         "never" if is_given => {
             let text = "max_memory and workspace are for merges in files: leave them out, or files=\"never\"";
             return Err(input_error(text.to_owned()));
         }
-        "never" => return Ok(None),
+        "never" => Store::Memory,
         other => {
             let allowed = "\"never\", \"if_needed\" or \"always\"".to_owned();
             let error = Error::Parameter { name: "files", value: format!("{other:?}"), allowed, unit: "" };
             return Err(to_python(&error));
         }
     };
-    Ok(Some(InFiles { max_memory, workspace: workspace.map(|path| path.0), only_if_needed }))
+    Ok((store, max_memory))
 }
 
 /// A merge with all it needs, free of Python.
 pub struct MergeCall {
     sources: Vec<Arc<Source>>,
     /// What a merger keeps, where the scans are one's.
-    again: Option<Again>,
+    incremental: Option<Incremental>,
     params: MergeParams,
     measure: bool,
-    /// Where it may work in files.
-    files: Option<InFiles>,
+    /// Where it works, in how many bytes of memory.
+    store: (Store, Option<u64>),
 }
 
 /// A merged surface, and the distances of its vertices from the scans if they were asked for.
@@ -129,26 +129,26 @@ impl MergeCall {
     pub fn new(
         scans: &Bound<'_, PyAny>,
         measure: bool,
-        files: Option<InFiles>,
+        store: (Store, Option<u64>),
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         let params = params("merge", options)?;
         let sources = sources(scans, Clouds::Refused)?.into_iter().map(Arc::new).collect();
-        Ok(MergeCall { sources, again: None, params, measure, files })
+        Ok(MergeCall { sources, incremental: None, params, measure, store })
     }
 
     /// The same of the scans of a merger.
     ///
     /// # Errors
     /// `ParameterError`, `TypeError`.
-    pub fn again(
-        again: Again,
+    pub fn incremental(
+        incremental: Incremental,
         measure: bool,
-        files: Option<InFiles>,
+        store: (Store, Option<u64>),
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         let params = params("merge", options)?;
-        Ok(MergeCall { sources: again.sources(), again: Some(again), params, measure, files })
+        Ok(MergeCall { sources: incremental.sources(), incremental: Some(incremental), params, measure, store })
     }
 
     /// Runs it whole, while Python watches.
@@ -171,13 +171,15 @@ impl MergeCall {
     /// Merges.
     ///
     /// # Errors
-    /// See [`surfrecon::merge::run`].
+    /// See [`surfrecon::merge::merge`].
     pub fn run(&self, progress: &Progress<'_>) -> surfrecon::Result<Merged> {
-        let merged = match (&self.again, &self.files) {
-            (Some(again), Some(files)) if files.only_if_needed => again.run_if_it_fits(&self.params, files, progress),
-            (_, Some(files)) => surfrecon::merge_in_files(&as_dyn(&self.sources), &self.params, files, progress),
-            (Some(again), None) => again.run(&self.params, progress),
-            (None, None) => surfrecon::merge::run(&as_dyn(&self.sources), &self.params, progress),
+        let (store, memory) = self.store.clone();
+        let merged = match &self.incremental {
+            Some(incremental) => incremental.run(&self.params, (store, memory), progress),
+            None => {
+                let run = Run { store, memory, reuse: None };
+                surfrecon::merge::merge(&as_dyn(&self.sources), &self.params, run, progress)
+            }
         }?;
         merged.report.tell();
         Ok(merged)

@@ -6,11 +6,11 @@ use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyIterator, PyList};
 use surfrecon::error::counted;
-use surfrecon::merge::incremental;
+use surfrecon::merge::incremental::{self, Renewed};
 use surfrecon::threads::Exclusive;
 
-use crate::again::Again;
-use crate::merge::{MergeCall, MergeResult, in_files};
+use crate::incremental::Incremental;
+use crate::merge::{MergeCall, MergeResult, store};
 use crate::paths::FsPath;
 use crate::sources::{Clouds, Source, source, sources};
 
@@ -67,8 +67,8 @@ impl Merger {
     }
 
     /// What a merge of its scans as they are now needs.
-    pub fn call(&self) -> Again {
-        Again { scans: self.scans().list.clone(), kept: self.kept.clone() }
+    pub fn call(&self) -> Incremental {
+        Incremental { scans: self.scans().list.clone(), kept: self.kept.clone() }
     }
 }
 
@@ -178,14 +178,15 @@ impl Merger {
         progress: Option<Py<PyAny>>,
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<MergeResult> {
-        MergeCall::again(self.call(), measure, in_files(files, max_memory, workspace)?, options)?.result(py, progress)
+        MergeCall::incremental(self.call(), measure, store(files, max_memory, workspace)?, options)?
+            .result(py, progress)
     }
 
     /// How many bricks of space, of 32 cells a side, the last merge had to do anew, and how many there are: ``(0, 0)`` before
     /// the first, or while one is running on another thread.
     #[getter]
     fn renewed(&self) -> (usize, usize) {
-        let renewed = self.kept.take().map_or_else(|_| incremental::Renewed::default(), |kept| kept.renewed());
+        let renewed = self.kept.take().map_or_else(|_| Renewed::default(), |kept| kept.renewed());
         (renewed.bricks, renewed.of)
     }
 

@@ -34,7 +34,7 @@ fn scans() -> Vec<RangeImage> {
 fn merged(scans: &[RangeImage], threads: usize) -> Merged {
     let sources: Vec<&dyn ScanSource> = scans.iter().map(|scan| scan as &dyn ScanSource).collect();
     let params = MergeParams { voxel: Some(0.01), threads, ..MergeParams::default() };
-    merge::run(&sources, &params, &Progress::none()).expect("a surface")
+    merge::merge(&sources, &params, merge::Run::default(), &Progress::none()).expect("a surface")
 }
 
 fn stages(c: &mut Criterion) {

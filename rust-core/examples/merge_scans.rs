@@ -67,7 +67,7 @@ fn run(arguments: &Arguments) -> Result<()> {
         threads: arguments.threads,
         ..defaults
     };
-    let merged = merge::run(&sources, &params, &progress())?;
+    let merged = merge::merge(&sources, &params, merge::Run::default(), &progress())?;
     export::write_ply(&arguments.out, &merged.mesh, export::PlyEncoding::default(), &Progress::none())?;
     let (triangles, vertices) = (merged.mesh.triangles.len(), merged.mesh.positions.len());
     println!("{}: {triangles} triangles, {vertices} vertices", arguments.out.display());

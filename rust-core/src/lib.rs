@@ -91,6 +91,7 @@ pub mod scattered {
 
 pub use error::{Error, Result};
 pub use image::RangeImage;
+#[expect(deprecated, reason = "former names")]
 pub use merge_in_files::{InFiles, merge_again_in_files, merge_in_files};
 pub use merge_tasks::{TaskFolder, end_merge_tasks, merge_task, merge_tasks_to_file};
 pub use merge_to_file::{IntoFile, merge_to_file};

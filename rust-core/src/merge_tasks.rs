@@ -50,7 +50,7 @@ impl<'a> TaskFolder<'a> {
 /// Does a task of a merge, unless it is done: see [`out_of_core::run_task`].
 ///
 /// # Errors
-/// As [`merge::run`]; a folder that is none; no such task; a task before it that is not done, by its name; too little memory; a file that
+/// As [`merge::merge()`]; a folder that is none; no such task; a task before it that is not done, by its name; too little memory; a file that
 /// can't be read or written.
 pub fn merge_task(
     sources: &[&dyn ScanSource],

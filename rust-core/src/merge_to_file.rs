@@ -6,11 +6,9 @@ use base::error::{Error, Result};
 use base::progress::Progress;
 use io::export::{WriteOptions, check_file_in_pieces, write_mesh_in_pieces};
 use io::memory_folder::MemoryFolder;
-use merge::out_of_core::{Kept, Workspace, versions};
+use merge::out_of_core::{self, Kept, Workspace, existing, versions};
 use merge::{MergeParams, MergeReport, ScanSource};
 use mesh::sink::MeshSink;
-
-use crate::merge_in_files::{self, existing};
 
 /// Where a merge works whose surface goes into a file, and how the file is written.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -27,13 +25,13 @@ pub struct IntoFile {
     pub write: WriteOptions,
 }
 
-/// Merges scans, of which there may be more than memory holds, into a PLY file: its bytes are those that [`merge::run`] and
+/// Merges scans, of which there may be more than memory holds, into a PLY file: its bytes are those that [`merge::merge()`] and
 /// [`write_mesh`](io::export::write_mesh) make. Neither the scans nor the surface are in memory at once.
 ///
 /// The folder for what memory does not hold needs room: up to 200 bytes for each intersection of a scan with the grid.
 ///
 /// # Errors
-/// As [`merge::run`]; a name that does not end in .ply, text as the encoding; a workspace that is no folder; too little memory, with the
+/// As [`merge::merge()`]; a name that does not end in .ply, text as the encoding; a workspace that is no folder; too little memory, with the
 /// least that does; a scan is read from the file; files that can't be written. Then neither file nor anything else is left, and a file that was there is untouched.
 pub fn merge_to_file(
     sources: &[&dyn ScanSource],
@@ -53,7 +51,7 @@ pub fn merge_to_file(
     let versions = if into.keep { versions(sources, params, progress)? } else { Vec::new() };
     let kept = into.keep.then_some(Kept { versions: &versions, stays: true });
     let workspace = Workspace { folder, memory, kept };
-    let merge = |sink: &mut dyn MeshSink| merge::out_of_core::run(sources, params, workspace, sink, progress);
+    let merge = |sink: &mut dyn MeshSink| out_of_core::run(sources, params, workspace, sink, progress);
     let report = write_mesh_in_pieces(path, &into.write, merge, progress)?;
     Ok(MergeReport { in_files: true, ..report })
 }
@@ -89,5 +87,5 @@ fn folder<'a>(file: &'a Path, given: Option<&'a Path>) -> Result<&'a Path> {
 
 /// Bytes to work with.
 pub fn memory(most: Option<u64>, threads: usize) -> Result<u64> {
-    merge_in_files::memory(most, base::threads::pool(threads)?.current_num_threads(), "into a file")
+    out_of_core::memory(most, base::threads::pool(threads)?.current_num_threads(), "into a file")
 }

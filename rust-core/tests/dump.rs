@@ -18,7 +18,7 @@ fn operations() -> surfrecon::Result<()> {
     let heights = (0..40 * 40).map(|i| f64::from(i % 40) * f64::from(i / 40) / 40.0).collect();
     let projection = Projection::Orthographic { first: [0.0; 2], step: [1.0; 2] };
     let image = RangeImage::from_values(40, 40, heights, projection)?;
-    merge::run(&[&image], &merge::MergeParams::default(), &none)?;
+    merge::merge(&[&image], &merge::MergeParams::default(), merge::Run::default(), &none)?;
     sculpt::run(&image, &sculpt::SculptParams::default(), &none)?;
     quads::run(&image, &quads::QuadParams::default(), &none)?;
     let sphere = Shape::Sphere { radius: 1.0 }.mesh(8);

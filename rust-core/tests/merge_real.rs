@@ -18,7 +18,7 @@ fn merge(conf: &str, voxel: f64) -> Option<(Merged, MeshReport, Summary)> {
     let set = import::open(&data.join(conf)).unwrap();
     let sources: Vec<&dyn ScanSource> = set.scans.iter().map(|scan| scan as &dyn ScanSource).collect();
     let params = MergeParams { voxel: Some(voxel), ..MergeParams::default() };
-    let merged = merge::run(&sources, &params, &Progress::none()).unwrap();
+    let merged = merge::merge(&sources, &params, merge::Run::default(), &Progress::none()).unwrap();
     let mut samples = Vec::new();
     for scan in &set.scans {
         let surface = scan.load(&Loading::default(), &Progress::none()).unwrap();

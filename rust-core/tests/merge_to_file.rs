@@ -68,7 +68,7 @@ fn a_hundred_thousand_scans_of_a_few_samples() {
     let sources: Vec<&dyn ScanSource> = scans.iter().map(|scan| scan as &dyn ScanSource).collect();
     let (folder, workspace) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
     let params = MergeParams { voxel: Some(1.9), threads: 2, ..MergeParams::default() };
-    let merged = merge::run(&sources, &params, &Progress::none()).unwrap();
+    let merged = merge::merge(&sources, &params, merge::Run::default(), &Progress::none()).unwrap();
     assert!(merged.mesh.triangles.len() > 30_000);
     let at_once = folder.path().join("at once.ply");
     write_mesh(&at_once, &merged.mesh, &[], &WriteOptions::default(), &Progress::none()).unwrap();
@@ -130,7 +130,7 @@ fn names(folder: &Path) -> Vec<String> {
 #[test]
 fn the_file_is_the_one_that_merging_and_writing_make() {
     let scans = scans();
-    let merged = merge::run(&sources(&scans), &params(), &Progress::none()).unwrap();
+    let merged = merge::merge(&sources(&scans), &params(), merge::Run::default(), &Progress::none()).unwrap();
     assert!(merged.report.grid.iter().max().unwrap() > &(4 * 32), "{:?}", merged.report.grid);
     let folder = tempfile::tempdir().unwrap();
     let [at_once, in_pieces] = ["at once.ply", "in pieces.ply"].map(|name| folder.path().join(name));

@@ -21,8 +21,8 @@ use surfrecon::scan::{Camera, ScanParams, Turntable};
 use surfrecon::sculpt::{SculptParams, Sculptor, Tolerance};
 use surfrecon::triangulate::TriangulateParams;
 use surfrecon::{
-    Error, InFiles, IntoFile, PointCloud, Progress, RangeImage, Result, cluster, import, memory, merge, merge_in_files,
-    merge_to_file, mesh, quads, reconstruct, scan, sculpt,
+    Error, IntoFile, PointCloud, Progress, RangeImage, Result, cluster, import, memory, merge, merge_to_file, mesh,
+    quads, reconstruct, scan, sculpt,
 };
 use surfrecon_allocator::Account;
 
@@ -220,8 +220,13 @@ fn operations(folder: &Path, threads: usize) {
     let sources: Vec<&dyn ScanSource> = scans.iter().map(|scan| scan as &dyn ScanSource).collect();
     let merging = MergeParams { voxel: Some(0.1), threads, ..Default::default() };
     let are_several = threads > 1;
-    survives_by("merge", folder, are_several, || Ok(merge::run(&sources, &merging, &progress)?.mesh));
-    let in_files = || Ok(merge_in_files(&sources, &merging, &InFiles::default(), &progress)?.mesh);
+    survives_by("merge", folder, are_several, || {
+        Ok(merge::merge(&sources, &merging, merge::Run::default(), &progress)?.mesh)
+    });
+    let in_files = || {
+        let run = merge::Run { store: merge::Store::Files { workspace: None }, ..merge::Run::default() };
+        Ok(merge::merge(&sources, &merging, run, &progress)?.mesh)
+    };
     survives_by("merge in files", folder, are_several, in_files);
     let path = folder.join("merged.ply");
     survives("merge to file", folder, || {

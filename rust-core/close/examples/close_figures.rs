@@ -249,7 +249,7 @@ fn run_case(case: &Case, folder: &Path) -> Result<()> {
     let sources: Vec<&dyn ScanSource> = images.iter().map(|image| image as &dyn ScanSource).collect();
     let params = MergeParams { max_hole_length: Some(0.0), threads: 1, ..MergeParams::default() };
     let start = cpu_seconds();
-    let merged = merge::run(&sources, &params, &Progress::none())?;
+    let merged = merge::merge(&sources, &params, merge::Run::default(), &Progress::none())?;
     let merge_seconds = cpu_seconds() - start;
     let (cell, distance) = (merged.report.voxel, merged.report.merge_distance);
     let merged = merged.mesh;

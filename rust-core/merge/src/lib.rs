@@ -35,22 +35,13 @@ mod dump;
 
 mod types;
 
-use std::sync::atomic::Ordering;
-
 pub use finish::deviation::deviation;
 pub use image::source::{Loading, OrientedSurface, PlacedMesh, ScanSource, common_crs};
-pub use run::{incremental, incremental as again, out_of_core, out_of_core as disk};
+pub use run::{Reuse, Run, Store, incremental, merge, out_of_core};
 pub use types::{MergeParams, MergeReport, Merged, SCHEMA, VoxelReason, Warning, WarningKind};
 
-use base::error::{Error, Result};
+use base::error::Result;
 use base::progress::Progress;
-use base::{fewer_threads, threads};
-use crossings::crossing;
-use finish::close_holes::Room;
-use intake::setup::{Fit, Setup};
-use mesh::TriMesh;
-use pipeline::{Graph, Out};
-use run::memory::Memory;
 
 base::stages! {
     /// Stages of the merge with their shares of its time.
@@ -65,98 +56,53 @@ base::stages! {
     WRITING = "writing the surface", 0.03;
 }
 
-/// Merges the scans into one surface.
+/// The former name of [`merge`] in memory.
 ///
 /// # Errors
-/// Parameters out of range; scans of different coordinate reference systems, or in degrees; whatever loading a scan can meet;
-/// [`Error::Cancelled`].
-pub fn run(sources: &[&dyn ScanSource], params: &MergeParams, progress: &Progress<'_>) -> Result<Merged> {
-    run_by(sources, params, &Setup::default(), progress)
+/// As [`merge`].
+#[deprecated(since = "0.2.0", note = "it is called `merge`")]
+pub fn run(scans: &[&dyn ScanSource], params: &MergeParams, progress: &Progress<'_>) -> Result<Merged> {
+    merge(scans, params, Run::default(), progress)
 }
 
-/// As [`run()`], with at most so many bytes of memory.
+/// The former name of [`merge`] with at most so many bytes.
 ///
 /// # Errors
-/// As [`run()`].
+/// As [`merge`].
+#[deprecated(since = "0.2.0", note = "it is called `merge`, with `Run::memory`")]
 pub fn run_within(
-    sources: &[&dyn ScanSource],
+    scans: &[&dyn ScanSource],
     params: &MergeParams,
     memory: Option<u64>,
     progress: &Progress<'_>,
 ) -> Result<Merged> {
-    run_by(sources, params, &Setup { fit: Fit::within(memory), ..Setup::default() }, progress)
+    merge(scans, params, Run { memory, ..Run::default() }, progress)
 }
 
-/// As [`run_within`], but in no larger cells than given or measured: `None` where these do not fit into memory, and the surface alone may.
+/// The former name of [`merge`] with [`Store::MemoryOrFiles`], which gives the surface where this gave `None`.
 ///
 /// # Errors
-/// As [`run()`]; [`Error::OutOfMemory`] where not even the surface would fit.
+/// As [`merge`].
+#[deprecated(since = "0.2.0", note = "it is called `merge`, with `Store::MemoryOrFiles`")]
 pub fn run_if_it_fits(
-    sources: &[&dyn ScanSource],
+    scans: &[&dyn ScanSource],
     params: &MergeParams,
     memory: Option<u64>,
     progress: &Progress<'_>,
 ) -> Result<Option<Merged>> {
-    if_it_fits(memory, |setup| run_by(sources, params, setup, progress))
+    run::if_it_fits(memory, |setup| run::run_by(scans, params, setup, progress))
 }
 
-/// What `run` gives that keeps to cells as they are, if these fit.
-fn if_it_fits(memory: Option<u64>, run: impl FnOnce(&Setup) -> Result<Merged>) -> Result<Option<Merged>> {
-    let setup = Setup { fit: Fit { keeps_to_cells: true, ..Fit::within(memory) }, ..Setup::default() };
-    match run(&setup) {
-        Err(Error::OutOfMemory(_)) if setup.fit.leaves_hope() => Ok(None),
-        other => other.map(Some),
-    }
+/// The former name of [`incremental`].
+#[deprecated(since = "0.2.0", note = "it is called `incremental`")]
+pub mod again {
+    pub use crate::incremental::*;
 }
 
-fn run_by(sources: &[&dyn ScanSource], params: &MergeParams, setup: &Setup, progress: &Progress<'_>) -> Result<Merged> {
-    let merge = |threads| {
-        setup.fit.begin();
-        let params = &MergeParams { threads, ..*params };
-        started(sources, params, progress, || merge(sources, params, setup, progress))
-    };
-    // What was foreseen not to fit does not with one either.
-    fewer_threads::where_memory_is_short(params.threads, || !setup.fit.is_refused.load(Ordering::Relaxed), merge)
-}
-
-/// Does the work of merging scans, if they can be merged.
-fn started<T: Send>(
-    sources: &[&dyn ScanSource],
-    params: &MergeParams,
-    progress: &Progress<'_>,
-    work: impl FnOnce() -> Result<T> + Send,
-) -> Result<T> {
-    params.validate()?;
-    if sources.is_empty() {
-        return Err(Error::input("no scan to merge: give at least one"));
-    }
-    if sources.len() > crossing::MAX_SCANS {
-        return Err(Error::input(format!(
-            "{} scans are more than the {} that fit",
-            sources.len(),
-            crossing::MAX_SCANS
-        )));
-    }
-    common_crs(sources)?;
-    progress.plan(PLAN);
-    let pool = threads::pool(params.threads)?;
-    let merged = progress.run(&pool, work);
-    // Whatever else went wrong meanwhile, the caller asked for an end.
-    if merged.is_err() {
-        progress.check()?
-    }
-    merged
-}
-
-fn merge(sources: &[&dyn ScanSource], params: &MergeParams, setup: &Setup, progress: &Progress<'_>) -> Result<Merged> {
-    in_memory(&mut Memory::new(sources, params, setup), params, progress)
-}
-
-/// The surface of a graph, in memory.
-fn in_memory(graph: &mut impl Graph, params: &MergeParams, progress: &Progress<'_>) -> Result<Merged> {
-    let mut mesh = TriMesh::default();
-    let report = pipeline::merge(graph, params, Out { sink: &mut mesh, room: Room::ALL }, progress)?;
-    Ok(Merged { mesh, report })
+/// The former name of [`out_of_core`].
+#[deprecated(since = "0.2.0", note = "it is called `out_of_core`")]
+pub mod disk {
+    pub use crate::out_of_core::*;
 }
 
 #[cfg(test)]

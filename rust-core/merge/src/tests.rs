@@ -15,13 +15,27 @@ use crate::crossings::bundles::{self, Buckets};
 use crate::crossings::crossing::Crossing;
 use crate::crossings::discretize;
 use crate::crossings::lattice::{ACROSS, BRICK, BRICK_BITS, Lattice};
+use crate::intake::setup::Setup;
+use crate::run::memory::Memory;
 use crate::*;
+use base::error::Error;
+use base::threads;
 use geom::bvh::Bvh;
 use image::range_image::{Projection, RangeImage, Viewing};
 use image::triangulate::TriangulateParams;
 use mesh::check::check;
 use mesh::{Attribute, AttributeData, TriMesh, measure};
 use scan::{self, Camera, ScanParams, Turntable, shapes::Shape};
+
+/// A merge of which settings are given that are no parameters.
+pub(crate) fn by_setup(
+    sources: &[&dyn ScanSource],
+    params: &MergeParams,
+    setup: &Setup,
+    progress: &Progress<'_>,
+) -> Result<Merged> {
+    run::surface(&mut Memory::new(sources, params, setup), params, progress)
+}
 
 /// Everything of one size is kept: the tests are about the method, not about its cosmetics.
 fn plain(voxel: f64) -> MergeParams {
@@ -30,7 +44,7 @@ fn plain(voxel: f64) -> MergeParams {
 
 fn merge_mesh(mesh: &TriMesh, params: &MergeParams) -> Merged {
     let placed = PlacedMesh { name: "mesh".to_owned(), mesh, world_from_mesh: DAffine3::IDENTITY };
-    run(&[&placed], params, &Progress::none()).unwrap()
+    merge(&[&placed], params, Run::default(), &Progress::none()).unwrap()
 }
 
 /// Scans of a shape from all sides, noisy and slightly misplaced.
@@ -61,7 +75,7 @@ pub(crate) fn scans_with(shape: Shape, pixels: usize, params: &ScanParams) -> Ve
 
 fn merge_scans(scans: &[RangeImage], params: &MergeParams) -> Merged {
     let sources: Vec<&dyn ScanSource> = scans.iter().map(|s| s as &dyn ScanSource).collect();
-    run(&sources, params, &Progress::none()).unwrap()
+    merge(&sources, params, Run::default(), &Progress::none()).unwrap()
 }
 
 fn tetrahedron(corners: [[i32; 3]; 4], unit: f64) -> Option<TriMesh> {
@@ -145,7 +159,7 @@ proptest! {
         if let Some(mesh) = tetrahedron(corners, unit) {
             assert_watertight(&mesh, 1.0);
             let placed = PlacedMesh { name: "mesh".to_owned(), mesh: &mesh, world_from_mesh: DAffine3::IDENTITY };
-            match run(&[&placed], &plain(1.0), &Progress::none()) {
+            match merge(&[&placed], &plain(1.0), Run::default(), &Progress::none()) {
                 Ok(merged) => prop_assert!(check(&merged.mesh).is_closed(), "{}", check(&merged.mesh)),
                 // Small ones slip through the grid.
                 Err(error) => prop_assert!(error.to_string().starts_with("nothing is left"), "{error}"),
@@ -283,7 +297,7 @@ fn the_same_surface_for_any_split_into_bricks() {
     let sources: Vec<&dyn ScanSource> = scans.iter().map(|s| s as &dyn ScanSource).collect();
     let params = MergeParams { max_hole_length: Some(0.0), voxel: Some(0.025), ..MergeParams::default() };
     let split = |corner: [i64; 3]| {
-        canonical(&merge(&sources, &params, &Setup { corner, ..Setup::default() }, &Progress::none()).unwrap().mesh)
+        canonical(&by_setup(&sources, &params, &Setup { corner, ..Setup::default() }, &Progress::none()).unwrap().mesh)
     };
     let expected = split([0; 3]);
     assert!(expected.len() > 10_000);
@@ -336,7 +350,7 @@ fn a_mirrored_mesh_still_faces_outward() {
     let mesh = Shape::Sphere { radius: 1.0 }.mesh(12);
     let mirrored = DAffine3::from_scale(DVec3::new(-1.0, 2.0, 1.0));
     let placed = PlacedMesh { name: "mirrored".to_owned(), mesh: &mesh, world_from_mesh: mirrored };
-    let merged = run(&[&placed], &plain(0.1), &Progress::none()).unwrap();
+    let merged = merge(&[&placed], &plain(0.1), Run::default(), &Progress::none()).unwrap();
     let volume = measure::enclosed_volume(&merged.mesh);
     assert!((volume / (2.0 * measure::enclosed_volume(&mesh)) - 1.0).abs() < 0.02, "{volume}");
 }
@@ -368,7 +382,7 @@ fn cancelling_at_every_check_ends_the_merge() {
     let params = MergeParams { threads: 1, ..MergeParams::default() };
     let mut cancelled = 0;
     for checks in 0.. {
-        match run(&sources, &params, &Progress::cancel_after(checks)) {
+        match merge(&sources, &params, Run::default(), &Progress::cancel_after(checks)) {
             Err(Error::Cancelled) => cancelled += 1,
             Err(error) => panic!("{error}"),
             Ok(_) => break,
@@ -470,7 +484,7 @@ fn large_triangles_are_cancelled_between_rows() {
     let placed = PlacedMesh { name: "mesh".to_owned(), mesh: &mesh, world_from_mesh: DAffine3::IDENTITY };
     // A thousand rows: more checks than an uncancelled run of a small mesh makes.
     for checks in [0, 100, 900] {
-        let outcome = run(&[&placed], &plain(1e-3), &Progress::cancel_after(checks));
+        let outcome = merge(&[&placed], &plain(1e-3), Run::default(), &Progress::cancel_after(checks));
         assert!(matches!(outcome, Err(Error::Cancelled)), "{checks}");
     }
 }

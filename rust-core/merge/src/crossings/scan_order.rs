@@ -134,7 +134,7 @@ mod tests {
     use mesh::{AttributeData, TriMesh};
 
     use super::*;
-    use crate::{Loading, MergeParams, OrientedSurface, PlacedMesh, run};
+    use crate::{Loading, MergeParams, OrientedSurface, PlacedMesh, Run, merge};
 
     /// Two patches of a plane that overlap, the second shifted and trusted less.
     fn patches(names: [&str; 2]) -> [RangeImage; 2] {
@@ -149,7 +149,7 @@ mod tests {
 
     fn sources(scans: &[&dyn ScanSource]) -> Vec<i32> {
         let params = MergeParams { voxel: Some(0.17), max_hole_length: Some(0.0), ..MergeParams::default() };
-        let mesh = run(scans, &params, &Progress::none()).unwrap().mesh;
+        let mesh = merge(scans, &params, Run::default(), &Progress::none()).unwrap().mesh;
         match mesh.vertex_attribute("source_scan") {
             Some(AttributeData::I32(sources)) => sources.clone(),
             _ => panic!("no sources"),

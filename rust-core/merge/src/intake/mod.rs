@@ -347,7 +347,7 @@ mod tests {
     use glam::DAffine3;
 
     use super::*;
-    use crate::{OrientedSurface, PlacedMesh, ScanSource, run};
+    use crate::{OrientedSurface, PlacedMesh, Run, ScanSource, merge};
     use mesh::shapes::Shape;
 
     /// Scans that are loaded in an order of their own.
@@ -405,7 +405,7 @@ mod tests {
             threads: 3,
             ..MergeParams::default()
         };
-        match run(&sources, &params, &Progress::none()) {
+        match merge(&sources, &params, Run::default(), &Progress::none()) {
             Ok(merged) => Ok(merged.mesh.positions.iter().map(|p| p.to_array().map(f64::to_bits)).collect()),
             Err(error) => Err(error.to_string()),
         }

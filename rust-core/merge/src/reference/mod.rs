@@ -18,7 +18,7 @@ use crate::field::{BrickVertices, Labels};
 use crate::field::{Bundles, Vertex, Vertices};
 use crate::intake::setup::Setup;
 use crate::pipeline::{Built, Graph, Stage};
-use crate::run::memory::Memory;
+use crate::run::{self, memory::Memory};
 use crate::surface::tile::Tile;
 use crate::{MergeParams, Merged, ScanSource};
 use base::error::Result;
@@ -27,14 +27,14 @@ use classify::Classifier;
 
 pub use fuse::Rule;
 
-/// Merges as [`crate::run`] does, by the paper's rule of fusing.
+/// Merges as [`crate::merge`] does, by the paper's rule of fusing.
 ///
 /// # Errors
-/// As [`crate::run`].
+/// As [`crate::merge`].
 pub fn run(sources: &[&dyn ScanSource], params: &MergeParams, progress: &Progress<'_>) -> Result<Merged> {
     let setup = Setup { kept: u64::MAX, ..Setup::default() };
-    crate::started(sources, params, progress, || {
-        crate::in_memory(&mut ByLines(Memory::new(sources, params, &setup)), params, progress)
+    run::started(sources, params, progress, || {
+        run::surface(&mut ByLines(Memory::new(sources, params, &setup)), params, progress)
     })
 }
 

@@ -2,6 +2,7 @@
 
 use crate::colour::gains;
 use crate::crossings::bundles::{self, Buckets, RawBundle};
+use crate::crossings::lattice::Lattice;
 use crate::crossings::scan_order::Roll;
 use crate::crossings::{edge_colours, scan_order};
 use crate::field::Bundles;
@@ -22,22 +23,22 @@ use base::progress::Progress;
 /// A merge at work.
 pub struct Memory<'a> {
     /// The scans as they were given.
-    sources: Vec<&'a dyn ScanSource>,
+    pub sources: Vec<&'a dyn ScanSource>,
     /// They in order, from the first stage on.
-    roll: Roll<'a>,
-    params: &'a MergeParams,
-    setup: &'a Setup,
+    pub roll: Roll<'a>,
+    pub params: &'a MergeParams,
+    pub setup: &'a Setup,
     pub report: MergeReport,
     /// What was found in the scans, but for their crossings.
-    found: Option<Discretized>,
+    pub found: Option<Discretized>,
     /// Their crossings.
     pub raw: Vec<RawBundle>,
-    reaches: Option<Reaches>,
-    bundles: Bundles,
+    pub reaches: Option<Reaches>,
+    pub bundles: Bundles,
     votes: Vec<Vec<Votes>>,
     pub labels: Labels,
     pub vertices: BrickVertices,
-    tiles: Vec<Tile>,
+    pub tiles: Vec<Tile>,
 }
 
 impl<'a> Memory<'a> {
@@ -142,10 +143,8 @@ impl<'a> Memory<'a> {
 
     /// Tells of labels and vertices, which are there now.
     pub fn labelled(&mut self, progress: &Progress<'_>) -> Result<()> {
-        self.report.count_fused(&self.vertices);
-        dump::labels(&self.labels, &self.found().lattice)?;
-        progress.lap("label");
-        Ok(())
+        let lattice = self.found().lattice;
+        tell_labels(&self.labels, &self.vertices, &lattice, &mut self.report, progress)
     }
 
     fn build(&mut self, progress: &Progress<'_>) -> Result<()> {
@@ -178,22 +177,28 @@ impl Graph for Memory<'_> {
     }
 
     fn finished(&mut self) -> Result<Built<Vec<Tile>>> {
-        let (tiles, report) = (std::mem::take(&mut self.tiles), std::mem::take(&mut self.report));
-        built(tiles, &self.roll, self.found(), self.reaches(), report)
+        let (tiles, mut report) = (std::mem::take(&mut self.tiles), std::mem::take(&mut self.report));
+        report.working_bytes = report.working_bytes.max(tiles.iter().map(|tile| tile.surface.bytes()).sum());
+        let &Discretized { lattice, coloured, placing, .. } = self.found();
+        report.warnings.extend(damage::warning(&self.roll.sources));
+        let (crs, places) = (common_crs(&self.roll.sources)?, self.roll.places());
+        Ok(Built { tiles, lattice, reach: self.reaches().reach, coloured, placing, crs, places, report })
     }
 }
 
-/// What tiles in memory are of.
-pub fn built(
-    tiles: Vec<Tile>,
-    roll: &Roll<'_>,
-    found: &Discretized,
-    reaches: Reaches,
-    mut report: MergeReport,
-) -> Result<Built<Vec<Tile>>> {
-    report.working_bytes = report.working_bytes.max(tiles.iter().map(|tile| tile.surface.bytes()).sum());
-    let &Discretized { lattice, coloured, placing, .. } = found;
-    report.warnings.extend(damage::warning(&roll.sources));
-    let (crs, places) = (common_crs(&roll.sources)?, roll.places());
-    Ok(Built { tiles, lattice, reach: reaches.reach, coloured, placing, crs, places, report })
+/// Tells of labels and vertices.
+///
+/// # Errors
+/// What is dumped can't be written.
+pub fn tell_labels(
+    labels: &Labels,
+    vertices: &BrickVertices,
+    lattice: &Lattice,
+    report: &mut MergeReport,
+    progress: &Progress<'_>,
+) -> Result<()> {
+    report.count_fused(vertices);
+    dump::labels(labels, lattice)?;
+    progress.lap("label");
+    Ok(())
 }

@@ -3,3 +3,234 @@
 pub mod incremental;
 pub mod memory;
 pub mod out_of_core;
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::Ordering;
+
+use rustc_hash::FxHashSet;
+
+use crate::crossings::crossing::MAX_SCANS;
+use crate::finish::close_holes::Room;
+use crate::intake::setup::{Fit, Setup};
+use crate::pipeline::{self, Graph, Out};
+use crate::{MergeParams, Merged, PLAN};
+use base::error::{Error, Result};
+use base::memory::attempted;
+use base::progress::Progress;
+use base::{fewer_threads, threads};
+use image::source::{ScanSource, common_crs};
+use incremental::Merger;
+use memory::Memory;
+use mesh::TriMesh;
+use out_of_core::{LEAST, Workspace};
+
+/// How a merge runs: nothing of it changes the result, but where cells have to grow for memory.
+#[derive(Default)]
+pub struct Run<'a> {
+    /// Where stages keep what they leave for each other.
+    pub store: Store,
+    /// Most bytes of memory that are taken, beside scans that are being read, and in files the surface; by default, and at most, what the
+    /// limit allows or what is free.
+    pub memory: Option<u64>,
+    /// What a run before has found out.
+    pub reuse: Option<Reuse<'a>>,
+}
+
+/// Where a merge keeps what its stages leave for each other.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum Store {
+    /// Memory; cells that were not given grow where they would not fit.
+    #[default]
+    Memory,
+    /// Files, for more scans than memory holds.
+    Files {
+        /// A folder that exists, which is as before at the end; by default the system's for temporary files.
+        workspace: Option<PathBuf>,
+    },
+    /// Memory as long as cells fit that are as large as given or measured, else files. Where files do not do either, cells that were not
+    /// given grow.
+    MemoryOrFiles {
+        /// As of [`Store::Files`].
+        workspace: Option<PathBuf>,
+    },
+}
+
+/// What merges of scans that change leave for each other. A merge in files neither takes nor leaves anything of it.
+pub struct Reuse<'a> {
+    /// Keeps it.
+    pub merger: &'a mut Merger,
+    /// A number for what each scan is: as long as that is the same, so is the scan. No two scans have the same.
+    pub versions: &'a [u64],
+}
+
+/// Merges the scans into one surface: the same for each way to run it, to the bit.
+///
+/// In files the folder needs room: up to 200 bytes for each intersection of a scan with the grid. A folder that is itself in memory, as
+/// some systems have it for temporary files, gains nothing. [`MergeReport::in_files`](crate::MergeReport::in_files) says which way it went.
+/// With [`Store::MemoryOrFiles`] the work begins in memory, and begins anew in files once it is foreseen, or found, that cells do not fit:
+/// so long that took in vain.
+///
+/// # Errors
+/// Parameters out of range; scans of different coordinate reference systems, or in degrees; whatever loading a scan can meet; too little
+/// memory; versions that are not one a scan; in files also a workspace that is no folder, and files that can't be written: nothing is left
+/// there then; [`Error::Cancelled`].
+pub fn merge(scans: &[&dyn ScanSource], params: &MergeParams, run: Run<'_>, progress: &Progress<'_>) -> Result<Merged> {
+    let Run { store, memory, reuse } = run;
+    match &store {
+        Store::Memory => {
+            let setup = Setup { fit: Fit::within(memory), ..Setup::default() };
+            in_memory(scans, params, &setup, reuse, progress)
+        }
+        Store::Files { workspace } => in_files(scans, params, workspace.as_deref(), memory, progress),
+        Store::MemoryOrFiles { workspace } => {
+            let in_memory = || if_it_fits(memory, |setup| in_memory(scans, params, setup, reuse, progress));
+            where_it_fits(scans, params, (workspace.as_deref(), memory), progress, in_memory)
+        }
+    }
+}
+
+/// Merges in memory, with what is kept of it or without.
+fn in_memory(
+    scans: &[&dyn ScanSource],
+    params: &MergeParams,
+    setup: &Setup,
+    reuse: Option<Reuse<'_>>,
+    progress: &Progress<'_>,
+) -> Result<Merged> {
+    match reuse {
+        Some(Reuse { merger, versions }) => merger.run_by((scans, versions), params, setup, progress),
+        None => run_by(scans, params, setup, progress),
+    }
+}
+
+/// Gives what `run` gives that keeps to cells as they are; `None` where these do not fit into memory, and the surface alone may.
+///
+/// # Errors
+/// Those of `run`.
+pub fn if_it_fits(memory: Option<u64>, run: impl FnOnce(&Setup) -> Result<Merged>) -> Result<Option<Merged>> {
+    let setup = Setup { fit: Fit { keeps_to_cells: true, ..Fit::within(memory) }, ..Setup::default() };
+    match run(&setup) {
+        Err(Error::OutOfMemory(_)) if setup.fit.leaves_hope() => Ok(None),
+        other => other.map(Some),
+    }
+}
+
+/// Gives what `in_memory` gives; else the merge in files, else one in cells that fit.
+fn where_it_fits(
+    scans: &[&dyn ScanSource],
+    params: &MergeParams,
+    (workspace, memory): (Option<&Path>, Option<u64>),
+    progress: &Progress<'_>,
+    in_memory: impl FnOnce() -> Result<Option<Merged>>,
+) -> Result<Merged> {
+    let in_files = || in_files(scans, params, workspace, memory, progress);
+    let may_be_larger = params.voxel.is_none();
+    match attempted(in_memory) {
+        Some(Ok(Some(merged))) => return Ok(merged),
+        Some(Ok(None)) | None if !may_be_larger => return in_files(),
+        Some(Ok(None)) | None => match attempted(in_files) {
+            Some(Err(Error::OutOfMemory(_) | Error::Io { .. })) | None => {}
+            Some(found) => return found,
+        },
+        Some(Err(Error::OutOfMemory(_))) if may_be_larger => {}
+        Some(Err(error)) => return Err(error),
+    }
+    run_by(scans, params, &Setup { fit: Fit::within(memory), ..Setup::default() }, progress)
+}
+
+fn in_files(
+    scans: &[&dyn ScanSource],
+    params: &MergeParams,
+    workspace: Option<&Path>,
+    memory: Option<u64>,
+    progress: &Progress<'_>,
+) -> Result<Merged> {
+    params.validate()?;
+    let temporary = std::env::temp_dir();
+    let folder = out_of_core::existing(workspace.unwrap_or(&temporary))?;
+    let memory = out_of_core::memory(memory, 1, "in files")?;
+    // Whether it can be done must not depend on the threads there are: elsewhere cells are larger.
+    let most = (memory / LEAST) as usize;
+    let merge = |threads| {
+        let threads = threads::pool(threads)?.current_num_threads().min(most);
+        let params = &MergeParams { threads, ..*params };
+        let mut mesh = TriMesh::default();
+        let workspace = Workspace { folder, memory, kept: None };
+        let mut report = out_of_core::run(scans, params, workspace, &mut mesh, progress)?;
+        report.in_files = true;
+        Ok(Merged { mesh, report })
+    };
+    fewer_threads::where_memory_is_short(params.threads, || true, merge)
+}
+
+/// Merges in memory, of which nothing is kept.
+///
+/// # Errors
+/// As [`merge`].
+pub fn run_by(
+    scans: &[&dyn ScanSource],
+    params: &MergeParams,
+    setup: &Setup,
+    progress: &Progress<'_>,
+) -> Result<Merged> {
+    let merge = |threads| {
+        setup.fit.begin();
+        let params = &MergeParams { threads, ..*params };
+        started(scans, params, progress, || surface(&mut Memory::new(scans, params, setup), params, progress))
+    };
+    // What was foreseen not to fit does not with one either.
+    fewer_threads::where_memory_is_short(params.threads, || !setup.fit.is_refused.load(Ordering::Relaxed), merge)
+}
+
+/// Does the work of merging scans, if they can be merged.
+///
+/// # Errors
+/// They can't; those of `work`.
+pub fn started<T: Send>(
+    scans: &[&dyn ScanSource],
+    params: &MergeParams,
+    progress: &Progress<'_>,
+    work: impl FnOnce() -> Result<T> + Send,
+) -> Result<T> {
+    params.validate()?;
+    if scans.is_empty() {
+        return Err(Error::input("no scan to merge: give at least one"));
+    }
+    if scans.len() > MAX_SCANS {
+        return Err(Error::input(format!("{} scans are more than the {MAX_SCANS} that fit", scans.len())));
+    }
+    common_crs(scans)?;
+    progress.plan(PLAN);
+    let pool = threads::pool(params.threads)?;
+    let merged = progress.run(&pool, work);
+    // Whatever else went wrong meanwhile, the caller asked for an end.
+    if merged.is_err() {
+        progress.check()?
+    }
+    merged
+}
+
+/// The surface of a graph, in memory.
+///
+/// # Errors
+/// Those of the stages.
+pub fn surface(graph: &mut impl Graph, params: &MergeParams, progress: &Progress<'_>) -> Result<Merged> {
+    let mut mesh = TriMesh::default();
+    let report = pipeline::merge(graph, params, Out { sink: &mut mesh, room: Room::ALL }, progress)?;
+    Ok(Merged { mesh, report })
+}
+
+/// Refuses versions that are not one a scan.
+///
+/// # Errors
+/// There are more or fewer, or two are the same.
+pub fn refuse_twins(scans: usize, versions: &[u64]) -> Result<()> {
+    if versions.len() != scans {
+        return Err(Error::input(format!("{} versions for {scans} scans: each has one", versions.len())));
+    }
+    let mut seen = FxHashSet::default();
+    match versions.iter().find(|&&version| !seen.insert(version)) {
+        Some(twice) => Err(Error::input(format!("two scans have the version {twice}: give each its own"))),
+        None => Ok(()),
+    }
+}

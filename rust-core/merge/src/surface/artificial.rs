@@ -141,7 +141,7 @@ pub fn separate_at_nodes(surface: &mut Surface, mut at_nodes: Vec<AtNode>, latti
 mod tests {
     use glam::{DAffine3, DVec3};
 
-    use crate::{MergeParams, PlacedMesh, run};
+    use crate::{MergeParams, PlacedMesh, Run, merge};
     use base::progress::Progress;
     use mesh::measure::{Side, deviation};
     use mesh::{AttributeData, TriMesh};
@@ -153,7 +153,7 @@ mod tests {
         let plane = TriMesh::new(vec![u, v, -u - v], vec![[0, 2, 1]]);
         let placed = PlacedMesh { name: "plane".to_owned(), mesh: &plane, world_from_mesh: DAffine3::IDENTITY };
         let params = MergeParams { voxel: Some(1.0), max_hole_length: Some(0.0), ..MergeParams::default() };
-        let mesh = run(&[&placed], &params, &Progress::none()).unwrap().mesh;
+        let mesh = merge(&[&placed], &params, Run::default(), &Progress::none()).unwrap().mesh;
         let off = deviation(&mesh.positions, &plane, Side::Ignored, 0, &Progress::none()).unwrap().distances;
         let (Some(AttributeData::Bool(interpolated)), Some(AttributeData::I32(source))) =
             (mesh.vertex_attribute("interpolated"), mesh.vertex_attribute("source_scan"))

@@ -5,7 +5,7 @@ use super::*;
 fn merged(scans: &[RangeImage], params: &MergeParams, block: Option<i32>) -> Merged {
     let sources: Vec<&dyn ScanSource> = scans.iter().map(|s| s as &dyn ScanSource).collect();
     let setup = Setup { block, ..Setup::default() };
-    let mut merged = merge(&sources, params, &setup, &Progress::none()).unwrap();
+    let mut merged = by_setup(&sources, params, &setup, &Progress::none()).unwrap();
     // What was held and how long it took may differ.
     (merged.report.seconds, merged.report.working_bytes) = Default::default();
     merged
@@ -61,7 +61,7 @@ proptest! {
         let params = MergeParams { voxel: Some(1.0), ..MergeParams::default() };
         let by = |block| {
             let setup = Setup { block, ..Setup::default() };
-            merge(&[&placed], &params, &setup, &Progress::none()).map(|merged| merged.mesh).map_err(|e| e.to_string())
+            by_setup(&[&placed], &params, &setup, &Progress::none()).map(|merged| merged.mesh).map_err(|e| e.to_string())
         };
         let whole = by(None);
         for side in [1, 2, 3] {

@@ -99,7 +99,7 @@ fn colours_are_the_same_for_any_order_threads_blocks_bricks_and_adding_up() {
     let by = |setup: &Setup, order: &[usize], threads: usize| {
         let sources: Vec<&dyn ScanSource> = order.iter().map(|&i| &scans[i] as &dyn ScanSource).collect();
         let pool = threads::pool(threads).unwrap();
-        pool.install(|| merge(&sources, &params, setup, &Progress::none())).unwrap()
+        pool.install(|| by_setup(&sources, &params, setup, &Progress::none())).unwrap()
     };
     let order: Vec<usize> = (0..scans.len()).collect();
     let expected = by(&Setup::default(), &order, 1);

@@ -238,7 +238,7 @@ fn crossings_added_up_give_the_same_bytes() {
     let params = MergeParams { merge_distance: Some(3.0), ..plain(2.0) };
     let kept = |kept| {
         let setup = Setup { kept, ..Setup::default() };
-        let merged = merge(&sources, &params, &setup, &Progress::none()).unwrap();
+        let merged = by_setup(&sources, &params, &setup, &Progress::none()).unwrap();
         assert!(merged.report.intersections > 30_000);
         bytes(&merged)
     };
@@ -250,7 +250,7 @@ fn crossings_added_up_give_the_same_bytes() {
 #[test]
 fn noise_alone_is_merged_or_refused_in_words() {
     let noise = noisy_patch(0, 0.0, 60.0);
-    match run(&[&noise], &plain(2.0), &Progress::none()) {
+    match merge(&[&noise], &plain(2.0), Run::default(), &Progress::none()) {
         Ok(merged) => assert!(check(&merged.mesh).is_manifold()),
         Err(error) => assert!(error.to_string().starts_with("nothing is left"), "{error}"),
     }
@@ -313,7 +313,7 @@ fn smoothed_surfaces_are_the_same_for_any_split_into_bricks() {
     let sources: Vec<&dyn ScanSource> = scans.iter().map(|scan| scan as &dyn ScanSource).collect();
     let split = |corner: [i64; 3]| {
         let setup = Setup { corner, ..Setup::default() };
-        let merged = merge(&sources, &plain(2.0), &setup, &Progress::none()).unwrap();
+        let merged = by_setup(&sources, &plain(2.0), &setup, &Progress::none()).unwrap();
         assert!(merged.report.overlap_residual.is_some_and(|d| d > 0.6));
         canonical(&merged.mesh)
     };

@@ -129,7 +129,7 @@ fn meshes_are_told_by_the_distance_of_their_vertices() {
         let places = [0.0, shift].map(|x| DAffine3::from_translation(DVec3::new(x, 0.1 * x, 0.2 * x)));
         let meshes = places.map(|place| PlacedMesh { name: format!("{place:?}"), mesh: &ball, world_from_mesh: place });
         let params = MergeParams { voxel: Some(0.1), ..MergeParams::default() };
-        run(&[&meshes[0], &meshes[1]], &params, &Progress::none()).unwrap().report.warnings
+        merge(&[&meshes[0], &meshes[1]], &params, Run::default(), &Progress::none()).unwrap().report.warnings
     };
     assert_eq!(of(0.0), []);
     let said = of(0.5);

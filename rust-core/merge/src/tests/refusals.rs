@@ -20,10 +20,10 @@ fn empty_and_degenerate_scans_change_nothing_or_say_so() {
         let mut all = good.clone();
         all.push(bad.clone());
         assert_eq!(merge_scans(&all, &plain(0.1)).mesh.triangles, expected);
-        let error = run(&[&bad], &MergeParams::default(), &Progress::none()).unwrap_err();
+        let error = merge(&[&bad], &MergeParams::default(), Run::default(), &Progress::none()).unwrap_err();
         assert!(error.to_string().contains("nothing to merge"), "{error}");
     }
-    let error = run(&[], &MergeParams::default(), &Progress::none()).unwrap_err();
+    let error = merge(&[], &MergeParams::default(), Run::default(), &Progress::none()).unwrap_err();
     assert!(error.to_string().contains("no scan"), "{error}");
 }
 
@@ -32,7 +32,8 @@ fn a_voxel_too_large_or_far_too_small_is_refused_with_a_remedy() {
     let mesh = Shape::Sphere { radius: 0.1 }.mesh(8);
     let pose = DAffine3::from_translation(DVec3::splat(50.0));
     let placed = PlacedMesh { name: "sphere".to_owned(), mesh: &mesh, world_from_mesh: pose };
-    let refused = |voxel: f64| run(&[&placed], &plain(voxel), &Progress::none()).unwrap_err().to_string();
+    let refused =
+        |voxel: f64| merge(&[&placed], &plain(voxel), Run::default(), &Progress::none()).unwrap_err().to_string();
     assert!(refused(1e6).starts_with("nothing is left of the surface: choose a voxel smaller than 1000000"));
     let error = refused(1e-9);
     assert!(error.starts_with("not enough memory: a voxel of 1e-9 ") && error.ends_with(" fits"), "{error}");
@@ -43,19 +44,25 @@ fn scans_out_of_reach_are_named() {
     let mut mesh = Shape::Sphere { radius: 1.0 }.mesh(4);
     mesh.positions.iter_mut().for_each(|p| *p += DVec3::splat(1e16));
     let placed = PlacedMesh { name: "stray".to_owned(), mesh: &mesh, world_from_mesh: DAffine3::IDENTITY };
-    assert!(run(&[&placed], &plain(0.1), &Progress::none()).unwrap_err().to_string().contains("larger voxel"));
+    assert!(
+        merge(&[&placed], &plain(0.1), Run::default(), &Progress::none())
+            .unwrap_err()
+            .to_string()
+            .contains("larger voxel")
+    );
     let near = Shape::Sphere { radius: 1.0 }.mesh(4);
     let base = PlacedMesh { name: "base".to_owned(), mesh: &near, world_from_mesh: DAffine3::IDENTITY };
     let far = DAffine3::from_translation(DVec3::splat(1e9));
     let placed = PlacedMesh { name: "stray".to_owned(), mesh: &near, world_from_mesh: far };
-    let error = run(&[&base, &placed], &plain(0.01), &Progress::none()).unwrap_err().to_string();
+    let error = merge(&[&base, &placed], &plain(0.01), Run::default(), &Progress::none()).unwrap_err().to_string();
     assert!(error.contains("vertex 0"), "{error}");
 }
 
 #[test]
 fn bad_parameters_name_value_range_and_unit() {
     let scan = &scans(Shape::Sphere { radius: 1.0 }, 20)[0];
-    let text = |params: MergeParams| run(&[scan], &params, &Progress::none()).unwrap_err().to_string();
+    let text =
+        |params: MergeParams| merge(&[scan], &params, Run::default(), &Progress::none()).unwrap_err().to_string();
     for value in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         let error = text(MergeParams { voxel: Some(value), ..MergeParams::default() });
         assert_eq!(error, format!("voxel must be a finite number > 0, got {value} (in the unit of the scans)"));

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::*;
-use crate::{MergeParams, Merged, run};
+use crate::{MergeParams, Merged, Run, merge};
 use geom::bvh::Bvh;
 use image::RangeImage;
 use image::range_image::test_images::as_point_grid;
@@ -65,7 +65,7 @@ fn one_more_or_less_changes_one_voter() {
 fn merged(frames: &[RangeImage]) -> Merged {
     let sources: Vec<&dyn ScanSource> = frames.iter().map(|s| s as &dyn ScanSource).collect();
     let params = MergeParams { voxel: Some(CELL), max_hole_length: Some(0.0), ..MergeParams::default() };
-    run(&sources, &params, &Progress::none()).unwrap()
+    merge(&sources, &params, Run::default(), &Progress::none()).unwrap()
 }
 
 /// Share of the vertices of `a` near the middle that have no vertex of `b` within a cell.

@@ -309,7 +309,14 @@ pub(super) fn a_merge_is_that_of_the_core_for_any_number_of_threads() {
         let name = "octahedron".to_owned();
         let placed = surfrecon::merge::PlacedMesh { name, mesh: &mesh, world_from_mesh: DAffine3::IDENTITY };
         let params = surfrecon::merge::MergeParams { voxel: Some(0.07), ..Default::default() };
-        let merged = surfrecon::merge::run(&[&placed], &params, &surfrecon::Progress::none()).unwrap().mesh;
+        let merged = surfrecon::merge::merge(
+            &[&placed],
+            &params,
+            surfrecon::merge::Run::default(),
+            &surfrecon::Progress::none(),
+        )
+        .unwrap()
+        .mesh;
         let positions = merged.positions.iter().flat_map(|p| p.to_array()).flat_map(f64::to_ne_bytes);
         let triangles = merged.triangles.iter().flatten().flat_map(|v| v.to_ne_bytes());
         positions.chain(triangles).collect::<Vec<u8>>()

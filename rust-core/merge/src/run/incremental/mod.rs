@@ -25,7 +25,8 @@ use crate::crossings::scan_order;
 use crate::crossings::scan_order::Roll;
 use crate::intake::defaults;
 use crate::intake::setup::Setup;
-use crate::{MergeParams, Merged, started};
+use crate::run::{if_it_fits, refuse_twins, run_by, started, surface};
+use crate::{MergeParams, Merged};
 use base::error::{Error, Result};
 use base::memory::attempted;
 use base::progress::Progress;
@@ -34,6 +35,7 @@ use image::triangulate::TriangulateParams;
 use stages::Again;
 
 /// A scan to merge, with a number for what it is: as long as the number is the same, so is the scan.
+#[deprecated(since = "0.2.0", note = "`Reuse` takes the scans' versions")]
 #[derive(Clone, Copy)]
 pub struct Versioned<'a> {
     /// The scan.
@@ -42,7 +44,7 @@ pub struct Versioned<'a> {
     pub version: u64,
 }
 
-/// Merges again and again, each time faster by what it has kept of the time before.
+/// Keeps what merges leave for the next one, which is faster by it: [`Reuse`](crate::Reuse) takes it.
 ///
 /// Scans are loaded when they are new to it, and not again. What it keeps is about 125 bytes an intersection of a scan with the grid,
 /// 11 bytes a pixel of images with lines of sight among it; at its peak it takes half as much again as a merge that keeps nothing.
@@ -52,19 +54,24 @@ pub struct Merger {
 }
 
 impl Merger {
-    /// Merges the scans into one surface: the same as [`crate::run`] gives, but for the seconds and the working bytes in the report. After
-    /// an error, or when it was cancelled, what was kept before stays; where memory holds the merge but not what would be kept, nothing is.
+    /// The former name of [`merge`](crate::merge) with [`Reuse`](crate::Reuse).
     ///
     /// # Errors
-    /// As [`crate::run`]; two scans of one version.
+    /// As [`merge`](crate::merge).
+    #[deprecated(since = "0.2.0", note = "it is `merge`, with `Run::reuse`")]
+    #[expect(deprecated, reason = "it takes what it took")]
     pub fn run(&mut self, scans: &[Versioned<'_>], params: &MergeParams, progress: &Progress<'_>) -> Result<Merged> {
-        self.run_by(scans, params, &Setup::default(), progress)
+        let (sources, versions) = apart(scans);
+        self.run_by((&sources, &versions), params, &Setup::default(), progress)
     }
 
-    /// As [`Merger::run`], but in no larger cells than given or measured, and with at most so many bytes: `None` where that does not fit.
+    /// The former name of [`merge`](crate::merge) with [`Reuse`](crate::Reuse) and [`Store::MemoryOrFiles`](crate::Store::MemoryOrFiles),
+    /// which gives the surface where this gave `None`.
     ///
     /// # Errors
-    /// As [`crate::run_if_it_fits`].
+    /// As [`merge`](crate::merge).
+    #[deprecated(since = "0.2.0", note = "it is `merge`, with `Run::reuse` and `Store::MemoryOrFiles`")]
+    #[expect(deprecated, reason = "it takes what it took")]
     pub fn run_if_it_fits(
         &mut self,
         scans: &[Versioned<'_>],
@@ -72,27 +79,27 @@ impl Merger {
         memory: Option<u64>,
         progress: &Progress<'_>,
     ) -> Result<Option<Merged>> {
-        crate::if_it_fits(memory, |setup| self.run_by(scans, params, setup, progress))
+        let (sources, versions) = apart(scans);
+        if_it_fits(memory, |setup| self.run_by((&sources, &versions), params, setup, progress))
     }
 
+    /// Merges scans of so many versions: the same as a merge that keeps nothing gives, but for the seconds and the working bytes in the
+    /// report. After an error, or when it was cancelled, what was kept before stays; where memory holds the merge but not what would be kept,
+    /// nothing is.
     pub(crate) fn run_by(
         &mut self,
-        scans: &[Versioned<'_>],
+        (scans, versions): (&[&dyn ScanSource], &[u64]),
         params: &MergeParams,
         setup: &Setup,
         progress: &Progress<'_>,
     ) -> Result<Merged> {
-        let mut seen = FxHashSet::default();
-        if let Some(twice) = scans.iter().find(|scan| !seen.insert(scan.version)) {
-            return Err(Error::input(format!("two scans have the version {}: give each its own", twice.version)));
-        }
+        refuse_twins(scans.len(), versions)?;
         // Where a refused allocation ends the work, nothing is kept.
         let mut kept = self.kept.take().unwrap_or_default();
-        let sources: Vec<&dyn ScanSource> = scans.iter().map(|scan| scan.scan).collect();
         setup.fit.begin();
         let merged = attempted(|| {
-            let work = || crate::in_memory(&mut Again::new(&mut kept, scans, params, setup), params, progress);
-            started(&sources, params, progress, work)
+            let work = || surface(&mut Again::new(&mut kept, (scans, versions), params, setup), params, progress);
+            started(scans, params, progress, work)
         });
         match merged {
             Some(Err(Error::OutOfMemory(_))) | None => {}
@@ -103,7 +110,7 @@ impl Merger {
         }
         // Cells that memory chooses must not depend on what is kept.
         drop(kept);
-        crate::run_by(&sources, params, setup, progress)
+        run_by(scans, params, setup, progress)
     }
 
     /// Of how many bricks of space that scans speak of, what was known before the last run did not tell all.
@@ -115,6 +122,12 @@ impl Merger {
     pub fn forget(&mut self) {
         self.kept = None;
     }
+}
+
+/// Scans, and their versions.
+#[expect(deprecated, reason = "of those who still give both in one")]
+fn apart<'a>(scans: &[Versioned<'a>]) -> (Vec<&'a dyn ScanSource>, Vec<u64>) {
+    scans.iter().map(|scan| (scan.scan, scan.version)).unzip()
 }
 
 /// How much a run had to do.
@@ -140,22 +153,25 @@ struct Kept {
 }
 
 impl Kept {
-    /// The roll of scans.
-    fn roll<'a>(&mut self, scans: &[Versioned<'a>], progress: &Progress<'_>) -> Result<Roll<'a>> {
-        let sources: Vec<&dyn ScanSource> = scans.iter().map(|scan| scan.scan).collect();
+    /// The roll of scans of so many versions.
+    fn roll<'a>(
+        &mut self,
+        sources: &[&'a dyn ScanSource],
+        versions: &[u64],
+        progress: &Progress<'_>,
+    ) -> Result<Roll<'a>> {
         let found = std::sync::Mutex::new(std::mem::take(&mut self.contents));
         let known = || found.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         let content = |place: usize| {
-            let Versioned { scan, version } = scans[place];
+            let (scan, version) = (sources[place], versions[place]);
             let before = known().get(&version).copied();
             let content = before.map_or_else(|| scan.content(&self.triangulation, progress), Ok)?;
             known().insert(version, content);
             Ok(content)
         };
-        let order = scan_order::in_order(&sources, content, progress);
+        let order = scan_order::in_order(sources, content, progress);
         self.contents = std::mem::take(&mut *known());
-        let versions: Vec<u64> = scans.iter().map(|scan| scan.version).collect();
-        Ok(Roll::new(&sources, &versions, &order?))
+        Ok(Roll::new(sources, versions, &order?))
     }
 
     /// Forgets the scans of other versions.

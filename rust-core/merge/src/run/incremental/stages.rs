@@ -1,129 +1,97 @@
 //! The stages of a merge of which something is kept.
 
-use super::{Kept, Versioned};
-use crate::colour::gains;
+use super::Kept;
 use crate::crossings::edge_colours;
-use crate::crossings::scan_order::Roll;
-use crate::field::fuse::Reaches;
-use crate::intake::Discretized;
 use crate::intake::defaults;
 use crate::intake::setup::Setup;
 use crate::pipeline::{Built, Graph, Stage};
-use crate::run::memory;
+use crate::run::memory::{self, Memory};
 use crate::surface::tile::Tile;
 use crate::surface::tiles;
-use crate::{BUILDING, MergeParams, MergeReport, dump, field};
+use crate::{BUILDING, MergeParams};
 use base::error::Result;
 use base::progress::Progress;
+use image::source::ScanSource;
 
 /// A merge at work, with what is kept.
 pub struct Again<'a> {
     kept: &'a mut Kept,
-    /// The scans as they were given.
-    scans: Vec<Versioned<'a>>,
-    /// They in order, from the first stage on.
-    roll: Roll<'a>,
-    params: &'a MergeParams,
-    setup: &'a Setup,
-    report: MergeReport,
-    /// What was found in the scans, but for their crossings.
-    found: Option<Discretized>,
-    reaches: Option<Reaches>,
-    /// What is left of what scans come to.
-    bundles: field::Bundles,
-    tiles: Vec<Tile>,
+    /// What each scan is, as they were given.
+    versions: Vec<u64>,
+    /// All that a merge has of which nothing is kept.
+    at_work: Memory<'a>,
 }
 
 impl<'a> Again<'a> {
-    /// Of scans, by what is kept of them.
-    pub fn new(kept: &'a mut Kept, scans: &[Versioned<'a>], params: &'a MergeParams, setup: &'a Setup) -> Self {
+    /// Of scans of so many versions, by what is kept of them.
+    pub fn new(
+        kept: &'a mut Kept,
+        (scans, versions): (&[&'a dyn ScanSource], &[u64]),
+        params: &'a MergeParams,
+        setup: &'a Setup,
+    ) -> Self {
         if kept.triangulation != params.triangulation {
             *kept = Kept { triangulation: params.triangulation, ..Kept::default() };
         }
-        Again {
-            kept,
-            scans: scans.to_vec(),
-            roll: Roll::default(),
-            params,
-            setup,
-            report: MergeReport { scans: scans.len(), ..MergeReport::default() },
-            found: None,
-            reaches: None,
-            bundles: field::Bundles::new(Vec::new()),
-            tiles: Vec::new(),
-        }
-    }
-
-    fn found(&self) -> &Discretized {
-        self.found.as_ref().expect("scans are collected")
-    }
-
-    fn reaches(&self) -> Reaches {
-        self.reaches.expect("scans are compared")
+        Again { kept, versions: versions.to_vec(), at_work: Memory::new(scans, params, setup) }
     }
 
     fn plan(&mut self, progress: &Progress<'_>) -> Result<()> {
-        self.roll = self.kept.roll(&self.scans, progress)?;
-        self.report.scan_names = self.roll.names();
-        defaults::choose_cell(&self.roll, self.params, &mut self.kept.known, &mut self.report, progress)
+        let Memory { sources, roll, params, report, .. } = &mut self.at_work;
+        *roll = self.kept.roll(sources, &self.versions, progress)?;
+        report.scan_names = roll.names();
+        defaults::choose_cell(roll, params, &mut self.kept.known, report, progress)
     }
 
     fn collect(&mut self, progress: &Progress<'_>) -> Result<()> {
-        let Again { kept, roll, params, setup, report, .. } = self;
-        self.found = Some(kept.scans.take(roll, params, setup, report, progress)?);
+        let Memory { roll, params, setup, report, found, .. } = &mut self.at_work;
+        *found = Some(self.kept.scans.take(roll, params, setup, report, progress)?);
         progress.lap("discretize");
         Ok(())
     }
 
     /// How far scans lie from each other is kept bundle by bundle, as what they come to is.
     fn overlap(&mut self, progress: &Progress<'_>) -> Result<()> {
-        let lattice = self.found().lattice;
-        let Again { kept, roll, params, setup, report, .. } = self;
-        kept.bundles.renew(&kept.scans, roll, &lattice, setup, report, progress)?;
-        self.reaches = Some(kept.bundles.reaches(params, report));
+        let lattice = self.at_work.found().lattice;
+        let Memory { roll, params, setup, report, reaches, .. } = &mut self.at_work;
+        self.kept.bundles.renew(&self.kept.scans, roll, &lattice, setup, report, progress)?;
+        *reaches = Some(self.kept.bundles.reaches(params, report));
         progress.lap("sort");
         Ok(())
     }
 
     fn look(&mut self, progress: &Progress<'_>) -> Result<()> {
-        let tolerance = self.reaches().tolerance(self.report.voxel);
+        let tolerance = self.at_work.reaches().tolerance(self.at_work.report.voxel);
         let Kept { looks, bundles, bricks, .. } = &mut *self.kept;
-        let found = self.found.as_ref().expect("scans are collected");
-        bricks.note(looks.look(bundles, &self.roll, found, tolerance, progress)?);
+        bricks.note(looks.look(bundles, &self.at_work.roll, self.at_work.found(), tolerance, progress)?);
         Ok(())
     }
 
     fn drop(&mut self, progress: &Progress<'_>) {
-        self.bundles = self.kept.bundles.shown(&mut self.report);
+        self.at_work.bundles = self.kept.bundles.shown(&mut self.at_work.report);
         progress.lap("sight");
     }
 
-    fn colours(&mut self, progress: &Progress<'_>) -> Result<()> {
-        let coloured = self.found().coloured;
-        gains::tell(&self.bundles, &self.roll, coloured, self.params, &mut self.report, progress)
-    }
-
     fn label(&mut self, progress: &Progress<'_>) -> Result<()> {
-        let (rule, lattice) = (self.reaches().rule(), self.found().lattice);
-        let Again { kept, roll, report, bundles, .. } = self;
+        let (rule, lattice) = (self.at_work.reaches().rule(), self.at_work.found().lattice);
+        let Memory { roll, report, bundles, .. } = &mut self.at_work;
         let gains = edge_colours::Gains::new(&report.colour_gains, roll);
-        kept.bricks.label(bundles, rule, gains, &lattice, progress)?;
-        report.count_fused(&kept.bricks.vertices);
-        dump::labels(&kept.bricks.labels, &lattice)?;
-        progress.lap("label");
-        kept.forget_others(&roll.versions);
+        let bricks = &mut self.kept.bricks;
+        bricks.label(bundles, rule, gains, &lattice, progress)?;
+        memory::tell_labels(&bricks.labels, &bricks.vertices, &lattice, report, progress)?;
+        self.kept.forget_others(&roll.versions);
         Ok(())
     }
 
     fn build(&mut self, progress: &Progress<'_>) -> Result<()> {
-        let lattice = self.found().lattice;
+        let lattice = self.at_work.found().lattice;
         let bricks = &mut self.kept.bricks;
         let mut cells = bricks.analyse(progress)?;
         progress.stage(BUILDING, cells.len() as u64);
         progress.lap("analyse");
         let tile = tiles::build_one(&mut cells, &bricks.vertices, &lattice, progress);
         bricks.put_back(cells);
-        self.tiles = vec![tile?];
+        self.at_work.tiles = vec![tile?];
         Ok(())
     }
 }
@@ -143,14 +111,13 @@ impl Graph for Again<'_> {
                 self.drop(progress);
                 Ok(())
             }
-            Stage::Colours => self.colours(progress),
+            Stage::Colours => self.at_work.run(stage, progress),
             Stage::Label => self.label(progress),
             Stage::Build => self.build(progress),
         }
     }
 
     fn finished(&mut self) -> Result<Built<Vec<Tile>>> {
-        let (tiles, report) = (std::mem::take(&mut self.tiles), std::mem::take(&mut self.report));
-        memory::built(tiles, &self.roll, self.found(), self.reaches(), report)
+        self.at_work.finished()
     }
 }

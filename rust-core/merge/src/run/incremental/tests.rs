@@ -6,7 +6,7 @@ use glam::{DAffine3, DVec3};
 use proptest::prelude::*;
 
 use super::*;
-use crate::{Loading, OrientedSurface, PlacedMesh, run_by};
+use crate::{Loading, OrientedSurface, PlacedMesh};
 use image::RangeImage;
 use mesh::TriMesh;
 use mesh::shapes::Shape;
@@ -41,8 +41,15 @@ fn again(
     setup: &Setup,
     progress: &Progress<'_>,
 ) -> Result<Merged> {
-    let scans: Vec<Versioned<'_>> = scans.iter().map(|(version, scan)| Versioned { scan, version: *version }).collect();
-    merger.run_by(&scans, params, setup, progress).map(plain)
+    let (sources, versions): (Vec<&dyn ScanSource>, Vec<u64>) =
+        scans.iter().map(|(version, scan)| (scan as &dyn ScanSource, *version)).unzip();
+    merger.run_by((&sources, &versions), params, setup, progress).map(plain)
+}
+
+/// A merge of scans of so many versions as users ask for it.
+fn kept(merger: &mut Merger, scans: &[&dyn ScanSource], versions: &[u64], params: &MergeParams) -> Result<Merged> {
+    let reuse = Some(crate::Reuse { merger, versions });
+    crate::merge(scans, params, crate::Run { reuse, ..crate::Run::default() }, &Progress::none())
 }
 
 /// A change of a list of scans.
@@ -158,11 +165,10 @@ fn nothing_is_loaded_twice_and_little_is_done_where_little_has_changed() {
     let mut merge = |patches: &[RangeImage], versions: &[u64]| {
         loads.store(0, Ordering::Relaxed);
         let counted: Vec<Counted<'_>> = patches.iter().map(|image| Counted { image, loads: &loads }).collect();
-        let scans: Vec<Versioned<'_>> =
-            (counted.iter().zip(versions)).map(|(scan, &version)| Versioned { scan, version }).collect();
-        let merged = plain(merger.run(&scans, &params, &Progress::none()).unwrap());
+        let scans: Vec<&dyn ScanSource> = counted.iter().map(|scan| scan as &dyn ScanSource).collect();
+        let merged = plain(kept(&mut merger, &scans, versions, &params).unwrap());
         let sources: Vec<&dyn ScanSource> = patches.iter().map(|image| image as &dyn ScanSource).collect();
-        assert!(merged == plain(crate::run(&sources, &params, &Progress::none()).unwrap()));
+        assert!(merged == plain(crate::merge(&sources, &params, crate::Run::default(), &Progress::none()).unwrap()));
         (loads.load(Ordering::Relaxed), merger.renewed())
     };
     let mut versions: Vec<u64> = (0..20).collect();
@@ -246,11 +252,10 @@ fn distances_count_also_where_nothing_else_is_left() {
                     mesh,
                     world_from_mesh: DAffine3::from_translation(at),
                 });
-        let scans = [0, 1, 2].map(|i| Versioned { scan: &placed[i], version: if i < 2 { i as u64 } else { 2 + step } });
         let sources = [0, 1, 2].map(|i| &placed[i] as &dyn ScanSource);
         let params = MergeParams { voxel: Some(1.0), ..MergeParams::default() };
-        let expected = plain(crate::run(&sources, &params, &Progress::none()).unwrap());
-        let found = plain(merger.run(&scans, &params, &Progress::none()).unwrap());
+        let expected = plain(crate::merge(&sources, &params, crate::Run::default(), &Progress::none()).unwrap());
+        let found = plain(kept(&mut merger, &sources, &[0, 1, 2 + step], &params).unwrap());
         assert!(found == expected, "{step}: {:?} {:?}", found.report, expected.report);
         residuals.push(found.report.overlap_residual);
     }
@@ -261,9 +266,12 @@ fn distances_count_also_where_nothing_else_is_left() {
 fn versions_are_one_a_scan() {
     let mesh = Shape::Sphere { radius: 1.0 }.mesh(4);
     let scan = PlacedMesh { name: "ball".to_owned(), mesh: &mesh, world_from_mesh: DAffine3::IDENTITY };
-    let twice = [Versioned { scan: &scan, version: 3 }; 2];
-    let refused = Merger::default().run(&twice, &MergeParams::default(), &Progress::none()).unwrap_err().to_string();
-    assert!(refused.contains("version 3"), "{refused}");
+    let twice = [&scan as &dyn ScanSource; 2];
+    let refused = |versions: &[u64]| {
+        kept(&mut Merger::default(), &twice, versions, &MergeParams::default()).unwrap_err().to_string()
+    };
+    assert!(refused(&[3, 3]).contains("version 3"));
+    assert!(refused(&[3]).contains("1 versions for 2 scans"));
 }
 
 proptest! {
@@ -297,10 +305,9 @@ proptest! {
                 mesh: &meshes[i],
                 world_from_mesh: DAffine3::from_translation(places[i]),
             });
-            let scans = [0, 1, 2].map(|i| Versioned { scan: &placed[i], version: versions[i] });
             let sources = [0, 1, 2].map(|i| &placed[i] as &dyn ScanSource);
-            let expected = crate::run(&sources, &params, &Progress::none()).map(plain).map_err(|e| e.to_string());
-            let found = merger.run(&scans, &params, &Progress::none()).map(plain).map_err(|e| e.to_string());
+            let expected = crate::merge(&sources, &params, crate::Run::default(), &Progress::none()).map(plain).map_err(|e| e.to_string());
+            let found = kept(&mut merger, &sources, &versions, &params).map(plain).map_err(|e| e.to_string());
             prop_assert!(found == expected, "{:?} {:?}", found.map(|m| m.report), expected.map(|m| m.report));
         }
     }

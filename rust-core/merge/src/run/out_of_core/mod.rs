@@ -29,11 +29,13 @@ use std::hash::{Hash as _, Hasher as _};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-use rustc_hash::{FxHashSet, FxHasher};
+use rustc_hash::FxHasher;
 
 use crate::pipeline::{self, Out};
-use crate::{MergeParams, MergeReport, started};
+use crate::run::{refuse_twins, started};
+use crate::{MergeParams, MergeReport};
 use base::error::{Error, Result};
+use base::memory::{available, limit_of_calls, size};
 use base::progress::Progress;
 use image::source::ScanSource;
 use mesh::sink::MeshSink;
@@ -45,6 +47,8 @@ pub use versions::versions;
 
 /// Bytes of memory that a worker needs.
 pub const LEAST: u64 = 12_000_000;
+/// Taken where neither a limit nor the system says what memory there is.
+const UNKNOWN: u64 = 2 << 30;
 
 /// Where a merge keeps what memory does not hold, and how much it may hold.
 #[derive(Clone, Copy, Debug)]
@@ -67,10 +71,10 @@ pub struct Kept<'a> {
     pub stays: bool,
 }
 
-/// Merges scans, of which there may be more than memory holds, into one surface, which is handed to `sink`: the same as [`crate::run`] gives.
+/// Merges scans, of which there may be more than memory holds, into one surface, which is handed to `sink`: the same as [`crate::merge`] gives.
 ///
 /// # Errors
-/// As [`crate::run`]; versions that are not one a scan; a file can't be written; another merge with the same parameters is at work in the
+/// As [`crate::merge`]; versions that are not one a scan; a file can't be written; another merge with the same parameters is at work in the
 /// folder; the sink's.
 pub fn run(
     sources: &[&dyn ScanSource],
@@ -111,17 +115,6 @@ fn places(sources: &[&dyn ScanSource]) -> Vec<u64> {
     (0..sources.len() as u64).collect()
 }
 
-fn refuse_twins(scans: usize, versions: &[u64]) -> Result<()> {
-    if versions.len() != scans {
-        return Err(Error::input(format!("{} versions for {scans} scans: each has one", versions.len())));
-    }
-    let mut seen = FxHashSet::default();
-    match versions.iter().find(|&&version| !seen.insert(version)) {
-        Some(twice) => Err(Error::input(format!("two scans have the version {twice}: give each its own"))),
-        None => Ok(()),
-    }
-}
-
 /// A merge that processes do together, each the tasks that it is given.
 #[derive(Clone, Copy, Debug)]
 pub struct Together<'a> {
@@ -154,7 +147,7 @@ impl<'a> Together<'a> {
 /// once, and twice.
 ///
 /// # Errors
-/// As [`crate::run`]; there is no such task; one before is not done; a file can't be written.
+/// As [`crate::merge`]; there is no such task; one before is not done; a file can't be written.
 pub fn run_task(
     sources: &[&dyn ScanSource],
     params: &MergeParams,
@@ -202,6 +195,42 @@ pub fn put_together(
 /// A file can't be read or removed.
 pub fn end(sources: &[&dyn ScanSource], params: &MergeParams, together: Together<'_>) -> Result<()> {
     together.tasks(sources, params).end()
+}
+
+/// Returns a folder to work in.
+///
+/// # Errors
+/// It is none.
+pub fn existing(folder: &Path) -> Result<&Path> {
+    if !folder.is_dir() {
+        return Err(Error::input(format!("{}: the workspace must be a folder that exists", folder.display())));
+    }
+    Ok(folder)
+}
+
+/// Returns the bytes to work with, at most so many, for so many threads; `how` says where.
+///
+/// # Errors
+/// Less than they need.
+pub fn memory(most: Option<u64>, workers: usize, how: &str) -> Result<u64> {
+    let (left, known) = available();
+    let there = match limit_of_calls() {
+        // What is taken at the moment is chance.
+        Some(limit) if known != "free" => limit,
+        _ if left.is_finite() => left as u64,
+        _ => UNKNOWN,
+    };
+    let (memory, known) = most.filter(|&most| most < there).map_or((there, known), |most| (most, "given"));
+    let least = LEAST * workers as u64;
+    if memory < least {
+        let least = size(least as f64);
+        let (each, memory) = (size(LEAST as f64), size(memory as f64));
+        return Err(Error::OutOfMemory(format!(
+            "merging {how} needs {least} at least, {each} for each of {workers} threads, {memory} are {known}; \
+             allow more, or fewer threads"
+        )));
+    }
+    Ok(memory)
 }
 
 /// The folder of what merges leave for each other.

@@ -9,7 +9,7 @@ use proptest::prelude::*;
 use super::setting::{Cut, Setting};
 use super::{Kept, Tasks, Workspace, kept_folder, merge, run};
 use crate::intake::setup::Setup;
-use crate::tests::{clean_scans, scans, scans_with};
+use crate::tests::{by_setup, clean_scans, scans, scans_with};
 use crate::visibility::tests::{BOX, CELL, FLOOR, cuboids, frames};
 use crate::{MergeParams, Merged, PlacedMesh, ScanSource};
 use base::error::Error;
@@ -29,7 +29,7 @@ fn without_cost(mut merged: Merged) -> Merged {
 
 fn in_memory(sources: &[&dyn ScanSource], params: &MergeParams, kept: u64) -> Merged {
     let setup = Setup { kept, ..Setup::default() };
-    without_cost(crate::merge(sources, params, &setup, &Progress::none()).unwrap())
+    without_cost(by_setup(sources, params, &setup, &Progress::none()).unwrap())
 }
 
 fn in_files(sources: &[&dyn ScanSource], params: &MergeParams, side: i32, held: u64, kept: u64) -> Merged {
