@@ -271,16 +271,16 @@ typedef enum {
 // What decided the size of a cell.
 typedef enum {
   // The caller gave it.
-  SRF_VOXEL_REASON_GIVEN = 0,
+  SRF_VOXEL_REASON_GIVEN = 1,
   // 1.5 times the mean distance of neighbouring samples.
-  SRF_VOXEL_REASON_SPACING = 1,
+  SRF_VOXEL_REASON_SPACING = 2,
   // Half the median standard deviation of the samples.
-  SRF_VOXEL_REASON_NOISE = 2,
+  SRF_VOXEL_REASON_NOISE = 3,
   // 1.5 times the median distance between scans that overlap.
-  SRF_VOXEL_REASON_DISTANCE = 3,
-  // Coarser than that, so that it fits into memory: by the limit and the scans alone, or, where there is no limit, by what is free
-  // at that moment.
-  SRF_VOXEL_REASON_MEMORY = 4,
+  SRF_VOXEL_REASON_DISTANCE = 4,
+  // Coarser than that, so that it fits into memory: by the limit and the scans alone, or, where there is no limit, by
+  // what is free at that moment.
+  SRF_VOXEL_REASON_MEMORY = 5,
 } srf_voxel_reason;
 
 // What is known of the poses that the scans have.
@@ -554,12 +554,14 @@ typedef struct {
   uint64_t black_rim;
 } srf_left_out;
 
-// What srf_mesh_check() found. Starts with its size; set by srf_mesh_report_init().
+// What a mesh is as a surface: counts, and what follows from them. Triangles that name a vertex out of range or a vertex
+// twice are counted, then left out of all that follows; so are vertices without a triangle. Starts with its size; prepared
+// by srf_check_report_init().
 typedef struct {
   // Bytes of this struct.
   uint32_t struct_size;
-  // 1 for an oriented manifold with boundary, finite, without degenerate or duplicate triangles, else 0.
-  uint32_t is_manifold;
+  // 0.
+  uint32_t reserved;
   // Triangles, all of them.
   uint64_t triangles;
   // Vertices that a triangle uses.
@@ -568,9 +570,11 @@ typedef struct {
   uint64_t unused_vertices;
   // Vertices with a coordinate that is not finite.
   uint64_t non_finite_vertices;
+  // Triangles that name a vertex that doesn't exist.
+  uint64_t out_of_range_triangles;
   // Triangles that name a vertex twice.
   uint64_t degenerate_triangles;
-  // Triangles of three different vertices whose area is zero.
+  // Triangles of three different vertices whose area, computed in double precision, is zero.
   uint64_t zero_area_triangles;
   // Triangles with the same three vertices as another one, beyond the first.
   uint64_t duplicate_triangles;
@@ -582,19 +586,25 @@ typedef struct {
   uint64_t non_manifold_edges;
   // Edges whose two triangles run through it in the same direction.
   uint64_t misoriented_edges;
-  // Vertices whose triangles fall into more than one fan.
+  // Vertices whose triangles fall into more than one fan of triangles joined over edges.
   uint64_t non_manifold_vertices;
   // Parts joined over edges.
   uint64_t components;
   // Triangles of the largest part.
   uint64_t largest_component;
-  // Connected groups of boundary edges.
+  // Connected groups of boundary edges. They are closed loops on a manifold.
   uint64_t boundary_loops;
   // Vertices - edges + triangles.
   int64_t euler_characteristic;
-  // Sum of the genera of all parts, boundary loops taken as closed by disks; -1 unless the mesh is a manifold.
+  // Whether the mesh is an oriented manifold with boundary, with finite coordinates and no degenerate or duplicate
+  // triangle. Triangles of zero area are no matter of topology. 1 or 0.
+  uint64_t is_manifold;
+  // Whether it is a manifold without boundary. 1 or 0.
+  uint64_t is_closed;
+  // Handles of all parts together, boundary loops taken as closed by disks. There are none unless it is a manifold. Then
+  // it is -1.
   int64_t genus;
-} srf_mesh_report;
+} srf_check_report;
 
 // Where a vertex of a range image was: by it a motion of all vertices is recognized.
 typedef struct {
@@ -972,61 +982,66 @@ typedef struct {
   uint64_t match_exposure;
 } srf_merge_params;
 
-// Figures of a merge. Starts with its size; prepared by srf_merge_report_init().
+// The figures of a merge, among them those of the paper's tables. Starts with its size; prepared by
+// srf_merge_report_init().
 typedef struct {
   // Bytes of this struct.
   uint32_t struct_size;
+  // 0.
+  uint32_t reserved;
   // Scans merged.
-  uint32_t scans;
+  uint64_t scans;
   // Triangles of all scans.
   uint64_t input_triangles;
-  // Size of a cell that was used, in the unit of the scans.
+  // Size of a cell that was used. In the unit of the scans.
   double voxel;
-  // Merge distance that was used, in the unit of the scans.
+  // What decided the size of a cell. A value of srf_voxel_reason, such as SRF_VOXEL_REASON_GIVEN.
+  uint64_t voxel_reason;
+  // Merge distance that was used. In the unit of the scans.
   double merge_distance;
-  // Longest boundary that was closed, in the unit of the scans.
+  // Longest boundary that was closed. In the unit of the scans.
   double max_hole_length;
-  // Median distance between overlapping scans along grid lines; SRF_FROM_DATA where it was not measured or none overlap.
+  // Median distance between overlapping scans along grid lines, as measured. There is none where no scans overlap. Then
+  // it is SRF_FROM_DATA. In the unit of the scans.
   double overlap_residual;
-  // Cells spanned along x, y and z.
+  // Median standard deviation of the samples along their rays, as measured. 0 where scans are clean. In the unit of the
+  // scans.
+  double noise;
+  // Median standard deviation of the samples of range images across the rays. It follows from how noise grows on
+  // surfaces seen at an angle. In the unit of the scans.
+  double noise_across;
+  // Median step that values of range images along the ray are multiples of. 0 for none. In the unit of the scans.
+  double noise_step;
+  // Median number of pixels of range images over which errors depend on each other. 1 for white noise.
+  double noise_correlation;
+  // Cells that the scans span along x, y and z.
   uint64_t grid[3];
   // Intersections of scans with grid lines.
   uint64_t intersections;
+  // Edges of the grid whose intersections were dropped since more scans see through there than have a surface there. A
+  // triangle has about one and a half.
+  uint64_t seen_through;
   // Intersections left after fusing.
   uint64_t fused_intersections;
   // Artificial intersections that became vertices.
   uint64_t artificial_intersections;
-  // Faces made directly.
+  // Triangles made directly (case a).
   uint64_t faces_direct;
-  // Faces made after analysis of neighbouring cells.
+  // Triangles made after analysis of the neighbouring cells (case b).
   uint64_t faces_settled;
-  // Faces that fill holes.
+  // Triangles that fill holes (case c).
   uint64_t faces_filling;
   // Holes closed.
   uint64_t holes_closed;
   // Boundary loops left open.
   uint64_t holes_open;
-  // Connected parts dropped.
+  // Connected parts dropped: those that no scan saw, and those that are too small.
   uint64_t dropped_components;
-  // Faces of those.
+  // Triangles of the parts that were dropped.
   uint64_t dropped_faces;
-  // Largest number of bytes held by intersections and the surface at once.
+  // Largest number of bytes that intersections and the surface held at once.
   uint64_t working_bytes;
-  // Median standard deviation of the samples along their rays, as measured, in the unit of the scans; 0 where scans are clean.
-  double noise;
-  // What decided the size of a cell: a value of srf_voxel_reason.
-  uint32_t voxel_reason;
-  // 0.
-  uint32_t reserved;
-  // Edges of the grid whose intersections were dropped: more scans see through there than have a surface there.
-  uint64_t seen_through;
-  // Of the range images, the median standard deviation of their samples across the rays, in the unit of the scans.
-  double noise_across;
-  // Of the range images, the median step that values along the ray are multiples of, in the unit of the scans; 0 for none.
-  double noise_step;
-  // Of the range images, the median number of pixels over which errors depend on each other: 1 for white noise.
-  double noise_correlation;
-  // 1 where stages left in files what they leave for each other, 0 where all was in memory.
+  // Whether stages left in files what they leave for each other. 1 or 0.
   uint64_t in_files;
 } srf_merge_report;
 
@@ -1067,38 +1082,44 @@ typedef struct {
   double grazing_limit;
 } srf_sculpt_params;
 
-// How far a sculpted mesh lies from the samples, measured on the result along the samples' rays. Starts with its size;
-// prepared by srf_certificate_init(). Lengths are in the unit of the samples.
+// The figures of sculpting. Starts with its size; prepared by srf_sculpt_report_init().
 typedef struct {
   // Bytes of this struct.
   uint32_t struct_size;
   // 0.
   uint32_t reserved;
-  // Tolerance that was used.
+  // Tolerance that was used. In the unit of the scans.
   double tolerance;
-  // Difference between the farthest and the nearest range of the covered samples.
+  // Difference between the farthest and the nearest range of the covered samples. In the unit of the scans.
   double depth_extent;
-  // Largest distance.
-  double max_error;
-  // Root of the mean square.
-  double rms_error;
-  // 95 % of the samples lie at most this far from the mesh.
-  double p95_error;
-  // Row of the sample farthest from the mesh.
-  uint64_t worst_row;
-  // Its column.
-  uint64_t worst_col;
-  // Samples whose rays meet the mesh.
-  uint64_t samples;
-  // Valid pixels that no mesh covers, for want of neighbours or hidden behind others. The tolerance does not hold for them.
-  uint64_t isolated_pixels;
-  // Triangles of the mesh that has every sample.
+  // Triangles of the mesh that has every covered sample.
   uint64_t full_triangles;
-  // Triangles of the result.
+  // Triangles left out because they hide behind others, as seen along the rays. The tolerance does not hold for samples
+  // that have only such triangles. These samples count as isolated.
+  uint64_t hidden_triangles;
+  // Triangles before vertices were removed.
+  uint64_t dug_triangles;
+  // Triangles of the mesh.
   uint64_t triangles;
-  // Largest distance once coordinates are rounded to single precision, as STL, GLB and many programs keep them.
+  // Valid pixels that no mesh covers, for want of neighbours or because they are hidden behind others. The tolerance
+  // does not hold for them.
+  uint64_t isolated_pixels;
+  // Largest distance between a sample and the mesh along the sample's ray. In the unit of the scans.
+  double max_error;
+  // Largest distance once coordinates are rounded to single precision, as STL, GLB and many programs keep them, at most.
+  // In the unit of the scans.
   double max_error_single;
-} srf_certificate;
+  // Root of the mean square of the distances. In the unit of the scans.
+  double rms_error;
+  // 95 % of the samples lie at most this far from the mesh. In the unit of the scans.
+  double p95_error;
+  // Row of the sample farthest from the mesh; of several the first one. Then it is UINT64_MAX.
+  uint64_t worst_row;
+  // Its column. Then it is UINT64_MAX.
+  uint64_t worst_col;
+  // Samples that the mesh covers: their rays meet it.
+  uint64_t covered_pixels;
+} srf_sculpt_report;
 
 // How a quad grid is made. Starts with its size; set to the defaults by srf_quads_params_init().
 typedef struct {
@@ -1154,45 +1175,49 @@ typedef struct {
   double coverage;
 } srf_quads_params;
 
-// Figures of a quad grid. Errors are distances along the samples' rays over all valid pixels but those missed, with each quad
-// cut along its better diagonal. Starts with its size; prepared by srf_quads_report_init().
+// The figures of a quad grid. Errors are distances along the samples' rays to the planes of the triangles of the pixels'
+// quads, over all valid pixels of the image but those missed, with each quad cut along its better diagonal. On the
+// background the grid continues the surface. Starts with its size; prepared by srf_quads_report_init().
 typedef struct {
   // Bytes of this struct.
   uint32_t struct_size;
-  // 1 if the result is the uniform grid, as the adaptive one lay no nearer.
-  uint32_t is_uniform;
+  // 0.
+  uint32_t reserved;
   // Tiles from top to bottom.
   uint64_t tiles_down;
   // Tiles from left to right.
   uint64_t tiles_across;
-  // Difference between the farthest and the nearest range of the valid pixels.
+  // Difference between the farthest and the nearest range of the valid pixels. In the unit of the scans.
   double depth_extent;
-  // Mean error as a share of the depth extent.
+  // Mean error as a share of the depth extent, the paper's relative error. 0 where all ranges are equal.
   double relative_error;
-  // The same of the uniform grid of the same size.
+  // Relative error of the uniform grid of the same size.
   double uniform_relative_error;
-  // Root of the mean square error.
+  // Root of the mean square error. In the unit of the scans.
   double rms_error;
-  // The same of the uniform grid.
+  // Root of the mean square error of the uniform grid. In the unit of the scans.
   double uniform_rms_error;
-  // Largest error.
+  // Largest error. In the unit of the scans.
   double max_error;
-  // The same of the uniform grid.
+  // Largest error of the uniform grid. In the unit of the scans.
   double uniform_max_error;
+  // Whether the result is the uniform grid, as the adaptive one lay no nearer. Vertices snapped to the border moved all
+  // the same. 1 or 0.
+  uint64_t is_uniform;
   // Valid pixels of the image.
   uint64_t valid_pixels;
-  // Invalid pixels filled.
-  uint64_t gaps_filled;
-  // Vertices moved so that no quad folds over.
-  uint64_t unfolded;
-  // Vertices moved from the background onto the surface's border.
-  uint64_t snapped;
-  // Quads that are not on the background.
-  uint64_t quads;
-  // Valid pixels whose rays do not meet their quad's planes in front of the sensor: they have no error.
+  // Valid pixels whose rays do not meet the planes of their quad in front of the sensor. They have no error.
   uint64_t missed_pixels;
-  // The same of the uniform grid.
+  // Missed pixels of the uniform grid.
   uint64_t uniform_missed_pixels;
+  // Invalid pixels that were filled.
+  uint64_t gaps_filled;
+  // Vertices that were moved so that no quad folds over.
+  uint64_t unfolded;
+  // Vertices that were moved from the background onto the border of the surface.
+  uint64_t snapped;
+  // Quads of the mesh: those that are not on the background.
+  uint64_t quads;
 } srf_quads_report;
 
 // How a surface is fitted to a quad grid. Starts with its size; set to the defaults by srf_spline_params_init().
@@ -1240,29 +1265,23 @@ typedef struct {
   uint64_t noisy_points;
 } srf_reconstruct_params;
 
-// The figures of a surface. Starts with its size; prepared by srf_reconstruct_report_init().
+// The figures of a surface through points. Starts with its size; prepared by srf_reconstruct_report_init().
 typedef struct {
   // Bytes of this struct.
   uint32_t struct_size;
-  // 1 if the surface is closed, without any border, else 0.
-  uint32_t is_closed;
+  // 0.
+  uint32_t reserved;
   // Points given.
   uint64_t points;
   // Points on the surface.
   uint64_t used;
-  // Points dropped since a coordinate isn't finite.
-  uint64_t not_finite;
-  // Points dropped since they are at the same place as a point before them.
-  uint64_t duplicates;
-  // Points dropped inside of the surface.
-  uint64_t inside;
-  // Points dropped outside of the surface.
-  uint64_t outside;
-  // Delaunay tetrahedra; none where the points lie in one plane.
+  // Delaunay tetrahedra. None where the points lie in one plane.
   uint64_t tetrahedra;
-  // The threshold used: a perimeter with a global one, in mean spacings of a facet's points with a local one.
+  // Whether the surface is closed: it has no border, also not one of a gap or of facets left out. 1 or 0.
+  uint64_t closed;
+  // The threshold that was used: a perimeter with a global one, in mean spacings of a facet's points with a local one.
   double threshold;
-  // Times the mean perimeter was taken, with SRF_TOPOLOGY_FREE or of points in one plane.
+  // Times the mean perimeter was taken, with the paper's carving or in a plane.
   uint64_t rounds;
   // Tetrahedra that changed sides to make the surface manifold.
   uint64_t repaired;
@@ -1272,16 +1291,28 @@ typedef struct {
   uint64_t cut_facets;
   // Parts turned over by normals, sensors or direction.
   uint64_t turned_parts;
+  // Points dropped since a coordinate isn't finite.
+  uint64_t not_finite;
+  // Points dropped since they are at the same place as a point before them.
+  uint64_t duplicates;
+  // Points dropped inside of the surface.
+  uint64_t inside;
+  // Points dropped outside of the surface.
+  uint64_t outside;
+  // Noise of the points as measured: their standard deviation across the surface. 0 for fewer than 1,024. In the unit of
+  // the scans. Since 0.2.
+  double noise;
+  // Side of a square of the surface that has one point, as measured. In the unit of the scans. Since 0.2.
+  double spacing;
+  // Radius within which the surface was smoothed; 0 if it goes through the points. Where points that carry noise lie
+  // much closer together or further apart than usual, it was so many times smaller or larger there. In the unit of the
+  // scans. Since 0.2.
+  double smoothing;
+  // Root mean square of the distances by which smoothing moved the points on the surface. In the unit of the scans.
+  // Since 0.2.
+  double moved;
   // Points dropped since they are far from any surface that the others tell. Since 0.2.
   uint64_t outliers;
-  // Noise of the points as measured: their standard deviation across the surface. 0 for fewer than 1,024. Since 0.2.
-  double noise;
-  // Side of a square of the surface that has one point, as measured with the noise. Since 0.2.
-  double spacing;
-  // Radius within which the surface was smoothed, 0 if it goes through the points. Since 0.2.
-  double smoothing;
-  // Root mean square of the distances by which smoothing moved the points on the surface. Since 0.2.
-  double moved;
 } srf_reconstruct_report;
 
 // How a mesh, or points, are clustered. Starts with its size; set to the defaults by srf_cluster_params_init().
@@ -1323,31 +1354,48 @@ typedef struct {
   uint64_t seed;
 } srf_cluster_params;
 
-// The figures of a clustering. Starts with its size; prepared by srf_cluster_report_init(). Angles are in radians.
+// The figures of clustering. Starts with its size; prepared by srf_cluster_report_init().
 typedef struct {
   // Bytes of this struct.
   uint32_t struct_size;
-  // 1 if the result is the input, as nothing coarser was found within the largest error.
-  uint32_t kept_input;
-  // Patches.
+  // 0.
+  uint32_t reserved;
+  // Patches made.
   uint64_t patches;
-  // Vertices of the result.
+  // Vertices of the mesh.
   uint64_t vertices;
-  // Triangles of the result.
+  // Triangles of the mesh.
   uint64_t triangles;
+  // Parts of patches that became patches as they were not connected to the rest.
+  uint64_t separated;
+  // Parts and patches that were given to their neighbours.
+  uint64_t dissolved;
+  // Patches that were halved as they were no disks.
+  uint64_t halved;
   // Edges of the input that were cut as they don't join two triangles of the same orientation.
   uint64_t cut_edges;
-  // Mean over the triangles of their smallest angles, as the fans had them.
-  double mean_smallest_angle_before;
-  // The same of the result.
-  double mean_smallest_angle;
-  // Smallest angle of the result.
-  double smallest_angle;
-  // No point of the input is farther from the result, and none of the result from the input, measured on the result;
-  // SRF_FROM_DATA where no largest error was asked for.
-  double max_error;
-  // Points that are not on the surface through them; 0 for a mesh.
+  // Points that are not on the surface through them. 0 for a mesh.
   uint64_t off_surface;
+  // Weighted sum of the squared distances of the input's vertices to their centres, after the last step of k-means.
+  double energy;
+  // Before: Mean over the triangles of their smallest angle. It is pi/3 where all are equilateral. Radians.
+  double before_mean_smallest_angle;
+  // Before: Smallest angle of all. Radians.
+  double before_smallest_angle;
+  // Before: Largest angle of all. Radians.
+  double before_largest_angle;
+  // After: Mean over the triangles of their smallest angle. It is pi/3 where all are equilateral. Radians.
+  double after_mean_smallest_angle;
+  // After: Smallest angle of all. Radians.
+  double after_smallest_angle;
+  // After: Largest angle of all. Radians.
+  double after_largest_angle;
+  // No point of the input is farther from the mesh, and none of the mesh farther from the input, measured on the mesh. 0
+  // for the input itself. There is none where no largest error was asked for. Then it is SRF_FROM_DATA. In the unit of
+  // the scans.
+  double max_error;
+  // Whether the mesh is the input, as nothing coarser was found within the largest error, or has its topology. 1 or 0.
+  uint64_t kept_input;
 } srf_cluster_report;
 
 // What a virtual scanner adds to the truth. The defaults add nothing. Starts with its size; set to the defaults by
@@ -1886,6 +1934,14 @@ srf_status srf_cloud_sensor(const srf_cloud *cloud,
 // returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_cloud_pose(const srf_cloud *cloud, srf_pose *out_pose);
 
+// Prepares a struct of figures. Call srf_check_report_init(report), which adds the size that this header knows.
+// report   not NULL
+// size     sizeof(srf_check_report): what of the struct this library does not know becomes 0
+// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_check_report_init_sized(srf_check_report *report,
+                                       size_t size);
+#define srf_check_report_init(report) srf_check_report_init_sized((report), sizeof(srf_check_report))
+
 // Makes a mesh.
 // positions  3 SRF_TYPE_F64 or SRF_TYPE_F32 a vertex, finite, in any unit; not NULL
 // triangles  3 SRF_TYPE_U32 or SRF_TYPE_I32 a triangle, each less than the number of vertices; NULL for a mesh of points alone
@@ -1954,24 +2010,16 @@ srf_status srf_mesh_set_attribute(srf_mesh *mesh,
                                   const char *name,
                                   const srf_array *data);
 
-// Prepares a struct for srf_mesh_check(). Call srf_mesh_report_init(report), which adds the size that this header knows.
-// report   not NULL
-// size     sizeof(srf_mesh_report): what of the struct this library does not know becomes 0
-// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
-srf_status srf_mesh_report_init_sized(srf_mesh_report *report,
-                                      size_t size);
-#define srf_mesh_report_init(report) srf_mesh_report_init_sized((report), sizeof(srf_mesh_report))
-
 // Checks whether a mesh is what a surface must be, and finds its topology. Shares no code with what makes meshes.
 // mesh        not NULL
 // welded      0: vertices are the same if they have the same index; 1: also if they are at the same place in single precision
 // progress    NULL for none
-// out_report  initialized by srf_mesh_report_init(); not NULL
+// out_report  initialized by srf_check_report_init(); not NULL
 // returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_OUT_OF_MEMORY, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 srf_status srf_mesh_check(const srf_mesh *mesh,
                           uint32_t welded,
                           const srf_progress *progress,
-                          srf_mesh_report *out_report);
+                          srf_check_report *out_report);
 
 // Numbers of vertices and triangles of a mesh.
 // mesh           not NULL
@@ -3092,6 +3140,14 @@ srf_status srf_mesh_transform(srf_mesh *mesh,
 srf_status srf_merge_params_init_sized(srf_merge_params *params, size_t size);
 #define srf_merge_params_init(params) srf_merge_params_init_sized((params), sizeof(srf_merge_params))
 
+// Prepares a struct of figures. Call srf_merge_report_init(report), which adds the size that this header knows.
+// report   not NULL
+// size     sizeof(srf_merge_report): what of the struct this library does not know becomes 0
+// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_merge_report_init_sized(srf_merge_report *report,
+                                       size_t size);
+#define srf_merge_report_init(report) srf_merge_report_init_sized((report), sizeof(srf_merge_report))
+
 // Begins a merge without scans.
 // out_merger  receives a new handle on SRF_OK only; not NULL
 // returns     SRF_OK, SRF_ERR_NULL. Since 0.1.
@@ -3221,14 +3277,6 @@ srf_status srf_merger_renewed(const srf_merger *merger,
                               size_t *out_renewed,
                               size_t *out_bricks);
 
-// Prepares a struct for srf_merger_run(). Call srf_merge_report_init(report), which adds the size that this header knows.
-// report   not NULL
-// size     sizeof(srf_merge_report): what of the struct this library does not know becomes 0
-// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
-srf_status srf_merge_report_init_sized(srf_merge_report *report,
-                                       size_t size);
-#define srf_merge_report_init(report) srf_merge_report_init_sized((report), sizeof(srf_merge_report))
-
 // Merges what was added into one surface, by Marching Intersections: a manifold mesh with boundary, the same to the bit for
 // any number of threads and any order of adding. Vertex attributes: confidence, noise (standard deviation of a sample
 // there, 0 where scans are clean), interpolated (on no scan exactly), source_scan (the scan of largest weight by the order of names, -1
@@ -3309,11 +3357,11 @@ srf_status srf_merger_write(const srf_merger *merger,
 //     /* The coarsest mesh within a tolerance; prints how far STL and GLB lie from the samples. */
 //     static srf_status sculpt(const srf_image *image, double tolerance, srf_mesh **out_mesh)
 //     {
-//         srf_certificate certificate;
+//         srf_sculpt_report certificate;
 //         srf_sculptor *sculptor;
 //         srf_status status = srf_sculptor_create(image, NULL, NULL, &sculptor);
 //         if (status != SRF_OK) return status;
-//         srf_certificate_init(&certificate);
+//         srf_sculpt_report_init(&certificate);
 //         status = srf_sculptor_refine(sculptor, tolerance, NULL, out_mesh, &certificate);
 //         if (status == SRF_OK) printf("%g\n", certificate.max_error_single);
 //         srf_sculptor_free(sculptor);
@@ -3327,13 +3375,13 @@ srf_status srf_merger_write(const srf_merger *merger,
 srf_status srf_sculpt_params_init_sized(srf_sculpt_params *params, size_t size);
 #define srf_sculpt_params_init(params) srf_sculpt_params_init_sized((params), sizeof(srf_sculpt_params))
 
-// Prepares a struct for srf_sculptor_refine(). Call srf_certificate_init(certificate), which adds the size that this header knows.
-// certificate  not NULL
-// size         sizeof(srf_certificate): what of the struct this library does not know becomes 0
-// returns      SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
-srf_status srf_certificate_init_sized(srf_certificate *certificate,
-                                      size_t size);
-#define srf_certificate_init(certificate) srf_certificate_init_sized((certificate), sizeof(srf_certificate))
+// Prepares a struct of figures. Call srf_sculpt_report_init(report), which adds the size that this header knows.
+// report   not NULL
+// size     sizeof(srf_sculpt_report): what of the struct this library does not know becomes 0
+// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_sculpt_report_init_sized(srf_sculpt_report *report,
+                                        size_t size);
+#define srf_sculpt_report_init(report) srf_sculpt_report_init_sized((report), sizeof(srf_sculpt_report))
 
 // Makes an image ready to be sculpted: finds where the mesh may be, once for all tolerances. O(pixels). The image is kept as
 // it is now; it may be freed or changed afterwards.
@@ -3363,28 +3411,28 @@ srf_status srf_sculptor_free(srf_sculptor *sculptor);
 // tolerance        in the unit of the samples, >= 0; SRF_FROM_DATA for that of the params of srf_sculptor_create()
 // progress         NULL for none
 // out_mesh         receives a new handle on SRF_OK only; not NULL
-// out_certificate  initialized by srf_certificate_init(); NULL if not wanted
+// out_report  initialized by srf_sculpt_report_init(); NULL if not wanted
 // returns          SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 srf_status srf_sculptor_refine(const srf_sculptor *sculptor,
                                double tolerance,
                                const srf_progress *progress,
                                srf_mesh **out_mesh,
-                               srf_certificate *out_certificate);
+                               srf_sculpt_report *out_report);
 
 // The mesh of the smallest tolerance found that has at most a number of triangles; up to 24 times the work of
-// srf_sculptor_refine(), whose mesh of the tolerance in out_certificate it is.
+// srf_sculptor_refine(), whose mesh of the tolerance in out_report it is.
 // sculptor         not NULL
 // max_triangles    what the mesh may have at most
 // progress         NULL for none
 // out_mesh         receives a new handle on SRF_OK only; not NULL
-// out_certificate  initialized by srf_certificate_init(); NULL if not wanted
+// out_report  initialized by srf_sculpt_report_init(); NULL if not wanted
 // returns          SRF_OK, SRF_ERR_INPUT if any mesh that covers the image has more, SRF_ERR_CANCELLED, SRF_ERR_HANDLE,
 //                  SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 srf_status srf_sculptor_at_most(const srf_sculptor *sculptor,
                                 size_t max_triangles,
                                 const srf_progress *progress,
                                 srf_mesh **out_mesh,
-                                srf_certificate *out_certificate);
+                                srf_sculpt_report *out_report);
 
 // ==== 10. Quad grids and splines ===========================================================================
 // One range image becomes a regular grid of quads, dense where the surface bends, and a smooth surface
@@ -3408,7 +3456,7 @@ srf_status srf_sculptor_at_most(const srf_sculptor *sculptor,
 srf_status srf_quads_params_init_sized(srf_quads_params *params, size_t size);
 #define srf_quads_params_init(params) srf_quads_params_init_sized((params), sizeof(srf_quads_params))
 
-// Prepares a struct for srf_quads_create(). Call srf_quads_report_init(report), which adds the size that this header knows.
+// Prepares a struct of figures. Call srf_quads_report_init(report), which adds the size that this header knows.
 // report   not NULL
 // size     sizeof(srf_quads_report): what of the struct this library does not know becomes 0
 // returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
@@ -3561,7 +3609,7 @@ srf_status srf_spline_sample(const srf_spline *spline,
 srf_status srf_reconstruct_params_init_sized(srf_reconstruct_params *params, size_t size);
 #define srf_reconstruct_params_init(params) srf_reconstruct_params_init_sized((params), sizeof(srf_reconstruct_params))
 
-// Prepares a struct for srf_reconstructor_surface(). Call srf_reconstruct_report_init(report), which adds the size that this header knows.
+// Prepares a struct of figures. Call srf_reconstruct_report_init(report), which adds the size that this header knows.
 // report   not NULL
 // size     sizeof(srf_reconstruct_report): what of the struct this library does not know becomes 0
 // returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
@@ -3627,7 +3675,7 @@ srf_status srf_reconstructor_surface(const srf_reconstructor *reconstructor,
 srf_status srf_cluster_params_init_sized(srf_cluster_params *params, size_t size);
 #define srf_cluster_params_init(params) srf_cluster_params_init_sized((params), sizeof(srf_cluster_params))
 
-// Prepares a struct for srf_mesh_cluster(). Call srf_cluster_report_init(report), which adds the size that this header knows.
+// Prepares a struct of figures. Call srf_cluster_report_init(report), which adds the size that this header knows.
 // report   not NULL
 // size     sizeof(srf_cluster_report): what of the struct this library does not know becomes 0
 // returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.

@@ -607,9 +607,9 @@ struct GridCamera : srf_grid_camera {
     }
 };
 
-// How far a sculpted mesh lies from the samples.
-struct Certificate : srf_certificate {
-    Certificate() { check(srf_certificate_init(this)); }
+// The figures of sculpting: among them how far the mesh lies from the samples.
+struct SculptReport : srf_sculpt_report {
+    SculptReport() { check(srf_sculpt_report_init(this)); }
 };
 
 struct ReconstructParams : srf_reconstruct_params {
@@ -776,10 +776,10 @@ public:
     }
 
     // Is it what a surface must be, and what is its topology?
-    srf_mesh_report report(bool welded = false, const Progress &progress = {}) const
+    srf_check_report report(bool welded = false, const Progress &progress = {}) const
     {
-        srf_mesh_report report{};
-        check(srf_mesh_report_init(&report));
+        srf_check_report report{};
+        check(srf_check_report_init(&report));
         detail::Watcher watcher(progress);
         watcher.check(srf_mesh_check(get(), welded ? 1 : 0, watcher.get(), &report));
         return report;
@@ -1416,27 +1416,27 @@ public:
 
     struct Result {
         Mesh mesh;
-        Certificate certificate;
+        SculptReport report;
     };
 
     // The mesh of few triangles within a tolerance, by default that of the params.
     Result refine(double tolerance = SRF_FROM_DATA, const Progress &progress = {}) const
     {
         srf_mesh *mesh = nullptr;
-        Certificate certificate;
+        SculptReport report;
         detail::Watcher watcher(progress);
-        watcher.check(srf_sculptor_refine(get(), tolerance, watcher.get(), &mesh, &certificate));
-        return Result{Mesh(mesh), certificate};
+        watcher.check(srf_sculptor_refine(get(), tolerance, watcher.get(), &mesh, &report));
+        return Result{Mesh(mesh), report};
     }
 
     // The mesh of the smallest tolerance found that has at most so many triangles.
     Result at_most(std::size_t max_triangles, const Progress &progress = {}) const
     {
         srf_mesh *mesh = nullptr;
-        Certificate certificate;
+        SculptReport report;
         detail::Watcher watcher(progress);
-        watcher.check(srf_sculptor_at_most(get(), max_triangles, watcher.get(), &mesh, &certificate));
-        return Result{Mesh(mesh), certificate};
+        watcher.check(srf_sculptor_at_most(get(), max_triangles, watcher.get(), &mesh, &report));
+        return Result{Mesh(mesh), report};
     }
 
 private:

@@ -2,6 +2,7 @@
 
 use surfrecon::cluster::{self, ClusterParams, Clustered, Resolution};
 use surfrecon::params::{Params as _, Value};
+use surfrecon::reports::Report as _;
 
 use crate::cloud::srf_cloud;
 use crate::guard::guard;
@@ -10,67 +11,10 @@ use crate::mesh::srf_mesh;
 use crate::params::Fields as _;
 use crate::params::cluster::srf_cluster_params;
 use crate::progress::{srf_progress, watched};
+use crate::reports::cluster::srf_cluster_report;
 use crate::settings::SRF_FROM_DATA;
 use crate::status::{Failure, srf_status};
-use crate::{params, pointer, sized};
-
-/// The figures of a clustering. Starts with its size; prepared by srf_cluster_report_init(). Angles are in radians.
-#[allow(non_camel_case_types)]
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
-pub struct srf_cluster_report {
-    /// Bytes of this struct.
-    pub struct_size: u32,
-    /// 1 if the result is the input, as nothing coarser was found within the largest error.
-    pub kept_input: u32,
-    /// Patches.
-    pub patches: u64,
-    /// Vertices of the result.
-    pub vertices: u64,
-    /// Triangles of the result.
-    pub triangles: u64,
-    /// Edges of the input that were cut as they don't join two triangles of the same orientation.
-    pub cut_edges: u64,
-    /// Mean over the triangles of their smallest angles, as the fans had them.
-    pub mean_smallest_angle_before: f64,
-    /// The same of the result.
-    pub mean_smallest_angle: f64,
-    /// Smallest angle of the result.
-    pub smallest_angle: f64,
-    /// No point of the input is farther from the result, and none of the result from the input, measured on the result;
-    /// SRF_FROM_DATA where no largest error was asked for.
-    pub max_error: f64,
-    /// Points that are not on the surface through them; 0 for a mesh.
-    pub off_surface: u64,
-}
-
-impl From<&Clustered> for srf_cluster_report {
-    fn from(clustered: &Clustered) -> Self {
-        let report = &clustered.report;
-        srf_cluster_report {
-            struct_size: size_of::<Self>() as u32,
-            kept_input: u32::from(report.kept_input),
-            patches: report.patches as u64,
-            vertices: report.vertices as u64,
-            triangles: report.triangles as u64,
-            cut_edges: report.cut_edges as u64,
-            mean_smallest_angle_before: report.before.mean_smallest_angle,
-            mean_smallest_angle: report.after.mean_smallest_angle,
-            smallest_angle: report.after.smallest_angle,
-            max_error: report.bound.unwrap_or(SRF_FROM_DATA),
-            off_surface: report.off_surface as u64,
-        }
-    }
-}
-
-/// Prepares a struct for srf_mesh_cluster(). Call srf_cluster_report_init(report), which adds the size that this header knows.
-/// report   not NULL
-/// size     sizeof(srf_cluster_report): what of the struct this library does not know becomes 0
-/// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn srf_cluster_report_init_sized(report: *mut srf_cluster_report, size: usize) -> srf_status {
-    guard(|| sized::init("report", report, size, srf_cluster_report::default()))
-}
+use crate::{params, pointer, report, sized};
 
 /// Replaces a dense mesh by a coarse one of well-shaped triangles with the same components, boundaries and genus. Its vertices
 /// lie on the mesh, those of boundaries on its boundaries; attributes of vertices ride along. Edges of more than two triangles, or of
@@ -137,7 +81,7 @@ fn one(
     }
     let clustered = run(&params::read("params", params)?)?;
     if !out_report.is_null() {
-        sized::write("out_report", out_report, (&clustered).into())?;
+        report::write("out_report", out_report, clustered.report.values())?;
     }
     handle::give("out_mesh", out_mesh, clustered.mesh.into())
 }

@@ -8,6 +8,7 @@
 //! | `allocator` | where memory comes from |
 //! | `progress`, `cancel` | who watches a long call, and what cancels it |
 //! | `params` | structs of parameters, written by `make generate`, and how they become the core's |
+//! | `report`, `reports` | how the core's reports become structs of figures, which `make generate` writes |
 //! | `array`, `pose` | arrays and transforms across the border |
 //! | `projection` | how pixels see, by what numbers mean |
 //! | `image`, `frame`, `cloud`, `mesh`, `bounds` | what there is, and where it lies |
@@ -69,6 +70,8 @@ mod provenance;
 mod quads;
 mod reconstruct;
 mod region;
+mod report;
+mod reports;
 mod scan;
 mod sculpt;
 mod select;

@@ -4,7 +4,8 @@ use std::ffi::c_char;
 use std::path::PathBuf;
 
 use surfrecon::export::WriteOptions;
-use surfrecon::merge::{MergeParams, MergeReport, Merged, Store, VoxelReason};
+use surfrecon::merge::{MergeParams, Merged, Store};
+use surfrecon::reports::Report as _;
 use surfrecon::{IntoFile, Progress};
 
 use crate::files::path_of;
@@ -16,143 +17,9 @@ use crate::params::merge::srf_merge_params;
 use crate::params::write::srf_write_options;
 use crate::progress::{srf_progress, watched};
 use crate::provenance::provenance_of;
-use crate::settings::SRF_FROM_DATA;
+use crate::reports::merge::srf_merge_report;
 use crate::status::{Failure, flag, srf_status};
-use crate::{params, pointer, sized};
-
-/// Figures of a merge. Starts with its size; prepared by srf_merge_report_init().
-#[allow(non_camel_case_types)]
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
-pub struct srf_merge_report {
-    /// Bytes of this struct.
-    pub struct_size: u32,
-    /// Scans merged.
-    pub scans: u32,
-    /// Triangles of all scans.
-    pub input_triangles: u64,
-    /// Size of a cell that was used, in the unit of the scans.
-    pub voxel: f64,
-    /// Merge distance that was used, in the unit of the scans.
-    pub merge_distance: f64,
-    /// Longest boundary that was closed, in the unit of the scans.
-    pub max_hole_length: f64,
-    /// Median distance between overlapping scans along grid lines; SRF_FROM_DATA where it was not measured or none overlap.
-    pub overlap_residual: f64,
-    /// Cells spanned along x, y and z.
-    pub grid: [u64; 3],
-    /// Intersections of scans with grid lines.
-    pub intersections: u64,
-    /// Intersections left after fusing.
-    pub fused_intersections: u64,
-    /// Artificial intersections that became vertices.
-    pub artificial_intersections: u64,
-    /// Faces made directly.
-    pub faces_direct: u64,
-    /// Faces made after analysis of neighbouring cells.
-    pub faces_settled: u64,
-    /// Faces that fill holes.
-    pub faces_filling: u64,
-    /// Holes closed.
-    pub holes_closed: u64,
-    /// Boundary loops left open.
-    pub holes_open: u64,
-    /// Connected parts dropped.
-    pub dropped_components: u64,
-    /// Faces of those.
-    pub dropped_faces: u64,
-    /// Largest number of bytes held by intersections and the surface at once.
-    pub working_bytes: u64,
-    /// Median standard deviation of the samples along their rays, as measured, in the unit of the scans; 0 where scans are clean.
-    pub noise: f64,
-    /// What decided the size of a cell: a value of srf_voxel_reason.
-    pub voxel_reason: u32,
-    /// 0.
-    pub reserved: u32,
-    /// Edges of the grid whose intersections were dropped: more scans see through there than have a surface there.
-    pub seen_through: u64,
-    /// Of the range images, the median standard deviation of their samples across the rays, in the unit of the scans.
-    pub noise_across: f64,
-    /// Of the range images, the median step that values along the ray are multiples of, in the unit of the scans; 0 for none.
-    pub noise_step: f64,
-    /// Of the range images, the median number of pixels over which errors depend on each other: 1 for white noise.
-    pub noise_correlation: f64,
-    /// 1 where stages left in files what they leave for each other, 0 where all was in memory.
-    pub in_files: u64,
-}
-
-/// What decided the size of a cell.
-#[allow(non_camel_case_types)]
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum srf_voxel_reason {
-    /// The caller gave it.
-    SRF_VOXEL_REASON_GIVEN = 0,
-    /// 1.5 times the mean distance of neighbouring samples.
-    SRF_VOXEL_REASON_SPACING = 1,
-    /// Half the median standard deviation of the samples.
-    SRF_VOXEL_REASON_NOISE = 2,
-    /// 1.5 times the median distance between scans that overlap.
-    SRF_VOXEL_REASON_DISTANCE = 3,
-    /// Coarser than that, so that it fits into memory: by the limit and the scans alone, or, where there is no limit, by what is free
-    /// at that moment.
-    SRF_VOXEL_REASON_MEMORY = 4,
-}
-
-impl From<VoxelReason> for srf_voxel_reason {
-    fn from(reason: VoxelReason) -> Self {
-        match reason {
-            VoxelReason::Given => srf_voxel_reason::SRF_VOXEL_REASON_GIVEN,
-            VoxelReason::Spacing => srf_voxel_reason::SRF_VOXEL_REASON_SPACING,
-            VoxelReason::Noise => srf_voxel_reason::SRF_VOXEL_REASON_NOISE,
-            VoxelReason::Distance => srf_voxel_reason::SRF_VOXEL_REASON_DISTANCE,
-            VoxelReason::Memory => srf_voxel_reason::SRF_VOXEL_REASON_MEMORY,
-        }
-    }
-}
-
-impl From<MergeReport> for srf_merge_report {
-    fn from(r: MergeReport) -> Self {
-        srf_merge_report {
-            struct_size: size_of::<Self>() as u32,
-            scans: r.scans as u32,
-            input_triangles: r.input_triangles,
-            voxel: r.voxel,
-            merge_distance: r.merge_distance,
-            max_hole_length: r.max_hole_length,
-            overlap_residual: r.overlap_residual.unwrap_or(SRF_FROM_DATA),
-            grid: r.grid,
-            intersections: r.intersections,
-            fused_intersections: r.fused_intersections,
-            artificial_intersections: r.artificial_intersections,
-            faces_direct: r.faces[0],
-            faces_settled: r.faces[1],
-            faces_filling: r.faces[2],
-            holes_closed: r.holes[0],
-            holes_open: r.holes[1],
-            dropped_components: r.dropped_components[0],
-            dropped_faces: r.dropped_components[1],
-            working_bytes: r.working_bytes,
-            noise: r.noise,
-            seen_through: r.seen_through,
-            noise_across: r.noise_across,
-            noise_step: r.noise_step,
-            noise_correlation: r.noise_correlation,
-            voxel_reason: srf_voxel_reason::from(r.voxel_reason) as u32,
-            reserved: 0,
-            in_files: r.in_files.into(),
-        }
-    }
-}
-
-/// Prepares a struct for srf_merger_run(). Call srf_merge_report_init(report), which adds the size that this header knows.
-/// report   not NULL
-/// size     sizeof(srf_merge_report): what of the struct this library does not know becomes 0
-/// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn srf_merge_report_init_sized(report: *mut srf_merge_report, size: usize) -> srf_status {
-    guard(|| sized::init("report", report, size, srf_merge_report::default()))
-}
+use crate::{params, pointer, report, sized};
 
 /// Merges what was added into one surface, by Marching Intersections: a manifold mesh with boundary, the same to the bit for
 /// any number of threads and any order of adding. Vertex attributes: confidence, noise (standard deviation of a sample
@@ -200,7 +67,7 @@ fn run(
         let merged = merge(&merger, &params, progress)?;
         merged.report.tell();
         if !out_report.is_null() {
-            sized::write("out_report", out_report, merged.report.into())?;
+            report::write("out_report", out_report, merged.report.values())?;
         }
         handle::give("out_mesh", out_mesh, merged.mesh.into())
     })
@@ -296,10 +163,10 @@ pub unsafe extern "C" fn srf_merger_write(
             workspace: workspace_of(workspace)?,
             write: WriteOptions { provenance: provenance_of(provenance)?, ..params::read("options", options)? },
         };
-        let report = watched(progress, |progress| Ok(merger.write(path, &params, &into, progress)?))?;
-        report.tell();
+        let made = watched(progress, |progress| Ok(merger.write(path, &params, &into, progress)?))?;
+        made.tell();
         if !out_report.is_null() {
-            sized::write("out_report", out_report, report.into())?;
+            report::write("out_report", out_report, made.values())?;
         }
         Ok(())
     })

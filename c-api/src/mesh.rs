@@ -3,15 +3,17 @@
 use std::ffi::{CString, c_char};
 
 use surfrecon::TriMesh;
-use surfrecon::mesh::{Attribute, MeshReport, try_check, try_check_welded};
+use surfrecon::mesh::{Attribute, try_check, try_check_welded};
+use surfrecon::reports::Report as _;
 
 use crate::array::{self, Borrowed, srf_array};
 use crate::guard::guard;
 use crate::handle::{self, handle};
 use crate::progress::{srf_progress, watched};
+use crate::reports::check::srf_check_report;
 use crate::status::{Failure, flag, srf_status, srf_status::*};
 use crate::text::c_text;
-use crate::{pointer, sized};
+use crate::{pointer, report, sized};
 
 /// A mesh of the library with the names of its attributes as C wants them.
 #[derive(Clone)]
@@ -217,106 +219,26 @@ pub unsafe extern "C" fn srf_mesh_set_attribute(
     })
 }
 
-/// What srf_mesh_check() found. Starts with its size; set by srf_mesh_report_init().
-#[allow(non_camel_case_types)]
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
-pub struct srf_mesh_report {
-    /// Bytes of this struct.
-    pub struct_size: u32,
-    /// 1 for an oriented manifold with boundary, finite, without degenerate or duplicate triangles, else 0.
-    pub is_manifold: u32,
-    /// Triangles, all of them.
-    pub triangles: u64,
-    /// Vertices that a triangle uses.
-    pub vertices: u64,
-    /// Vertices that none uses.
-    pub unused_vertices: u64,
-    /// Vertices with a coordinate that is not finite.
-    pub non_finite_vertices: u64,
-    /// Triangles that name a vertex twice.
-    pub degenerate_triangles: u64,
-    /// Triangles of three different vertices whose area is zero.
-    pub zero_area_triangles: u64,
-    /// Triangles with the same three vertices as another one, beyond the first.
-    pub duplicate_triangles: u64,
-    /// Edges, each counted once.
-    pub edges: u64,
-    /// Edges of one triangle.
-    pub boundary_edges: u64,
-    /// Edges of more than two triangles.
-    pub non_manifold_edges: u64,
-    /// Edges whose two triangles run through it in the same direction.
-    pub misoriented_edges: u64,
-    /// Vertices whose triangles fall into more than one fan.
-    pub non_manifold_vertices: u64,
-    /// Parts joined over edges.
-    pub components: u64,
-    /// Triangles of the largest part.
-    pub largest_component: u64,
-    /// Connected groups of boundary edges.
-    pub boundary_loops: u64,
-    /// Vertices - edges + triangles.
-    pub euler_characteristic: i64,
-    /// Sum of the genera of all parts, boundary loops taken as closed by disks; -1 unless the mesh is a manifold.
-    pub genus: i64,
-}
-
-impl From<MeshReport> for srf_mesh_report {
-    fn from(r: MeshReport) -> Self {
-        srf_mesh_report {
-            struct_size: size_of::<Self>() as u32,
-            is_manifold: u32::from(r.is_manifold()),
-            triangles: r.triangles as u64,
-            vertices: r.vertices as u64,
-            unused_vertices: r.unused_vertices as u64,
-            non_finite_vertices: r.non_finite_vertices as u64,
-            degenerate_triangles: r.degenerate_triangles as u64,
-            zero_area_triangles: r.zero_area_triangles as u64,
-            duplicate_triangles: r.duplicate_triangles as u64,
-            edges: r.edges as u64,
-            boundary_edges: r.boundary_edges as u64,
-            non_manifold_edges: r.non_manifold_edges as u64,
-            misoriented_edges: r.misoriented_edges as u64,
-            non_manifold_vertices: r.non_manifold_vertices as u64,
-            components: r.components as u64,
-            largest_component: r.largest_component as u64,
-            boundary_loops: r.boundary_loops as u64,
-            euler_characteristic: r.euler_characteristic,
-            genus: r.genus().unwrap_or(-1),
-        }
-    }
-}
-
-/// Prepares a struct for srf_mesh_check(). Call srf_mesh_report_init(report), which adds the size that this header knows.
-/// report   not NULL
-/// size     sizeof(srf_mesh_report): what of the struct this library does not know becomes 0
-/// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn srf_mesh_report_init_sized(report: *mut srf_mesh_report, size: usize) -> srf_status {
-    guard(|| sized::init("report", report, size, srf_mesh_report::default()))
-}
-
 /// Checks whether a mesh is what a surface must be, and finds its topology. Shares no code with what makes meshes.
 /// mesh        not NULL
 /// welded      0: vertices are the same if they have the same index; 1: also if they are at the same place in single precision
 /// progress    NULL for none
-/// out_report  initialized by srf_mesh_report_init(); not NULL
+/// out_report  initialized by srf_check_report_init(); not NULL
 /// returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_OUT_OF_MEMORY, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_mesh_check(
     mesh: *const srf_mesh,
     welded: u32,
     progress: *const srf_progress,
-    out_report: *mut srf_mesh_report,
+    out_report: *mut srf_check_report,
 ) -> srf_status {
     guard(|| {
         sized::writable("out_report", out_report)?;
         let mesh = handle::get("mesh", mesh)?;
         let check = if flag("welded", welded)? { try_check_welded } else { try_check };
         watched(progress, |progress| {
-            let report = check(&mesh.mesh, progress)?;
-            sized::write("out_report", out_report, report.into())
+            let found = check(&mesh.mesh, progress)?;
+            report::write("out_report", out_report, found.values())
         })
     })
 }

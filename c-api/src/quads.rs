@@ -4,7 +4,8 @@ use std::ffi::c_char;
 
 use surfrecon::export::{Polygons, write_obj_polygons};
 use surfrecon::mesh::{AttributeData, QuadMesh};
-use surfrecon::quads::{self, QuadGrid, QuadParams, QuadReport};
+use surfrecon::quads::{self, QuadGrid, QuadParams};
+use surfrecon::reports::Report as _;
 
 use crate::array::{self, srf_array};
 use crate::files::path_of;
@@ -14,8 +15,9 @@ use crate::image::srf_image;
 use crate::mesh::srf_mesh;
 use crate::params::quads::srf_quads_params;
 use crate::progress::{srf_progress, watched};
+use crate::reports::quads::srf_quads_report;
 use crate::status::{Failure, srf_status};
-use crate::{params, pointer, sized};
+use crate::{params, pointer, report, sized};
 
 /// A grid with the mesh of its quads that are not on the background.
 pub struct Gridded {
@@ -30,84 +32,6 @@ pub struct srf_quads {
 }
 
 handle!(srf_quads, Gridded);
-
-/// Figures of a quad grid. Errors are distances along the samples' rays over all valid pixels but those missed, with each quad
-/// cut along its better diagonal. Starts with its size; prepared by srf_quads_report_init().
-#[allow(non_camel_case_types)]
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
-pub struct srf_quads_report {
-    /// Bytes of this struct.
-    pub struct_size: u32,
-    /// 1 if the result is the uniform grid, as the adaptive one lay no nearer.
-    pub is_uniform: u32,
-    /// Tiles from top to bottom.
-    pub tiles_down: u64,
-    /// Tiles from left to right.
-    pub tiles_across: u64,
-    /// Difference between the farthest and the nearest range of the valid pixels.
-    pub depth_extent: f64,
-    /// Mean error as a share of the depth extent.
-    pub relative_error: f64,
-    /// The same of the uniform grid of the same size.
-    pub uniform_relative_error: f64,
-    /// Root of the mean square error.
-    pub rms_error: f64,
-    /// The same of the uniform grid.
-    pub uniform_rms_error: f64,
-    /// Largest error.
-    pub max_error: f64,
-    /// The same of the uniform grid.
-    pub uniform_max_error: f64,
-    /// Valid pixels of the image.
-    pub valid_pixels: u64,
-    /// Invalid pixels filled.
-    pub gaps_filled: u64,
-    /// Vertices moved so that no quad folds over.
-    pub unfolded: u64,
-    /// Vertices moved from the background onto the surface's border.
-    pub snapped: u64,
-    /// Quads that are not on the background.
-    pub quads: u64,
-    /// Valid pixels whose rays do not meet their quad's planes in front of the sensor: they have no error.
-    pub missed_pixels: u64,
-    /// The same of the uniform grid.
-    pub uniform_missed_pixels: u64,
-}
-
-impl From<&QuadReport> for srf_quads_report {
-    fn from(r: &QuadReport) -> Self {
-        srf_quads_report {
-            struct_size: size_of::<Self>() as u32,
-            is_uniform: u32::from(r.is_uniform),
-            tiles_down: r.tiles[0] as u64,
-            tiles_across: r.tiles[1] as u64,
-            depth_extent: r.depth_extent,
-            relative_error: r.relative_error,
-            uniform_relative_error: r.uniform_relative_error,
-            rms_error: r.rms_error,
-            uniform_rms_error: r.uniform_rms_error,
-            max_error: r.max_error,
-            uniform_max_error: r.uniform_max_error,
-            valid_pixels: r.valid_pixels as u64,
-            gaps_filled: r.gaps_filled as u64,
-            unfolded: r.unfolded as u64,
-            snapped: r.snapped as u64,
-            quads: r.kept as u64,
-            missed_pixels: r.missed_pixels as u64,
-            uniform_missed_pixels: r.uniform_missed_pixels as u64,
-        }
-    }
-}
-
-/// Prepares a struct for srf_quads_create(). Call srf_quads_report_init(report), which adds the size that this header knows.
-/// report   not NULL
-/// size     sizeof(srf_quads_report): what of the struct this library does not know becomes 0
-/// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn srf_quads_report_init_sized(report: *mut srf_quads_report, size: usize) -> srf_status {
-    guard(|| sized::init("report", report, size, srf_quads_report::default()))
-}
 
 /// Makes a quad grid of an image. Every vertex lies on a pixel of its own; seen on the pixels no quad folds over. The grid covers
 /// the whole image, and its mean error is at most that of the uniform grid of the same size. O(pixels).
@@ -136,7 +60,7 @@ pub unsafe extern "C" fn srf_quads_create(
         watched(progress, |progress| {
             let grid = quads::run(&image.image, &params, progress)?;
             if !out_report.is_null() {
-                sized::write("out_report", out_report, (&grid.report).into())?;
+                report::write("out_report", out_report, grid.report.values())?;
             }
             let mesh = grid.mesh();
             handle::give("out_quads", out_quads, Gridded { grid, mesh })

@@ -2,6 +2,7 @@
 
 use surfrecon::PointCloud;
 use surfrecon::reconstruct::{Reason, ReconstructParams, Reconstructed, Reconstructor};
+use surfrecon::reports::Report as _;
 use surfrecon::threads::{Exclusive, Taken};
 
 use crate::array::{Borrowed, srf_array};
@@ -11,8 +12,9 @@ use crate::handle::{self, Shared, handle};
 use crate::mesh::srf_mesh;
 use crate::params::reconstruct::srf_reconstruct_params;
 use crate::progress::{srf_progress, watched};
+use crate::reports::reconstruct::srf_reconstruct_report;
 use crate::status::{Failure, srf_status, srf_status::*};
-use crate::{params, pointer, sized};
+use crate::{params, pointer, report, sized};
 
 /// Scattered points from which surfaces are made with one set of parameters after the other. Released with
 /// srf_reconstructor_free().
@@ -40,94 +42,6 @@ pub enum srf_dropped {
     SRF_DROPPED_OUTSIDE = 4,
     /// Far from any surface that the others tell. Since 0.2.
     SRF_DROPPED_OUTLIER = 5,
-}
-
-/// The figures of a surface. Starts with its size; prepared by srf_reconstruct_report_init().
-#[allow(non_camel_case_types)]
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
-pub struct srf_reconstruct_report {
-    /// Bytes of this struct.
-    pub struct_size: u32,
-    /// 1 if the surface is closed, without any border, else 0.
-    pub is_closed: u32,
-    /// Points given.
-    pub points: u64,
-    /// Points on the surface.
-    pub used: u64,
-    /// Points dropped since a coordinate isn't finite.
-    pub not_finite: u64,
-    /// Points dropped since they are at the same place as a point before them.
-    pub duplicates: u64,
-    /// Points dropped inside of the surface.
-    pub inside: u64,
-    /// Points dropped outside of the surface.
-    pub outside: u64,
-    /// Delaunay tetrahedra; none where the points lie in one plane.
-    pub tetrahedra: u64,
-    /// The threshold used: a perimeter with a global one, in mean spacings of a facet's points with a local one.
-    pub threshold: f64,
-    /// Times the mean perimeter was taken, with SRF_TOPOLOGY_FREE or of points in one plane.
-    pub rounds: u64,
-    /// Tetrahedra that changed sides to make the surface manifold.
-    pub repaired: u64,
-    /// Points brought onto the surface afterwards.
-    pub gathered: u64,
-    /// Facets left out: those over gaps, and those that kept the surface from being manifold.
-    pub cut_facets: u64,
-    /// Parts turned over by normals, sensors or direction.
-    pub turned_parts: u64,
-    /// Points dropped since they are far from any surface that the others tell. Since 0.2.
-    pub outliers: u64,
-    /// Noise of the points as measured: their standard deviation across the surface. 0 for fewer than 1,024. Since 0.2.
-    pub noise: f64,
-    /// Side of a square of the surface that has one point, as measured with the noise. Since 0.2.
-    pub spacing: f64,
-    /// Radius within which the surface was smoothed, 0 if it goes through the points. Since 0.2.
-    pub smoothing: f64,
-    /// Root mean square of the distances by which smoothing moved the points on the surface. Since 0.2.
-    pub moved: f64,
-}
-
-impl From<&Reconstructed> for srf_reconstruct_report {
-    fn from(made: &Reconstructed) -> Self {
-        let report = &made.report;
-        let dropped = |reason| report.dropped_for(reason) as u64;
-        srf_reconstruct_report {
-            struct_size: size_of::<Self>() as u32,
-            is_closed: report.closed.into(),
-            points: report.points as u64,
-            used: report.used as u64,
-            not_finite: dropped(Reason::NotFinite),
-            duplicates: dropped(Reason::Duplicate),
-            inside: dropped(Reason::Inside),
-            outside: dropped(Reason::Outside),
-            tetrahedra: report.tetrahedra as u64,
-            threshold: report.threshold,
-            rounds: report.rounds as u64,
-            repaired: report.repaired[0] as u64,
-            gathered: report.repaired[1] as u64,
-            cut_facets: report.cut_facets as u64,
-            turned_parts: report.turned_parts as u64,
-            outliers: dropped(Reason::Outlier),
-            noise: report.noise,
-            spacing: report.spacing,
-            smoothing: report.smoothing,
-            moved: report.moved,
-        }
-    }
-}
-
-/// Prepares a struct for srf_reconstructor_surface(). Call srf_reconstruct_report_init(report), which adds the size that this header knows.
-/// report   not NULL
-/// size     sizeof(srf_reconstruct_report): what of the struct this library does not know becomes 0
-/// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn srf_reconstruct_report_init_sized(
-    report: *mut srf_reconstruct_report,
-    size: usize,
-) -> srf_status {
-    guard(|| sized::init("report", report, size, srf_reconstruct_report::default()))
 }
 
 /// Takes a cloud; it is kept as it is now and may be freed afterwards. O(1): the points are tetrahedralized for the first
@@ -195,7 +109,7 @@ pub unsafe extern "C" fn srf_reconstructor_surface(
         let shared = handle::get("reconstructor", reconstructor)?;
         let made = surface(&shared, &params, progress)?;
         if !out_report.is_null() {
-            sized::write("out_report", out_report, (&made).into())?;
+            report::write("out_report", out_report, made.report.values())?;
         }
         if !out_dropped.is_null() {
             pointer::copy_out("out_dropped", out_dropped, &reasons(&made))?;

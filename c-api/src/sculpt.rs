@@ -4,6 +4,7 @@ use std::borrow::Borrow;
 
 use surfrecon::Progress;
 use surfrecon::range_image::RangeImage;
+use surfrecon::reports::Report as _;
 use surfrecon::sculpt::{SculptParams, Sculpted, Sculptor, Tolerance};
 
 use crate::guard::guard;
@@ -12,9 +13,10 @@ use crate::image::{Image, srf_image};
 use crate::mesh::srf_mesh;
 use crate::params::sculpt::srf_sculpt_params;
 use crate::progress::{srf_progress, watched};
+use crate::reports::sculpt::srf_sculpt_report;
 use crate::settings::from_data;
 use crate::status::{Failure, srf_status};
-use crate::{params, pointer, sized};
+use crate::{params, pointer, report, sized};
 
 /// An image that its sculptor keeps.
 pub struct Kept(Shared<Image>);
@@ -38,74 +40,6 @@ pub struct srf_sculptor {
 }
 
 handle!(srf_sculptor, Prepared);
-
-/// How far a sculpted mesh lies from the samples, measured on the result along the samples' rays. Starts with its size;
-/// prepared by srf_certificate_init(). Lengths are in the unit of the samples.
-#[allow(non_camel_case_types)]
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
-pub struct srf_certificate {
-    /// Bytes of this struct.
-    pub struct_size: u32,
-    /// 0.
-    pub reserved: u32,
-    /// Tolerance that was used.
-    pub tolerance: f64,
-    /// Difference between the farthest and the nearest range of the covered samples.
-    pub depth_extent: f64,
-    /// Largest distance.
-    pub max_error: f64,
-    /// Root of the mean square.
-    pub rms_error: f64,
-    /// 95 % of the samples lie at most this far from the mesh.
-    pub p95_error: f64,
-    /// Row of the sample farthest from the mesh.
-    pub worst_row: u64,
-    /// Its column.
-    pub worst_col: u64,
-    /// Samples whose rays meet the mesh.
-    pub samples: u64,
-    /// Valid pixels that no mesh covers, for want of neighbours or hidden behind others. The tolerance does not hold for them.
-    pub isolated_pixels: u64,
-    /// Triangles of the mesh that has every sample.
-    pub full_triangles: u64,
-    /// Triangles of the result.
-    pub triangles: u64,
-    /// Largest distance once coordinates are rounded to single precision, as STL, GLB and many programs keep them.
-    pub max_error_single: f64,
-}
-
-impl From<&Sculpted> for srf_certificate {
-    fn from(sculpted: &Sculpted) -> Self {
-        let (certificate, report) = (&sculpted.certificate, &sculpted.report);
-        let [worst_row, worst_col] = certificate.worst_pixel.unwrap_or_default().map(|place| place as u64);
-        srf_certificate {
-            struct_size: size_of::<Self>() as u32,
-            reserved: 0,
-            tolerance: report.tolerance,
-            depth_extent: report.depth_extent,
-            max_error: certificate.max_error,
-            rms_error: certificate.rms_error,
-            p95_error: certificate.p95_error,
-            worst_row,
-            worst_col,
-            samples: certificate.covered as u64,
-            isolated_pixels: report.isolated_pixels as u64,
-            full_triangles: report.full_triangles as u64,
-            triangles: report.triangles as u64,
-            max_error_single: certificate.max_error_single,
-        }
-    }
-}
-
-/// Prepares a struct for srf_sculptor_refine(). Call srf_certificate_init(certificate), which adds the size that this header knows.
-/// certificate  not NULL
-/// size         sizeof(srf_certificate): what of the struct this library does not know becomes 0
-/// returns      SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn srf_certificate_init_sized(certificate: *mut srf_certificate, size: usize) -> srf_status {
-    guard(|| sized::init("certificate", certificate, size, srf_certificate::default()))
-}
 
 /// Makes an image ready to be sculpted: finds where the mesh may be, once for all tolerances. O(pixels). The image is kept as
 /// it is now; it may be freed or changed afterwards.
@@ -151,7 +85,7 @@ pub unsafe extern "C" fn srf_sculptor_free(sculptor: *mut srf_sculptor) -> srf_s
 /// tolerance        in the unit of the samples, >= 0; SRF_FROM_DATA for that of the params of srf_sculptor_create()
 /// progress         NULL for none
 /// out_mesh         receives a new handle on SRF_OK only; not NULL
-/// out_certificate  initialized by srf_certificate_init(); NULL if not wanted
+/// out_report  initialized by srf_sculpt_report_init(); NULL if not wanted
 /// returns          SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_sculptor_refine(
@@ -159,10 +93,10 @@ pub unsafe extern "C" fn srf_sculptor_refine(
     tolerance: f64,
     progress: *const srf_progress,
     out_mesh: *mut *mut srf_mesh,
-    out_certificate: *mut srf_certificate,
+    out_report: *mut srf_sculpt_report,
 ) -> srf_status {
     guard(|| {
-        sculpt("sculptor", sculptor, progress, out_mesh, out_certificate, |prepared, progress| {
+        sculpt("sculptor", sculptor, progress, out_mesh, out_report, |prepared, progress| {
             let tolerance = from_data(tolerance).map_or(prepared.tolerance, Tolerance::Absolute);
             prepared.sculptor.refine(tolerance, progress)
         })
@@ -170,12 +104,12 @@ pub unsafe extern "C" fn srf_sculptor_refine(
 }
 
 /// The mesh of the smallest tolerance found that has at most a number of triangles; up to 24 times the work of
-/// srf_sculptor_refine(), whose mesh of the tolerance in out_certificate it is.
+/// srf_sculptor_refine(), whose mesh of the tolerance in out_report it is.
 /// sculptor         not NULL
 /// max_triangles    what the mesh may have at most
 /// progress         NULL for none
 /// out_mesh         receives a new handle on SRF_OK only; not NULL
-/// out_certificate  initialized by srf_certificate_init(); NULL if not wanted
+/// out_report  initialized by srf_sculpt_report_init(); NULL if not wanted
 /// returns          SRF_OK, SRF_ERR_INPUT if any mesh that covers the image has more, SRF_ERR_CANCELLED, SRF_ERR_HANDLE,
 ///                  SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 #[unsafe(no_mangle)]
@@ -184,10 +118,10 @@ pub unsafe extern "C" fn srf_sculptor_at_most(
     max_triangles: usize,
     progress: *const srf_progress,
     out_mesh: *mut *mut srf_mesh,
-    out_certificate: *mut srf_certificate,
+    out_report: *mut srf_sculpt_report,
 ) -> srf_status {
     guard(|| {
-        sculpt("sculptor", sculptor, progress, out_mesh, out_certificate, |prepared, progress| {
+        sculpt("sculptor", sculptor, progress, out_mesh, out_report, |prepared, progress| {
             prepared.sculptor.at_most(max_triangles, progress)
         })
     })
@@ -199,18 +133,20 @@ fn sculpt(
     sculptor: *const srf_sculptor,
     progress: *const srf_progress,
     out_mesh: *mut *mut srf_mesh,
-    out_certificate: *mut srf_certificate,
+    out_report: *mut srf_sculpt_report,
     work: impl FnOnce(&Prepared, &Progress<'_>) -> surfrecon::Result<Sculpted>,
 ) -> Result<(), Failure> {
     pointer::writable("out_mesh", out_mesh)?;
-    if !out_certificate.is_null() {
-        sized::writable("out_certificate", out_certificate)?;
+    if !out_report.is_null() {
+        sized::writable("out_report", out_report)?;
     }
     let prepared = handle::get(name, sculptor)?;
     watched(progress, |progress| {
         let sculpted = work(&prepared, progress)?;
-        if !out_certificate.is_null() {
-            sized::write("out_certificate", out_certificate, (&sculpted).into())?;
+        if !out_report.is_null() {
+            let mut values = sculpted.report.values();
+            values.extend(sculpted.certificate.values());
+            report::write("out_report", out_report, values)?;
         }
         handle::give("out_mesh", out_mesh, sculpted.mesh.into())
     })

@@ -6,6 +6,7 @@
 #include "filter.h"
 #include "layer.h"
 #include "parameters.h"
+#include "reports.h"
 
 namespace srf {
 namespace {
@@ -70,18 +71,8 @@ Outputs run(Job &job)
     const surfrecon::Mesh surface =
         points ? scattered.clustered(params, &report, job.progress()) : dense.clustered(params, &report, job.progress());
     place(add_layer(job.document, label, surface, ""), pose);
-    const double degrees = 180 / std::acos(-1.0);
-    job.log(std::to_string(report.vertices) + " vertices from " + std::to_string(report.patches) + " patches; smallest angles: mean " +
-            shown(degrees * report.mean_smallest_angle) + " degrees, least " + shown(degrees * report.smallest_angle));
-    if (report.kept_input != 0) job.log("Nothing coarser lies within the largest error: the result is a copy");
-    out["vertices"] = static_cast<int>(report.vertices);
-    out["triangles"] = static_cast<int>(report.triangles);
-    out["patches"] = static_cast<int>(report.patches);
-    out["cut_edges"] = static_cast<int>(report.cut_edges);
-    out["off_surface"] = static_cast<int>(report.off_surface);
-    out["mean_smallest_angle"] = report.mean_smallest_angle;
-    out["smallest_angle"] = report.smallest_angle;
-    if (report.max_error != SRF_FROM_DATA) out["max_error"] = report.max_error;
+    log_figures(job, cluster_figures, &report);
+    for (const auto &figure : values(cluster_figures, &report)) out.insert(figure);
     return out;
 }
 

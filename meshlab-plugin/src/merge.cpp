@@ -7,6 +7,7 @@
 #include "layer.h"
 #include "parameters.h"
 #include "range_layer.h"
+#include "reports.h"
 #include "visible.h"
 
 namespace srf {
@@ -58,17 +59,6 @@ void use_quality(surfrecon::Mesh &mesh, const MeshModel &layer)
     mesh.set_attribute(SRF_DOMAIN_VERTICES, "confidence", surfrecon::View<float>(weights.data(), weights.size()));
 }
 
-std::string voxel_reason(const srf_merge_report &report)
-{
-    switch (report.voxel_reason) {
-        case SRF_VOXEL_REASON_SPACING: return " (1.5 times the spacing of the samples)";
-        case SRF_VOXEL_REASON_NOISE: return " (half the noise of the samples)";
-        case SRF_VOXEL_REASON_DISTANCE: return " (1.5 times the distance between overlapping layers)";
-        case SRF_VOXEL_REASON_MEMORY: return " (coarser, to fit into memory)";
-        default: return "";
-    }
-}
-
 Outputs run(Job &job)
 {
     const RichParameterList &given = job.parameters;
@@ -109,31 +99,10 @@ Outputs run(Job &job)
 
     job.log("Merged " + std::to_string(report.scans) + " layers, " + std::to_string(report.input_triangles) +
             " triangles, into " + std::to_string(surface.triangles().size()) + " triangles");
-    job.log("Voxel " + shown(report.voxel) + voxel_reason(report) + ", merge distance " + shown(report.merge_distance) +
-            ", noise of the samples " + shown(report.noise) +
-            (report.noise_across > 0 ? " along the rays, " + shown(report.noise_across) + " across" : "") +
-            (report.noise_step > 0 ? ", in steps of " + shown(report.noise_step) : ""));
-    if (report.in_files != 0) job.log("Memory was short, so the merge worked in temporary files");
-    if (report.seen_through > 0) {
-        job.log(std::to_string(report.seen_through) + " edges of the grid without what more layers see through than have there");
-    }
-    job.log(std::to_string(report.holes_closed) + " holes closed, " + std::to_string(report.holes_open) + " left open; " +
-            std::to_string(report.dropped_components) + " stray parts dropped");
-    Outputs out;
-    out["layers"] = static_cast<int>(report.scans);
-    out["input_triangles"] = static_cast<int>(report.input_triangles);
+    log_figures(job, merge_figures, &report);
+    Outputs out = values(merge_figures, &report);
     out["triangles"] = static_cast<int>(surface.triangles().size());
     out["vertices"] = static_cast<int>(surface.positions().size());
-    out["voxel"] = report.voxel;
-    out["merge_distance"] = report.merge_distance;
-    out["max_hole_length"] = report.max_hole_length;
-    if (report.overlap_residual >= 0) out["overlap_residual"] = report.overlap_residual;
-    out["noise"] = report.noise;
-    out["seen_through"] = static_cast<int>(report.seen_through);
-    out["holes_closed"] = static_cast<int>(report.holes_closed);
-    out["holes_open"] = static_cast<int>(report.holes_open);
-    out["in_files"] = report.in_files != 0;
-    out["dropped_components"] = static_cast<int>(report.dropped_components);
     return out;
 }
 

@@ -4,6 +4,7 @@
 #include "layer.h"
 #include "parameters.h"
 #include "range_layer.h"
+#include "reports.h"
 
 namespace srf {
 namespace {
@@ -88,19 +89,10 @@ Outputs run(Job &job)
 
     job.log(std::to_string(quads.rows()) + " x " + std::to_string(quads.cols()) + " vertices, " + std::to_string(report.quads) +
             " quads on the surface");
-    job.log("Relative error " + shown(100 * report.relative_error) + " %, of the uniform grid " +
-            shown(100 * report.uniform_relative_error) + " %; RMS " + shown(report.rms_error) + ", at most " + shown(report.max_error));
-    Outputs out;
+    log_figures(job, quads_figures, &report);
+    Outputs out = values(quads_figures, &report);
     out["rows"] = static_cast<int>(quads.rows());
     out["columns"] = static_cast<int>(quads.cols());
-    out["quads"] = static_cast<int>(report.quads);
-    out["depth_extent"] = report.depth_extent;
-    out["relative_error"] = report.relative_error;
-    out["uniform_relative_error"] = report.uniform_relative_error;
-    out["rms_error"] = report.rms_error;
-    out["uniform_rms_error"] = report.uniform_rms_error;
-    out["max_error"] = report.max_error;
-    out["uniform_max_error"] = report.uniform_max_error;
     return out;
 }
 

@@ -7,6 +7,7 @@
 #include "layer.h"
 #include "parameters.h"
 #include "range_layer.h"
+#include "reports.h"
 
 namespace srf {
 namespace {
@@ -47,30 +48,9 @@ Outputs run(Job &job)
     place(made, pose);
 
     job.log(std::to_string(surface.triangles().size()) + " triangles through " + std::to_string(report.used) + " of " +
-            std::to_string(report.points) + " points, taken as " + (report.is_closed ? "closed" : "open"));
-    job.log("Not on it: " + std::to_string(report.duplicates) + " copies, " + std::to_string(report.inside) + " inside, " +
-            std::to_string(report.outside) + " outside, " + std::to_string(report.outliers) + " outliers, " + std::to_string(report.not_finite) +
-            " that are no finite numbers");
-    if (report.smoothing > 0)
-        job.log("Noise of " + std::to_string(report.noise) + " at a spacing of " + std::to_string(report.spacing) +
-                ": smoothed within " + std::to_string(report.smoothing) + ", which moved points by " +
-                std::to_string(report.moved) + " (root mean square)");
-    Outputs out;
-    out["points"] = static_cast<int>(report.points);
-    out["used"] = static_cast<int>(report.used);
-    out["duplicates"] = static_cast<int>(report.duplicates);
-    out["inside"] = static_cast<int>(report.inside);
-    out["outside"] = static_cast<int>(report.outside);
-    out["outliers"] = static_cast<int>(report.outliers);
-    out["noise"] = report.noise;
-    out["spacing"] = report.spacing;
-    out["smoothing"] = report.smoothing;
-    out["moved"] = report.moved;
-    out["not_finite"] = static_cast<int>(report.not_finite);
-    out["tetrahedra"] = static_cast<int>(report.tetrahedra);
-    out["closed"] = report.is_closed != 0;
-    out["threshold"] = report.threshold;
-    out["cut_facets"] = static_cast<int>(report.cut_facets);
+            std::to_string(report.points) + " points, taken as " + (report.closed ? "closed" : "open"));
+    log_figures(job, reconstruct_figures, &report);
+    Outputs out = values(reconstruct_figures, &report);
     return out;
 }
 

@@ -4,6 +4,7 @@
 #include "layer.h"
 #include "parameters.h"
 #include "range_layer.h"
+#include "reports.h"
 
 namespace srf {
 namespace {
@@ -32,30 +33,15 @@ Outputs run(Job &job)
     surfrecon::SculptParams params;
     read_parameters(given, sculpt_parameters, &params);
     const surfrecon::Sculptor sculptor(image, params);
-    const auto [surface, certificate] = most > 0 ? sculptor.at_most(static_cast<std::size_t>(most), job.progress())
+    const auto [surface, report] = most > 0 ? sculptor.at_most(static_cast<std::size_t>(most), job.progress())
                                                  : sculptor.refine(SRF_FROM_DATA, job.progress());
     const std::string label = layer->label().toStdString() + " sculpted";
     const surfrecon::Pose pose = placement(*layer);
     MeshModel &made = add_layer(job.document, label, surface, "error", image.pose());
     place(made, pose);
 
-    job.log(std::to_string(certificate.full_triangles) + " triangles with every sample, " +
-            std::to_string(certificate.triangles) + " within " + shown(certificate.tolerance));
-    job.log("Measured along the rays of " + std::to_string(certificate.samples) + " samples: at most " +
-            shown(certificate.max_error) + ", RMS " + shown(certificate.rms_error) + ", 95 % within " +
-            shown(certificate.p95_error));
-    Outputs out;
-    out["tolerance"] = certificate.tolerance;
-    out["depth_extent"] = certificate.depth_extent;
-    out["max_error"] = certificate.max_error;
-    out["rms_error"] = certificate.rms_error;
-    out["p95_error"] = certificate.p95_error;
-    out["worst_row"] = static_cast<int>(certificate.worst_row);
-    out["worst_col"] = static_cast<int>(certificate.worst_col);
-    out["samples"] = static_cast<int>(certificate.samples);
-    out["isolated_pixels"] = static_cast<int>(certificate.isolated_pixels);
-    out["full_triangles"] = static_cast<int>(certificate.full_triangles);
-    out["triangles"] = static_cast<int>(certificate.triangles);
+    log_figures(job, sculpt_figures, &report);
+    const Outputs out = values(sculpt_figures, &report);
     return out;
 }
 

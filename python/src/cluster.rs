@@ -6,7 +6,6 @@ use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use surfrecon::cluster::{ClusterParams, Clustered as Core, Resolution};
-use surfrecon::mesh::measure::Quality;
 use surfrecon::params::{Params as _, Value, find};
 use surfrecon::{PointCloud, Progress, TriMesh};
 
@@ -188,27 +187,7 @@ impl Clustered {
     /// Figures of the run: a ``ClusterReport``.
     #[getter]
     fn report<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let report = &self.core.report;
-        let dict = PyDict::new(py);
-        for (name, count) in [
-            ("patches", report.patches),
-            ("vertices", report.vertices),
-            ("triangles", report.triangles),
-            ("separated", report.separated),
-            ("dissolved", report.dissolved),
-            ("halved", report.halved),
-            ("cut_edges", report.cut_edges),
-            ("off_surface", report.off_surface),
-        ] {
-            dict.set_item(name, count)?;
-        }
-        dict.set_item("energy", report.energy)?;
-        dict.set_item("before", shape(py, &report.before, &report.angles_before)?)?;
-        dict.set_item("after", shape(py, &report.after, &report.angles_after)?)?;
-        dict.set_item("max_error", report.bound)?;
-        dict.set_item("kept_input", report.kept_input)?;
-        dict.set_item("seconds", report::seconds(py, &report.seconds)?)?;
-        report::report("ClusterReport", dict)
+        report::of(py, &self.core.report)
     }
 
     fn __repr__(&self) -> String {
@@ -217,13 +196,4 @@ impl Clustered {
         let (vertices, patches) = (report.vertices, report.patches);
         format!("<Clustered {vertices} vertices from {patches} patches, mean smallest angle {angle:.1} degrees>")
     }
-}
-
-fn shape<'py>(py: Python<'py>, quality: &Quality, angles: &[usize]) -> PyResult<Bound<'py, PyAny>> {
-    let dict = PyDict::new(py);
-    dict.set_item("mean_smallest_angle", quality.mean_smallest_angle)?;
-    dict.set_item("smallest_angle", quality.smallest_angle)?;
-    dict.set_item("largest_angle", quality.largest_angle)?;
-    dict.set_item("angles", angles)?;
-    report::report("TriangleShapes", dict)
 }

@@ -13,7 +13,7 @@ use crate::crs::CrsText;
 use crate::frame::{Scan, content_object};
 use crate::measure::{DistanceCall, SurfaceDistanceCall, distance_report};
 use crate::memory_folder::Place;
-use crate::merge::{MergeCall, MergeResult, merge_report, store};
+use crate::merge::{MergeCall, MergeResult, store};
 use crate::merge_to_file::{FileCall, written};
 use crate::merger::Merger;
 use crate::mesh::Mesh;
@@ -23,6 +23,7 @@ use crate::range_image::RangeImage;
 use crate::ready::ReadCall;
 use crate::reconstruct::{Reconstructed, Reconstructor, SurfaceCall};
 use crate::regions::Plane;
+use crate::report;
 use crate::scan::{ScanCall, scanned};
 use crate::scans::{OpenCall, ScanSet};
 use crate::sculpt::{PrepareCall, RefineCall, Sculpted, Sculptor};
@@ -147,7 +148,7 @@ impl Job {
     ) -> PyResult<Self> {
         let write = written(encoding, part_triangles, provenance)?;
         let call = FileCall::new(scans, path, max_memory, (workspace, keep), write, options)?;
-        Job::of(Background::start(move |progress| made(call.run(progress)?, merge_report)))
+        Job::of(Background::start(move |progress| made(call.run(progress)?, |py, report| report::of(py, &report))))
     }
 
     /// Starts ``surfrecon.distances`` with the same arguments but ``progress``.

@@ -15,7 +15,7 @@ use crate::mesh::Mesh;
 use crate::params::params;
 use crate::paths::FsPath;
 use crate::progress::Watch;
-use crate::report::{self, figures};
+use crate::report;
 use crate::settings::limit_of;
 use crate::sources::{Clouds, Source, as_dyn, sources};
 
@@ -226,7 +226,7 @@ pub struct MergeResult {
 
 impl MergeResult {
     pub fn new(py: Python<'_>, (merged, distances): Measured) -> PyResult<Self> {
-        let report = merge_report(py, merged.report)?.unbind();
+        let report = report::of(py, &merged.report)?.unbind();
         let distances = distances.map(|distances| PyArray1::from_vec(py, distances).unbind());
         Ok(MergeResult { mesh: Py::new(py, Mesh::from(merged.mesh))?, report, distances })
     }
@@ -237,73 +237,4 @@ impl MergeResult {
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         Ok(format!("<MergeResult {}>", self.mesh.bind(py).repr()?))
     }
-}
-
-/// The report of a merge.
-pub fn merge_report<'py>(py: Python<'py>, report: surfrecon::merge::MergeReport) -> PyResult<Bound<'py, PyAny>> {
-    // Names every field: a figure that is added to the core must be added here.
-    let surfrecon::merge::MergeReport {
-        scans,
-        scan_names,
-        input_triangles,
-        voxel,
-        voxel_reason,
-        merge_distance,
-        max_hole_length,
-        overlap_residual,
-        noise,
-        noise_across,
-        noise_step,
-        noise_correlation,
-        grid,
-        intersections,
-        seen_through,
-        fused_intersections,
-        artificial_intersections,
-        faces,
-        holes,
-        dropped_components,
-        colour_gains,
-        working_bytes,
-        in_files,
-        warnings,
-        seconds,
-    } = report;
-    let voxel_reason = voxel_reason.words();
-    let (grid, faces): ((u64, u64, u64), (u64, u64, u64)) = (grid.into(), faces.into());
-    let (holes, dropped_components): ((u64, u64), (u64, u64)) = (holes.into(), dropped_components.into());
-    let colour_gains: Vec<(f64, f64, f64)> = colour_gains.into_iter().map(Into::into).collect();
-    let warnings: Vec<(&str, String)> =
-        warnings.into_iter().map(|warning| (warning.kind.name(), warning.text)).collect();
-    let seconds = report::seconds(py, &seconds)?;
-    report::report(
-        "MergeReport",
-        figures!(py, {
-            scans,
-            scan_names,
-            input_triangles,
-            voxel,
-            voxel_reason,
-            merge_distance,
-            max_hole_length,
-            overlap_residual,
-            noise,
-            noise_across,
-            noise_step,
-            noise_correlation,
-            grid,
-            intersections,
-            seen_through,
-            fused_intersections,
-            artificial_intersections,
-            faces,
-            holes,
-            dropped_components,
-            colour_gains,
-            working_bytes,
-            in_files,
-            warnings,
-            seconds,
-        }),
-    )
 }

@@ -11,10 +11,10 @@ use surfrecon::{Progress, TaskFolder, end_merge_tasks, merge_task, merge_tasks_t
 
 use crate::errors::input_error;
 use crate::memory_folder::Place;
-use crate::merge::merge_report;
 use crate::merge_to_file::written;
 use crate::params::params;
 use crate::progress::Watch;
+use crate::report;
 use crate::sources::{Clouds, Source, as_dyn, sources};
 
 /// The stages of a merge whose stages have so many tasks: their names and how many tasks each has. The surface is written after them.
@@ -70,7 +70,7 @@ pub fn _merge_tasks_to_file<'py>(
         let TaskCall { sources, params, .. } = &call;
         merge_tasks_to_file(&as_dyn(sources), &path, params, call.folder(), &write, progress)
     })?;
-    merge_report(py, merged)
+    report::of(py, &merged)
 }
 
 /// Once it is noted that the surface is written: what is kept loses what nobody needs any more.

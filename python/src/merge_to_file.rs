@@ -13,11 +13,11 @@ use surfrecon::{IntoFile, Progress};
 
 use crate::errors::to_python;
 use crate::memory_folder::Place;
-use crate::merge::merge_report;
 use crate::mesh::provenance_of;
 use crate::params::{params, whole};
 use crate::paths::FsPath;
 use crate::progress::Watch;
+use crate::report;
 use crate::settings::limit_of;
 use crate::sources::{Clouds, Source, as_dyn, sources};
 
@@ -77,7 +77,7 @@ pub fn merge_to_file<'py>(
 ) -> PyResult<Bound<'py, PyAny>> {
     let write = written(encoding, part_triangles, provenance)?;
     let call = FileCall::new(scans, path, max_memory, (workspace, keep), write, options)?;
-    merge_report(py, Watch::new(progress).run(py, |progress| call.run(progress))?)
+    report::of(py, &Watch::new(progress).run(py, |progress| call.run(progress))?)
 }
 
 /// The name of one of so many files that a mesh is in, counted from 1.

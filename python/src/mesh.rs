@@ -192,32 +192,7 @@ impl Mesh {
     fn check<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let mesh = self.mesh.clone();
         let report = Watch::new(None).run(py, move |progress| surfrecon::mesh::try_check(&mesh, progress))?;
-        let dict = PyDict::new(py);
-        for (name, count) in [
-            ("triangles", report.triangles),
-            ("vertices", report.vertices),
-            ("unused_vertices", report.unused_vertices),
-            ("non_finite_vertices", report.non_finite_vertices),
-            ("out_of_range_triangles", report.out_of_range_triangles),
-            ("degenerate_triangles", report.degenerate_triangles),
-            ("zero_area_triangles", report.zero_area_triangles),
-            ("duplicate_triangles", report.duplicate_triangles),
-            ("edges", report.edges),
-            ("boundary_edges", report.boundary_edges),
-            ("non_manifold_edges", report.non_manifold_edges),
-            ("misoriented_edges", report.misoriented_edges),
-            ("non_manifold_vertices", report.non_manifold_vertices),
-            ("components", report.components),
-            ("largest_component", report.largest_component),
-            ("boundary_loops", report.boundary_loops),
-        ] {
-            dict.set_item(name, count)?;
-        }
-        dict.set_item("euler_characteristic", report.euler_characteristic)?;
-        dict.set_item("is_manifold", report.is_manifold())?;
-        dict.set_item("is_closed", report.is_closed())?;
-        dict.set_item("genus", report.genus())?;
-        crate::report::report("CheckReport", dict)
+        crate::report::of(py, &report)
     }
 
     /// Writes the mesh: ``.ply`` (with all attributes), ``.glb`` (binary glTF, with the attributes of vertices), ``.obj`` (with

@@ -207,34 +207,7 @@ impl QuadGrid {
     /// Figures of the run: a ``QuadReport``.
     #[getter]
     fn report<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let report = &self.core.report;
-        let dict = PyDict::new(py);
-        dict.set_item("tiles", (report.tiles[0], report.tiles[1]))?;
-        for (name, value) in [
-            ("depth_extent", report.depth_extent),
-            ("relative_error", report.relative_error),
-            ("uniform_relative_error", report.uniform_relative_error),
-            ("rms_error", report.rms_error),
-            ("uniform_rms_error", report.uniform_rms_error),
-            ("max_error", report.max_error),
-            ("uniform_max_error", report.uniform_max_error),
-        ] {
-            dict.set_item(name, value)?;
-        }
-        dict.set_item("is_uniform", report.is_uniform)?;
-        for (name, value) in [
-            ("valid_pixels", report.valid_pixels),
-            ("missed_pixels", report.missed_pixels),
-            ("uniform_missed_pixels", report.uniform_missed_pixels),
-            ("gaps_filled", report.gaps_filled),
-            ("unfolded", report.unfolded),
-            ("snapped", report.snapped),
-            ("quads", report.kept),
-        ] {
-            dict.set_item(name, value)?;
-        }
-        dict.set_item("seconds", report::seconds(py, &report.seconds)?)?;
-        report::report("QuadReport", dict)
+        report::of(py, &self.core.report)
     }
 
     fn __repr__(&self) -> String {
@@ -243,7 +216,7 @@ impl QuadGrid {
             "<QuadGrid {} x {} vertices, {} quads, relative error {:.4} % (uniform {:.4} %)>",
             core.rows,
             core.cols,
-            report.kept,
+            report.quads,
             100.0 * report.relative_error,
             100.0 * report.uniform_relative_error
         )

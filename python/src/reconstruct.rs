@@ -275,23 +275,7 @@ impl Reconstructed {
     /// Figures of the run: a ``ReconstructReport``.
     #[getter]
     fn report<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let report = &self.report;
-        let dict = PyDict::new(py);
-        dict.set_item("points", report.points)?;
-        dict.set_item("used", report.used)?;
-        dict.set_item("tetrahedra", report.tetrahedra)?;
-        dict.set_item("closed", report.closed)?;
-        dict.set_item("threshold", report.threshold)?;
-        dict.set_item("rounds", report.rounds)?;
-        dict.set_item("repaired", (report.repaired[0], report.repaired[1]))?;
-        dict.set_item("cut_facets", report.cut_facets)?;
-        dict.set_item("turned_parts", report.turned_parts)?;
-        dict.set_item("noise", report.noise)?;
-        dict.set_item("spacing", report.spacing)?;
-        dict.set_item("smoothing", report.smoothing)?;
-        dict.set_item("moved", report.moved)?;
-        dict.set_item("seconds", report::seconds(py, &report.seconds)?)?;
-        report::report("ReconstructReport", dict)
+        report::of(py, &self.report)
     }
 
     fn __repr__(&self) -> String {

@@ -275,23 +275,7 @@ impl Sculpted {
     /// Figures of the run: a ``SculptReport``.
     #[getter]
     fn report<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let report = &self.core.report;
-        let dict = PyDict::new(py);
-        dict.set_item("tolerance", report.tolerance)?;
-        dict.set_item("depth_extent", report.depth_extent)?;
-        dict.set_item("full_triangles", report.full_triangles)?;
-        dict.set_item("hidden_triangles", report.hidden_triangles)?;
-        dict.set_item("dug_triangles", report.dug_triangles)?;
-        dict.set_item("triangles", report.triangles)?;
-        dict.set_item("covered_pixels", self.core.certificate.covered)?;
-        dict.set_item("isolated_pixels", report.isolated_pixels)?;
-        dict.set_item("max_error", self.max_error())?;
-        dict.set_item("max_error_single", self.max_error_single())?;
-        dict.set_item("rms_error", self.rms_error())?;
-        dict.set_item("p95_error", self.p95_error())?;
-        dict.set_item("worst_pixel", self.worst_pixel())?;
-        dict.set_item("seconds", report::seconds(py, &report.seconds)?)?;
-        report::report("SculptReport", dict)
+        report::of_both(py, &self.core.report, &self.core.certificate)
     }
 
     fn __repr__(&self) -> String {

@@ -15,6 +15,7 @@ mod merge_in_files;
 mod merge_tasks;
 mod merge_to_file;
 pub mod params;
+pub mod reports;
 
 #[doc(inline)]
 pub use align;

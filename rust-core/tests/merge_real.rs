@@ -7,10 +7,10 @@ use surfrecon::Progress;
 use surfrecon::import;
 use surfrecon::merge::{self, Loading, MergeParams, Merged, ScanSource};
 use surfrecon::mesh::measure::{Side, Summary, deviation};
-use surfrecon::mesh::{MeshReport, check, check_welded};
+use surfrecon::mesh::{CheckReport, check, check_welded};
 
 /// A merge with the default limits, and the distances to its surface of all samples that have a triangle; metres.
-fn merge(conf: &str, voxel: f64) -> Option<(Merged, MeshReport, Summary)> {
+fn merge(conf: &str, voxel: f64) -> Option<(Merged, CheckReport, Summary)> {
     let Some(data) = std::env::var_os("SURFRECON_DATA").map(PathBuf::from) else {
         println!("SKIPPED: SURFRECON_DATA is not set");
         return None;

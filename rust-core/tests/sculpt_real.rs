@@ -34,7 +34,7 @@ fn assert_each_ray_meets_the_mesh_once(image: &RangeImage, sculpted: &Sculpted) 
     let largest = (0..image.len()).map(|i| image.range(i).abs()).filter(|r| !r.is_nan()).fold(0.0, f64::max);
     let bound = report.tolerance * (1.0 + 1e-9) + 1e-12 * largest;
     assert!(certificate.max_error <= bound, "{}: {} > {bound}", image.name, certificate.max_error);
-    assert_eq!(certificate.covered + report.isolated_pixels, image.valid_count(), "{}", image.name);
+    assert_eq!(certificate.covered_pixels + report.isolated_pixels, image.valid_count(), "{}", image.name);
     let bvh = Bvh::build(&mesh.positions, &mesh.triangles, 0).unwrap();
     for index in (0..image.len()).filter(|&i| !certificate.error_image[i].is_nan()) {
         let (origin, direction) = image.ray_in_sensor(index);

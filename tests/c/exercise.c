@@ -233,7 +233,7 @@ int main(void)
     srf_merger *merger = NULL;
     srf_merge_params params;
     srf_merge_report report;
-    srf_mesh_report topology;
+    srf_check_report topology;
     srf_distances figures;
     srf_array view, points;
     srf_progress watcher;
@@ -257,7 +257,7 @@ int main(void)
     must(asked > 0, "asked");
     params.voxel = 0.5;
     must(srf_merger_run(merger, &params, NULL, &merged, &report) == SRF_OK && report.scans == 2, "merge");
-    must(srf_mesh_report_init(&topology) == SRF_OK && srf_mesh_check(merged, 1, NULL, &topology) == SRF_OK, "check");
+    must(srf_check_report_init(&topology) == SRF_OK && srf_mesh_check(merged, 1, NULL, &topology) == SRF_OK, "check");
     must(topology.is_manifold == 1, "manifold");
     must(srf_cloud_arrays(cloud, &points, NULL, NULL, NULL) == SRF_OK && points.count == N * N - 1, "points");
     must(srf_distances_init(&figures) == SRF_OK, "init");

@@ -33,17 +33,17 @@ static srf_status make_mesh(void)
 
 static srf_status check(void)
 {
-    srf_mesh_report report;
+    srf_check_report report;
 
-    must(srf_mesh_report_init(&report) == SRF_OK, "init");
+    must(srf_check_report_init(&report) == SRF_OK, "init");
     return srf_mesh_check(mesh, 0, NULL, &report);
 }
 
 static srf_status check_welded(void)
 {
-    srf_mesh_report report;
+    srf_check_report report;
 
-    must(srf_mesh_report_init(&report) == SRF_OK, "init");
+    must(srf_check_report_init(&report) == SRF_OK, "init");
     return srf_mesh_check(mesh, 1, NULL, &report);
 }
 

@@ -49,12 +49,12 @@ static int is_whole(const unsigned char *canary, size_t size)
 int main(void)
 {
     HELD(srf_triangulate_params) triangulate;
-    HELD(srf_mesh_report) topology;
+    HELD(srf_check_report) topology;
     HELD(srf_read_options) options;
     HELD(srf_merge_params) merge;
     HELD(srf_merge_report) merged;
     HELD(srf_sculpt_params) sculpt;
-    HELD(srf_certificate) certificate;
+    HELD(srf_sculpt_report) certificate;
     HELD(srf_quads_params) quads;
     HELD(srf_quads_report) quad_report;
     HELD(srf_spline_params) spline;
@@ -82,12 +82,12 @@ int main(void)
     srf_merger *merger = NULL;
 
     FILL(triangulate, srf_triangulate_params_init);
-    FILL(topology, srf_mesh_report_init);
+    FILL(topology, srf_check_report_init);
     FILL(options, srf_read_options_init);
     FILL(merge, srf_merge_params_init);
     FILL(merged, srf_merge_report_init);
     FILL(sculpt, srf_sculpt_params_init);
-    FILL(certificate, srf_certificate_init);
+    FILL(certificate, srf_sculpt_report_init);
     FILL(quads, srf_quads_params_init);
     FILL(quad_report, srf_quads_report_init);
     FILL(spline, srf_spline_params_init);
@@ -134,7 +134,7 @@ int main(void)
     must(srf_merger_run(merger, &merge.value, NULL, &surface, NULL) == SRF_ERR_STRUCT_SIZE, "a field of the future");
     must(strstr(srf_last_error_message(), "use a newer library") != NULL, "the remedy");
 #endif
-    must(srf_mesh_report_init_sized(&topology.value, 12) == SRF_ERR_STRUCT_SIZE, "a size that no struct has");
+    must(srf_check_report_init_sized(&topology.value, 12) == SRF_ERR_STRUCT_SIZE, "a size that no struct has");
     srf_merger_free(merger);
     srf_mesh_free(mesh);
     puts("fine");

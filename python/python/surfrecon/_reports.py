@@ -31,45 +31,53 @@ __all__ = [
 _Free: TypeAlias = tuple[Literal["turn", "slide"], list[float], list[float]]
 
 
+# report: merge
 class MergeReport(Report):
     """The figures of a merge, among them those of the paper's tables.
 
     Attributes:
         scans: Scans merged.
-        scan_names: Names of the scans, in their order, not in that of the list: the attribute ``source_scan`` is the
-            place in here, and -1 where ``interpolated``.
+        scan_names: Names of the scans, in their order, not in that in which they were given. The attribute
+            ``source_scan`` is the place in here, and -1 where ``interpolated``.
         input_triangles: Triangles of all scans.
-        voxel: Cell size used.
-        voxel_reason: What decided that, in words.
-        merge_distance: Merge distance used.
-        max_hole_length: Longest boundary that was closed.
-        overlap_residual: Median distance between overlapping scans along grid lines, as measured; ``None`` where none
-            overlap.
-        noise: Median standard deviation of the samples along their rays, as measured; 0 where scans are clean.
-        noise_across: Of the range images, the median standard deviation of their samples across the rays, that follows
-            from how noise grows on surfaces seen at an angle.
-        noise_step: Of the range images, the median step that values along the ray are multiples of; 0 for none.
-        noise_correlation: Of the range images, the median number of pixels over which errors depend on each other: 1
-            for white noise.
-        grid: Cells spanned by the scans along x, y and z.
+        voxel: Size of a cell that was used. In the unit of the scans.
+        voxel_reason: What decided the size of a cell. ``"given"``: The caller gave it. ``"spacing"``: 1.5 times the
+            mean distance of neighbouring samples. ``"noise"``: Half the median standard deviation of the samples.
+            ``"distance"``: 1.5 times the median distance between scans that overlap. ``"memory"``: Coarser than that,
+            so that it fits into memory: by the limit and the scans alone, or, where there is no limit, by what is free
+            at that moment.
+        merge_distance: Merge distance that was used. In the unit of the scans.
+        max_hole_length: Longest boundary that was closed. In the unit of the scans.
+        overlap_residual: Median distance between overlapping scans along grid lines, as measured. There is none
+            where no scans overlap. Then it is ``None``. In the unit of the scans.
+        noise: Median standard deviation of the samples along their rays, as measured. 0 where scans are clean. In
+            the unit of the scans.
+        noise_across: Median standard deviation of the samples of range images across the rays. It follows from how
+            noise grows on surfaces seen at an angle. In the unit of the scans.
+        noise_step: Median step that values of range images along the ray are multiples of. 0 for none. In the unit
+            of the scans.
+        noise_correlation: Median number of pixels of range images over which errors depend on each other. 1 for
+            white noise.
+        grid: Cells that the scans span along x, y and z.
         intersections: Intersections of scans with grid lines.
-        seen_through: Edges of the grid whose intersections were dropped: more scans see through there than have a
-            surface there. A triangle has about one and a half.
+        seen_through: Edges of the grid whose intersections were dropped since more scans see through there than
+            have a surface there. A triangle has about one and a half.
         fused_intersections: Intersections left after fusing.
         artificial_intersections: Artificial intersections that became vertices.
-        faces: Triangles made directly (case a), after analysis of the neighbouring cells (case b), by hole filling
+        faces: Triangles made directly (case a), after analysis of the neighbouring cells (case b), by filling holes
             (case c).
         holes: Holes closed, and boundary loops left open.
-        dropped_components: Components dropped, those that no scan saw and those below ``min_component_share``, and the
-            triangles they had.
-        colour_gains: What the red, green and blue light of each scan, in the order of ``scan_names``, was multiplied by
-            to make all equally bright; empty where they are, or do not overlap, or differ by more than a factor of
-            eight, or that was not asked for.
-        working_bytes: Largest number of bytes held by intersections and the surface at once.
+        dropped_components: Connected parts dropped, and the triangles they had. These are parts that no scan saw,
+            and those that are too small.
+        colour_gains: Factors that the red, green and blue light of each scan was multiplied by to make all equally
+            bright, in the order of the names. The list is empty if they are equally bright, do not overlap, differ by
+            more than a factor of eight, or this was not asked for.
+        working_bytes: Largest number of bytes that intersections and the surface held at once.
         in_files: Whether stages left in files what they leave for each other.
-        warnings: A kind and a sentence each, which says what to do. Kinds are ``no_poses`` (no scan has a pose: all are
-            depth images that stand at one place), ``apart`` (scans lie many times their noise apart) and ``damaged``
-            (files of scans are damaged, and what they held is left out). Empty where all is well.
+        warnings: Scans that plainly do not lie where they belong, or that were damaged, and what to do. Empty where
+            all is well. A kind and a sentence each: ``no_poses``: No scan has a pose: all are depth images that stand
+            at one place. ``apart``: Scans that overlap lie many times their noise, and the distance of their samples,
+            apart. ``damaged``: Files of scans are damaged: what they held is left out.
         seconds: Wall-clock seconds by the name of the stage.
     """
 
@@ -78,7 +86,7 @@ class MergeReport(Report):
     scan_names: list[str]
     input_triangles: int
     voxel: float
-    voxel_reason: str
+    voxel_reason: Literal["given", "spacing", "noise", "distance", "memory"]
     merge_distance: float
     max_hole_length: float
     overlap_residual: float | None
@@ -99,6 +107,9 @@ class MergeReport(Report):
     in_files: bool
     warnings: list[tuple[str, str]]
     seconds: dict[str, float]
+
+
+# end
 
 
 class AlignReport(Report):
@@ -245,25 +256,30 @@ class Snap(Report):
     free: list[_Free]
 
 
+# report: sculpt
 class SculptReport(Report):
     """The figures of sculpting.
 
     Attributes:
-        tolerance: Tolerance used.
-        depth_extent: Difference between the farthest and the nearest range of the covered samples.
-        full_triangles: Triangles of the mesh with every sample.
-        hidden_triangles: Those left out because they hide behind others. The tolerance does not hold for samples that
-            have only such triangles; these count as isolated.
+        tolerance: Tolerance that was used. In the unit of the scans.
+        depth_extent: Difference between the farthest and the nearest range of the covered samples. In the unit of
+            the scans.
+        full_triangles: Triangles of the mesh that has every covered sample.
+        hidden_triangles: Triangles left out because they hide behind others, as seen along the rays. The tolerance
+            does not hold for samples that have only such triangles. These samples count as isolated.
         dug_triangles: Triangles before vertices were removed.
         triangles: Triangles of the mesh.
-        covered_pixels: Samples that the mesh covers.
-        isolated_pixels: Valid ones without a triangle.
-        max_error: Largest distance between a sample and the mesh along the sample's ray.
-        max_error_single: That of the mesh rounded to single precision, at most.
-        rms_error: Root of the mean square of the distances.
-        p95_error: 95 % of the samples lie at most this far from the mesh.
-        worst_pixel: (row, col) of the sample farthest from the mesh, ``None`` for an empty mesh.
+        isolated_pixels: Valid pixels that no mesh covers, for want of neighbours or because they are hidden behind
+            others. The tolerance does not hold for them.
         seconds: Wall-clock seconds by the name of the stage.
+        max_error: Largest distance between a sample and the mesh along the sample's ray. In the unit of the scans.
+        max_error_single: Largest distance once coordinates are rounded to single precision, as STL, GLB and many
+            programs keep them, at most. In the unit of the scans.
+        rms_error: Root of the mean square of the distances. In the unit of the scans.
+        p95_error: 95 % of the samples lie at most this far from the mesh. In the unit of the scans.
+        worst_pixel: Row and column of the sample farthest from the mesh; of several the first one. There is none
+            for an empty mesh. Then it is ``None``.
+        covered_pixels: Samples that the mesh covers: their rays meet it.
     """
 
     __slots__ = ()
@@ -273,32 +289,46 @@ class SculptReport(Report):
     hidden_triangles: int
     dug_triangles: int
     triangles: int
-    covered_pixels: int
     isolated_pixels: int
+    seconds: dict[str, float]
     max_error: float
     max_error_single: float
     rms_error: float
     p95_error: float
     worst_pixel: tuple[int, int] | None
-    seconds: dict[str, float]
+    covered_pixels: int
 
 
+# end
+
+
+# report: quads
 class QuadReport(Report):
-    """The figures of a quad grid; those that begin with ``uniform_`` are of the uniform grid of the same size.
+    """The figures of a quad grid. Errors are distances along the samples' rays to the planes of the triangles of the
+    pixels' quads, over all valid pixels of the image but those missed, with each quad cut along its better diagonal. On
+    the background the grid continues the surface.
 
     Attributes:
         tiles: Tiles from top to bottom and from left to right.
-        depth_extent: Difference between the farthest and the nearest range of the samples.
-        relative_error: Mean distance of the samples by depth extent.
-        rms_error: Root of the mean square of their distances.
-        max_error: Largest distance.
-        is_uniform: Whether the grid is the uniform one.
-        valid_pixels: Samples.
-        missed_pixels: Of them, those whose rays do not meet the grid: they have no error.
+        depth_extent: Difference between the farthest and the nearest range of the valid pixels. In the unit of the
+            scans.
+        relative_error: Mean error as a share of the depth extent, the paper's relative error. 0 where all ranges
+            are equal.
+        uniform_relative_error: Relative error of the uniform grid of the same size.
+        rms_error: Root of the mean square error. In the unit of the scans.
+        uniform_rms_error: Root of the mean square error of the uniform grid. In the unit of the scans.
+        max_error: Largest error. In the unit of the scans.
+        uniform_max_error: Largest error of the uniform grid. In the unit of the scans.
+        is_uniform: Whether the result is the uniform grid, as the adaptive one lay no nearer. Vertices snapped to
+            the border moved all the same.
+        valid_pixels: Valid pixels of the image.
+        missed_pixels: Valid pixels whose rays do not meet the planes of their quad in front of the sensor. They
+            have no error.
+        uniform_missed_pixels: Missed pixels of the uniform grid.
         gaps_filled: Invalid pixels that were filled.
-        unfolded: Vertices that were moved so that no quad is folded.
-        snapped: Vertices that were moved to valid pixels.
-        quads: Quads of the mesh.
+        unfolded: Vertices that were moved so that no quad folds over.
+        snapped: Vertices that were moved from the background onto the border of the surface.
+        quads: Quads of the mesh: those that are not on the background.
         seconds: Wall-clock seconds by the name of the stage.
     """
 
@@ -322,24 +352,38 @@ class QuadReport(Report):
     seconds: dict[str, float]
 
 
+# end
+
+
+# report: reconstruct
 class ReconstructReport(Report):
     """The figures of a surface through points.
 
     Attributes:
         points: Points given.
-        used: Those of them that are on the surface.
-        tetrahedra: Tetrahedra of the points.
-        closed: Whether the surface has no border.
-        threshold: A perimeter with a global one, in mean spacings of a facet's points with a local one.
-        rounds: Rounds of the paper's carving.
-        repaired: Cells that changed sides to make it manifold, points brought onto it afterwards.
-        cut_facets: Facets left out over gaps and for the manifold.
-        turned_parts: Parts that were turned.
-        noise: Standard deviation of the points across the surface; 0 for fewer than 1,024.
-        spacing: Side of a square of the surface that has one point.
-        smoothing: Radius within which the surface was smoothed, 0 if it goes through the points.
-        moved: Root mean square of the distances by which that moved the points on it.
+        used: Points on the surface.
+        tetrahedra: Delaunay tetrahedra. None where the points lie in one plane.
+        closed: Whether the surface is closed: it has no border, also not one of a gap or of facets left out.
+        threshold: The threshold that was used: a perimeter with a global one, in mean spacings of a facet's points
+            with a local one.
+        rounds: Times the mean perimeter was taken, with the paper's carving or in a plane.
+        repaired: Tetrahedra that changed sides to make the surface manifold, and points brought onto it afterwards.
+        cut_facets: Facets left out: those over gaps, and those that kept the surface from being manifold.
+        turned_parts: Parts turned over by normals, sensors or direction.
+        noise: Noise of the points as measured: their standard deviation across the surface. 0 for fewer than 1,024.
+            In the unit of the scans.
+        spacing: Side of a square of the surface that has one point, as measured. In the unit of the scans.
+        smoothing: Radius within which the surface was smoothed; 0 if it goes through the points. Where points that
+            carry noise lie much closer together or further apart than usual, it was so many times smaller or larger
+            there. In the unit of the scans.
+        moved: Root mean square of the distances by which smoothing moved the points on the surface. In the unit of
+            the scans.
         seconds: Wall-clock seconds by the name of the stage.
+        not_finite: Points dropped since a coordinate isn't finite.
+        duplicates: Points dropped since they are at the same place as a point before them.
+        inside: Points dropped inside of the surface.
+        outside: Points dropped outside of the surface.
+        outliers: Points dropped since they are far from any surface that the others tell.
     """
 
     __slots__ = ()
@@ -357,16 +401,26 @@ class ReconstructReport(Report):
     smoothing: float
     moved: float
     seconds: dict[str, float]
+    not_finite: int
+    duplicates: int
+    inside: int
+    outside: int
+    outliers: int
 
 
+# end
+
+
+# report: cluster
 class TriangleShapes(Report):
-    """How well-shaped triangles are; angles in radians.
+    """How well-shaped triangles are.
 
     Attributes:
-        mean_smallest_angle: Mean of the smallest angle of each.
-        smallest_angle: Smallest angle of all.
-        largest_angle: Largest angle of all.
-        angles: How many of all angles lie in each 5 degrees of 180.
+        mean_smallest_angle: Mean over the triangles of their smallest angle. It is pi/3 where all are equilateral.
+            Radians.
+        smallest_angle: Smallest angle of all. Radians.
+        largest_angle: Largest angle of all. Radians.
+        angles: Counts of all angles, three a triangle, in steps of 5 degrees.
     """
 
     __slots__ = ()
@@ -383,16 +437,20 @@ class ClusterReport(Report):
         patches: Patches made.
         vertices: Vertices of the mesh.
         triangles: Triangles of the mesh.
-        separated: Parts that became patches.
-        dissolved: Patches given to their neighbours.
-        halved: Patches that were no disks.
-        cut_edges: Edges where the input is no manifold.
-        off_surface: Points that are not on the surface through them.
-        energy: That of k-means.
-        before: Shapes of the triangles before the relaxation.
-        after: Shapes of the triangles after it.
-        max_error: Where asked for: no point of either surface is farther from the other; else ``None``.
-        kept_input: Whether the result is the input, as nothing coarser was found within it, or has the topology.
+        separated: Parts of patches that became patches as they were not connected to the rest.
+        dissolved: Parts and patches that were given to their neighbours.
+        halved: Patches that were halved as they were no disks.
+        cut_edges: Edges of the input that were cut as they don't join two triangles of the same orientation.
+        off_surface: Points that are not on the surface through them. 0 for a mesh.
+        energy: Weighted sum of the squared distances of the input's vertices to their centres, after the last step
+            of k-means.
+        before: Shapes of the triangles before they were relaxed.
+        after: Shapes of the triangles of the mesh.
+        max_error: No point of the input is farther from the mesh, and none of the mesh farther from the input,
+            measured on the mesh. 0 for the input itself. There is none where no largest error was asked for. Then it is
+            ``None``. In the unit of the scans.
+        kept_input: Whether the mesh is the input, as nothing coarser was found within the largest error, or has its
+            topology.
         seconds: Wall-clock seconds by the name of the stage.
     """
 
@@ -411,6 +469,9 @@ class ClusterReport(Report):
     max_error: float | None
     kept_input: bool
     seconds: dict[str, float]
+
+
+# end
 
 
 class DistanceReport(Report):
@@ -438,16 +499,35 @@ class DistanceReport(Report):
     distances: NDArray[np.float64]
 
 
+# report: check
 class CheckReport(Report):
-    """What a mesh is as a surface: counts, and what follows from them.
+    """What a mesh is as a surface: counts, and what follows from them. Triangles that name a vertex out of range or a
+    vertex twice are counted, then left out of all that follows; so are vertices without a triangle.
 
     Attributes:
-        is_manifold: Whether it is what a surface must be: no edge of three triangles, one fan around each vertex,
-            turned alike.
-        is_closed: Whether it has no border.
-        genus: Handles of all parts together; ``None`` unless it is a manifold.
+        triangles: Triangles, all of them.
+        vertices: Vertices that a triangle uses.
+        unused_vertices: Vertices that none uses.
+        non_finite_vertices: Vertices with a coordinate that is not finite.
+        out_of_range_triangles: Triangles that name a vertex that doesn't exist.
+        degenerate_triangles: Triangles that name a vertex twice.
+        zero_area_triangles: Triangles of three different vertices whose area, computed in double precision, is
+            zero.
+        duplicate_triangles: Triangles with the same three vertices as another one, beyond the first.
+        edges: Edges, each counted once.
+        boundary_edges: Edges of one triangle.
+        non_manifold_edges: Edges of more than two triangles.
+        misoriented_edges: Edges whose two triangles run through it in the same direction.
+        non_manifold_vertices: Vertices whose triangles fall into more than one fan of triangles joined over edges.
+        components: Parts joined over edges.
         largest_component: Triangles of the largest part.
-        boundary_loops: Borders.
+        boundary_loops: Connected groups of boundary edges. They are closed loops on a manifold.
+        euler_characteristic: Vertices - edges + triangles.
+        is_manifold: Whether the mesh is an oriented manifold with boundary, with finite coordinates and no
+            degenerate or duplicate triangle. Triangles of zero area are no matter of topology.
+        is_closed: Whether it is a manifold without boundary.
+        genus: Handles of all parts together, boundary loops taken as closed by disks. There are none unless it is a
+            manifold. Then it is ``None``.
     """
 
     __slots__ = ()
@@ -471,6 +551,9 @@ class CheckReport(Report):
     is_manifold: bool
     is_closed: bool
     genus: int | None
+
+
+# end
 
 
 class LeftOutReport(Report):

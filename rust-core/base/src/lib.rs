@@ -12,6 +12,7 @@ pub mod magnitude;
 pub mod memory;
 pub mod params;
 pub mod progress;
+pub mod report;
 pub mod threads;
 pub mod tier;
 pub mod work;

@@ -64,7 +64,7 @@ impl<'a> Job<'a> {
             kmeans.split_marked(&beyond);
             kmeans.step(progress)?;
         }
-        Ok(self.input_itself(true))
+        self.input_itself(true, progress)
     }
 }
 

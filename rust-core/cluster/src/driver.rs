@@ -11,15 +11,15 @@ use super::polygons::Polygons;
 use super::subcluster;
 use super::surface::Surface;
 use super::{
-    ClusterParams, ClusterReport, Clustered, Resolution, collapse, density, fans, features, finish, fit, flip, mend,
-    polish, relax,
+    ClusterParams, ClusterReport, Clustered, Resolution, TriangleShapes, collapse, density, fans, features, finish,
+    fit, flip, mend, polish, relax,
 };
 use base::error::Result;
 use base::magnitude;
 use base::memory;
 use base::progress::{Plan, Progress};
 use mesh::dump::{self, Stage};
-use mesh::measure::{self, Summary};
+use mesh::measure::Summary;
 use mesh::point_cloud::PointCloud;
 use mesh::{AttributeData, Crs, TriMesh};
 use reconstruct::{self, ReconstructParams, Reconstructor};
@@ -59,7 +59,7 @@ const STEPS_A_ROUND: usize = 20;
 ///   input's border.
 /// * With `min_angle` no triangle has a smaller angle, unless borders, creases or the topology leave it no other place.
 /// * With [`Resolution::MaxError`] no point of the input is farther from the result, and none of the result farther from the
-///   input: between the vertices, too. [`ClusterReport::bound`] says how far they may be, measured on the result.
+///   input: between the vertices, too. [`ClusterReport::max_error`] says how far they may be, measured on the result.
 /// * Where nothing coarser than the input is found that does what was asked for, the result is the input itself, cut as said
 ///   above.
 /// * The same input gives the same mesh for any number of threads.
@@ -240,7 +240,7 @@ impl<'a> Job<'a> {
             _ => None,
         };
         if nodes.is_some_and(|wanted| wanted < self.surface.points.len()) && self.is_coarsest() {
-            return Ok(self.input_itself(false));
+            return self.input_itself(false, progress);
         }
         let patches = self.patches(resolution).expect("no bound on the error");
         let coarser = kmeans.clone();
@@ -253,7 +253,7 @@ impl<'a> Job<'a> {
         progress.lap("patches");
         match self.make(disks, nodes, self.params.relaxation, progress)? {
             Some(made) => Ok(made.into_result(None)),
-            None => Ok(self.input_itself(false)),
+            None => self.input_itself(false, progress),
         }
     }
 
@@ -376,13 +376,7 @@ impl<'a> Job<'a> {
         self.finish(disks, net, before, progress).map(Some)
     }
 
-    fn finish(
-        &self,
-        disks: Disks,
-        net: Net,
-        before: (measure::Quality, Vec<usize>),
-        progress: &Progress<'_>,
-    ) -> Result<Made> {
+    fn finish(&self, disks: Disks, net: Net, before: TriangleShapes, progress: &Progress<'_>) -> Result<Made> {
         let labels = self.labels(disks.labels.iter().copied());
         let after = net.shape(progress)?;
         let mesh = finish::mesh(&self.surface, self.input, net);
@@ -395,10 +389,8 @@ impl<'a> Job<'a> {
             dissolved: disks.repairs.dissolved,
             halved: disks.repairs.halved,
             cut_edges: self.surface.cut_edges,
-            before: before.0,
-            after: after.0,
-            angles_before: before.1,
-            angles_after: after.1,
+            before,
+            after,
             ..ClusterReport::default()
         };
         Ok(Made { mesh, labels, report })
@@ -425,24 +417,24 @@ impl<'a> Job<'a> {
     }
 
     /// The input as the result, cut where it is no manifold.
-    pub(super) fn input_itself(&self, has_bound: bool) -> Clustered {
+    pub(super) fn input_itself(&self, has_bound: bool, progress: &Progress<'_>) -> Result<Clustered> {
         let mut mesh = self.cut_input();
         let places: Vec<usize> = self.surface.origins.iter().map(|&v| v as usize).collect();
         mesh.vertex_attributes = self.input.vertex_attributes.iter().map(|a| a.gather(&places)).collect();
-        let quality = measure::quality(&mesh);
+        let shapes = TriangleShapes::of(&mesh, progress)?;
         let report = ClusterReport {
             patches: mesh.positions.len(),
             vertices: mesh.positions.len(),
             triangles: mesh.triangles.len(),
             cut_edges: self.surface.cut_edges,
-            before: quality,
-            after: quality,
+            before: shapes.clone(),
+            after: shapes,
             deviation: has_bound.then(Summary::default),
-            bound: has_bound.then_some(0.0),
+            max_error: has_bound.then_some(0.0),
             kept_input: true,
             ..ClusterReport::default()
         };
-        Clustered { labels: self.labels(0..mesh.positions.len() as u32), mesh, report }
+        Ok(Clustered { labels: self.labels(0..mesh.positions.len() as u32), mesh, report })
     }
 }
 
@@ -455,8 +447,8 @@ pub(super) struct Made {
 
 impl Made {
     pub(super) fn into_result(self, certified: Option<(Summary, f64)>) -> Clustered {
-        let (deviation, bound) = certified.unzip();
-        let report = ClusterReport { deviation, bound, ..self.report };
+        let (deviation, max_error) = certified.unzip();
+        let report = ClusterReport { deviation, max_error, ..self.report };
         Clustered { mesh: self.mesh, labels: self.labels, report }
     }
 }

@@ -6,11 +6,11 @@ use std::sync::Arc;
 
 use super::creases::Creases;
 pub use super::surface::{CORNER, area_vector};
-use super::surface::{NONE, Place, Surface, looking};
+use super::surface::{NONE, Place, Surface};
+use crate::TriangleShapes;
 use base::error::Result;
 use base::progress::Progress;
 use mesh::TriMesh;
-use mesh::measure::{self, Quality};
 
 /// Nodes and triangles.
 #[derive(Clone)]
@@ -49,17 +49,9 @@ impl Net {
     ///
     /// # Errors
     /// [`base::Error::Cancelled`].
-    pub fn shape(&self, progress: &Progress<'_>) -> Result<(Quality, Vec<usize>)> {
+    pub fn shape(&self, progress: &Progress<'_>) -> Result<TriangleShapes> {
         let mesh = TriMesh::new(self.points.clone(), self.triangles.clone());
-        let mut histogram = vec![0; 36];
-        let mut seen = 0;
-        let quality = measure::quality_while(&mesh, |angles| {
-            looking(seen, progress)?;
-            seen += 1;
-            angles.iter().for_each(|angle| histogram[((angle.to_degrees() / 5.0) as usize).min(35)] += 1);
-            Ok(())
-        })?;
-        Ok((quality, histogram))
+        TriangleShapes::of(&mesh, progress)
     }
 
     /// Twice the area of triangle `t` times its normal.

@@ -77,7 +77,7 @@ fn assert_same_topology(input: &TriMesh, result: &Clustered, what: &str) {
     let (before, after) = (check(input), check(&result.mesh));
     assert!(after.is_manifold(), "{what}: {after}");
     assert_eq!(after.unused_vertices, 0, "{what}");
-    let figures = |r: &mesh::MeshReport| (r.euler_characteristic, r.components, r.boundary_loops, r.genus());
+    let figures = |r: &mesh::CheckReport| (r.euler_characteristic, r.components, r.boundary_loops, r.genus());
     assert_eq!(figures(&before), figures(&after), "{what}: {before} -> {after}");
     let on = measure::deviation(&result.mesh.positions, input, Side::Ignored, 2, &Progress::none()).unwrap();
     let (low, high) = measure::bounds(&input.positions).unwrap();
@@ -125,10 +125,10 @@ fn the_number_of_vertices_is_the_one_asked_for() {
 fn triangles_are_well_shaped() {
     for (mesh, wanted) in [(sphere(), 250), (torus(), 400)] {
         let result = cluster(&mesh, Resolution::Vertices(wanted)).unwrap();
-        let (before, after) = (result.report.before, result.report.after);
+        let (before, after) = (&result.report.before, &result.report.after);
         assert!(after.mean_smallest_angle > before.mean_smallest_angle);
         assert!(after.mean_smallest_angle.to_degrees() > 50.0, "{}", after.mean_smallest_angle.to_degrees());
-        assert_eq!(result.report.angles_after.iter().sum::<usize>(), 3 * result.mesh.triangles.len());
+        assert_eq!(result.report.after.angles.iter().sum::<usize>(), 3 * result.mesh.triangles.len());
         // Faces look outward, as the input's do.
         assert!(measure::enclosed_volume(&result.mesh) > 0.9 * measure::enclosed_volume(&mesh));
     }
@@ -217,7 +217,7 @@ fn a_largest_error_is_kept() {
     for (mesh, name) in shapes {
         for bound in [0.2, 0.1, 0.02] {
             let result = cluster(&mesh, Resolution::MaxError(bound)).unwrap();
-            let certified = result.report.bound.unwrap();
+            let certified = result.report.max_error.unwrap();
             assert!(certified <= bound, "{name} {bound}: {certified}");
             for (one, other) in [(&mesh, &result.mesh), (&result.mesh, &mesh)] {
                 let farthest = farthest_of_many(one, other);

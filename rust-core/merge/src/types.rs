@@ -4,6 +4,7 @@ use base::error::counted;
 use base::log::{self, Level};
 use base::params::{flag, length, ratio};
 use base::progress::Seconds;
+use base::report::{Found, Measured};
 use image::triangulate::TriangulateParams;
 use mesh::TriMesh;
 
@@ -68,68 +69,77 @@ pub struct Warning {
     pub text: String,
 }
 
-impl VoxelReason {
-    /// It in words.
-    pub const fn words(self) -> &'static str {
-        Self::CHOICES[self as usize].label
+impl Measured for Warning {
+    fn found(&self) -> Found<'_> {
+        Found::Array(vec![self.kind.found(), self.text.found()])
     }
 }
 
-/// The figures of a run, among them those of the paper's Tables 1 and 2.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct MergeReport {
-    /// Scans merged.
-    pub scans: usize,
-    /// Names of the scans, in their order: the attribute `source_scan` is the place in here, -1 where `interpolated`.
-    pub scan_names: Vec<String>,
-    /// Triangles of all scans.
-    pub input_triangles: u64,
-    /// Cell size used, world units.
-    pub voxel: f64,
-    /// What decided that.
-    pub voxel_reason: VoxelReason,
-    /// Merge distance used, world units.
-    pub merge_distance: f64,
-    /// Longest boundary that was closed, world units.
-    pub max_hole_length: f64,
-    /// Median distance between overlapping scans along grid lines, as measured; `None` where none overlap.
-    pub overlap_residual: Option<f64>,
-    /// Median standard deviation of the samples along their rays, as measured; 0 where scans are clean.
-    pub noise: f64,
-    /// Of the range images, the median standard deviation of their samples across the rays, that follows from how noise grows on
-    /// surfaces seen at an angle; world units.
-    pub noise_across: f64,
-    /// Of the range images, the median step that values along the ray are multiples of, world units; 0 for none.
-    pub noise_step: f64,
-    /// Of the range images, the median number of pixels over which errors depend on each other: 1 for white noise.
-    pub noise_correlation: f64,
-    /// Cells spanned by the scans along x, y and z.
-    pub grid: [u64; 3],
-    /// Intersections of scans with grid lines.
-    pub intersections: u64,
-    /// Edges of the grid whose intersections were dropped: more scans see through there than have a surface there.
-    pub seen_through: u64,
-    /// Intersections left after fusing.
-    pub fused_intersections: u64,
-    /// Artificial intersections that became vertices.
-    pub artificial_intersections: u64,
-    /// Faces made directly (case a), after analysis of the neighbouring cells (case b), by hole filling (case c).
-    pub faces: [u64; 3],
-    /// Holes closed, and boundary loops left open.
-    pub holes: [u64; 2],
-    /// Components dropped, those that no scan saw and those of less than `min_component_share`, and the faces they had.
-    pub dropped_components: [u64; 2],
-    /// What the red, green and blue light of each scan, in the order of `scan_names`, was multiplied by to make all equally bright;
-    /// empty where they are, or do not overlap, or differ by more than a factor of eight, or that was not asked for.
-    pub colour_gains: Vec<[f64; 3]>,
-    /// Largest number of bytes held by intersections and the surface at once.
-    pub working_bytes: u64,
-    /// Whether stages left in files what they leave for each other.
-    pub in_files: bool,
-    /// Scans that plainly do not lie where they belong, or that were damaged, and what to do; empty where all is well.
-    pub warnings: Vec<Warning>,
-    /// Names of the stages with their wall-clock seconds.
-    pub seconds: Seconds,
+base::report! {
+    /// The figures of a merge, among them those of the paper's tables.
+    #[derive(Default)]
+    pub struct MergeReport {
+        /// Scans merged.
+        scans: usize = count("Scans"),
+        /// Names of the scans, in their order, not in that in which they were given. The attribute `source_scan` is the place in here, and -1 where `interpolated`.
+        scan_names: Vec<String> = text("Names of the scans").list(),
+        /// Triangles of all scans.
+        input_triangles: u64 = count("Their triangles"),
+        /// Size of a cell that was used.
+        voxel: f64 = length("Voxel"),
+        /// What decided the size of a cell.
+        voxel_reason: VoxelReason = choice("Voxel chosen as", VoxelReason::CHOICES),
+        /// Merge distance that was used.
+        merge_distance: f64 = length("Merge distance"),
+        /// Longest boundary that was closed.
+        max_hole_length: f64 = length("Closed up to"),
+        /// Median distance between overlapping scans along grid lines, as measured. There is none where no scans overlap.
+        overlap_residual: Option<f64> = length("Scans disagree by").optional(),
+        /// Median standard deviation of the samples along their rays, as measured. 0 where scans are clean.
+        noise: f64 = length("Noise of the samples"),
+        /// Median standard deviation of the samples of range images across the rays. It follows from how noise grows on surfaces seen at an angle.
+        noise_across: f64 = length("Across the rays"),
+        /// Median step that values of range images along the ray are multiples of. 0 for none.
+        noise_step: f64 = length("In steps of"),
+        /// Median number of pixels of range images over which errors depend on each other. 1 for white noise.
+        noise_correlation: f64 = number("Shared over (pixels)"),
+        /// Cells that the scans span along x, y and z.
+        grid: [u64; 3] = count("Grid").array(3),
+        /// Intersections of scans with grid lines.
+        intersections: u64 = count("Intersections"),
+        /// Edges of the grid whose intersections were dropped since more scans see through there than have a surface there. A triangle has about one and a half.
+        seen_through: u64 = count("Dropped as seen through (edges)"),
+        /// Intersections left after fusing.
+        fused_intersections: u64 = count("Fused intersections"),
+        /// Artificial intersections that became vertices.
+        artificial_intersections: u64 = count("Artificial intersections"),
+        /// Triangles made directly (case a), after analysis of the neighbouring cells (case b), by filling holes (case c).
+        faces: [u64; 3] = count("Triangles of case a, b, c").parts(&[
+            ("faces_direct", "Triangles made directly (case a)."),
+            ("faces_settled", "Triangles made after analysis of the neighbouring cells (case b)."),
+            ("faces_filling", "Triangles that fill holes (case c)."),
+        ]),
+        /// Holes closed, and boundary loops left open.
+        holes: [u64; 2] = count("Holes closed, left").parts(&[
+            ("holes_closed", "Holes closed."),
+            ("holes_open", "Boundary loops left open."),
+        ]),
+        /// Connected parts dropped, and the triangles they had. These are parts that no scan saw, and those that are too small.
+        dropped_components: [u64; 2] = count("Stray parts dropped, their triangles").parts(&[
+            ("dropped_components", "Connected parts dropped: those that no scan saw, and those that are too small."),
+            ("dropped_faces", "Triangles of the parts that were dropped."),
+        ]),
+        /// Factors that the red, green and blue light of each scan was multiplied by to make all equally bright, in the order of the names. The list is empty if they are equally bright, do not overlap, differ by more than a factor of eight, or this was not asked for.
+        colour_gains: Vec<[f64; 3]> = number("Exposures matched by").list_of(3),
+        /// Largest number of bytes that intersections and the surface held at once.
+        working_bytes: u64 = bytes("Memory"),
+        /// Whether stages left in files what they leave for each other.
+        in_files: bool = flag("In files"),
+        /// Scans that plainly do not lie where they belong, or that were damaged, and what to do. Empty where all is well.
+        warnings: Vec<Warning> = warning("Warnings", WarningKind::CHOICES),
+        /// Wall-clock seconds by the name of the stage.
+        seconds: Seconds = stages(),
+    }
 }
 
 impl MergeReport {

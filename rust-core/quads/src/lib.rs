@@ -68,7 +68,7 @@ use rayon::prelude::*;
 use base::error::{Error, Result, Shown};
 use base::magnitude::LARGEST;
 use base::memory;
-use base::progress::Progress;
+use base::progress::{Progress, Seconds};
 use image::range_image::{RangeImage, Samples};
 use measure::{Judge, Measured};
 use mesh::dump::{self, Stage};
@@ -82,45 +82,48 @@ const BYTES_A_PIXEL: f64 = 3.0;
 /// Of the grid with the uniform one that it is compared with.
 const BYTES_A_VERTEX: f64 = 175.0;
 
-/// The figures of a run. Errors are distances along the samples' rays to the planes of the triangles of the pixels' quads,
-/// over all valid pixels of the image but those missed, with each quad cut along its better diagonal; on the background the
-/// grid continues the surface.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct QuadReport {
-    /// Tiles from top to bottom and from left to right.
-    pub tiles: [usize; 2],
-    /// Difference between the farthest and the nearest range of the valid pixels.
-    pub depth_extent: f64,
-    /// Mean error as a share of the depth extent, the paper's relative error; 0 where all ranges are equal.
-    pub relative_error: f64,
-    /// The same of the uniform grid of the same size.
-    pub uniform_relative_error: f64,
-    /// Root of the mean square error, world units.
-    pub rms_error: f64,
-    /// The same of the uniform grid.
-    pub uniform_rms_error: f64,
-    /// Largest error, world units.
-    pub max_error: f64,
-    /// The same of the uniform grid.
-    pub uniform_max_error: f64,
-    /// Whether the result is the uniform grid, as the adaptive one lay no nearer; `snapped` vertices moved all the same.
-    pub is_uniform: bool,
-    /// Valid pixels of the image.
-    pub valid_pixels: usize,
-    /// Of them, those whose rays do not meet their quad's planes in front of the sensor: they have no error.
-    pub missed_pixels: usize,
-    /// The same of the uniform grid.
-    pub uniform_missed_pixels: usize,
-    /// Invalid pixels filled.
-    pub gaps_filled: usize,
-    /// Vertices moved so that no quad folds over.
-    pub unfolded: usize,
-    /// Vertices moved from the background onto the surface's border.
-    pub snapped: usize,
-    /// Quads that are part of the mesh.
-    pub kept: usize,
-    /// Names of the stages with their wall-clock seconds.
-    pub seconds: Vec<(&'static str, f64)>,
+base::report! {
+    /// The figures of a quad grid. Errors are distances along the samples' rays to the planes of the triangles of the pixels' quads, over all valid pixels of the image but those missed, with each quad cut along its better diagonal. On the background the grid continues the surface.
+    #[derive(Default)]
+    pub struct QuadReport {
+        /// Tiles from top to bottom and from left to right.
+        tiles: [usize; 2] = count("Tiles").parts(&[
+            ("tiles_down", "Tiles from top to bottom."),
+            ("tiles_across", "Tiles from left to right."),
+        ]),
+        /// Difference between the farthest and the nearest range of the valid pixels.
+        depth_extent: f64 = length("Depth extent"),
+        /// Mean error as a share of the depth extent, the paper's relative error. 0 where all ranges are equal.
+        relative_error: f64 = ratio("Relative error"),
+        /// Relative error of the uniform grid of the same size.
+        uniform_relative_error: f64 = ratio("Of the uniform grid"),
+        /// Root of the mean square error.
+        rms_error: f64 = length("RMS error"),
+        /// Root of the mean square error of the uniform grid.
+        uniform_rms_error: f64 = length("RMS error of the uniform grid"),
+        /// Largest error.
+        max_error: f64 = length("Largest error"),
+        /// Largest error of the uniform grid.
+        uniform_max_error: f64 = length("Largest error of the uniform grid"),
+        /// Whether the result is the uniform grid, as the adaptive one lay no nearer. Vertices snapped to the border moved all the same.
+        is_uniform: bool = flag("Uniform"),
+        /// Valid pixels of the image.
+        valid_pixels: usize = count("Valid pixels"),
+        /// Valid pixels whose rays do not meet the planes of their quad in front of the sensor. They have no error.
+        missed_pixels: usize = count("Missed pixels"),
+        /// Missed pixels of the uniform grid.
+        uniform_missed_pixels: usize = count("Missed by the uniform grid"),
+        /// Invalid pixels that were filled.
+        gaps_filled: usize = count("Gaps filled"),
+        /// Vertices that were moved so that no quad folds over.
+        unfolded: usize = count("Vertices unfolded"),
+        /// Vertices that were moved from the background onto the border of the surface.
+        snapped: usize = count("Vertices snapped"),
+        /// Quads of the mesh: those that are not on the background.
+        quads: usize = count("Quads"),
+        /// Wall-clock seconds by the name of the stage.
+        seconds: Seconds = stages(),
+    }
 }
 
 /// Images of fewer pixels, about a millisecond of work, are left to one thread.
@@ -371,7 +374,7 @@ impl Source<'_> {
             gaps_filled,
             unfolded: *unfolded,
             snapped: *snapped,
-            kept: kept.iter().filter(|k| **k).count(),
+            quads: kept.iter().filter(|k| **k).count(),
             seconds: Vec::new(),
         };
         progress.check()?;

@@ -71,13 +71,13 @@ fn assert_sound(image: &RangeImage, params: &QuadParams, grid: &QuadGrid) {
     assert_eq!(worst, report.max_error as f32);
     assert!(report.relative_error * report.depth_extent <= report.rms_error * (1.0 + 1e-12));
     assert!(report.rms_error <= report.max_error * (1.0 + 1e-12));
-    assert_eq!(report.kept, grid.kept.iter().filter(|k| **k).count());
+    assert_eq!(report.quads, grid.kept.iter().filter(|k| **k).count());
     assert_mesh(image, grid);
 }
 
 fn assert_mesh(image: &RangeImage, grid: &QuadGrid) {
     let (mesh, triangles) = (grid.mesh(), grid.triangles());
-    assert_eq!((mesh.quads.len(), triangles.triangles.len()), (grid.report.kept, 2 * grid.report.kept));
+    assert_eq!((mesh.quads.len(), triangles.triangles.len()), (grid.report.quads, 2 * grid.report.quads));
     assert_eq!(mesh.uvs.len(), mesh.positions.len());
     triangles.validate().unwrap();
     let found = check(&triangles);

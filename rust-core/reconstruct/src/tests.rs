@@ -14,7 +14,7 @@ mod threads;
 use super::*;
 use base::error::Error;
 use geom::delaunay3::Delaunay3;
-use mesh::check::MeshReport;
+use mesh::check::CheckReport;
 use mesh::{TriMesh, check};
 use shapes::{beaker, double_cone, level_set, plate, sphere, torus, waves};
 
@@ -33,7 +33,7 @@ pub(super) fn cloud(positions: Vec<DVec3>) -> PointCloud {
     PointCloud { positions, ..PointCloud::default() }
 }
 
-fn reconstruct(points: Vec<DVec3>, params: &ReconstructParams) -> (Reconstructed, MeshReport) {
+fn reconstruct(points: Vec<DVec3>, params: &ReconstructParams) -> (Reconstructed, CheckReport) {
     let made = run(&cloud(points), params, &Progress::none()).unwrap();
     made.mesh.validate().unwrap();
     let report = check(&made.mesh);

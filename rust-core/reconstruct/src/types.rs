@@ -1,6 +1,7 @@
 //! What goes in and what comes out.
 
 use base::params::{choice, length, ratio};
+use base::progress::Seconds;
 use mesh::TriMesh;
 
 base::choices! {
@@ -92,47 +93,84 @@ pub struct Dropped {
     pub reason: Reason,
 }
 
-/// The figures of a run.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct ReconstructReport {
-    /// Points given.
-    pub points: usize,
-    /// Points on the surface.
-    pub used: usize,
-    /// Points not on the surface, in the order of their numbers.
-    pub dropped: Vec<Dropped>,
-    /// Delaunay tetrahedra; none where the points lie in one plane.
-    pub tetrahedra: usize,
-    /// Whether the surface is closed: it has no border, also not one of a gap or of facets left out.
-    pub closed: bool,
-    /// The threshold used: a perimeter with a global one, a perimeter in mean spacings of the facet's samples with a
-    /// local one.
-    pub threshold: f64,
-    /// Times the mean perimeter was taken, with the paper's carving or in a plane.
-    pub rounds: usize,
-    /// Cells that changed sides to make the surface manifold, and samples brought onto it afterwards.
-    pub repaired: [usize; 2],
-    /// Facets left out: those over gaps, and those that kept the surface from being manifold.
-    pub cut_facets: usize,
-    /// Parts turned over by normals, sensors or direction.
-    pub turned_parts: usize,
-    /// Noise of the points as measured: their standard deviation across the surface. 0 for fewer than 1,024.
-    pub noise: f64,
-    /// Side of a square of the surface that has one point, as measured.
-    pub spacing: f64,
-    /// Radius within which the surface was smoothed; 0 if it goes through the points. Where points that carry noise lie much closer together
-    /// or further apart than usual, it was so many times smaller or larger there.
-    pub smoothing: f64,
-    /// Root mean square of the distances by which smoothing moved the points on the surface.
-    pub moved: f64,
-    /// Names of the stages with their wall-clock seconds.
-    pub seconds: Vec<(&'static str, f64)>,
+base::report! {
+    /// The figures of a surface through points.
+    #[derive(Default)]
+    pub struct ReconstructReport {
+        /// Points given.
+        points: usize = count("Points"),
+        /// Points on the surface.
+        used: usize = count("On the surface"),
+        /// Delaunay tetrahedra. None where the points lie in one plane.
+        tetrahedra: usize = count("Tetrahedra"),
+        /// Whether the surface is closed: it has no border, also not one of a gap or of facets left out.
+        closed: bool = flag("Closed"),
+        /// The threshold that was used: a perimeter with a global one, in mean spacings of a facet's points with a local one.
+        threshold: f64 = number("Threshold"),
+        /// Times the mean perimeter was taken, with the paper's carving or in a plane.
+        rounds: usize = count("Rounds of carving"),
+        /// Tetrahedra that changed sides to make the surface manifold, and points brought onto it afterwards.
+        repaired: [usize; 2] = count("Repaired, gathered").parts(&[
+            ("repaired", "Tetrahedra that changed sides to make the surface manifold."),
+            ("gathered", "Points brought onto the surface afterwards."),
+        ]),
+        /// Facets left out: those over gaps, and those that kept the surface from being manifold.
+        cut_facets: usize = count("Facets left out"),
+        /// Parts turned over by normals, sensors or direction.
+        turned_parts: usize = count("Parts turned over"),
+        /// Noise of the points as measured: their standard deviation across the surface. 0 for fewer than 1,024.
+        noise: f64 = length("Noise of the points").since("0.2"),
+        /// Side of a square of the surface that has one point, as measured.
+        spacing: f64 = length("Spacing of the points").since("0.2"),
+        /// Radius within which the surface was smoothed; 0 if it goes through the points. Where points that carry noise lie much closer together or further apart than usual, it was so many times smaller or larger there.
+        smoothing: f64 = length("Smoothed within").since("0.2"),
+        /// Root mean square of the distances by which smoothing moved the points on the surface.
+        moved: f64 = length("Points moved by").since("0.2"),
+        /// Wall-clock seconds by the name of the stage.
+        seconds: Seconds = stages(),
+    }
+    besides {
+        /// Points not on the surface, in the order of their numbers.
+        dropped: Vec<Dropped>,
+    }
+    derived {
+        /// Points dropped since a coordinate isn't finite.
+        not_finite = count("Dropped: not finite"),
+        /// Points dropped since they are at the same place as a point before them.
+        duplicates = count("Dropped: copies"),
+        /// Points dropped inside of the surface.
+        inside = count("Dropped: inside"),
+        /// Points dropped outside of the surface.
+        outside = count("Dropped: outside"),
+        /// Points dropped since they are far from any surface that the others tell.
+        outliers = count("Dropped: outliers").since("0.2"),
+    }
 }
 
 impl ReconstructReport {
     /// Points dropped for a reason.
     pub fn dropped_for(&self, reason: Reason) -> usize {
         self.dropped.iter().filter(|dropped| dropped.reason == reason).count()
+    }
+
+    fn not_finite(&self) -> usize {
+        self.dropped_for(Reason::NotFinite)
+    }
+
+    fn duplicates(&self) -> usize {
+        self.dropped_for(Reason::Duplicate)
+    }
+
+    fn inside(&self) -> usize {
+        self.dropped_for(Reason::Inside)
+    }
+
+    fn outside(&self) -> usize {
+        self.dropped_for(Reason::Outside)
+    }
+
+    fn outliers(&self) -> usize {
+        self.dropped_for(Reason::Outlier)
     }
 }
 

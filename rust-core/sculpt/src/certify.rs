@@ -1,5 +1,19 @@
 //! The certificate: how far the finished mesh lies from each sample along the sample's own ray, measured on the mesh's
 //! coordinates by code that shares nothing with the digging.
+//!
+//! # The error of a sample
+//! It is computed in double precision, and no other way:
+//!
+//! * A sample that is a vertex of the triangle, coordinate by coordinate, has error 0.
+//! * On a lattice, let `w_i` be twice the area, in pixels, of the triangle that a pixel makes with the edge across from
+//!   corner `i`, and `w` their sum: whole numbers, so exact. Of an orthographic image of heights `h` the error is
+//!   `sum w_i (h - h_i) / w`, and what rounding the places of pixels may add where that is more than heights are rounded by:
+//!   on steep triangles far from the origin; of a pinhole image of depths `d` along the optical axis it is `(w / sum (w_i / d_i) - d) s`,
+//!   where `s` is the length of the ray by depth. As no `w_i` is negative, rounding is at most a few units in the last
+//!   place of the largest `h - h_i`, or of the range.
+//! * Elsewhere it is the distance from the sample, along its ray, to the triangle that the ray meets.
+//!
+//! Errors in single precision are rounded up.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -11,44 +25,35 @@ use geom::bvh::{Bvh, Ray};
 use image::range_image::{DepthKind, Projection, RangeImage, Samples, Viewing};
 use mesh::TriMesh;
 
-/// Distances between samples and mesh along the samples' rays, in world units.
-///
-/// # The error of a sample
-/// It is computed in double precision, and no other way:
-///
-/// * A sample that is a vertex of the triangle, coordinate by coordinate, has error 0.
-/// * On a lattice, let `w_i` be twice the area, in pixels, of the triangle that a pixel makes with the edge across from
-///   corner `i`, and `w` their sum: whole numbers, so exact. Of an orthographic image of heights `h` the error is
-///   `sum w_i (h - h_i) / w`, and what rounding the places of pixels may add where that is more than heights are rounded by:
-///   on steep triangles far from the origin; of a pinhole image of depths `d` along the optical axis it is `(w / sum (w_i / d_i) - d) s`,
-///   where `s` is the length of the ray by depth. As no `w_i` is negative, rounding is at most a few units in the last
-///   place of the largest `h - h_i`, or of the range.
-/// * Elsewhere it is the distance from the sample, along its ray, to the triangle that the ray meets.
-///
-/// Errors in single precision are rounded up.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Certificate {
-    /// Largest distance.
-    pub max_error: f64,
-    /// No sample lies farther from the mesh once its coordinates are rounded to single precision, as some hosts and files
-    /// hold them: [`Certificate::max_error`] and what rounding may add.
-    pub max_error_single: f64,
-    /// Root of the mean square.
-    pub rms_error: f64,
-    /// 95 % of the samples lie at most this far from the mesh.
-    pub p95_error: f64,
-    /// Row and column of the sample farthest from the mesh; of several the first one.
-    pub worst_pixel: Option<[usize; 2]>,
-    /// Samples whose rays meet the mesh.
-    pub covered: usize,
-    /// Signed distance a pixel, row by row: positive where the mesh lies behind the sample; NaN where no ray meets it.
-    /// Rounded away from 0.
-    pub error_image: Vec<f32>,
-    /// Largest distance of the samples whose rays meet each triangle, rounded up.
-    pub face_errors: Vec<f32>,
-    /// How far, at most, the mesh moves along a ray by what it moves anywhere: 1 by the cosine between ray and normal of its
-    /// steepest triangle.
-    pub steepness: f64,
+base::report! {
+    /// How far the mesh lies from the samples, measured on the result along the samples' rays.
+    pub struct Certificate {
+        /// Largest distance between a sample and the mesh along the sample's ray.
+        max_error: f64 = length("Largest error"),
+        /// Largest distance once coordinates are rounded to single precision, as STL, GLB and many programs keep them, at most.
+        max_error_single: f64 = length("In single precision"),
+        /// Root of the mean square of the distances.
+        rms_error: f64 = length("RMS error"),
+        /// 95 % of the samples lie at most this far from the mesh.
+        p95_error: f64 = length("95 % below"),
+        /// Row and column of the sample farthest from the mesh; of several the first one. There is none for an empty mesh.
+        worst_pixel: Option<[usize; 2]> = count("Worst pixel").optional().parts(&[
+            ("worst_row", "Row of the sample farthest from the mesh; of several the first one."),
+            ("worst_col", "Its column."),
+        ]),
+        /// Samples that the mesh covers: their rays meet it.
+        covered_pixels: usize = count("Samples covered"),
+    }
+    besides {
+        /// Signed distance a pixel, row by row: positive where the mesh lies behind the sample; NaN where no ray meets it.
+        /// Rounded away from 0.
+        error_image: Vec<f32>,
+        /// Largest distance of the samples whose rays meet each triangle, rounded up.
+        face_errors: Vec<f32>,
+        /// How far, at most, the mesh moves along a ray by what it moves anywhere: 1 by the cosine between ray and normal of its
+        /// steepest triangle.
+        steepness: f64,
+    }
 }
 
 /// What was measured of each pixel and triangle.
@@ -138,7 +143,7 @@ pub(super) fn summarize(
         rms_error: if covered == 0 { 0.0 } else { scale * (squares / covered as f64).sqrt() },
         p95_error,
         worst_pixel: worst.map(|i| [i / cols, i % cols]),
-        covered,
+        covered_pixels: covered,
         error_image: errors.into_iter().map(round_up).collect(),
         face_errors,
         steepness,

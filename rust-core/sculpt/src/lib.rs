@@ -70,30 +70,31 @@ pub use params::{SCHEMA, SculptParams, Tolerance};
 pub use sculptor::Sculptor;
 
 use base::error::Result;
-use base::progress::Progress;
+use base::progress::{Progress, Seconds};
 use image::range_image::RangeImage;
 use mesh::TriMesh;
 
-/// The figures of a run.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct SculptReport {
-    /// Tolerance used, world units.
-    pub tolerance: f64,
-    /// Difference between the farthest and the nearest range of the covered samples.
-    pub depth_extent: f64,
-    /// Triangles of the step-discontinuity triangulation but the hidden ones: the mesh that has every covered sample.
-    pub full_triangles: usize,
-    /// Triangles left out because they hide behind others, as seen along the rays. The tolerance does not hold for samples
-    /// that have only such triangles: nothing covers them, the certificate does not measure them, and they count as isolated.
-    pub hidden_triangles: usize,
-    /// Triangles after the digging, before the polish.
-    pub dug_triangles: usize,
-    /// Triangles of the result.
-    pub triangles: usize,
-    /// Valid pixels without a triangle: they have none in the step-discontinuity triangulation, or only hidden ones.
-    pub isolated_pixels: usize,
-    /// Names of the stages with their wall-clock seconds.
-    pub seconds: Vec<(&'static str, f64)>,
+base::report! {
+    /// The figures of sculpting.
+    #[derive(Default)]
+    pub struct SculptReport {
+        /// Tolerance that was used.
+        tolerance: f64 = length("Tolerance"),
+        /// Difference between the farthest and the nearest range of the covered samples.
+        depth_extent: f64 = length("Depth extent"),
+        /// Triangles of the mesh that has every covered sample.
+        full_triangles: usize = count("Triangles with every sample"),
+        /// Triangles left out because they hide behind others, as seen along the rays. The tolerance does not hold for samples that have only such triangles. These samples count as isolated.
+        hidden_triangles: usize = count("Hidden triangles"),
+        /// Triangles before vertices were removed.
+        dug_triangles: usize = count("Triangles before the polish"),
+        /// Triangles of the mesh.
+        triangles: usize = count("Triangles"),
+        /// Valid pixels that no mesh covers, for want of neighbours or because they are hidden behind others. The tolerance does not hold for them.
+        isolated_pixels: usize = count("Samples not covered"),
+        /// Wall-clock seconds by the name of the stage.
+        seconds: Seconds = stages(),
+    }
 }
 
 /// Result of sculpting.

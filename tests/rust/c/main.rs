@@ -5,6 +5,7 @@
 mod arguments;
 mod calls;
 mod examples;
+mod generated;
 mod header;
 mod library;
 mod programs;

@@ -2,6 +2,8 @@
 
 use std::ffi::{c_char, c_void};
 
+pub use crate::generated::*;
+
 /// A handle: never followed.
 #[repr(transparent)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -112,32 +114,14 @@ impl<const N: usize> Sized<N> {
     }
 }
 
-pub type PlaneParams = Sized<3>;
 pub type Plane = Sized<9>;
-pub type AlignParams = Sized<6>;
 pub type AlignReport = Sized<5>;
 pub type AlignedScan = Sized<103>;
 pub type AlignedPair = Sized<49>;
 pub type Snap = Sized<64>;
 pub type Pick = Sized<14>;
-pub type MergeParams = Sized<6>;
-pub type MergeReport = Sized<19>;
-pub type MeshReport = Sized<17>;
 pub type Frame = Sized<37>;
 pub type LeftOut = Sized<4>;
 pub type GridCamera = Sized<1287>;
-pub type TriangulateParams = Sized<2>;
-pub type ScanParams = Sized<10>;
-pub type SculptParams = Sized<8>;
-pub type QuadParams = Sized<15>;
-pub type SplineParams = Sized<3>;
-pub type WriteOptions = Sized<3>;
-pub type QuadReport = Sized<16>;
-pub type ReadOptions = Sized<14>;
-pub type Certificate = Sized<12>;
-pub type ReconstructParams = Sized<6>;
-pub type ReconstructReport = Sized<18>;
-pub type ClusterParams = Sized<8>;
-pub type ClusterReport = Sized<9>;
 pub type Distances = Sized<7>;
 pub type LogFn = Option<unsafe extern "C" fn(i32, *const c_char, *mut c_void)>;

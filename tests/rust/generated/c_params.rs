@@ -120,10 +120,14 @@ fn default_of(row: &ParamSpec) -> String {
     }
 }
 
+/// What an operation's struct holds besides parameters: name, type, default, text of each.
+pub fn beside(schema: &Schema) -> &'static [(&'static str, &'static str, &'static str, &'static str)] {
+    BESIDE.iter().find(|beside| beside.operation == schema.operation).map_or(&[], |beside| beside.fields)
+}
+
 fn file(schema: &Schema) -> String {
     let (name, argument) = names(schema.operation);
-    let beside =
-        BESIDE.iter().find(|beside| beside.operation == schema.operation).map_or(&[][..], |beside| beside.fields);
+    let beside = beside(schema);
     let rows = fields(schema);
     let mut out = format!(
         "//! Parameters of {}. Written by `make generate` from their declaration in the core: change that.\n\n",
@@ -210,12 +214,12 @@ fn file(schema: &Schema) -> String {
     out
 }
 
-fn comment(text: &str, indent: &str) -> String {
+pub fn comment(text: &str, indent: &str) -> String {
     wrapped(text, &format!("{indent}/// "), WIDTH).iter().map(|line| format!("{line}\n")).collect()
 }
 
 /// As rustfmt would have it.
-fn formatted(source: &str) -> String {
+pub fn formatted(source: &str) -> String {
     let mut rustfmt = Command::new("rustfmt");
     rustfmt.arg("--config-path").arg(root()).args(["--edition", "2024"]).stdin(Stdio::piped()).stdout(Stdio::piped());
     let mut running = rustfmt.spawn().expect("rustfmt, a part of the toolchain, can be run");

@@ -45,7 +45,7 @@ static srf_status from_depths(const double *depths, size_t rows, size_t cols, sr
     },
     Chapter {
         title: "Point clouds and meshes",
-        files: &["cloud", "mesh", "bounds", "vertices"],
+        files: &["cloud", "reports/check", "mesh", "bounds", "vertices"],
         text: "Both hand out views that copy nothing, and are made of arrays of any stride.",
         example: r#"
 /* Prints the vertices of a mesh. */
@@ -145,7 +145,7 @@ static srf_status crop(srf_scans *scans)
     },
     Chapter {
         title: "Merging",
-        files: &["params/merge", "merger", "merge"],
+        files: &["params/merge", "reports/merge", "merger", "merge"],
         text: "Registered scans become one surface. A merger takes scans of all kinds and is run as often as wanted.",
         example: r#"
 /* Merges all scans of a set with cells of 2 units. */
@@ -165,17 +165,17 @@ static srf_status merge(const srf_scans *scans, srf_mesh **out_mesh)
     },
     Chapter {
         title: "Sculpting one scan",
-        files: &["params/sculpt", "sculpt"],
+        files: &["params/sculpt", "reports/sculpt", "sculpt"],
         text: "One range image becomes few triangles within a tolerance, with a certificate of how far they lie from the samples.",
         example: r#"
 /* The coarsest mesh within a tolerance; prints how far STL and GLB lie from the samples. */
 static srf_status sculpt(const srf_image *image, double tolerance, srf_mesh **out_mesh)
 {
-    srf_certificate certificate;
+    srf_sculpt_report certificate;
     srf_sculptor *sculptor;
     srf_status status = srf_sculptor_create(image, NULL, NULL, &sculptor);
     if (status != SRF_OK) return status;
-    srf_certificate_init(&certificate);
+    srf_sculpt_report_init(&certificate);
     status = srf_sculptor_refine(sculptor, tolerance, NULL, out_mesh, &certificate);
     if (status == SRF_OK) printf("%g\n", certificate.max_error_single);
     srf_sculptor_free(sculptor);
@@ -184,7 +184,7 @@ static srf_status sculpt(const srf_image *image, double tolerance, srf_mesh **ou
     },
     Chapter {
         title: "Quad grids and splines",
-        files: &["params/quads", "quads", "params/spline", "spline"],
+        files: &["params/quads", "reports/quads", "quads", "params/spline", "spline"],
         text: "One range image becomes a regular grid of quads, dense where the surface bends, and a smooth surface through it.",
         example: r#"
 /* Writes an image as quads. */
@@ -200,7 +200,7 @@ static srf_status write_quads(const srf_image *image, const char *path)
     },
     Chapter {
         title: "Surfaces through points",
-        files: &["params/reconstruct", "reconstruct"],
+        files: &["params/reconstruct", "reports/reconstruct", "reconstruct"],
         text: "Scattered points become a surface, closed or open; their noise is measured and smoothed out.",
         example: r#"
 /* The surface through points in double precision. */
@@ -219,7 +219,7 @@ static srf_status through(const double *points, size_t count, srf_mesh **out_mes
     },
     Chapter {
         title: "Coarse meshes",
-        files: &["params/cluster", "cluster"],
+        files: &["params/cluster", "reports/cluster", "cluster"],
         text: "A dense mesh, or points, become a mesh of few well-shaped triangles.",
         example: r#"
 /* A mesh of about so many vertices. */

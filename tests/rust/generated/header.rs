@@ -25,6 +25,7 @@ fn with_macros(header: &str) -> String {
 fn header() {
     // It is made of them, too; tests run side by side.
     crate::c_params::structs();
+    crate::c_reports::structs();
     crate::versions();
     let library = root().join("c-api");
     let config = cbindgen::Config::from_file(library.join("cbindgen.toml")).expect("cbindgen.toml");

@@ -3,11 +3,14 @@
 //! `SURFRECON_GENERATE=1 cargo test -p surfrecon-tests --test generated`, or `make generate`, writes them anew.
 
 mod c_params;
+mod c_reports;
+mod c_tests;
 mod chapters;
 mod header;
 mod meshlab;
 mod page;
 mod python;
+mod python_reports;
 mod words;
 
 use std::path::{Path, PathBuf};

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use surfrecon::params::{Default, Kind, ParamSpec, SCHEMAS};
+use surfrecon::reports::{Kind as Figure, REPORTS, Shape};
 
 use crate::c_params::{is_whole, names};
 use crate::compare;
@@ -91,4 +92,45 @@ fn filters() {
     }
     out += "\n}  // namespace srf\n";
     compare("meshlab-plugin/src/parameters.h", &out);
+}
+
+#[test]
+fn figures() {
+    let mut out = "// SPDX-License-Identifier: GPL-3.0-or-later\n\
+                   // Figures of the operations. Written by `make generate` from their declarations in the core: change those.\n\
+                   #pragma once\n\n#include \"report.h\"\n\nnamespace srf {\n"
+        .to_owned();
+    for reported in REPORTS {
+        let _ = write!(out, "\ninline const Figures {}_figures = {{\n", reported.operation);
+        for field in reported.fields() {
+            let kind = match field.figure.kind {
+                Figure::Flag => "flag",
+                Figure::Count => "count",
+                Figure::Integer => "integer",
+                Figure::Bytes => "bytes",
+                Figure::Length => "length",
+                Figure::Angle => "angle",
+                Figure::Ratio => "ratio",
+                Figure::Number => "number",
+                Figure::Choice(_) => "choice",
+                other => unreachable!("{other:?} has no fixed size"),
+            };
+            let choices: Vec<String> = field.figure.choices().iter().map(|choice| quoted(choice.label)).collect();
+            let names: Vec<String> = field.figure.choices().iter().map(|choice| quoted(choice.name)).collect();
+            let _ = writeln!(
+                out,
+                "    {{Figure::Kind::{kind}, \"{0}\", {1}, {2}, {3}, offsetof(srf_{4}_report, {0}), {{{5}}}, {{{6}}}}},",
+                field.name,
+                quoted(&field.label),
+                matches!(field.figure.shape, Shape::Optional | Shape::OptionalArray(_)),
+                field.array.unwrap_or(1),
+                reported.operation,
+                names.join(", "),
+                choices.join(", "),
+            );
+        }
+        out += "};\n";
+    }
+    out += "\n}  // namespace srf\n";
+    compare("meshlab-plugin/src/reports.h", &out);
 }

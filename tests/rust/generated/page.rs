@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use surfrecon::params::{Kind, ParamSpec, SCHEMAS};
+use surfrecon::reports::{Figure, Kind as FigureKind, REPORTS, Shape};
 
 use crate::compare;
 use crate::words::{plain_default, range, rule};
@@ -37,7 +38,59 @@ fn parameters() {
             let _ = writeln!(page, "\nAnd those of [{other}](#{other}).");
         }
     }
+    page += "\n# Reports\n\nThe figures that operations report, the same in every language. C has those of a fixed size, each of an array that is \
+             named below as a field of its own.\n";
+    for reported in REPORTS {
+        let _ = write!(
+            page,
+            "\n## Report of {}\n\n{}\n\n| name | | kind | meaning | since |\n|---|---|---|---|---|\n",
+            reported.operation,
+            reported.text()
+        );
+        reported.figures().for_each(|figure| page += &row(figure, ""));
+    }
     compare("PARAMETERS.md", &page);
+}
+
+/// The row of a figure, and those of the report that it is.
+fn row(figure: &Figure, within: &str) -> String {
+    let kind = match figure.kind {
+        FigureKind::Flag => "flag",
+        FigureKind::Count => "count",
+        FigureKind::Integer => "whole number",
+        FigureKind::Bytes => "bytes",
+        FigureKind::Length => "length",
+        FigureKind::Angle => "angle",
+        FigureKind::Ratio => "ratio",
+        FigureKind::Number => "number",
+        FigureKind::Choice(_) => "choice",
+        FigureKind::Text => "text",
+        FigureKind::Warning(_) => "kind and text",
+        FigureKind::Stage => "seconds by stage",
+        FigureKind::Nested(_) => "report",
+    };
+    let kind = match figure.shape {
+        Shape::One => kind.to_owned(),
+        Shape::Optional => format!("{kind} or none"),
+        Shape::Array(size) => format!("{size} of {kind}"),
+        Shape::OptionalArray(size) => format!("{size} of {kind}, or none"),
+        Shape::List(0) if figure.kind == FigureKind::Stage => kind.to_owned(),
+        Shape::List(0) => format!("list of {kind}"),
+        Shape::List(size) => format!("list of {size} of {kind}"),
+    };
+    let mut text = figure.text.to_owned();
+    for (name, _) in figure.parts {
+        let _ = write!(text, "{} `{name}`", if text.ends_with('.') { " In C:" } else { "," });
+    }
+    if !figure.parts.is_empty() {
+        text.push('.');
+    }
+    let text = figure.choices().iter().fold(text, |text, choice| format!("{text} `{}`: {}", choice.name, choice.text));
+    let mut rows = format!("| `{within}{}` | {} | {kind} | {text} | {} |\n", figure.name, figure.label, figure.since);
+    if let FigureKind::Nested(schema) = figure.kind {
+        schema.figures.iter().for_each(|inner| rows += &row(inner, &format!("{}.", figure.name)));
+    }
+    rows
 }
 
 fn kind(p: &ParamSpec) -> &'static str {

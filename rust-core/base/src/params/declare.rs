@@ -303,6 +303,12 @@ macro_rules! choices {
                 $crate::params::Value::Choice(self.name())
             }
         }
+
+        impl $crate::report::Measured for $Enum {
+            fn found(&self) -> $crate::report::Found<'_> {
+                $crate::report::Found::Choice(self.name())
+            }
+        }
     };
 }
 

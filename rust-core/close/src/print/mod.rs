@@ -17,7 +17,7 @@ use base::magnitude;
 use base::progress::Progress;
 use geom::bvh::Bvh;
 use mesh::measure::area;
-use mesh::{MeshReport, TriMesh, try_check};
+use mesh::{CheckReport, TriMesh, try_check};
 
 use super::surface::normal;
 use super::{crossing, cut};
@@ -45,7 +45,7 @@ pub struct PrintPart {
 #[derive(Clone, Debug, PartialEq)]
 pub struct PrintReport {
     /// Closed, manifold, oriented.
-    pub topology: MeshReport,
+    pub topology: CheckReport,
     /// Pairs of faces that cross, the smaller number first, rising; exact.
     pub crossings: Vec<[u32; 2]>,
     /// Parts in the order of their first faces.

@@ -10,47 +10,56 @@ use base::error::{Error, Result};
 use base::memory;
 use base::progress::Progress;
 
-/// What [`check`] found. Triangles that name a vertex out of range or a vertex twice are counted, then left out of all
-/// that follows; so are vertices without a triangle.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct MeshReport {
-    /// Triangles, all of them.
-    pub triangles: usize,
-    /// Vertices that a triangle uses.
-    pub vertices: usize,
-    /// Vertices that none uses.
-    pub unused_vertices: usize,
-    /// Vertices with a coordinate that is not finite.
-    pub non_finite_vertices: usize,
-    /// Triangles that name a vertex that doesn't exist.
-    pub out_of_range_triangles: usize,
-    /// Triangles that name a vertex twice.
-    pub degenerate_triangles: usize,
-    /// Triangles of three different vertices whose area, computed in double precision, is zero.
-    pub zero_area_triangles: usize,
-    /// Triangles with the same three vertices as another one, beyond the first.
-    pub duplicate_triangles: usize,
-    /// Edges, each counted once.
-    pub edges: usize,
-    /// Edges of one triangle.
-    pub boundary_edges: usize,
-    /// Edges of more than two triangles.
-    pub non_manifold_edges: usize,
-    /// Edges whose two triangles run through it in the same direction.
-    pub misoriented_edges: usize,
-    /// Vertices whose triangles fall into more than one fan of triangles joined over edges.
-    pub non_manifold_vertices: usize,
-    /// Parts joined over edges.
-    pub components: usize,
-    /// Triangles of the largest part.
-    pub largest_component: usize,
-    /// Connected groups of boundary edges; closed loops on a manifold.
-    pub boundary_loops: usize,
-    /// Vertices - edges + triangles.
-    pub euler_characteristic: i64,
+base::report! {
+    /// What a mesh is as a surface: counts, and what follows from them. Triangles that name a vertex out of range or a vertex twice are counted, then left out of all that follows; so are vertices without a triangle.
+    #[derive(Copy, Default, Eq)]
+    pub struct CheckReport {
+        /// Triangles, all of them.
+        triangles: usize = count("Triangles"),
+        /// Vertices that a triangle uses.
+        vertices: usize = count("Vertices"),
+        /// Vertices that none uses.
+        unused_vertices: usize = count("Unused vertices"),
+        /// Vertices with a coordinate that is not finite.
+        non_finite_vertices: usize = count("Vertices that are not finite"),
+        /// Triangles that name a vertex that doesn't exist.
+        out_of_range_triangles: usize = count("Triangles out of range"),
+        /// Triangles that name a vertex twice.
+        degenerate_triangles: usize = count("Degenerate triangles"),
+        /// Triangles of three different vertices whose area, computed in double precision, is zero.
+        zero_area_triangles: usize = count("Triangles of no area"),
+        /// Triangles with the same three vertices as another one, beyond the first.
+        duplicate_triangles: usize = count("Duplicate triangles"),
+        /// Edges, each counted once.
+        edges: usize = count("Edges"),
+        /// Edges of one triangle.
+        boundary_edges: usize = count("Boundary edges"),
+        /// Edges of more than two triangles.
+        non_manifold_edges: usize = count("Non-manifold edges"),
+        /// Edges whose two triangles run through it in the same direction.
+        misoriented_edges: usize = count("Misoriented edges"),
+        /// Vertices whose triangles fall into more than one fan of triangles joined over edges.
+        non_manifold_vertices: usize = count("Non-manifold vertices"),
+        /// Parts joined over edges.
+        components: usize = count("Parts"),
+        /// Triangles of the largest part.
+        largest_component: usize = count("Triangles of the largest part"),
+        /// Connected groups of boundary edges. They are closed loops on a manifold.
+        boundary_loops: usize = count("Boundary loops"),
+        /// Vertices - edges + triangles.
+        euler_characteristic: i64 = integer("Euler characteristic"),
+    }
+    derived {
+        /// Whether the mesh is an oriented manifold with boundary, with finite coordinates and no degenerate or duplicate triangle. Triangles of zero area are no matter of topology.
+        is_manifold = flag("Manifold"),
+        /// Whether it is a manifold without boundary.
+        is_closed = flag("Closed"),
+        /// Handles of all parts together, boundary loops taken as closed by disks. There are none unless it is a manifold.
+        genus = integer("Genus").optional(),
+    }
 }
 
-impl MeshReport {
+impl CheckReport {
     /// Whether the mesh is an oriented manifold with boundary with finite coordinates and no degenerate or duplicate
     /// triangle. Triangles of zero area are no matter of topology and don't count here.
     pub fn is_manifold(&self) -> bool {
@@ -76,7 +85,7 @@ impl MeshReport {
     }
 }
 
-impl fmt::Display for MeshReport {
+impl fmt::Display for CheckReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} triangles, {} vertices, {} components", self.triangles, self.vertices, self.components)?;
         write!(f, ", {} boundary loops of {} edges", self.boundary_loops, self.boundary_edges)?;
@@ -108,7 +117,7 @@ impl fmt::Display for MeshReport {
 ///
 /// # Panics
 /// With 2^31 triangles or more.
-pub fn check(mesh: &TriMesh) -> MeshReport {
+pub fn check(mesh: &TriMesh) -> CheckReport {
     run(mesh, &mesh.triangles, &Progress::none()).expect("nobody cancels")
 }
 
@@ -116,7 +125,7 @@ pub fn check(mesh: &TriMesh) -> MeshReport {
 ///
 /// # Errors
 /// [`Error::Input`] with 2^31 triangles or more; [`Error::OutOfMemory`]; [`Error::Cancelled`].
-pub fn try_check(mesh: &TriMesh, progress: &Progress<'_>) -> Result<MeshReport> {
+pub fn try_check(mesh: &TriMesh, progress: &Progress<'_>) -> Result<CheckReport> {
     foresee(mesh, BYTES_A_TRIANGLE)?;
     progress.plan(&[("checking", 1.0)]);
     progress.stage(0, mesh.positions.len() as u64);
@@ -128,7 +137,7 @@ pub fn try_check(mesh: &TriMesh, progress: &Progress<'_>) -> Result<MeshReport> 
 ///
 /// # Panics
 /// With 2^31 triangles or more.
-pub fn check_welded(mesh: &TriMesh) -> MeshReport {
+pub fn check_welded(mesh: &TriMesh) -> CheckReport {
     try_check_welded(mesh, &Progress::none()).expect("nobody cancels, and there is memory")
 }
 
@@ -136,14 +145,14 @@ pub fn check_welded(mesh: &TriMesh) -> MeshReport {
 ///
 /// # Errors
 /// As [`try_check`].
-pub fn try_check_welded(mesh: &TriMesh, progress: &Progress<'_>) -> Result<MeshReport> {
+pub fn try_check_welded(mesh: &TriMesh, progress: &Progress<'_>) -> Result<CheckReport> {
     foresee(mesh, BYTES_WELDED)?;
     progress.plan(&[("checking", 1.0)]);
     let pool = base::threads::pool(1)?;
     progress.watch(|| pool.install(|| welded(mesh, progress)))
 }
 
-fn welded(mesh: &TriMesh, progress: &Progress<'_>) -> Result<MeshReport> {
+fn welded(mesh: &TriMesh, progress: &Progress<'_>) -> Result<CheckReport> {
     // Adding zero makes -0 and 0 one.
     let key = |v: usize| (mesh.positions[v].as_vec3() + 0.0).to_array().map(f32::to_bits);
     let mut order: Vec<u32> = (0..mesh.positions.len() as u32).collect();
@@ -177,13 +186,13 @@ const BYTES_A_VERTEX: f64 = 106.0;
 /// With their corners welded.
 const BYTES_WELDED: f64 = BYTES_A_TRIANGLE + size_of::<[u32; 3]>() as f64;
 
-fn run(mesh: &TriMesh, triangles: &[[u32; 3]], progress: &Progress<'_>) -> Result<MeshReport> {
+fn run(mesh: &TriMesh, triangles: &[[u32; 3]], progress: &Progress<'_>) -> Result<CheckReport> {
     assert!(triangles.len() <= MOST, "more triangles than this check can number");
     let vertices = mesh.positions.len();
-    let mut report = MeshReport {
+    let mut report = CheckReport {
         triangles: triangles.len(),
         non_finite_vertices: mesh.positions.iter().filter(|p| !p.is_finite()).count(),
-        ..MeshReport::default()
+        ..CheckReport::default()
     };
     let mut sound = Vec::with_capacity(triangles.len());
     for block in progress.blocks(triangles) {
@@ -261,7 +270,7 @@ struct Scratch {
 }
 
 /// Counts what the star of `v` shows; an edge counts at its smaller end, a triangle at its smallest vertex.
-fn look_at(v: u32, star: &[Corner], scratch: &mut Scratch, report: &mut MeshReport, boundary: &mut Vec<[u32; 2]>) {
+fn look_at(v: u32, star: &[Corner], scratch: &mut Scratch, report: &mut CheckReport, boundary: &mut Vec<[u32; 2]>) {
     report.vertices += 1;
     let Scratch { ends, fans, smallest } = scratch;
     ends.clear();
@@ -299,7 +308,7 @@ fn count_parts(
     triangles: &[[u32; 3]],
     vertices: usize,
     boundary: &[[u32; 2]],
-    report: &mut MeshReport,
+    report: &mut CheckReport,
     progress: &Progress<'_>,
 ) -> Result<()> {
     let mut parts = Forest::new(vertices);

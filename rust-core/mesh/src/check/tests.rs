@@ -41,7 +41,7 @@ fn known_topologies() {
     assert!(disk.is_manifold() && !disk.is_closed());
     assert_eq!((disk.boundary_edges, disk.boundary_loops, disk.genus()), (24, 1, Some(0)));
     assert_eq!(disk.euler_characteristic, 1);
-    assert_eq!(check(&TriMesh::default()), MeshReport::default());
+    assert_eq!(check(&TriMesh::default()), CheckReport::default());
 }
 
 #[test]
@@ -85,8 +85,8 @@ fn welding_joins_what_is_equal_in_single_precision() {
 }
 
 /// The same counts from maps and searches, straight from the definitions.
-fn naive(vertices: usize, triangles: &[[u32; 3]]) -> MeshReport {
-    let mut r = MeshReport { triangles: triangles.len(), ..MeshReport::default() };
+fn naive(vertices: usize, triangles: &[[u32; 3]]) -> CheckReport {
+    let mut r = CheckReport { triangles: triangles.len(), ..CheckReport::default() };
     let mut sound: Vec<[u32; 3]> = Vec::new();
     for &t in triangles {
         if t.iter().any(|&v| v as usize >= vertices) {
@@ -159,7 +159,7 @@ proptest! {
     ) {
         let report = check(&mesh(8, &triangles));
         let zero_area_triangles = report.zero_area_triangles;
-        prop_assert_eq!(report, MeshReport { zero_area_triangles, ..naive(8, &triangles) });
+        prop_assert_eq!(report, CheckReport { zero_area_triangles, ..naive(8, &triangles) });
     }
 
     #[test]

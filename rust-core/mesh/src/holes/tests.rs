@@ -4,7 +4,7 @@ use glam::DVec3;
 use proptest::prelude::*;
 
 use super::*;
-use crate::{MeshReport, TriMesh, check};
+use crate::{CheckReport, TriMesh, check};
 use geom::triangles::cross;
 
 /// Boundary edges in the direction of their triangles.
@@ -48,7 +48,7 @@ fn check_closing(before: &TriMesh, after: &TriMesh, report: &HoleReport) {
 }
 
 /// Every loop bounds one component, so closing never joins components nor makes handles.
-fn joined(old: &MeshReport, new: &MeshReport) -> i64 {
+fn joined(old: &CheckReport, new: &CheckReport) -> i64 {
     assert_eq!(old.components, new.components);
     0
 }

@@ -9,7 +9,7 @@ use crate::tests::{cloud, random};
 use crate::{NoisyPoints, Reason, ReconstructParams, Reconstructed, run};
 use base::error::Error;
 use base::progress::Progress;
-use mesh::check::{MeshReport, check};
+use mesh::check::{CheckReport, check};
 
 /// Numbers with the standard normal distribution.
 fn normal(seed: u64) -> impl FnMut() -> f64 {
@@ -67,7 +67,7 @@ fn sorted(points: &[DVec3]) -> Vec<DVec3> {
     crate::prepare::prepare(points, &Progress::none()).unwrap().points
 }
 
-fn reconstruct(points: Vec<DVec3>) -> (Reconstructed, MeshReport) {
+fn reconstruct(points: Vec<DVec3>) -> (Reconstructed, CheckReport) {
     let made = run(&cloud(points), &ReconstructParams::default(), &Progress::none()).unwrap();
     let report = check(&made.mesh);
     (made, report)

@@ -6,7 +6,7 @@ use super::open::ball_on_a_sheet;
 use super::{as_set, check, cloud, plate, random, sphere, torus};
 use crate::{Closure, ReconstructParams, Reconstructed, Reconstructor};
 use base::progress::Progress;
-use mesh::check::MeshReport;
+use mesh::check::CheckReport;
 use mesh::point_cloud::PointCloud;
 
 /// Far above.
@@ -20,12 +20,12 @@ fn made(points: &[DVec3], sensors: &[DVec3], threads: usize) -> Reconstructed {
     reconstructor.surface(&ReconstructParams { threads, ..Default::default() }, &Progress::none()).unwrap()
 }
 
-fn seen(points: &[DVec3], sensors: &[DVec3]) -> MeshReport {
+fn seen(points: &[DVec3], sensors: &[DVec3]) -> CheckReport {
     check(&made(points, sensors, 0).mesh)
 }
 
 /// Parts, loops of their borders, genus.
-fn shape(report: &MeshReport) -> (usize, usize, Option<i64>) {
+fn shape(report: &CheckReport) -> (usize, usize, Option<i64>) {
     (report.components, report.boundary_loops, report.genus())
 }
 

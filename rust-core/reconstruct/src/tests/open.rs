@@ -178,7 +178,7 @@ fn sheets(sizes: &[[i32; 2]], gaps: &[f64], seed: u64) -> (Vec<DVec3>, Vec<usize
 
 /// The surface as it has grown and its parts are joined, before anything else looks after edges and fans; with handles that the
 /// samples force, or without any.
-fn grown_and_joined(points: &[DVec3], has_handles: bool) -> MeshReport {
+fn grown_and_joined(points: &[DVec3], has_handles: bool) -> CheckReport {
     let progress = Progress::none();
     in_space(points, |complex| {
         let balls = Balls::of(complex, &progress)?;

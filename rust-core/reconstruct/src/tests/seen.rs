@@ -7,7 +7,7 @@ use glam::DVec3;
 use super::{check, cloud, random, run, volume};
 use crate::{Closure, NoisyPoints, PointCloud, ReconstructParams, Reconstructed, Reconstructor};
 use base::progress::Progress;
-use mesh::check::MeshReport;
+use mesh::check::CheckReport;
 
 /// Points with the normals of the surface they were taken from.
 #[derive(Clone)]
@@ -75,7 +75,7 @@ fn plain(cloud: &PointCloud) -> Reconstructed {
 
 /// Whether a surface is that of the hollow ball: two spheres, the wall between them.
 fn is_hollow(made: &Reconstructed) -> bool {
-    let report: MeshReport = check(&made.mesh);
+    let report: CheckReport = check(&made.mesh);
     let exact = 4.0 / 3.0 * PI * (OUTER.powi(3) - INNER.powi(3));
     let (volume, noise) = (volume(&made.mesh), made.report.noise / made.report.spacing);
     println!("{report}, volume {volume} of {exact}, noise {noise}");

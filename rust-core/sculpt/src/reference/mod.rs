@@ -225,7 +225,7 @@ mod tests {
                 let report = &result.report;
                 assert!(report.triangles < last, "{report:?}");
                 last = report.triangles;
-                assert_eq!(result.certificate.covered, 48 * 60, "{report:?}");
+                assert_eq!(result.certificate.covered_pixels, 48 * 60, "{report:?}");
                 assert_eq!(check(&result.mesh).degenerate_triangles, 0);
                 // Only what is left invalid, and cuts, which are not judged again, may be beyond the tolerance.
                 let beyond =

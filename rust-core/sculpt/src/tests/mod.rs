@@ -56,7 +56,7 @@ fn assert_sound(image: &RangeImage, params: &SculptParams, sculpted: &Sculpted) 
     let domain = Domain::new(image, &params.triangulation, &Progress::none()).unwrap();
     let bound = slack(image, report.tolerance);
     assert!(certificate.max_error <= report.tolerance, "{} > {}", certificate.max_error, report.tolerance);
-    assert_eq!(certificate.covered, domain.pixels.len());
+    assert_eq!(certificate.covered_pixels, domain.pixels.len());
     assert_eq!(image.valid_count(), domain.pixels.len() + report.isolated_pixels);
     assert!(certificate.rms_error <= certificate.max_error && certificate.p95_error <= certificate.max_error);
     if let Some([row, col]) = certificate.worst_pixel {

@@ -46,8 +46,8 @@ pub(super) fn a_call_is_cancelled_by_another_thread_and_not_by_what_was_reset() 
         assert!(waited < Duration::from_secs(10), "{waited:?}");
         assert_eq!((is_set(cancel), surface), (1, Handle::NULL));
         // Also work that is over before anybody is asked.
-        let (mut report, null) = (MeshReport::ZERO, std::ptr::null());
-        api.ok((api.srf_mesh_report_init_sized)(&mut report, size_of_val(&report)));
+        let (mut report, null) = (CheckReport::ZERO, std::ptr::null());
+        api.ok((api.srf_check_report_init_sized)(&mut report, size_of_val(&report)));
         let before = report;
         api.refused((api.srf_mesh_check)(mesh, 0, &watch, &mut report), CANCELLED, "cancelled");
         assert_eq!(report, before, "written in spite of the error");
@@ -66,10 +66,10 @@ pub(super) fn one_that_was_freed_cancels_nothing_and_no_other() {
     let api = api();
     let mesh = octahedron();
     let all: Vec<Handle> = (0..200).map(|_| cancel_handle()).collect();
-    let mut report = MeshReport::ZERO;
+    let mut report = CheckReport::ZERO;
     // SAFETY: as the header wants it; a handle that was freed is allowed to be handed in.
     unsafe {
-        api.ok((api.srf_mesh_report_init_sized)(&mut report, size_of_val(&report)));
+        api.ok((api.srf_check_report_init_sized)(&mut report, size_of_val(&report)));
         for cancel in all.iter().step_by(2) {
             api.ok((api.srf_cancel_free)(*cancel));
         }

@@ -311,7 +311,10 @@ pub(super) fn more_scans_than_memory_holds_go_into_a_file() {
         let [one, other] = ["at once.ply", "in pieces.ply"].map(|name| std::fs::read(folder.join(name)).unwrap());
         assert!(one == other && one.len() > 1000 && files(&workspace) == 0 && files(&folder) == 3);
         // Scans, and faces of each kind.
-        assert_eq!((written.second, &written.numbers[11..14]), (report.second, &report.numbers[11..14]));
+        use merge_report::{FACES_DIRECT, FACES_FILLING, FACES_SETTLED, SCANS};
+        for place in [SCANS, FACES_DIRECT, FACES_SETTLED, FACES_FILLING] {
+            assert_eq!(written.numbers[place], report.numbers[place]);
+        }
         let nothing = std::ptr::null_mut();
         api.refused(write(&glb, 0, &here, nothing), INPUT, "only .ply is written piece by piece");
         api.refused(write(&in_pieces, 0, &in_pieces, nothing), INPUT, "the workspace must be a folder that exists");
@@ -324,9 +327,6 @@ pub(super) fn more_scans_than_memory_holds_go_into_a_file() {
     std::fs::remove_dir_all(&folder).unwrap();
 }
 
-/// Bytes of a report as this library knows it.
-type WholeReport = Sized<26>;
-
 /// A merge in files, or where that is needed: the surface, whether files were needed, or what it was refused with.
 fn in_files(
     merger: Handle,
@@ -336,11 +336,11 @@ fn in_files(
     workspace: *const c_char,
 ) -> Result<(Vec<u8>, bool), i32> {
     let (api, params) = (api(), params(voxel));
-    let (mut surface, mut report) = (Handle::NULL, WholeReport::ZERO);
-    let out: *mut MergeReport = (&raw mut report).cast();
+    let (mut surface, mut report) = (Handle::NULL, MergeReport::ZERO);
+    let out: *mut MergeReport = &mut report;
     // SAFETY: as the header wants it, or wrong in the ways it names.
     unsafe {
-        api.ok((api.srf_merge_report_init_sized)(out, size_of::<WholeReport>()));
+        api.ok((api.srf_merge_report_init_sized)(out, size_of::<MergeReport>()));
         let run = api.srf_merger_run_in_files;
         let status = run(merger, &params, only_if_needed, memory, workspace, std::ptr::null(), &mut surface, out);
         if status != 0 {
@@ -349,7 +349,7 @@ fn in_files(
         }
         let found = bytes(surface);
         api.ok((api.srf_mesh_free)(surface));
-        Ok((found, report.numbers[25] == 1))
+        Ok((found, report.numbers[merge_report::IN_FILES] == 1))
     }
 }
 

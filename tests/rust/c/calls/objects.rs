@@ -37,10 +37,11 @@ pub(super) fn a_mesh_and_its_attributes() {
         api.ok((api.srf_mesh_attribute_count)(mesh, 1, &mut count));
         assert_eq!(count, 0);
 
-        let mut report = MeshReport::ZERO;
-        api.ok((api.srf_mesh_report_init_sized)(&mut report, size_of_val(&report)));
+        let mut report = CheckReport::ZERO;
+        api.ok((api.srf_check_report_init_sized)(&mut report, size_of_val(&report)));
         api.ok((api.srf_mesh_check)(mesh, 1, std::ptr::null(), &mut report));
-        assert_eq!((report.second, report.numbers[0], report.numbers[1], report.numbers[16]), (1, 8, 6, 0));
+        use check_report::{GENUS, IS_MANIFOLD, TRIANGLES, VERTICES};
+        assert_eq!([IS_MANIFOLD, TRIANGLES, VERTICES, GENUS].map(|place| report.numbers[place]), [1, 8, 6, 0]);
         api.refused(
             (api.srf_mesh_check)(mesh, 2, std::ptr::null(), &mut report),
             PARAMETER,

@@ -4,11 +4,12 @@ use super::*;
 
 #[test]
 pub(super) fn an_image_is_sculpted_to_one_tolerance_after_the_other() {
+    use sculpt_report::*;
     let api = api();
     let values: Vec<f64> =
         (0..4096).map(|i| (f64::from(i % 64) * 0.1).sin() * (f64::from(i / 64) * 0.07).cos()).collect();
     let plane = Projection { kind: 1, reserved: 0, numbers: [0.0, 0.0, 0.1, -0.1] };
-    let (mut image, mut sculptor, mut certificate) = (Handle::NULL, Handle::NULL, Certificate::ZERO);
+    let (mut image, mut sculptor, mut certificate) = (Handle::NULL, Handle::NULL, SculptReport::ZERO);
     // SAFETY: as the header wants it, or wrong in the ways it names.
     unsafe {
         let null = std::ptr::null();
@@ -16,7 +17,7 @@ pub(super) fn an_image_is_sculpted_to_one_tolerance_after_the_other() {
         api.ok((api.srf_image_create)(64, 64, &plane, &samples, null, std::ptr::null(), &mut image));
         api.ok((api.srf_sculptor_create)(image, std::ptr::null(), std::ptr::null(), &mut sculptor));
         api.ok((api.srf_image_free)(image));
-        api.ok((api.srf_certificate_init_sized)(&mut certificate, size_of_val(&certificate)));
+        api.ok((api.srf_sculpt_report_init_sized)(&mut certificate, size_of_val(&certificate)));
         let mut sculpt = |tolerance: f64| {
             let mut mesh = Handle::NULL;
             let progress = std::ptr::null();
@@ -24,10 +25,11 @@ pub(super) fn an_image_is_sculpted_to_one_tolerance_after_the_other() {
             let bytes = bytes(mesh);
             api.ok((api.srf_mesh_free)(mesh));
             assert!(
-                certificate.f64(2) <= certificate.f64(0) + 1e-12 && certificate.numbers[7] == 4096,
+                certificate.f64(MAX_ERROR) <= certificate.f64(TOLERANCE) + 1e-12
+                    && certificate.numbers[COVERED_PIXELS] == 4096,
                 "{certificate:?}"
             );
-            (bytes, certificate.numbers[10])
+            (bytes, certificate.numbers[TRIANGLES])
         };
         let (fine, coarse, again) = (sculpt(0.001), sculpt(0.05), sculpt(0.001));
         assert!(fine == again && coarse.1 * 4 < fine.1, "{} {}", coarse.1, fine.1);
@@ -60,6 +62,7 @@ pub(super) fn an_image_is_sculpted_to_one_tolerance_after_the_other() {
 
 #[test]
 pub(super) fn a_surface_through_scattered_points() {
+    use reconstruct_report::*;
     let api = api();
     let golden = std::f64::consts::PI * (5.0_f64.sqrt() - 1.0);
     let mut points: Vec<[f64; 3]> = (0..400)
@@ -100,7 +103,8 @@ pub(super) fn a_surface_through_scattered_points() {
         params.numbers[2] = 1;
         assert!(surface(&params) == first, "depends on the surface before");
         // Closed; 403 points, 400 of them used, one no number, one a copy, one outside.
-        assert_eq!((report.second, &report.numbers[..6]), (1, &[403, 400, 1, 1, 0, 1][..]), "{report:?}");
+        let counts = [CLOSED, POINTS, USED, NOT_FINITE, DUPLICATES, INSIDE, OUTSIDE].map(|place| report.numbers[place]);
+        assert_eq!(counts, [1, 403, 400, 1, 1, 0, 1], "{report:?}");
         assert!(
             dropped[..400].iter().all(|&reason| reason == 0) && dropped[400..] == [2, 4, 1],
             "{:?}",
@@ -122,13 +126,14 @@ pub(super) fn a_surface_through_scattered_points() {
 
 #[test]
 pub(super) fn an_image_becomes_a_quad_grid_and_a_surface() {
+    use quads_report::*;
     let api = api();
     let values: Vec<f64> = (0..4096)
         .map(|i| if i < 8 { f64::NAN } else { (f64::from(i % 64) * 0.1).sin() * (f64::from(i / 64) * 0.2).cos() })
         .collect();
     let plane = Projection { kind: 1, reserved: 0, numbers: [0.0, 0.0, 0.1, -0.1] };
     let (mut image, mut quads, mut spline, mut mesh) = (Handle::NULL, Handle::NULL, Handle::NULL, Handle::NULL);
-    let (mut params, mut report) = (QuadParams::ZERO, QuadReport::ZERO);
+    let (mut params, mut report) = (QuadsParams::ZERO, QuadReport::ZERO);
     let (mut rows, mut cols) = (0, 0);
     // SAFETY: as the header wants it, or wrong in the ways it names.
     unsafe {
@@ -164,12 +169,13 @@ pub(super) fn an_image_becomes_a_quad_grid_and_a_surface() {
         assert_eq!((rows, cols, positions.count, pixels.count, background.count), (9, 9, 81, 81, 81));
         assert_eq!([positions.components, pixels.components, background.components], [3, 2, 1]);
         assert_eq!(whole_numbers(&pixels.bytes())[160..], [63, 63]);
-        assert_eq!((report.numbers[0], report.numbers[1], report.numbers[9]), (1, 1, 4088));
-        assert!(report.f64(3) > 0.0 && report.f64(3) < report.f64(4), "{report:?}");
+        assert_eq!([TILES_DOWN, TILES_ACROSS, VALID_PIXELS].map(|place| report.numbers[place]), [1, 1, 4088]);
+        let [error, uniform] = [RELATIVE_ERROR, UNIFORM_RELATIVE_ERROR].map(|place| report.f64(place));
+        assert!(error > 0.0 && error < uniform, "{report:?}");
 
         let (mut vertices, mut uvs, mut corners, mut errors) = (Array::EMPTY, Array::EMPTY, Array::EMPTY, Array::EMPTY);
         api.ok((api.srf_quads_faces)(quads, &mut vertices, &mut uvs, &mut corners, &mut errors));
-        assert_eq!((corners.count as u64, corners.components, uvs.components), (report.numbers[13], 4, 2));
+        assert_eq!((corners.count as u64, corners.components, uvs.components), (report.numbers[QUADS], 4, 2));
         assert_eq!((vertices.count, errors.count), (uvs.count, corners.count));
         api.ok((api.srf_quads_triangles)(quads, &mut mesh));
         let mut triangles = Array::EMPTY;
@@ -218,6 +224,7 @@ fn whole_numbers(bytes: &[u8]) -> Vec<u32> {
 
 #[test]
 pub(super) fn a_mesh_is_clustered_and_so_is_a_chain() {
+    use cluster_report::*;
     let api = api();
     let (side, at) = (40_u32, |r: u32, c: u32| r * 40 + c);
     let positions: Vec<[f64; 3]> =
@@ -242,8 +249,13 @@ pub(super) fn a_mesh_is_clustered_and_so_is_a_chain() {
             found
         };
         let found = cluster(&params, &mut report);
-        assert_eq!((report.numbers[1], report.second, report.f64(7)), (100, 0, -1.0), "{report:?}");
-        assert!(report.f64(5) > report.f64(4) && report.f64(6) > 0.5, "{report:?}");
+        assert_eq!(
+            (report.numbers[VERTICES], report.numbers[KEPT_INPUT], report.f64(MAX_ERROR)),
+            (100, 0, -1.0),
+            "{report:?}"
+        );
+        let [before, after] = [BEFORE_MEAN_SMALLEST_ANGLE, AFTER_MEAN_SMALLEST_ANGLE].map(|place| report.f64(place));
+        assert!(after > before && report.f64(AFTER_SMALLEST_ANGLE) > 0.5, "{report:?}");
         params.second = 1;
         assert!(cluster(&params, &mut report) == found, "another number of threads");
 

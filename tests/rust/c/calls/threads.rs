@@ -30,8 +30,8 @@ fn cancelling_leaves_nothing_and_the_next_call_is_fine() {
         api.refused((api.srf_merger_run)(merger, &long, &watch, &mut surface, &mut report), CANCELLED, "cancelled");
         assert!(asked >= 1 && surface == Handle::NULL && report == before);
         api.ok((api.srf_merger_run)(merger, &params(0.1), std::ptr::null(), &mut surface, &mut report));
-        assert_eq!((report.size as usize, report.second), (size_of::<MergeReport>(), 1));
-        assert_eq!(report.f64(1), 0.1);
+        assert_eq!((report.size as usize, report.numbers[merge_report::SCANS]), (size_of::<MergeReport>(), 1));
+        assert_eq!(report.f64(merge_report::VOXEL), 0.1);
         let points = [[0.0, 0.0, 4.0_f64], [3.0, 0.0, 4.0]];
         let (mut off, mut figures) = ([0.0; 2], Distances::ZERO);
         api.ok((api.srf_distances_init_sized)(&mut figures, size_of_val(&figures)));

@@ -1,0 +1,133 @@
+//! The declaration.
+
+use super::{Figure, Found, Kind, Shape};
+
+/// All that is declared of one report.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Schema {
+    /// Name of its type in every language that has types.
+    pub name: &'static str,
+    /// What its figures are of.
+    pub text: &'static str,
+    /// The rows, in the order in which people read them.
+    pub figures: &'static [Figure],
+}
+
+/// The values of a report, each with its row.
+pub type Values<'a> = Vec<(&'static Figure, Found<'a>)>;
+
+/// A report that [`report!`](crate::report!) declares.
+pub trait Report {
+    /// What is declared of it.
+    const SCHEMA: Schema;
+
+    /// The values of its figures, in the order of the rows.
+    fn values(&self) -> Values<'_>;
+}
+
+impl Figure {
+    /// Whether a value is of the kind and the shape that the row declares.
+    pub fn allows(&self, found: &Found<'_>) -> bool {
+        let all = |values: &[Found<'_>]| values.iter().all(|value| self.allows_one(value));
+        match (self.shape, found) {
+            (Shape::One, value) => self.allows_one(value),
+            (Shape::Optional, value) => *value == Found::Absent || self.allows_one(value),
+            (Shape::OptionalArray(_), Found::Absent) => true,
+            (Shape::Array(size) | Shape::OptionalArray(size), Found::Array(values)) => {
+                values.len() == size && all(values)
+            }
+            (Shape::List(0), Found::List(values)) => all(values),
+            (Shape::List(size), Found::List(arrays)) => arrays.iter().all(|array| match array {
+                Found::Array(values) => values.len() == size && all(values),
+                _ => false,
+            }),
+            _ => false,
+        }
+    }
+
+    fn allows_one(&self, value: &Found<'_>) -> bool {
+        match (self.kind, value) {
+            (Kind::Flag, Found::Flag(_))
+            | (Kind::Count | Kind::Bytes, Found::Count(_))
+            | (Kind::Integer, Found::Integer(_))
+            | (Kind::Length | Kind::Angle | Kind::Ratio | Kind::Number, Found::Number(_))
+            | (Kind::Text, Found::Text(_)) => true,
+            (Kind::Choice(choices), Found::Choice(name)) => choices.iter().any(|choice| choice.name == *name),
+            (Kind::Warning(kinds), Found::Array(pair)) => match pair.as_slice() {
+                [Found::Choice(kind), Found::Text(_)] => kinds.iter().any(|choice| choice.name == *kind),
+                _ => false,
+            },
+            (Kind::Stage, Found::Array(pair)) => matches!(pair.as_slice(), [Found::Text(_), Found::Number(_)]),
+            (Kind::Nested(schema), Found::Nested(values)) => {
+                values.len() == schema.figures.len()
+                    && values
+                        .iter()
+                        .zip(schema.figures)
+                        .all(|((row, value), figure)| *row == figure && figure.allows(value))
+            }
+            _ => false,
+        }
+    }
+}
+
+/// Declares a report: the struct, and the table of its figures.
+///
+/// A field's comment is the figure's text, for people in every language, so that it names no item of Rust. `besides` are
+/// fields that are in no table. `derived` are figures that a method of the same name gives.
+#[macro_export]
+macro_rules! report {
+    (
+        $(#[doc = $about:expr])*
+        $(#[derive($($derived:ident),*)])?
+        pub struct $Struct:ident {
+            $( $(#[doc = $text:expr])* $field:ident : $type:ty = $row:expr ),* $(,)?
+        }
+        $(besides { $( $(#[doc = $note:expr])* $other:ident : $other_type:ty ),* $(,)? })?
+        $(derived { $( $(#[doc = $derived_text:expr])* $method:ident = $derived_row:expr ),* $(,)? })?
+    ) => {
+        $(#[doc = $about])*
+        #[derive(Clone, Debug, PartialEq $($(, $derived)*)?)]
+        pub struct $Struct {
+            $( $(#[doc = $text])* pub $field: $type, )*
+            $($( $(#[doc = $note])* pub $other: $other_type, )*)?
+        }
+
+        impl $Struct {
+            /// The rows of its figures.
+            pub const FIGURES: &'static [$crate::report::Figure] = {
+                #[allow(unused_imports, reason = "no report has rows of all kinds")]
+                use $crate::report::rows::*;
+                &[
+                    $( $row.of(stringify!($field), concat!($($text),*)), )*
+                    $($( $derived_row.of(stringify!($method), concat!($($derived_text),*)), )*)?
+                ]
+            };
+        }
+
+        impl $crate::report::Report for $Struct {
+            const SCHEMA: $crate::report::Schema = $crate::report::Schema {
+                name: stringify!($Struct),
+                text: concat!($($about),*).trim_ascii(),
+                figures: Self::FIGURES,
+            };
+
+            fn values(&self) -> $crate::report::Values<'_> {
+                let found = [
+                    $( $crate::report::Measured::found(&self.$field), )*
+                    $($( $crate::report!(@owned self.$method()), )*)?
+                ];
+                Self::FIGURES.iter().zip(found).collect()
+            }
+        }
+
+        impl $crate::report::Measured for $Struct {
+            fn found(&self) -> $crate::report::Found<'_> {
+                $crate::report::Found::Nested($crate::report::Report::values(self))
+            }
+        }
+    };
+    // Methods give plain numbers and flags, whose value borrows nothing.
+    (@owned $value:expr) => {
+        $crate::report::Plain::plain($value)
+    };
+}

@@ -1,0 +1,131 @@
+//! What a report has of one figure, and the words that its row is declared with.
+
+use super::Schema;
+use crate::params::Choice;
+
+/// The sort of value that a figure is. Hosts show it by this, with its unit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Kind {
+    /// Yes or no.
+    Flag,
+    /// A whole number, at least 0.
+    Count,
+    /// A whole number of any sign.
+    Integer,
+    /// A number of bytes.
+    Bytes,
+    /// A length in the unit of the scans.
+    Length,
+    /// An angle in radians.
+    Angle,
+    /// A share of a whole, 0 to 1.
+    Ratio,
+    /// Any other number.
+    Number,
+    /// One of these, by its name.
+    Choice(&'static [Choice]),
+    /// Words that the data gave, such as the name of a scan.
+    Text,
+    /// A kind, by its name, and a sentence that says what was found and what to do.
+    Warning(&'static [Choice]),
+    /// The name of a stage and its wall-clock seconds.
+    Stage,
+    /// A report of its own.
+    Nested(&'static Schema),
+}
+
+/// How many values a figure has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shape {
+    /// One.
+    One,
+    /// One, or none where it does not apply.
+    Optional,
+    /// So many, always.
+    Array(usize),
+    /// So many, or none where they do not apply.
+    OptionalArray(usize),
+    /// Any number of values, or of arrays where the size of these is not 0.
+    List(usize),
+}
+
+/// One figure of a report, as its row declares it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Figure {
+    /// Its name in every language.
+    pub name: &'static str,
+    /// Its name for people.
+    pub label: &'static str,
+    /// The sort of its values.
+    pub kind: Kind,
+    /// How many they are.
+    pub shape: Shape,
+    /// Names and texts of the values of an array, for languages that give each a name of its own. Empty: these have an array.
+    pub parts: &'static [(&'static str, &'static str)],
+    /// The text for people in every language.
+    pub text: &'static str,
+    /// The version it came with.
+    pub since: &'static str,
+}
+
+impl Figure {
+    /// None where it does not apply.
+    pub const fn optional(mut self) -> Self {
+        self.shape = Shape::Optional;
+        self
+    }
+
+    /// So many values, always.
+    pub const fn array(mut self, size: usize) -> Self {
+        self.shape = Shape::Array(size);
+        self
+    }
+
+    /// An array whose values have names of their own in languages that have no tuples, each with its text.
+    pub const fn parts(mut self, parts: &'static [(&'static str, &'static str)]) -> Self {
+        self.shape = match self.shape {
+            Shape::Optional => Shape::OptionalArray(parts.len()),
+            _ => Shape::Array(parts.len()),
+        };
+        self.parts = parts;
+        self
+    }
+
+    /// Any number of values.
+    pub const fn list(mut self) -> Self {
+        self.shape = Shape::List(0);
+        self
+    }
+
+    /// Any number of arrays of that size.
+    pub const fn list_of(mut self, size: usize) -> Self {
+        self.shape = Shape::List(size);
+        self
+    }
+
+    /// The version it came with, if not the first. Structs of C have their fields in the order of versions.
+    pub const fn since(mut self, version: &'static str) -> Self {
+        self.since = version;
+        self
+    }
+
+    /// The row as [`report!`](crate::report!) completes it. `text` comes from a comment, with the space after its slashes.
+    pub const fn of(mut self, name: &'static str, text: &'static str) -> Self {
+        self.name = name;
+        self.text = text.trim_ascii();
+        self
+    }
+
+    /// The choices that it may be one of. Empty for all other kinds.
+    pub const fn choices(&self) -> &'static [Choice] {
+        match self.kind {
+            Kind::Choice(choices) | Kind::Warning(choices) => choices,
+            _ => &[],
+        }
+    }
+
+    /// Whether its value is a fixed number of numbers, as C's structs hold them.
+    pub const fn is_fixed(&self) -> bool {
+        !matches!(self.shape, Shape::List(_)) && !matches!(self.kind, Kind::Text | Kind::Warning(_) | Kind::Stage)
+    }
+}

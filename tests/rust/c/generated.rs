@@ -1,0 +1,181 @@
+//! Structs of the header by the numbers after their first eight bytes. Written by `make generate`.
+
+use crate::types::Sized;
+
+pub type ReadOptions = Sized<16>;
+
+pub type WriteOptions = Sized<4>;
+
+pub type TriangulateParams = Sized<2>;
+
+pub type PlaneParams = Sized<3>;
+
+pub type AlignParams = Sized<6>;
+
+pub type MergeParams = Sized<7>;
+
+pub type SculptParams = Sized<8>;
+
+pub type QuadsParams = Sized<15>;
+
+pub type SplineParams = Sized<3>;
+
+pub type ReconstructParams = Sized<6>;
+
+pub type ClusterParams = Sized<10>;
+
+pub type ScanParams = Sized<10>;
+
+pub type CheckReport = Sized<20>;
+
+/// Places of the figures of [`CheckReport`].
+#[allow(dead_code, reason = "tests look at some")]
+pub mod check_report {
+    pub const TRIANGLES: usize = 0;
+    pub const VERTICES: usize = 1;
+    pub const UNUSED_VERTICES: usize = 2;
+    pub const NON_FINITE_VERTICES: usize = 3;
+    pub const OUT_OF_RANGE_TRIANGLES: usize = 4;
+    pub const DEGENERATE_TRIANGLES: usize = 5;
+    pub const ZERO_AREA_TRIANGLES: usize = 6;
+    pub const DUPLICATE_TRIANGLES: usize = 7;
+    pub const EDGES: usize = 8;
+    pub const BOUNDARY_EDGES: usize = 9;
+    pub const NON_MANIFOLD_EDGES: usize = 10;
+    pub const MISORIENTED_EDGES: usize = 11;
+    pub const NON_MANIFOLD_VERTICES: usize = 12;
+    pub const COMPONENTS: usize = 13;
+    pub const LARGEST_COMPONENT: usize = 14;
+    pub const BOUNDARY_LOOPS: usize = 15;
+    pub const EULER_CHARACTERISTIC: usize = 16;
+    pub const IS_MANIFOLD: usize = 17;
+    pub const IS_CLOSED: usize = 18;
+    pub const GENUS: usize = 19;
+}
+
+pub type MergeReport = Sized<27>;
+
+/// Places of the figures of [`MergeReport`].
+#[allow(dead_code, reason = "tests look at some")]
+pub mod merge_report {
+    pub const SCANS: usize = 0;
+    pub const INPUT_TRIANGLES: usize = 1;
+    pub const VOXEL: usize = 2;
+    pub const VOXEL_REASON: usize = 3;
+    pub const MERGE_DISTANCE: usize = 4;
+    pub const MAX_HOLE_LENGTH: usize = 5;
+    pub const OVERLAP_RESIDUAL: usize = 6;
+    pub const NOISE: usize = 7;
+    pub const NOISE_ACROSS: usize = 8;
+    pub const NOISE_STEP: usize = 9;
+    pub const NOISE_CORRELATION: usize = 10;
+    pub const GRID: usize = 11;
+    pub const INTERSECTIONS: usize = 14;
+    pub const SEEN_THROUGH: usize = 15;
+    pub const FUSED_INTERSECTIONS: usize = 16;
+    pub const ARTIFICIAL_INTERSECTIONS: usize = 17;
+    pub const FACES_DIRECT: usize = 18;
+    pub const FACES_SETTLED: usize = 19;
+    pub const FACES_FILLING: usize = 20;
+    pub const HOLES_CLOSED: usize = 21;
+    pub const HOLES_OPEN: usize = 22;
+    pub const DROPPED_COMPONENTS: usize = 23;
+    pub const DROPPED_FACES: usize = 24;
+    pub const WORKING_BYTES: usize = 25;
+    pub const IN_FILES: usize = 26;
+}
+
+pub type SculptReport = Sized<14>;
+
+/// Places of the figures of [`SculptReport`].
+#[allow(dead_code, reason = "tests look at some")]
+pub mod sculpt_report {
+    pub const TOLERANCE: usize = 0;
+    pub const DEPTH_EXTENT: usize = 1;
+    pub const FULL_TRIANGLES: usize = 2;
+    pub const HIDDEN_TRIANGLES: usize = 3;
+    pub const DUG_TRIANGLES: usize = 4;
+    pub const TRIANGLES: usize = 5;
+    pub const ISOLATED_PIXELS: usize = 6;
+    pub const MAX_ERROR: usize = 7;
+    pub const MAX_ERROR_SINGLE: usize = 8;
+    pub const RMS_ERROR: usize = 9;
+    pub const P95_ERROR: usize = 10;
+    pub const WORST_ROW: usize = 11;
+    pub const WORST_COL: usize = 12;
+    pub const COVERED_PIXELS: usize = 13;
+}
+
+pub type QuadReport = Sized<17>;
+
+/// Places of the figures of [`QuadReport`].
+#[allow(dead_code, reason = "tests look at some")]
+pub mod quads_report {
+    pub const TILES_DOWN: usize = 0;
+    pub const TILES_ACROSS: usize = 1;
+    pub const DEPTH_EXTENT: usize = 2;
+    pub const RELATIVE_ERROR: usize = 3;
+    pub const UNIFORM_RELATIVE_ERROR: usize = 4;
+    pub const RMS_ERROR: usize = 5;
+    pub const UNIFORM_RMS_ERROR: usize = 6;
+    pub const MAX_ERROR: usize = 7;
+    pub const UNIFORM_MAX_ERROR: usize = 8;
+    pub const IS_UNIFORM: usize = 9;
+    pub const VALID_PIXELS: usize = 10;
+    pub const MISSED_PIXELS: usize = 11;
+    pub const UNIFORM_MISSED_PIXELS: usize = 12;
+    pub const GAPS_FILLED: usize = 13;
+    pub const UNFOLDED: usize = 14;
+    pub const SNAPPED: usize = 15;
+    pub const QUADS: usize = 16;
+}
+
+pub type ReconstructReport = Sized<19>;
+
+/// Places of the figures of [`ReconstructReport`].
+#[allow(dead_code, reason = "tests look at some")]
+pub mod reconstruct_report {
+    pub const POINTS: usize = 0;
+    pub const USED: usize = 1;
+    pub const TETRAHEDRA: usize = 2;
+    pub const CLOSED: usize = 3;
+    pub const THRESHOLD: usize = 4;
+    pub const ROUNDS: usize = 5;
+    pub const REPAIRED: usize = 6;
+    pub const GATHERED: usize = 7;
+    pub const CUT_FACETS: usize = 8;
+    pub const TURNED_PARTS: usize = 9;
+    pub const NOT_FINITE: usize = 10;
+    pub const DUPLICATES: usize = 11;
+    pub const INSIDE: usize = 12;
+    pub const OUTSIDE: usize = 13;
+    pub const NOISE: usize = 14;
+    pub const SPACING: usize = 15;
+    pub const SMOOTHING: usize = 16;
+    pub const MOVED: usize = 17;
+    pub const OUTLIERS: usize = 18;
+}
+
+pub type ClusterReport = Sized<17>;
+
+/// Places of the figures of [`ClusterReport`].
+#[allow(dead_code, reason = "tests look at some")]
+pub mod cluster_report {
+    pub const PATCHES: usize = 0;
+    pub const VERTICES: usize = 1;
+    pub const TRIANGLES: usize = 2;
+    pub const SEPARATED: usize = 3;
+    pub const DISSOLVED: usize = 4;
+    pub const HALVED: usize = 5;
+    pub const CUT_EDGES: usize = 6;
+    pub const OFF_SURFACE: usize = 7;
+    pub const ENERGY: usize = 8;
+    pub const BEFORE_MEAN_SMALLEST_ANGLE: usize = 9;
+    pub const BEFORE_SMALLEST_ANGLE: usize = 10;
+    pub const BEFORE_LARGEST_ANGLE: usize = 11;
+    pub const AFTER_MEAN_SMALLEST_ANGLE: usize = 12;
+    pub const AFTER_SMALLEST_ANGLE: usize = 13;
+    pub const AFTER_LARGEST_ANGLE: usize = 14;
+    pub const MAX_ERROR: usize = 15;
+    pub const KEPT_INPUT: usize = 16;
+}
