@@ -68,7 +68,7 @@ def table(f):
     """The lines of the printed table."""
     report, check = f["report"], f["check"]
     yield "frames", f"{f['frames']:,}, {f['objects']} of them as objects, {f['samples']:,} samples"
-    yield "voxel", f"{short(report['voxel'])} ({report.get('voxel_reason', 'as given')})"
+    yield "voxel", f"{short(report['voxel'])} ({report.get('voxel_reason', 'given')})"
     yield "noise, frames disagree by", f"{short(report.get('noise', 0))}, {short(report.get('overlap_residual', 0))}"
     yield "triangles, vertices", f"{f['triangles']:,}, {f['vertices']:,}"
     yield "components, boundary loops", f"{check['components']}, {check['boundary_loops']}"

@@ -4,6 +4,8 @@
 import itertools
 import math
 
+import surfrecon
+
 from .operators.align import REPORT as ALIGNED
 from .operators.clean import REPORT as CLEANED
 from .operators.cluster import REPORT as CLUSTERED
@@ -15,28 +17,64 @@ from .operators.sculpt import REPORT as SCULPTED
 from .words import length, sentence
 
 
+class Told:
+    """Figures of an operation as (name, value) texts: labels, kinds and names of choices are the library's."""
+
+    def __init__(self, operation, context, figures):
+        """Of `figures` as they are kept in a file."""
+        self.rows = {row.name: row for row in surfrecon.figures(operation)}
+        self.context = context
+        self.figures = figures
+
+    def __call__(self, *names):
+        """Those of these names that the file has: an older one may lack some."""
+        for name in names:
+            if name in self.figures:
+                row = self.rows[name]
+                yield row.label, self.text(row, self.figures[name])
+
+    def text(self, row, value):
+        """A value as people read it."""
+        if row.kind == "stage":
+            return f"{sum(value.values()):.2f} s"
+        if row.kind == "choice":
+            # Files saved by earlier versions have the words here.
+            return next((label for name, label, _ in row.choices if name == value), value)
+        if row.shape in ("array", "optional array"):
+            return ", ".join(self.one(row, part) for part in value)
+        return self.one(row, value)
+
+    def one(self, row, value):
+        """One number."""
+        if row.kind == "flag":
+            return "yes" if value else "no"
+        if row.kind == "bytes":
+            return f"{value / 1e6:.0f} MB"
+        if row.kind == "length":
+            return length(self.context, value)
+        if row.kind == "angle":
+            return f"{math.degrees(value):.1f}°"
+        if row.kind == "ratio":
+            return f"{100 * value:.4g} %"
+        return f"{value:.4g}" if row.kind == "number" else f"{int(value):,}"
+
+
 def sculpt_lines(context, figures):
     """The figures of a sculpted scan as (name, value) texts."""
     figures = figures.to_dict()
-    full = max(figures["full_triangles"], 1)
-    yield "Triangles", f"{figures['triangles']:,}"
-    yield "Of all", f"{100 * figures['triangles'] / full:.1f} %"
-    yield "Tolerance", length(context, figures["tolerance"])
-    yield "Largest error", length(context, figures["max_error"])
-    yield "RMS error", length(context, figures["rms_error"])
-    yield "Samples not covered", f"{figures['isolated_pixels']:,}"
-    yield "Time", f"{sum(figures['seconds'].values()):.2f} s"
+    told = Told("sculpt", context, figures)
+    yield from told("triangles")
+    yield "Of all", f"{100 * figures['triangles'] / max(figures['full_triangles'], 1):.1f} %"
+    yield from told("tolerance", "max_error", "rms_error", "isolated_pixels", "seconds")
 
 
 def reconstruct_lines(context, figures):
     """The figures of a surface through points as (name, value) texts."""
     figures = figures.to_dict()
-    yield "Points", f"{figures['points']:,}"
-    yield "On the surface", f"{figures['used']:,}"
-    yield "Not finite, copies", f"{figures['not_finite']:,}, {figures['duplicate']:,}"
-    yield "Inside, outside", f"{figures['inside']:,}, {figures['outside']:,}"
+    told = Told("reconstruct", context, figures)
+    yield from told("points", "used", "not_finite", "duplicates", "inside", "outside", "outliers")
     yield "Taken as", "closed" if figures["closed"] else "open"
-    yield "Tetrahedra", f"{figures['tetrahedra']:,}"
+    yield from told("tetrahedra")
     # The seconds of a surface include those of its stages.
     seconds = figures["seconds"]
     yield "Time", f"{seconds['sort'] + seconds['tetrahedralize'] + seconds['surface']:.2f} s"
@@ -45,17 +83,12 @@ def reconstruct_lines(context, figures):
 def quads_lines(context, figures):
     """The figures of a quad grid as (name, value) texts."""
     figures = figures.to_dict()
+    told = Told("quads", context, figures)
     yield "Vertices", f"{figures['rows']} x {figures['columns']}"
-    yield "Quads", f"{figures['quads']:,}"
-    yield "Tiles", "{} x {}".format(*figures["tiles"])
-    for name, text in (("relative_error", "Relative error"), ("uniform_relative_error", "Of the uniform grid")):
-        yield text, f"{100 * figures[name]:.4g} %"
-    for name, text in (("rms_error", "RMS error"), ("max_error", "Largest error")):
-        yield text, length(context, figures[name])
+    yield from told("quads", "tiles", "relative_error", "uniform_relative_error", "rms_error", "max_error")
     if "max_residual" in figures:
         yield "Surface off the grid by", length(context, figures["max_residual"])
-    yield "Gaps filled", f"{figures['gaps_filled']:,}"
-    yield "Time", f"{sum(figures['seconds'].values()):.2f} s"
+    yield from told("gaps_filled", "seconds")
 
 
 # What is said of a scan that was not moved.
@@ -97,39 +130,27 @@ def lie_apart(report):
 def merge_lines(context, report):
     """The figures of a merge's report as (name, value) texts."""
     report = report.to_dict()
+    told = Told("merge", context, report)
     faces = report["faces"]
     total = max(sum(faces), 1)
-    closed, left = report["holes"]
-    parts, _ = report["dropped_components"]
-    yield "Scans", f"{report['scans']}"
-    yield "Their triangles", f"{report['input_triangles']:,}"
+    yield from told("scans", "input_triangles")
     yield "Triangles", f"{int(sum(faces)):,}"
-    yield "Voxel", length(context, report["voxel"])
-    # Reports of files saved before have none of the words here, nor the noise below.
-    if report.get("voxel_reason", "as given") != "as given":
-        yield "Chosen as", report["voxel_reason"]
-    yield "Merge distance", length(context, report["merge_distance"])
-    if "overlap_residual" in report:
-        yield "Scans disagree by", length(context, report["overlap_residual"])
+    yield from told("voxel")
+    if report.get("voxel_reason", "given") not in ("given", "as given"):
+        yield from told("voxel_reason")
+    yield from told("merge_distance", "overlap_residual")
     for warning in (report.get("warnings") or "").splitlines():
         yield sentence(warning), None
     if lie_apart(report) and not report.get("warnings"):
         apart = length(context, report["overlap_residual"])
         yield f"The scans lie {apart} apart where they overlap: align them first", None
-    if report.get("noise"):
-        yield "Noise of the samples", length(context, report["noise"])
-    if report.get("noise_across"):
-        yield "Across the rays", length(context, report["noise_across"])
-    if report.get("noise_step"):
-        yield "In steps of", length(context, report["noise_step"])
+    yield from told(*(name for name in ("noise", "noise_across", "noise_step") if report.get(name)))
     if report.get("noise_correlation", 1) > 1:
         yield "Shared over", f"{report['noise_correlation']:.0f} px"
     if "rms_error" in report:
         yield "RMS error", length(context, report["rms_error"])
         yield "Largest error", length(context, report["max_error"])
-    yield "Holes closed, left", f"{closed}, {left}"
-    yield "Closed up to", length(context, report["max_hole_length"])
-    yield "Stray parts dropped", f"{parts}"
+    yield from told("holes", "max_hole_length", "dropped_components")
     if gains := list(report.get("colour_gains", ())):
         yield "Exposures matched by", f"{min(gains):.2f} to {max(gains):.2f}"
     if report.get("in_files"):
@@ -139,23 +160,20 @@ def merge_lines(context, report):
     if report.get("seen_through"):
         yield "Dropped as seen through", f"{report['seen_through']:,} edges"
     yield "Case a, b, c", ", ".join(f"{100 * n / total:.1f}" for n in faces) + " %"
-    yield "Time", f"{sum(report['seconds'].values()):.2f} s"
-    yield "Memory", f"{report['working_bytes'] / 1e6:.0f} MB"
+    yield from told("seconds", "working_bytes")
 
 
 def cluster_lines(context, figures):
     """The figures of a clustered surface as (name, value) texts."""
     figures = figures.to_dict()
-    yield "Vertices", f"{figures['vertices']:,}"
-    yield "Triangles", f"{figures['triangles']:,}"
+    yield from Told("cluster", context, figures)("vertices", "triangles")
     yield "Mean smallest angle", f"{math.degrees(figures['mean_smallest_angle']):.1f}°"
     yield "Smallest angle", f"{math.degrees(figures['smallest_angle']):.1f}°"
-    if "max_error" in figures:
-        yield "Largest error", length(context, figures["max_error"])
+    yield from Told("cluster", context, figures)("max_error")
     if figures["kept_input"]:
         yield "Result", "the input: nothing coarser found that near"
     if figures["cut_edges"]:
-        yield "Edges cut", f"{figures['cut_edges']:,}"
+        yield from Told("cluster", context, figures)("cut_edges")
 
 
 def measure_lines(context, figures):

@@ -1,6 +1,7 @@
 //! Structs of parameters, a file an operation, and how what is in them becomes the core's parameters. The files below are
 //! written by `make generate`.
 
+// modules
 pub mod align;
 pub mod cluster;
 pub mod merge;
@@ -13,6 +14,7 @@ pub mod sculpt;
 pub mod spline;
 pub mod triangulate;
 pub mod write;
+// end
 
 use bytemuck::Pod;
 use surfrecon::params::{Kind, ParamSpec, Params, Value};

@@ -105,19 +105,8 @@ Outputs run(Job &job)
 
 }  // namespace
 
-extern const Filter align_filter = {
-    "Align Scans",
-    "compute_matrix_by_scan_alignment",
-    "Brings the <b>visible</b> layers, range images, oriented meshes or points with normals, to one frame, wherever they lie: what "
-    "looks alike is found, no starting position is needed. The <b>current</b> layer stays; the others' matrices are set, their "
-    "vertices are not moved.<br>"
-    "A layer is placed only where it is sure: where it shares enough with another, is held against turning and sliding, and fits in "
-    "one place. Others stay where they are, and the log says why and what to do. The result does not depend on the order of the "
-    "layers or the number of processors.",
-    compat::FilterBase::RangeMap | compat::FilterBase::Layer,
-    compat::FilterBase::VARIABLE,
-    parameters,
-    run,
-};
+void ask_align(const MeshDocument &document, RichParameterList &list) { parameters(document, list); }
+
+Outputs run_align(Job &job) { return run(job); }
 
 }  // namespace srf

@@ -78,17 +78,8 @@ Outputs run(Job &job)
 
 }  // namespace
 
-extern const Filter cluster_filter = {
-    "Remeshing: Multiresolution Clustering",
-    "meshing_multiresolution_clustering",
-    "Replaces the dense surface in the current layer by one of <b>few, well-shaped triangles</b> of any number of vertices, with the "
-    "same components, holes and genus. Patches of the surface are found by k-means, joined to a mesh, and relaxed on the surface. "
-    "Of a layer without faces, the surface through its vertices is taken. The layer is not changed.<br>"
-    "With several <b>levels</b>, a chain of layers from one run. Edges that are not manifold are cut.",
-    compat::FilterBase::Remeshing,
-    compat::FilterBase::SINGLE_MESH,
-    parameters,
-    run,
-};
+void ask_cluster(const MeshDocument &document, RichParameterList &list) { parameters(document, list); }
+
+Outputs run_cluster(Job &job) { return run(job); }
 
 }  // namespace srf

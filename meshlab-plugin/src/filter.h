@@ -46,8 +46,8 @@ struct Filter {
 // Named in what users are told to do; the import plugin is without the filters.
 inline const char *const import_name = "Import Range Images";
 
-extern const Filter import_filter, align_filter, merge_filter, sculpt_filter, quads_filter, reconstruct_filter,
-    cluster_filter, distance_filter, region_filter, background_filter, size_and_ground_filter;
+// Filters that are tools of the host; those that are operations are in operations.h.
+extern const Filter distance_filter, region_filter, size_and_ground_filter;
 
 inline QString text(const std::string &utf8) { return QString::fromUtf8(utf8.data(), static_cast<int>(utf8.size())); }
 

@@ -83,19 +83,8 @@ Outputs run(Job &job)
 
 }  // namespace
 
-extern const Filter import_filter = {
-    import_name,
-    "create_range_images_from_file",
-    "Opens a file of scans: every scan becomes a layer of its own, placed by its matrix. Range images keep their grid: each vertex "
-    "knows its row and column, so that the layer can be merged, sculpted and edited as the range image it is. Confidence becomes "
-    "the quality of the vertices; colours are kept.<br>"
-    "A recording of a depth camera or a phone, the file of it or its folder, becomes a layer a frame, of many frames some.<br>"
-    "Unlike with <i>Import Mesh</i>, all scans of a file come at once, with their poses, and structured PTX, E57 and PCD files "
-    "become surfaces.",
-    compat::FilterBase::RangeMap | compat::FilterBase::MeshCreation,
-    compat::FilterBase::NONE,
-    parameters,
-    run,
-};
+void ask_open(const MeshDocument &document, RichParameterList &list) { parameters(document, list); }
+
+Outputs run_open(Job &job) { return run(job); }
 
 }  // namespace srf

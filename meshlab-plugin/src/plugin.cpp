@@ -1,12 +1,22 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "plugin.h"
 
+#include <iterator>
+#include <vector>
+
+#include "operations.h"
+
 namespace {
 
-const srf::Filter *const filters[] = {&srf::import_filter, &srf::align_filter, &srf::merge_filter,
-                                      &srf::sculpt_filter, &srf::quads_filter, &srf::reconstruct_filter,
-                                      &srf::cluster_filter, &srf::distance_filter, &srf::region_filter,
-                                      &srf::background_filter, &srf::size_and_ground_filter};
+// The operations, then what else there is.
+std::vector<const srf::Filter *> all()
+{
+    std::vector<const srf::Filter *> filters(std::begin(srf::operation_filters), std::end(srf::operation_filters));
+    filters.insert(filters.end(), {&srf::distance_filter, &srf::region_filter, &srf::size_and_ground_filter});
+    return filters;
+}
+
+const std::vector<const srf::Filter *> filters = all();
 
 const srf::Filter &filter(int id) { return *filters[id]; }
 

@@ -98,21 +98,8 @@ Outputs run(Job &job)
 
 }  // namespace
 
-extern const Filter quads_filter = {
-    "Surface Reconstruction: Adaptive Quad Grid",
-    "generate_surface_reconstruction_adaptive_quad_grid",
-    "Turns the <b>range image</b> in the current layer into a regular grid of quads that is dense where the surface bends; its mean "
-    "error is at most that of the uniform grid of the same size, and both are returned. Quads over missing samples are left out. "
-    "Texture coordinates are those of the image.<br>"
-    "On request another layer gets the tensor-product B-spline surface through the grid.<br>"
-    "The layer must know its grid: import it with <i>Import Range Images</i>. It is not changed.<br><br>"
-    "See:<br><i>M. A. Garcia, A. D. Sappa, L. Basanez</i><br>"
-    "<b>\"Fast generation of adaptive quadrilateral meshes from range images\"</b><br>"
-    "IEEE International Conference on Robotics and Automation, 1997",
-    compat::FilterBase::RangeMap | compat::FilterBase::Remeshing | compat::FilterBase::Polygonal,
-    compat::FilterBase::SINGLE_MESH,
-    parameters,
-    run,
-};
+void ask_quads(const MeshDocument &document, RichParameterList &list) { parameters(document, list); }
+
+Outputs run_quads(Job &job) { return run(job); }
 
 }  // namespace srf

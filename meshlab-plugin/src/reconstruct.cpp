@@ -56,20 +56,8 @@ Outputs run(Job &job)
 
 }  // namespace
 
-extern const Filter reconstruct_filter = {
-    "Surface Reconstruction: Delaunay Carving",
-    "generate_surface_reconstruction_delaunay_carving",
-    "Makes a surface through the <b>vertices of the current layer</b>, whatever faces it has, over their 3D Delaunay "
-    "tetrahedralization: closed or open, manifold, through every point the sampling lets it reach. No points are made, and none moved "
-    "unless they carry noise, which <i>Smoothing</i> is about; outliers, copies and vertices that are no finite numbers are left out and counted. The custom vertex attribute <i>source_point</i> says which point each vertex was.<br>"
-    "Of a range image that the import filter made it is known from where it was seen: the surface is turned there, and where it is open it spans no jumps.<br>"
-    "The layer is not changed.<br><br>"
-    "See:<br><i>A. Rodr\u00edguez, J. M. Espadero, D. L\u00f3pez, L. Pastor</i><br>"
-    "<b>\"Delaunay surface reconstruction from scattered points\"</b><br>DGCI 2000, LNCS 1953",
-    compat::FilterBase::Remeshing,
-    compat::FilterBase::SINGLE_MESH,
-    parameters,
-    run,
-};
+void ask_reconstruct(const MeshDocument &document, RichParameterList &list) { parameters(document, list); }
+
+Outputs run_reconstruct(Job &job) { return run(job); }
 
 }  // namespace srf

@@ -6,44 +6,21 @@
 
 namespace srf {
 
-inline const Figures check_figures = {
-    {Figure::Kind::count, "triangles", "Triangles", false, 1, offsetof(srf_check_report, triangles), {}, {}},
-    {Figure::Kind::count, "vertices", "Vertices", false, 1, offsetof(srf_check_report, vertices), {}, {}},
-    {Figure::Kind::count, "unused_vertices", "Unused vertices", false, 1, offsetof(srf_check_report, unused_vertices), {}, {}},
-    {Figure::Kind::count, "non_finite_vertices", "Vertices that are not finite", false, 1, offsetof(srf_check_report, non_finite_vertices), {}, {}},
-    {Figure::Kind::count, "out_of_range_triangles", "Triangles out of range", false, 1, offsetof(srf_check_report, out_of_range_triangles), {}, {}},
-    {Figure::Kind::count, "degenerate_triangles", "Degenerate triangles", false, 1, offsetof(srf_check_report, degenerate_triangles), {}, {}},
-    {Figure::Kind::count, "zero_area_triangles", "Triangles of no area", false, 1, offsetof(srf_check_report, zero_area_triangles), {}, {}},
-    {Figure::Kind::count, "duplicate_triangles", "Duplicate triangles", false, 1, offsetof(srf_check_report, duplicate_triangles), {}, {}},
-    {Figure::Kind::count, "edges", "Edges", false, 1, offsetof(srf_check_report, edges), {}, {}},
-    {Figure::Kind::count, "boundary_edges", "Boundary edges", false, 1, offsetof(srf_check_report, boundary_edges), {}, {}},
-    {Figure::Kind::count, "non_manifold_edges", "Non-manifold edges", false, 1, offsetof(srf_check_report, non_manifold_edges), {}, {}},
-    {Figure::Kind::count, "misoriented_edges", "Misoriented edges", false, 1, offsetof(srf_check_report, misoriented_edges), {}, {}},
-    {Figure::Kind::count, "non_manifold_vertices", "Non-manifold vertices", false, 1, offsetof(srf_check_report, non_manifold_vertices), {}, {}},
-    {Figure::Kind::count, "components", "Parts", false, 1, offsetof(srf_check_report, components), {}, {}},
-    {Figure::Kind::count, "largest_component", "Triangles of the largest part", false, 1, offsetof(srf_check_report, largest_component), {}, {}},
-    {Figure::Kind::count, "boundary_loops", "Boundary loops", false, 1, offsetof(srf_check_report, boundary_loops), {}, {}},
-    {Figure::Kind::integer, "euler_characteristic", "Euler characteristic", false, 1, offsetof(srf_check_report, euler_characteristic), {}, {}},
-    {Figure::Kind::flag, "is_manifold", "Manifold", false, 1, offsetof(srf_check_report, is_manifold), {}, {}},
-    {Figure::Kind::flag, "is_closed", "Closed", false, 1, offsetof(srf_check_report, is_closed), {}, {}},
-    {Figure::Kind::integer, "genus", "Genus", true, 1, offsetof(srf_check_report, genus), {}, {}},
-};
-
 inline const Figures merge_figures = {
     {Figure::Kind::count, "scans", "Scans", false, 1, offsetof(srf_merge_report, scans), {}, {}},
     {Figure::Kind::count, "input_triangles", "Their triangles", false, 1, offsetof(srf_merge_report, input_triangles), {}, {}},
     {Figure::Kind::length, "voxel", "Voxel", false, 1, offsetof(srf_merge_report, voxel), {}, {}},
-    {Figure::Kind::choice, "voxel_reason", "Voxel chosen as", false, 1, offsetof(srf_merge_report, voxel_reason), {"given", "spacing", "noise", "distance", "memory"}, {"as given", "1.5 times the spacing of the samples", "half the noise of the samples", "1.5 times the distance between overlapping scans", "coarser, to fit into memory"}},
+    {Figure::Kind::choice, "voxel_reason", "Chosen as", false, 1, offsetof(srf_merge_report, voxel_reason), {"given", "spacing", "noise", "distance", "memory"}, {"as given", "1.5 times the spacing of the samples", "half the noise of the samples", "1.5 times the distance between overlapping scans", "coarser, to fit into memory"}},
     {Figure::Kind::length, "merge_distance", "Merge distance", false, 1, offsetof(srf_merge_report, merge_distance), {}, {}},
     {Figure::Kind::length, "max_hole_length", "Closed up to", false, 1, offsetof(srf_merge_report, max_hole_length), {}, {}},
     {Figure::Kind::length, "overlap_residual", "Scans disagree by", true, 1, offsetof(srf_merge_report, overlap_residual), {}, {}},
     {Figure::Kind::length, "noise", "Noise of the samples", false, 1, offsetof(srf_merge_report, noise), {}, {}},
     {Figure::Kind::length, "noise_across", "Across the rays", false, 1, offsetof(srf_merge_report, noise_across), {}, {}},
     {Figure::Kind::length, "noise_step", "In steps of", false, 1, offsetof(srf_merge_report, noise_step), {}, {}},
-    {Figure::Kind::number, "noise_correlation", "Shared over (pixels)", false, 1, offsetof(srf_merge_report, noise_correlation), {}, {}},
+    {Figure::Kind::number, "noise_correlation", "Shared over", false, 1, offsetof(srf_merge_report, noise_correlation), {}, {}},
     {Figure::Kind::count, "grid", "Grid", false, 3, offsetof(srf_merge_report, grid), {}, {}},
     {Figure::Kind::count, "intersections", "Intersections", false, 1, offsetof(srf_merge_report, intersections), {}, {}},
-    {Figure::Kind::count, "seen_through", "Dropped as seen through (edges)", false, 1, offsetof(srf_merge_report, seen_through), {}, {}},
+    {Figure::Kind::count, "seen_through", "Dropped as seen through", false, 1, offsetof(srf_merge_report, seen_through), {}, {}},
     {Figure::Kind::count, "fused_intersections", "Fused intersections", false, 1, offsetof(srf_merge_report, fused_intersections), {}, {}},
     {Figure::Kind::count, "artificial_intersections", "Artificial intersections", false, 1, offsetof(srf_merge_report, artificial_intersections), {}, {}},
     {Figure::Kind::count, "faces_direct", "Triangles of case a, b, c", false, 1, offsetof(srf_merge_report, faces_direct), {}, {}},
@@ -51,8 +28,8 @@ inline const Figures merge_figures = {
     {Figure::Kind::count, "faces_filling", "Triangles of case a, b, c", false, 1, offsetof(srf_merge_report, faces_filling), {}, {}},
     {Figure::Kind::count, "holes_closed", "Holes closed, left", false, 1, offsetof(srf_merge_report, holes_closed), {}, {}},
     {Figure::Kind::count, "holes_open", "Holes closed, left", false, 1, offsetof(srf_merge_report, holes_open), {}, {}},
-    {Figure::Kind::count, "dropped_components", "Stray parts dropped, their triangles", false, 1, offsetof(srf_merge_report, dropped_components), {}, {}},
-    {Figure::Kind::count, "dropped_faces", "Stray parts dropped, their triangles", false, 1, offsetof(srf_merge_report, dropped_faces), {}, {}},
+    {Figure::Kind::count, "dropped_components", "Stray parts dropped, triangles", false, 1, offsetof(srf_merge_report, dropped_components), {}, {}},
+    {Figure::Kind::count, "dropped_faces", "Stray parts dropped, triangles", false, 1, offsetof(srf_merge_report, dropped_faces), {}, {}},
     {Figure::Kind::bytes, "working_bytes", "Memory", false, 1, offsetof(srf_merge_report, working_bytes), {}, {}},
     {Figure::Kind::flag, "in_files", "In files", false, 1, offsetof(srf_merge_report, in_files), {}, {}},
 };
@@ -134,6 +111,29 @@ inline const Figures cluster_figures = {
     {Figure::Kind::angle, "after_largest_angle", "After: Largest angle", false, 1, offsetof(srf_cluster_report, after_largest_angle), {}, {}},
     {Figure::Kind::length, "max_error", "Largest error", true, 1, offsetof(srf_cluster_report, max_error), {}, {}},
     {Figure::Kind::flag, "kept_input", "The input itself", false, 1, offsetof(srf_cluster_report, kept_input), {}, {}},
+};
+
+inline const Figures check_figures = {
+    {Figure::Kind::count, "triangles", "Triangles", false, 1, offsetof(srf_check_report, triangles), {}, {}},
+    {Figure::Kind::count, "vertices", "Vertices", false, 1, offsetof(srf_check_report, vertices), {}, {}},
+    {Figure::Kind::count, "unused_vertices", "Unused vertices", false, 1, offsetof(srf_check_report, unused_vertices), {}, {}},
+    {Figure::Kind::count, "non_finite_vertices", "Vertices that are not finite", false, 1, offsetof(srf_check_report, non_finite_vertices), {}, {}},
+    {Figure::Kind::count, "out_of_range_triangles", "Triangles out of range", false, 1, offsetof(srf_check_report, out_of_range_triangles), {}, {}},
+    {Figure::Kind::count, "degenerate_triangles", "Degenerate triangles", false, 1, offsetof(srf_check_report, degenerate_triangles), {}, {}},
+    {Figure::Kind::count, "zero_area_triangles", "Triangles of no area", false, 1, offsetof(srf_check_report, zero_area_triangles), {}, {}},
+    {Figure::Kind::count, "duplicate_triangles", "Duplicate triangles", false, 1, offsetof(srf_check_report, duplicate_triangles), {}, {}},
+    {Figure::Kind::count, "edges", "Edges", false, 1, offsetof(srf_check_report, edges), {}, {}},
+    {Figure::Kind::count, "boundary_edges", "Boundary edges", false, 1, offsetof(srf_check_report, boundary_edges), {}, {}},
+    {Figure::Kind::count, "non_manifold_edges", "Non-manifold edges", false, 1, offsetof(srf_check_report, non_manifold_edges), {}, {}},
+    {Figure::Kind::count, "misoriented_edges", "Misoriented edges", false, 1, offsetof(srf_check_report, misoriented_edges), {}, {}},
+    {Figure::Kind::count, "non_manifold_vertices", "Non-manifold vertices", false, 1, offsetof(srf_check_report, non_manifold_vertices), {}, {}},
+    {Figure::Kind::count, "components", "Parts", false, 1, offsetof(srf_check_report, components), {}, {}},
+    {Figure::Kind::count, "largest_component", "Triangles of the largest part", false, 1, offsetof(srf_check_report, largest_component), {}, {}},
+    {Figure::Kind::count, "boundary_loops", "Boundary loops", false, 1, offsetof(srf_check_report, boundary_loops), {}, {}},
+    {Figure::Kind::integer, "euler_characteristic", "Euler characteristic", false, 1, offsetof(srf_check_report, euler_characteristic), {}, {}},
+    {Figure::Kind::flag, "is_manifold", "Manifold", false, 1, offsetof(srf_check_report, is_manifold), {}, {}},
+    {Figure::Kind::flag, "is_closed", "Closed", false, 1, offsetof(srf_check_report, is_closed), {}, {}},
+    {Figure::Kind::integer, "genus", "Genus", true, 1, offsetof(srf_check_report, genus), {}, {}},
 };
 
 }  // namespace srf

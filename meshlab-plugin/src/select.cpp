@@ -286,17 +286,9 @@ extern const Filter region_filter = {
     region::run,
 };
 
-extern const Filter background_filter = {
-    "Remove Background",
-    "meshing_remove_background",
-    "Finds the plane that most vertices of the <b>visible</b> layers lie on, a table, a turntable or the ground, and removes what lies on it "
-    "and below. Above is the side that range images see, and the outside of meshes. Where no plane stands out, that is said and nothing is "
-    "changed. The result does not depend on the order of the layers or the number of processors.",
-    compat::FilterBase::RangeMap | compat::FilterBase::Cleaning,
-    compat::FilterBase::VARIABLE,
-    background::parameters,
-    background::run,
-};
+void ask_plane(const MeshDocument &document, RichParameterList &list) { background::parameters(document, list); }
+
+Outputs run_plane(Job &job) { return background::run(job); }
 
 extern const Filter size_and_ground_filter = {
     "True Size and Ground",

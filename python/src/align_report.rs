@@ -5,7 +5,7 @@ use pyo3::prelude::*;
 use surfrecon::align::{self as core, Freedom};
 
 use crate::arrays;
-use crate::report::{figures, report};
+use crate::report::{figures_of, report};
 
 /// Where a scan was drawn to by ``Aligner.snap``: a ``Snap``.
 ///
@@ -17,7 +17,7 @@ pub fn snap<'py>(py: Python<'py>, found: &core::Snap) -> PyResult<Bound<'py, PyA
     let (state, free) = (found.state.name(), ways(&found.free));
     report(
         "Snap",
-        figures!(py, { world_from_scan, state, touches, overlap, residual, balance, seen_through, moved, free }),
+        figures_of!(py, { world_from_scan, state, touches, overlap, residual, balance, seen_through, moved, free }),
     )
 }
 
@@ -34,14 +34,14 @@ pub fn align_report<'py>(py: Python<'py>, found: &core::AlignReport) -> PyResult
     let core::AlignReport { groups, compared, residual, messages, .. } = found;
     report(
         "AlignReport",
-        figures!(py, { summary, scans, pairs, groups, placed, compared, residual, turntable, messages }),
+        figures_of!(py, { summary, scans, pairs, groups, placed, compared, residual, turntable, messages }),
     )
 }
 
 fn turntable<'py>(py: Python<'py>, found: &core::TurntableFound) -> PyResult<Bound<'py, PyAny>> {
     let axis = (found.axis.point.to_array(), found.axis.direction.to_array());
     let angles = &found.angles;
-    report("TurntableFound", figures!(py, { axis, angles }))
+    report("TurntableFound", figures_of!(py, { axis, angles }))
 }
 
 fn aligned_scan<'py>(py: Python<'py>, scan: &core::AlignedScan) -> PyResult<Bound<'py, PyAny>> {
@@ -52,7 +52,7 @@ fn aligned_scan<'py>(py: Python<'py>, scan: &core::AlignedScan) -> PyResult<Boun
     let core::AlignedScan { name, reason, group, deviation, overlap, residual, misfit, spacing, .. } = scan;
     report(
         "AlignedScan",
-        figures!(py, {
+        figures_of!(py, {
             name,
             state,
             reason,
@@ -74,7 +74,7 @@ fn aligned_pair<'py>(py: Python<'py>, pair: &core::AlignedPair) -> PyResult<Boun
     let (scans, overlap): ((usize, usize), (f64, f64)) = (pair.scans.into(), pair.overlap.into());
     let (state, free) = (pair.state.name(), ways(&pair.free));
     let core::AlignedPair { residual, balance, seen_through, places, .. } = pair;
-    report("AlignedPair", figures!(py, { scans, state, overlap, residual, balance, seen_through, places, free }))
+    report("AlignedPair", figures_of!(py, { scans, state, overlap, residual, balance, seen_through, places, free }))
 }
 
 /// Ways to move: `("turn" or "slide", direction, point of the axis)`.

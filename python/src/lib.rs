@@ -59,6 +59,7 @@ mod merge_tasks;
 mod merge_to_file;
 mod merger;
 mod mesh;
+mod operations;
 mod params;
 mod paths;
 mod pickling;
@@ -116,6 +117,8 @@ mod _native {
     #[pymodule_export]
     use crate::mesh::{Mesh, linear_colours};
     #[pymodule_export]
+    use crate::operations::{Operation, all};
+    #[pymodule_export]
     use crate::params::{Parameter, parameters};
     #[pymodule_export]
     use crate::point_cloud::PointCloud;
@@ -127,6 +130,8 @@ mod _native {
     use crate::reconstruct::{Reconstructed, Reconstructor, reconstruct};
     #[pymodule_export]
     use crate::regions::{OrientedBox, Plane};
+    #[pymodule_export]
+    use crate::report::{Figure, figures};
     #[pymodule_export]
     use crate::scan::{Camera, sculpture, turntable, virtual_scan};
     #[pymodule_export]

@@ -3,7 +3,7 @@
 use pyo3::exceptions::{PyOverflowError, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use surfrecon::params::{Choice, Default, Kind, ParamSpec, Params, SCHEMAS, Value, find, table};
+use surfrecon::params::{Choice, Default, Kind, ParamSpec, Params, Value, find, schemas, table};
 
 use crate::errors::{input_error, reworded, to_python};
 
@@ -141,7 +141,7 @@ impl Parameter {
 #[pyfunction]
 #[pyo3(signature = (operation = None))]
 pub fn parameters(operation: Option<&str>) -> PyResult<Vec<Parameter>> {
-    let known: Vec<&str> = SCHEMAS.iter().map(|schema| schema.operation).collect();
+    let known: Vec<&str> = schemas().map(|schema| schema.operation).collect();
     if let Some(operation) = operation.filter(|operation| !known.contains(operation)) {
         let known = known.join("\", \"");
         return Err(input_error(format!("operation must be one of \"{known}\", got {operation:?}")));

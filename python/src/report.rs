@@ -3,7 +3,111 @@
 use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
-use surfrecon::reports::{Found, Kind, Report, Values};
+use surfrecon::params::Choice;
+use surfrecon::reports::{self as core, Found, Kind, Report, Shape, Values};
+
+use crate::errors::input_error;
+
+/// One figure of an operation's report, as the library itself defines it.
+#[pyclass(frozen, module = "surfrecon")]
+pub struct Figure {
+    figure: &'static core::Figure,
+    operation: &'static str,
+}
+
+#[pymethods]
+impl Figure {
+    /// Operation, for example ``"merge"``.
+    #[getter]
+    fn operation(&self) -> &'static str {
+        self.operation
+    }
+
+    /// Name, the same in every language.
+    #[getter]
+    fn name(&self) -> &'static str {
+        self.figure.name
+    }
+
+    /// Name for people.
+    #[getter]
+    fn label(&self) -> &'static str {
+        self.figure.label
+    }
+
+    /// ``"flag"``, ``"count"``, ``"integer"``, ``"bytes"``, ``"length"`` (unit of the scans), ``"angle"`` (radians), ``"ratio"``,
+    /// ``"number"``, ``"choice"``, ``"text"``, ``"warning"`` (a kind and a sentence), ``"stage"`` (seconds by name) or ``"report"``.
+    #[getter]
+    fn kind(&self) -> &'static str {
+        match self.figure.kind {
+            Kind::Flag => "flag",
+            Kind::Count => "count",
+            Kind::Integer => "integer",
+            Kind::Bytes => "bytes",
+            Kind::Length => "length",
+            Kind::Angle => "angle",
+            Kind::Ratio => "ratio",
+            Kind::Number => "number",
+            Kind::Choice(_) => "choice",
+            Kind::Text => "text",
+            Kind::Warning(_) => "warning",
+            Kind::Stage => "stage",
+            Kind::Nested(_) => "report",
+        }
+    }
+
+    /// ``"one"``, ``"optional"``, ``"array"``, ``"optional array"`` or ``"list"``.
+    #[getter]
+    fn shape(&self) -> &'static str {
+        match self.figure.shape {
+            Shape::One => "one",
+            Shape::Optional => "optional",
+            Shape::Array(_) => "array",
+            Shape::OptionalArray(_) => "optional array",
+            Shape::List(_) => "list",
+        }
+    }
+
+    /// What it may be, of a choice or a warning: ``(name, name for people, text)`` each.
+    #[getter]
+    fn choices(&self) -> Vec<(&'static str, &'static str, &'static str)> {
+        self.figure.choices().iter().map(|&Choice { name, label, text }| (name, label, text)).collect()
+    }
+
+    /// The figure in words.
+    #[getter]
+    fn text(&self) -> &'static str {
+        self.figure.text
+    }
+
+    /// The version of the library it came with.
+    #[getter]
+    fn since(&self) -> &'static str {
+        self.figure.since
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<Figure {}.{} [{}]>", self.operation, self.figure.name, self.kind())
+    }
+}
+
+/// Every figure of every report, or those of an operation's report.
+///
+/// Raises:
+///     InputError: no operation of that name has a report.
+#[pyfunction]
+#[pyo3(signature = (operation = None))]
+pub fn figures(operation: Option<&str>) -> PyResult<Vec<Figure>> {
+    if let Some(operation) = operation.filter(|operation| core::report(operation).is_none()) {
+        let known: Vec<&str> = core::reports().map(|reported| reported.operation).collect();
+        let known = known.join("\", \"");
+        return Err(input_error(format!("operation must be one of \"{known}\", got {operation:?}")));
+    }
+    let asked = core::reports().filter(|reported| operation.is_none_or(|operation| operation == reported.operation));
+    let all = asked
+        .flat_map(|reported| reported.figures().map(move |figure| Figure { figure, operation: reported.operation }));
+    Ok(all.collect())
+}
 
 /// A report of a class of `surfrecon._reports`.
 ///
@@ -79,11 +183,11 @@ fn value<'py>(py: Python<'py>, kind: Kind, found: Found<'_>) -> PyResult<Bound<'
 }
 
 /// A dictionary of figures by the names of the variables that hold them.
-macro_rules! figures {
+macro_rules! figures_of {
     ($py:expr, { $($name:ident),* $(,)? }) => {{
         let dict = pyo3::types::PyDict::new($py);
         $(dict.set_item(stringify!($name), $name)?;)*
         dict
     }};
 }
-pub(crate) use figures;
+pub(crate) use figures_of;

@@ -14,6 +14,7 @@
 mod merge_in_files;
 mod merge_tasks;
 mod merge_to_file;
+pub mod operations;
 pub mod params;
 pub mod reports;
 

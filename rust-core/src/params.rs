@@ -4,30 +4,21 @@
 
 pub use base::params::{Choice, Default, Field, Kind, ParamSpec, Params, Schema, Value};
 
-/// The operations' schemas: an operation that is added adds a line.
-pub const SCHEMAS: &[Schema] = &[
-    io::import::SCHEMA,
-    io::export::SCHEMA,
-    image::triangulate::SCHEMA,
-    plane::SCHEMA,
-    align::SCHEMA,
-    merge::SCHEMA,
-    sculpt::SCHEMA,
-    quads::SCHEMA,
-    quads::SPLINE_SCHEMA,
-    reconstruct::SCHEMA,
-    cluster::SCHEMA,
-    scan::SCHEMA,
-];
+use crate::operations::OPERATIONS;
+
+/// The operations' schemas.
+pub fn schemas() -> impl Iterator<Item = &'static Schema> {
+    OPERATIONS.iter().filter_map(|operation| operation.params.as_ref())
+}
 
 /// Every parameter of the library.
 pub fn table() -> impl Iterator<Item = &'static ParamSpec> {
-    SCHEMAS.iter().flat_map(|schema| schema.rows)
+    schemas().flat_map(|schema| schema.rows)
 }
 
 /// The schema of an operation.
 pub fn schema(operation: &str) -> Option<&'static Schema> {
-    SCHEMAS.iter().find(|schema| schema.operation == operation)
+    schemas().find(|schema| schema.operation == operation)
 }
 
 /// The parameter `name` of `operation`.
@@ -52,7 +43,7 @@ mod tests {
                 assert!(!choice.label.is_empty() && choice.text.ends_with('.'), "{named}: {}", choice.name);
             }
         }
-        for part in SCHEMAS.iter().flat_map(|schema| (schema.all)()) {
+        for part in schemas().flat_map(|schema| (schema.all)()) {
             assert_eq!(find(part.operation, part.name), Some(part), "a part is not in the table");
         }
     }

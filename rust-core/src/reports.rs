@@ -5,6 +5,8 @@
 
 pub use base::report::{Figure, Found, Kind, Measured, Report, Schema, Shape, Values};
 
+use crate::operations::OPERATIONS;
+
 /// The report of an operation.
 #[derive(Clone, Copy, Debug)]
 pub struct Reported {
@@ -14,19 +16,15 @@ pub struct Reported {
     pub schemas: &'static [Schema],
 }
 
-/// The operations' reports: an operation that is added adds a line.
-pub const REPORTS: &[Reported] = &[
-    Reported { operation: "check", schemas: &[mesh::CheckReport::SCHEMA] },
-    Reported { operation: "merge", schemas: &[merge::MergeReport::SCHEMA] },
-    Reported { operation: "sculpt", schemas: &[sculpt::SculptReport::SCHEMA, sculpt::Certificate::SCHEMA] },
-    Reported { operation: "quads", schemas: &[quads::QuadReport::SCHEMA] },
-    Reported { operation: "reconstruct", schemas: &[reconstruct::ReconstructReport::SCHEMA] },
-    Reported { operation: "cluster", schemas: &[cluster::ClusterReport::SCHEMA] },
-];
+/// The operations' reports.
+pub fn reports() -> impl Iterator<Item = Reported> {
+    let reporting = OPERATIONS.iter().filter(|operation| !operation.report.is_empty());
+    reporting.map(|operation| Reported { operation: operation.name, schemas: operation.report })
+}
 
 /// The report of an operation.
-pub fn report(operation: &str) -> Option<&'static Reported> {
-    REPORTS.iter().find(|reported| reported.operation == operation)
+pub fn report(operation: &str) -> Option<Reported> {
+    reports().find(|reported| reported.operation == operation)
 }
 
 impl Reported {
@@ -41,7 +39,7 @@ impl Reported {
     }
 
     /// All figures, in the order in which people read them.
-    pub fn figures(&self) -> impl Iterator<Item = &'static Figure> {
+    pub fn figures(&self) -> impl Iterator<Item = &'static Figure> + use<> {
         self.schemas.iter().flat_map(|schema| schema.figures)
     }
 
@@ -154,7 +152,7 @@ mod tests {
         look_at::<quads::QuadReport>();
         look_at::<reconstruct::ReconstructReport>();
         look_at::<cluster::ClusterReport>();
-        for reported in REPORTS {
+        for reported in reports() {
             let mut names = std::collections::HashSet::new();
             assert!(
                 reported.figures().all(|figure| names.insert(figure.name)),
@@ -179,7 +177,7 @@ mod tests {
 
     #[test]
     fn structs_of_c_grow_at_their_end() {
-        for reported in REPORTS {
+        for reported in reports() {
             let fields = reported.fields();
             assert!(
                 fields.windows(2).all(|pair| version(pair[0].since) <= version(pair[1].since)),

@@ -1,4 +1,4 @@
-"""The parameters of all operations, out of PARAMETERS.md: an entry each, where that has a row of a wide table."""
+"""Parameters and figures of all operations, out of PARAMETERS.md: an entry each, where that has a row of a wide table."""
 
 import re
 
@@ -10,10 +10,13 @@ def _cells(row):
 
 
 def _entry(operation, row):
-    name, label, kind, default, allowed, meaning, since = _cells(row)
+    # Parameters have a default and a range, figures of reports have not.
+    name, label, kind, *rule, meaning, since = _cells(row)
+    default, allowed = rule or ("", "")
     facts = [kind, f"default {default}" if default else "", allowed, f"since {since}"]
     said = f"**{escaped(label)}**, {escaped(', '.join(filter(None, facts)))}"
-    return f".. parameter:: {operation}.{name.strip('`')}\n\n{indented(said)}\n\n{indented(escaped(meaning))}\n"
+    of = f"{operation}.{name.strip('`')}" if rule else f"{operation}.report.{name.strip('`')}"
+    return f".. parameter:: {of}\n\n{indented(said)}\n\n{indented(escaped(meaning))}\n"
 
 
 def write(source, target):
@@ -25,6 +28,8 @@ def write(source, target):
         elif block.startswith("## "):
             operation = block[3:]
             made.append(title(operation, "-"))
+        elif block.startswith("### "):
+            made.append(title(block[4:], "~"))
         elif block.startswith("|"):
             made += [_entry(operation, row) for row in block.splitlines()[2:]]
         else:

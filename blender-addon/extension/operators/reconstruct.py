@@ -116,7 +116,7 @@ class SURFRECON_OT_reconstruct(JobOperator, bpy.types.Operator):
         mesh = convert.mesh_from_result(f"{self.names[0]} surface", result.mesh)
         made = bpy.data.objects.new(mesh.name, mesh)
         made.matrix_world = self.pose
-        made[REPORT] = convert.plain(result.report | {k: len(v) for k, v in result.dropped.items()})
+        made[REPORT] = convert.plain(result.report)
         made[SCANS] = "\n".join(self.names)
         link(context, made)
         sources = [bpy.data.objects.get(name) for name in self.names]

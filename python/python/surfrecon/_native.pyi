@@ -35,6 +35,7 @@ __all__ = [
     "Camera",
     "Clustered",
     "Context",
+    "Figure",
     "Frame",
     "GridCamera",
     "Job",
@@ -43,6 +44,7 @@ __all__ = [
     "MergeResult",
     "Merger",
     "Mesh",
+    "Operation",
     "Parameter",
     "Pick",
     "Plane",
@@ -65,6 +67,7 @@ __all__ = [
     "crs_note",
     "distances",
     "dominant_plane",
+    "figures",
     "formats",
     "ground",
     "keep",
@@ -77,6 +80,7 @@ __all__ = [
     "merge_to_file",
     "nearest_triangles",
     "open",
+    "operations",
     "parameters",
     "provenance",
     "read",
@@ -142,6 +146,60 @@ class Parameter:
     def text(self) -> str: ...
     @property
     def off(self) -> str: ...
+    @property
+    def since(self) -> str: ...
+
+@final
+class Operation:
+    @property
+    def name(self) -> str: ...
+    @property
+    def text(self) -> str: ...
+    @property
+    def since(self) -> str: ...
+    @property
+    def takes(self) -> list[str]: ...
+    @property
+    def gives(self) -> list[str]: ...
+    @property
+    def command(self) -> tuple[str, str, str] | None: ...
+    @property
+    def operator(self) -> tuple[str, str, str] | None: ...
+    @property
+    def filter(self) -> tuple[str, str] | None: ...
+
+@final
+class Figure:
+    @property
+    def operation(self) -> str: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def label(self) -> str: ...
+    @property
+    def kind(
+        self,
+    ) -> Literal[
+        "flag",
+        "count",
+        "integer",
+        "bytes",
+        "length",
+        "angle",
+        "ratio",
+        "number",
+        "choice",
+        "text",
+        "warning",
+        "stage",
+        "report",
+    ]: ...
+    @property
+    def shape(self) -> Literal["one", "optional", "array", "optional array", "list"]: ...
+    @property
+    def choices(self) -> list[tuple[str, str, str]]: ...
+    @property
+    def text(self) -> str: ...
     @property
     def since(self) -> str: ...
 
@@ -911,6 +969,8 @@ def memory_in_use() -> int: ...
 def memory_peak(*, restart: bool = False) -> int: ...
 def linear_colours(colours: NDArray[np.uint8]) -> NDArray[np.float32]: ...
 def parameters(operation: str | None = None) -> list[Parameter]: ...
+def operations() -> list[Operation]: ...
+def figures(operation: str | None = None) -> list[Figure]: ...
 def dominant_plane(
     scans: Iterable[_Alignable],
     *,

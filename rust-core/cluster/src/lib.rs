@@ -22,6 +22,7 @@
 //! (9) Patches are drawn onto creases, along which edges run then. (10) Points become the surface through them first, whose edges say which patches are neighbours: balls around patches, as in the
 //! paper, join the two sides of a thin wall and leave the topology to chance.
 
+mod operation;
 mod params;
 
 // The input as a manifold
@@ -63,6 +64,7 @@ mod driver;
 mod resolution;
 
 pub use driver::{levels, levels_of_points, run, run_points};
+pub use operation::OPERATION;
 pub use params::{ClusterParams, Resolution, SCHEMA};
 
 use base::error::Result;

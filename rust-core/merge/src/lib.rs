@@ -16,6 +16,7 @@
 //!
 //! A folder knows those above it in this list; `pipeline`, `run` and `dump` know all.
 
+mod operation;
 mod pipeline;
 
 mod colour;
@@ -37,6 +38,7 @@ mod types;
 
 pub use finish::deviation::deviation;
 pub use image::source::{Loading, OrientedSurface, PlacedMesh, ScanSource, common_crs};
+pub use operation::OPERATION;
 pub use run::{Reuse, Run, Store, incremental, merge, out_of_core};
 pub use types::{MergeParams, MergeReport, Merged, SCHEMA, VoxelReason, Warning, WarningKind};
 

@@ -88,7 +88,7 @@ base::report! {
         /// Size of a cell that was used.
         voxel: f64 = length("Voxel"),
         /// What decided the size of a cell.
-        voxel_reason: VoxelReason = choice("Voxel chosen as", VoxelReason::CHOICES),
+        voxel_reason: VoxelReason = choice("Chosen as", VoxelReason::CHOICES),
         /// Merge distance that was used.
         merge_distance: f64 = length("Merge distance"),
         /// Longest boundary that was closed.
@@ -102,13 +102,13 @@ base::report! {
         /// Median step that values of range images along the ray are multiples of. 0 for none.
         noise_step: f64 = length("In steps of"),
         /// Median number of pixels of range images over which errors depend on each other. 1 for white noise.
-        noise_correlation: f64 = number("Shared over (pixels)"),
+        noise_correlation: f64 = number("Shared over"),
         /// Cells that the scans span along x, y and z.
         grid: [u64; 3] = count("Grid").array(3),
         /// Intersections of scans with grid lines.
         intersections: u64 = count("Intersections"),
         /// Edges of the grid whose intersections were dropped since more scans see through there than have a surface there. A triangle has about one and a half.
-        seen_through: u64 = count("Dropped as seen through (edges)"),
+        seen_through: u64 = count("Dropped as seen through"),
         /// Intersections left after fusing.
         fused_intersections: u64 = count("Fused intersections"),
         /// Artificial intersections that became vertices.
@@ -125,7 +125,7 @@ base::report! {
             ("holes_open", "Boundary loops left open."),
         ]),
         /// Connected parts dropped, and the triangles they had. These are parts that no scan saw, and those that are too small.
-        dropped_components: [u64; 2] = count("Stray parts dropped, their triangles").parts(&[
+        dropped_components: [u64; 2] = count("Stray parts dropped, triangles").parts(&[
             ("dropped_components", "Connected parts dropped: those that no scan saw, and those that are too small."),
             ("dropped_faces", "Triangles of the parts that were dropped."),
         ]),

@@ -29,7 +29,7 @@ pub mod shapes;
 pub mod sink;
 pub mod srgb;
 
-pub use check::{CheckReport, check, check_welded, try_check, try_check_welded};
+pub use check::{CheckReport, OPERATION as CHECK_OPERATION, check, check_welded, try_check, try_check_welded};
 pub use crs::Crs;
 pub use extent::Extent;
 pub use point_cloud::PointCloud;

@@ -10,11 +10,13 @@
 //! threads counts.
 
 mod fit;
+mod operation;
 mod params;
 mod pool;
 #[cfg(test)]
 mod tests;
 
+pub use operation::OPERATION;
 pub use params::{PlaneParams, SCHEMA};
 
 use base::error::{Error, Result, Shown};

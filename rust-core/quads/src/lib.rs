@@ -22,6 +22,7 @@
 //! vertices beside the surface move onto it, and quads on the background are left out. (6) If the uniform grid of the same size
 //! lies nearer to the image, gentler densities and one without smoothing are tried, and at last the uniform grid is the answer.
 
+mod operation;
 mod params;
 
 // 1. single-pixel gaps
@@ -58,8 +59,9 @@ mod spline;
 mod choose;
 
 pub use grid::QuadGrid;
+pub use operation::OPERATION;
 pub use params::{QuadParams, SCHEMA, Target};
-pub use spline::{Fit, SCHEMA as SPLINE_SCHEMA, Spline, SplineParams};
+pub use spline::{Fit, OPERATION as SPLINE_OPERATION, SCHEMA as SPLINE_SCHEMA, Spline, SplineParams};
 
 use std::borrow::Cow;
 

@@ -11,12 +11,27 @@ use super::QuadGrid;
 use base::error::{Error, Result};
 use base::magnitude;
 use base::memory;
+use base::operation::{Content, Operation};
 use base::params::count;
 use base::progress::Progress;
 use mesh::QuadMesh;
 
 /// Of the mesh while its arrays grow.
 const BYTES_A_SAMPLE: f64 = 72.0;
+
+/// What is declared of the operation.
+pub const OPERATION: Operation = Operation {
+    name: "spline",
+    text: "Fits a tensor-product B-spline surface to a quad grid.",
+    since: "0.1",
+    takes: &[Content::Quads],
+    gives: &[Content::Spline],
+    params: Some(SCHEMA),
+    report: &[],
+    command: None,
+    blender: None,
+    meshlab: None,
+};
 
 base::params! {
     /// How a surface is fitted to a quad grid.

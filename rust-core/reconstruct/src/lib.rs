@@ -35,6 +35,7 @@
 #![cfg_attr(test, allow(clippy::print_stdout))]
 
 // what goes in and out
+mod operation;
 mod types;
 
 // 0. samples
@@ -100,6 +101,7 @@ use manifold::{Separated, Solid};
 use rayon::prelude::*;
 use seen::{Fronts, Sighted};
 
+pub use operation::OPERATION;
 pub use reconstructor::PLAN;
 pub use reconstructor::Reconstructor;
 

@@ -9,6 +9,7 @@
 //! | `sculpture` | the rich shape of the demo: a serpent around a column |
 
 mod camera;
+mod operation;
 
 mod noise;
 
@@ -19,6 +20,7 @@ pub mod sculpture;
 pub use camera::{Camera, Turntable, turntable};
 pub use mesh::measure::bounds;
 pub use mesh::shapes;
+pub use operation::OPERATION;
 
 use glam::DVec3;
 use rayon::prelude::*;

@@ -19,6 +19,7 @@
 //! step-discontinuity triangulation, but those that hide behind others where a point grid folds: nothing covers an invalid
 //! pixel or bridges a jump, and each ray meets the mesh once. Borders are simplified on request, by half a pixel at most.
 
+mod operation;
 mod params;
 
 // What a pixel is, whatever the projection
@@ -66,6 +67,7 @@ pub mod reference;
 mod sculptor;
 
 pub use certify::{Certificate, certify};
+pub use operation::OPERATION;
 pub use params::{SCHEMA, SculptParams, Tolerance};
 pub use sculptor::Sculptor;
 

@@ -26,33 +26,6 @@ pub type ClusterParams = Sized<10>;
 
 pub type ScanParams = Sized<10>;
 
-pub type CheckReport = Sized<20>;
-
-/// Places of the figures of [`CheckReport`].
-#[allow(dead_code, reason = "tests look at some")]
-pub mod check_report {
-    pub const TRIANGLES: usize = 0;
-    pub const VERTICES: usize = 1;
-    pub const UNUSED_VERTICES: usize = 2;
-    pub const NON_FINITE_VERTICES: usize = 3;
-    pub const OUT_OF_RANGE_TRIANGLES: usize = 4;
-    pub const DEGENERATE_TRIANGLES: usize = 5;
-    pub const ZERO_AREA_TRIANGLES: usize = 6;
-    pub const DUPLICATE_TRIANGLES: usize = 7;
-    pub const EDGES: usize = 8;
-    pub const BOUNDARY_EDGES: usize = 9;
-    pub const NON_MANIFOLD_EDGES: usize = 10;
-    pub const MISORIENTED_EDGES: usize = 11;
-    pub const NON_MANIFOLD_VERTICES: usize = 12;
-    pub const COMPONENTS: usize = 13;
-    pub const LARGEST_COMPONENT: usize = 14;
-    pub const BOUNDARY_LOOPS: usize = 15;
-    pub const EULER_CHARACTERISTIC: usize = 16;
-    pub const IS_MANIFOLD: usize = 17;
-    pub const IS_CLOSED: usize = 18;
-    pub const GENUS: usize = 19;
-}
-
 pub type MergeReport = Sized<27>;
 
 /// Places of the figures of [`MergeReport`].
@@ -178,4 +151,31 @@ pub mod cluster_report {
     pub const AFTER_LARGEST_ANGLE: usize = 14;
     pub const MAX_ERROR: usize = 15;
     pub const KEPT_INPUT: usize = 16;
+}
+
+pub type CheckReport = Sized<20>;
+
+/// Places of the figures of [`CheckReport`].
+#[allow(dead_code, reason = "tests look at some")]
+pub mod check_report {
+    pub const TRIANGLES: usize = 0;
+    pub const VERTICES: usize = 1;
+    pub const UNUSED_VERTICES: usize = 2;
+    pub const NON_FINITE_VERTICES: usize = 3;
+    pub const OUT_OF_RANGE_TRIANGLES: usize = 4;
+    pub const DEGENERATE_TRIANGLES: usize = 5;
+    pub const ZERO_AREA_TRIANGLES: usize = 6;
+    pub const DUPLICATE_TRIANGLES: usize = 7;
+    pub const EDGES: usize = 8;
+    pub const BOUNDARY_EDGES: usize = 9;
+    pub const NON_MANIFOLD_EDGES: usize = 10;
+    pub const MISORIENTED_EDGES: usize = 11;
+    pub const NON_MANIFOLD_VERTICES: usize = 12;
+    pub const COMPONENTS: usize = 13;
+    pub const LARGEST_COMPONENT: usize = 14;
+    pub const BOUNDARY_LOOPS: usize = 15;
+    pub const EULER_CHARACTERISTIC: usize = 16;
+    pub const IS_MANIFOLD: usize = 17;
+    pub const IS_CLOSED: usize = 18;
+    pub const GENUS: usize = 19;
 }

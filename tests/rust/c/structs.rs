@@ -125,7 +125,7 @@ fn defaults_are_those_of_the_table() {
         ("scan", "srf_scan_params", init!(srf_scan_params_init_sized)),
     ];
     let operations: Vec<&str> = structs.iter().map(|(operation, ..)| *operation).collect();
-    assert_eq!(operations, params::SCHEMAS.iter().map(|schema| schema.operation).collect::<Vec<_>>());
+    assert_eq!(operations, params::schemas().map(|schema| schema.operation).collect::<Vec<_>>());
     for (operation, of, init) in structs {
         let mut memory = [u64::MAX; 64];
         let fields = layout(of);

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use std::io::Write as _;
 use std::process::{Command, Stdio};
 
-use surfrecon::params::{Kind, ParamSpec, SCHEMAS, Schema};
+use surfrecon::params::{Kind, ParamSpec, Schema, schemas};
 
 use crate::words::{number, plain_default, range, rule, sentence, wrapped};
 use crate::{compare, root};
@@ -231,7 +231,12 @@ pub fn formatted(source: &str) -> String {
 
 #[test]
 pub fn structs() {
-    for schema in SCHEMAS {
+    let mut names: Vec<_> = schemas().map(|schema| schema.operation).collect();
+    names.sort_unstable();
+    let list: String = names.iter().map(|name| format!("pub mod {name};\n")).collect();
+    let name = "c-api/src/params.rs";
+    compare(name, &crate::between(name, "// modules\n", "// end\n", &list));
+    for schema in schemas() {
         compare(&format!("c-api/src/params/{}.rs", schema.operation), &formatted(&file(schema)));
     }
 }

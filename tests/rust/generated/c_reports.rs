@@ -3,7 +3,7 @@
 
 use std::fmt::Write as _;
 
-use surfrecon::reports::{Field, Figure, Kind, REPORTS, Reported, Shape};
+use surfrecon::reports::{Field, Figure, Kind, Reported, Shape, reports};
 
 use crate::c_params::{comment, formatted};
 use crate::compare;
@@ -101,13 +101,13 @@ fn file(reported: &Reported) -> String {
 #[test]
 pub fn structs() {
     let mut list = "//! Structs of figures, a file an operation. Written by `make generate`.\n\n".to_owned();
-    let mut names: Vec<_> = REPORTS.iter().map(|reported| reported.operation).collect();
+    let mut names: Vec<_> = reports().map(|reported| reported.operation).collect();
     names.sort_unstable();
     for name in names {
         let _ = writeln!(list, "pub mod {name};");
     }
     compare("c-api/src/reports.rs", &list);
-    for reported in REPORTS {
-        compare(&format!("c-api/src/reports/{}.rs", reported.operation), &formatted(&file(reported)));
+    for reported in reports() {
+        compare(&format!("c-api/src/reports/{}.rs", reported.operation), &formatted(&file(&reported)));
     }
 }

@@ -2,8 +2,8 @@
 
 use std::fmt::Write as _;
 
-use surfrecon::params::SCHEMAS;
-use surfrecon::reports::REPORTS;
+use surfrecon::params::schemas;
+use surfrecon::reports::reports;
 
 use crate::c_params::{beside, fields, formatted, names};
 use crate::compare;
@@ -19,12 +19,12 @@ fn structs_of_the_c_tests() {
         "//! Structs of the header by the numbers after their first eight bytes. Written by `make generate`.\n\n\
                    use crate::types::Sized;\n"
             .to_owned();
-    for schema in SCHEMAS {
+    for schema in schemas() {
         let (name, _) = names(schema.operation);
         let numbers = beside(schema).iter().map(|field| numbers_of(field.1)).sum::<usize>();
         let _ = write!(out, "\npub type {} = Sized<{}>;\n", type_name(&name), numbers + fields(schema).len());
     }
-    for reported in REPORTS {
+    for reported in reports() {
         let (mut numbers, mut places) = (0, String::new());
         for field in reported.fields() {
             let _ = writeln!(places, "    pub const {}: usize = {numbers};", field.name.to_uppercase());

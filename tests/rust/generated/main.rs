@@ -37,6 +37,14 @@ fn compare(name: &str, generated: &str) {
     );
 }
 
+/// A committed file with other text between two marks.
+fn between(name: &str, begin: &str, end: &str, text: &str) -> String {
+    let committed = std::fs::read_to_string(root().join(name)).unwrap_or_else(|error| panic!("{name}: {error}"));
+    let (before, rest) = committed.split_once(begin).unwrap_or_else(|| panic!("{name} has no mark {begin}"));
+    let (_, after) = rest.split_once(end).unwrap_or_else(|| panic!("{name} has no mark {end}"));
+    format!("{before}{begin}{text}{end}{after}")
+}
+
 /// The version is said in the workspace's manifest; whatever repeats it, since a registry or a host asks for it, follows.
 #[test]
 fn versions() {

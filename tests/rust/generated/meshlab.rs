@@ -2,8 +2,9 @@
 
 use std::fmt::Write as _;
 
-use surfrecon::params::{Default, Kind, ParamSpec, SCHEMAS};
-use surfrecon::reports::{Kind as Figure, REPORTS, Shape};
+use surfrecon::operations::OPERATIONS;
+use surfrecon::params::{Default, Kind, ParamSpec, schemas};
+use surfrecon::reports::{Kind as Figure, Shape, reports};
 
 use crate::c_params::{is_whole, names};
 use crate::compare;
@@ -47,7 +48,7 @@ fn filters() {
                    // Parameters of the operations. Written by `make generate` from their declarations in the core: change those.\n\
                    #pragma once\n\n#include <cstddef>\n\n#include \"parameter.h\"\n\nnamespace srf {\n"
         .to_owned();
-    for schema in SCHEMAS {
+    for schema in schemas() {
         let (of, _) = names(schema.operation);
         let _ = write!(out, "\ninline const Parameters {}_parameters = {{\n", schema.operation);
         for row in (schema.all)() {
@@ -100,7 +101,7 @@ fn figures() {
                    // Figures of the operations. Written by `make generate` from their declarations in the core: change those.\n\
                    #pragma once\n\n#include \"report.h\"\n\nnamespace srf {\n"
         .to_owned();
-    for reported in REPORTS {
+    for reported in reports() {
         let _ = write!(out, "\ninline const Figures {}_figures = {{\n", reported.operation);
         for field in reported.fields() {
             let kind = match field.figure.kind {
@@ -133,4 +134,39 @@ fn figures() {
     }
     out += "\n}  // namespace srf\n";
     compare("meshlab-plugin/src/reports.h", &out);
+}
+
+/// Names, texts and menus of the filters that are operations. What a filter asks for and does is in the file of the operation's name.
+#[test]
+fn operations() {
+    let mut out = "// SPDX-License-Identifier: GPL-3.0-or-later\n\
+                   // The operations as filters. Written by `make generate` from their declarations in the core: change those.\n\
+                   #pragma once\n\n#include \"filter.h\"\n\nnamespace srf {\n"
+        .to_owned();
+    let mut names = Vec::new();
+    for operation in OPERATIONS {
+        let Some(filter) = operation.meshlab else { continue };
+        let menus: Vec<String> = filter.menus.iter().map(|menu| format!("compat::FilterBase::{menu}")).collect();
+        // What a literal may have at most is exceeded by none, if it is cut at line breaks.
+        let text: Vec<String> = filter.text.split_inclusive("<br>").map(quoted).collect();
+        let _ = write!(
+            out,
+            "\nvoid ask_{0}(const MeshDocument &document, RichParameterList &list);\nOutputs run_{0}(Job &job);\n\
+             inline const Filter {0}_filter = {{\n    {1},\n    {2},\n    {3},\n    {4},\n    compat::FilterBase::{5},\n    ask_{0},\n    run_{0},\n}};\n",
+            operation.name,
+            quoted(filter.label),
+            quoted(filter.id),
+            text.join("\n    "),
+            menus.join(" | "),
+            filter.layers,
+        );
+        names.push(operation.name);
+    }
+    let list: Vec<String> = names.iter().map(|name| format!("    &{name}_filter,\n")).collect();
+    let _ = write!(
+        out,
+        "\ninline const Filter *const operation_filters[] = {{\n{}}};\n\n}}  // namespace srf\n",
+        list.concat()
+    );
+    compare("meshlab-plugin/src/operations.h", &out);
 }

@@ -2,54 +2,81 @@
 
 use std::fmt::Write as _;
 
-use surfrecon::params::{Kind, ParamSpec, SCHEMAS};
-use surfrecon::reports::{Figure, Kind as FigureKind, REPORTS, Shape};
+use surfrecon::operations::{Content, OPERATIONS};
+use surfrecon::params::{Kind, ParamSpec, Schema};
+use surfrecon::reports::{Figure, Kind as FigureKind, Shape, report};
 
 use crate::compare;
 use crate::words::{plain_default, range, rule};
 
 #[test]
 fn parameters() {
-    let mut page = "# Parameters\n\nThe same in every language; generated from the operations' declarations by `make generate`. Lengths are \
-                    in the unit of the scans, angles in radians (Blender and MeshLab show degrees); choices are names, in C numbers \
-                    counted from 1.\n"
+    let mut page = "# Operations and their parameters\n\nThe same in every language. This page is generated from the operations' \
+                    declarations by `make generate`. Lengths are in the unit of the scans, angles in radians (Blender and MeshLab \
+                    show degrees). Choices are names, in C numbers counted from 1. C's structs have the figures of reports that have \
+                    a fixed size.\n"
         .to_owned();
-    for schema in SCHEMAS {
-        let _ = write!(
-            page,
-            "\n## {}\n\n{}\n\n| name | | kind | default | range | meaning | since |\n|---|---|---|---|---|---|---|\n",
-            schema.operation, schema.text
-        );
-        for p in schema.rows {
-            let (name, label, kind) = (p.name, p.label, kind(p));
-            let _ = writeln!(
+    for operation in OPERATIONS {
+        let words = |contents: &[Content]| -> String {
+            let words: Vec<&str> = contents.iter().map(|content| content.words()).collect();
+            words.join(" or ")
+        };
+        let _ = write!(page, "\n## {}\n\n{} Takes {}", operation.name, operation.text, words(operation.takes));
+        if !operation.gives.is_empty() {
+            let _ = write!(page, ", gives {}", words(operation.gives));
+        }
+        page += ".\n";
+        let command = operation.command.map(|_| format!("`surfrecon {}`", operation.name));
+        let hosts = [
+            ("command line", command),
+            ("Blender", operation.blender.map(|operator| format!("*{}*", operator.label))),
+            ("MeshLab", operation.meshlab.map(|filter| format!("*{}*", filter.label))),
+        ];
+        let hosts: Vec<String> =
+            hosts.into_iter().filter_map(|(host, name)| name.map(|name| format!("{host}: {name}"))).collect();
+        if !hosts.is_empty() {
+            let _ = writeln!(page, "\n{}.", hosts.join("; "));
+        }
+        if let Some(schema) = &operation.params {
+            page += &table(schema);
+        }
+        if let Some(reported) = report(operation.name) {
+            let _ = write!(
                 page,
-                "| `{name}` | {label} | {kind} | {} | {} | {} | {} |",
-                default(p),
-                range(p),
-                meaning(p),
-                p.since
+                "\n### Report of {}\n\n{}\n\n| name | | kind | meaning | since |\n|---|---|---|---|---|\n",
+                reported.operation,
+                reported.text()
             );
+            reported.figures().for_each(|figure| page += &row(figure, ""));
         }
-        let mut others: Vec<&str> =
-            (schema.all)().iter().map(|row| row.operation).filter(|other| *other != schema.operation).collect();
-        others.dedup();
-        for other in others {
-            let _ = writeln!(page, "\nAnd those of [{other}](#{other}).");
-        }
-    }
-    page += "\n# Reports\n\nThe figures that operations report, the same in every language. C has those of a fixed size, each of an array that is \
-             named below as a field of its own.\n";
-    for reported in REPORTS {
-        let _ = write!(
-            page,
-            "\n## Report of {}\n\n{}\n\n| name | | kind | meaning | since |\n|---|---|---|---|---|\n",
-            reported.operation,
-            reported.text()
-        );
-        reported.figures().for_each(|figure| page += &row(figure, ""));
     }
     compare("PARAMETERS.md", &page);
+}
+
+/// The parameters of an operation.
+fn table(schema: &Schema) -> String {
+    let mut out = format!(
+        "\n{}\n\n| name | | kind | default | range | meaning | since |\n|---|---|---|---|---|---|---|\n",
+        schema.text
+    );
+    for p in schema.rows {
+        let (name, label, kind) = (p.name, p.label, kind(p));
+        let _ = writeln!(
+            out,
+            "| `{name}` | {label} | {kind} | {} | {} | {} | {} |",
+            default(p),
+            range(p),
+            meaning(p),
+            p.since
+        );
+    }
+    let mut others: Vec<&str> =
+        (schema.all)().iter().map(|row| row.operation).filter(|other| *other != schema.operation).collect();
+    others.dedup();
+    for other in others {
+        let _ = writeln!(out, "\nAnd those of [{other}](#{other}).");
+    }
+    out
 }
 
 /// The row of a figure, and those of the report that it is.

@@ -137,7 +137,7 @@ fn texts(mark: &str) -> String {
 
 #[test]
 fn docstrings() {
-    for schema in surfrecon::params::SCHEMAS {
+    for schema in surfrecon::params::schemas() {
         compare(&format!("python/src/params/{}.txt", schema.operation), &texts(schema.operation));
     }
 }

@@ -6,6 +6,7 @@ import itertools
 import os
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 from .. import _native
 from .._arguments import is_url
@@ -150,6 +151,15 @@ _CRS = Own(
 )
 _THREADS = [row for row in rows("merge") if row.name == "threads"]
 
+
+def _operation(name: str, *, parts: tuple[str, ...] = (), **rest: Any) -> Command:
+    """The command of an operation: its texts, and with its parameters those of `parts`."""
+    files, summary, text = _DECLARED[name]
+    return Command(name, summary, text, files, getattr(operations, name), (name, *parts), **rest)
+
+
+_DECLARED = {operation.name: operation.command for operation in _native.operations() if operation.command}
+
 COMMANDS = {
     command.name: command
     for command in (
@@ -176,15 +186,9 @@ COMMANDS = {
             _written("mesh", "points", "images"),
             meshes=True,
         ),
-        Command(
+        _operation(
             "align",
-            "scans without poses to one frame",
-            "Finds where scans lie that have no poses, and writes a list that places their files. What could lie in "
-            "several places, or nowhere, is left out and named with the reason; that is no error.",
-            "SCANS",
-            operations.align,
-            ("align",),
-            (
+            own=(
                 Own("fixed", "counts", "Numbers of the scans whose poses stay, counted from 0."),
                 Own(
                     "angles",
@@ -194,17 +198,13 @@ COMMANDS = {
                     angles=True,
                 ),
             ),
-            ("conf", "mlp", "aln", "tum"),
+            endings=("conf", "mlp", "aln", "tum"),
             output_is_optional=True,
         ),
-        Command(
+        _operation(
             "merge",
-            "placed scans to one surface",
-            "Merges scans that have their poses into one welded surface, with colours and confidence.",
-            "SCANS",
-            operations.merge,
-            ("merge", "triangulate"),
-            (
+            parts=("triangulate",),
+            own=(
                 Own("measure", "flag", "Measures how far the surface lies from the scans."),
                 Own(
                     "workspace",
@@ -221,7 +221,7 @@ COMMANDS = {
                     "killed.",
                 ),
             ),
-            _MESHES,
+            endings=_MESHES,
             meshes=True,
         ),
         Command(
@@ -252,48 +252,28 @@ COMMANDS = {
             ("json",),
             urls=True,
         ),
-        Command(
+        _operation(
             "sculpt",
-            "a range image to few triangles within a tolerance",
-            "Makes a mesh of few triangles of one range image, which stays within a tolerance of every sample.",
-            "SCAN",
-            operations.sculpt,
-            ("sculpt", "triangulate"),
-            (_SCAN,),
-            _MESHES,
+            parts=("triangulate",),
+            own=(_SCAN,),
+            endings=_MESHES,
             meshes=True,
         ),
-        Command(
+        _operation(
             "quads",
-            "a range image to a regular grid of quads",
-            "Makes a regular grid of quads of one range image, dense where the surface bends.",
-            "SCAN",
-            operations.quads,
-            ("quads",),
-            (_SCAN,),
-            _written("quads"),
+            own=(_SCAN,),
+            endings=_written("quads"),
         ),
-        Command(
+        _operation(
             "reconstruct",
-            "a surface through scattered points",
-            "Makes a surface through scattered points, closed or open. Of a mesh the vertices are taken, of a "
-            "range image the samples.",
-            "POINTS",
-            operations.reconstruct,
-            ("reconstruct",),
-            (_SCAN,),
-            _MESHES,
+            own=(_SCAN,),
+            endings=_MESHES,
             meshes=True,
         ),
-        Command(
+        _operation(
             "cluster",
-            "a dense mesh, or points, to few well-shaped triangles",
-            "Replaces a dense mesh by a coarse one of well-shaped triangles, or by a chain of levels of detail.",
-            "MESH",
-            operations.cluster,
-            ("cluster",),
-            (_SCAN, Own("levels", "counts", "Vertices of each level of detail, most first: all go into one .glb.")),
-            _MESHES,
+            own=(_SCAN, Own("levels", "counts", "Vertices of each level of detail, most first: all go into one .glb.")),
+            endings=_MESHES,
             meshes=True,
         ),
         Command(

@@ -139,8 +139,6 @@ def _tell_outside(work: Work, path: str, scans: Sequence[_native.Scan]) -> None:
         )
 
 
-# What the core says of cells that grew.
-_COARSER = "coarser, to fit into memory"
 _IN_FILES = "--workspace DIR (workspace) merges in files, into a .ply file, with the cells as they are"
 
 
@@ -156,7 +154,7 @@ def merge(work: Work) -> Made:
     except OutOfMemoryError as problem:
         raise OutOfMemoryError(f"{problem}; {_IN_FILES}") from None
     report: Report = result.report
-    if result.report.voxel_reason == _COARSER:
+    if result.report.voxel_reason == "memory":
         work.note(f"the cells were made coarser, to fit into memory: {_IN_FILES}")
     _warn(work, report)
     lines = [_counts(result.mesh), _cells(report)]
@@ -248,7 +246,13 @@ def _refuse_scans_like_parts(work: Work, scans: _native.ScanSet) -> None:
 
 def _cells(report: Report) -> str:
     scans = "1 scan" if report.scans == 1 else f"{report.scans} scans"
-    return f"{scans}, cells of {report.voxel:.4g}: {report.voxel_reason}"
+    return f"{scans}, cells of {report.voxel:.4g}: {_label('merge', 'voxel_reason', report.voxel_reason)}"
+
+
+def _label(operation: str, figure: str, choice: str) -> str:
+    """A choice as people read it."""
+    choices = next(row.choices for row in _native.figures(operation) if row.name == figure)
+    return next(label for name, label, _ in choices if name == choice)
 
 
 def sculpt(work: Work) -> Made:

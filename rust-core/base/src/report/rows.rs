@@ -65,7 +65,7 @@ pub const fn warning(label: &'static str, kinds: &'static [Choice]) -> Figure {
 
 /// The stages with their wall-clock seconds.
 pub const fn stages() -> Figure {
-    row("Seconds", Kind::Stage).list()
+    row("Time", Kind::Stage).list()
 }
 
 /// A report of its own.

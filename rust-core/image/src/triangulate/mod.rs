@@ -19,12 +19,27 @@ use crate::range_image::{RangeImage, confidence, repeats};
 use base::error::{Error, Result, Shown};
 use base::magnitude;
 use base::memory;
+use base::operation::{Content, Operation};
 use base::params::{angle, length};
 use base::progress::Progress;
 use mesh::{Attribute, TriMesh};
 
 /// At the peak; measured.
 const BYTES_A_SAMPLE: f64 = 82.0;
+
+/// What is declared of the operation.
+pub const OPERATION: Operation = Operation {
+    name: "triangulate",
+    text: "Makes triangles of a range image, without those across jumps.",
+    since: "0.1",
+    takes: &[Content::Image],
+    gives: &[Content::Mesh],
+    params: Some(SCHEMA),
+    report: &[],
+    command: None,
+    blender: None,
+    meshlab: None,
+};
 
 base::params! {
     /// How range images become surfaces: limits of the step-discontinuity triangulation.

@@ -25,6 +25,7 @@ pub(crate) mod faults;
 mod glb;
 mod names;
 mod obj;
+mod operation;
 mod ply;
 mod poses;
 mod provenance;
@@ -40,6 +41,7 @@ pub use conf::{PlacedFile, write_conf, write_scan_list};
 pub use crs::{crs_note, tell_left_out};
 pub use glb::{GlbNode, GlbOptions, Up, write_glb};
 pub use obj::{Polygons, write_obj, write_obj_polygons};
+pub use operation::OPERATION;
 pub use ply::{
     PlyEncoding, PlyOptions, PositionType, part_path, range_grid_frame, write_ply, write_ply_in_pieces,
     write_points_ply, write_quads_ply, write_range_grid_ply,

@@ -43,6 +43,7 @@ mod las;
 #[path = "las/absent.rs"]
 mod las;
 mod obj;
+mod operation;
 mod options;
 mod overlap;
 mod pcd;
@@ -82,6 +83,7 @@ use mesh::Crs;
 pub use crs::provenance;
 pub use image::frame::Camera;
 pub use kept::Kept;
+pub use operation::OPERATION;
 pub use options::{CameraAxes, PixelMeaning, PoseSense, ReadOptions, SCHEMA};
 pub use registry::{Format, formats};
 use registry::{Role, format_of, is_known_by_content};

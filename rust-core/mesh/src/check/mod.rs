@@ -8,7 +8,23 @@ use std::fmt;
 use super::TriMesh;
 use base::error::{Error, Result};
 use base::memory;
+use base::operation::{Content, Operation};
 use base::progress::Progress;
+use base::report::Report as _;
+
+/// What is declared of the operation.
+pub const OPERATION: Operation = Operation {
+    name: "check",
+    text: "Checks whether a mesh is what a surface must be, and finds its topology.",
+    since: "0.1",
+    takes: &[Content::Mesh],
+    gives: &[],
+    params: None,
+    report: &[CheckReport::SCHEMA],
+    command: None,
+    blender: None,
+    meshlab: None,
+};
 
 base::report! {
     /// What a mesh is as a surface: counts, and what follows from them. Triangles that name a vertex out of range or a vertex twice are counted, then left out of all that follows; so are vertices without a triangle.

@@ -1,0 +1,76 @@
+//! The core's operations: what each takes and gives, and what it is called where.
+
+use pyo3::prelude::*;
+use surfrecon::operations::{self, Command, Content, Filter, OPERATIONS, Operator};
+
+/// One operation, as the library itself defines it.
+#[pyclass(frozen, module = "surfrecon")]
+pub struct Operation {
+    operation: &'static operations::Operation,
+}
+
+fn words(contents: &'static [Content]) -> Vec<&'static str> {
+    contents.iter().map(|content| content.words()).collect()
+}
+
+#[pymethods]
+impl Operation {
+    /// Name, the same in every language.
+    #[getter]
+    fn name(&self) -> &'static str {
+        self.operation.name
+    }
+
+    /// What it does, in a sentence.
+    #[getter]
+    fn text(&self) -> &'static str {
+        self.operation.text
+    }
+
+    /// The version of the library it came with.
+    #[getter]
+    fn since(&self) -> &'static str {
+        self.operation.since
+    }
+
+    /// What it takes, in words.
+    #[getter]
+    fn takes(&self) -> Vec<&'static str> {
+        words(self.operation.takes)
+    }
+
+    /// What it gives, in words.
+    #[getter]
+    fn gives(&self) -> Vec<&'static str> {
+        words(self.operation.gives)
+    }
+
+    /// Its command on the command line: what its files are called, what it does in a line, and in full. ``None``: it has none.
+    #[getter]
+    fn command(&self) -> Option<(&'static str, &'static str, &'static str)> {
+        self.operation.command.map(|Command { files, summary, text }| (files, summary, text))
+    }
+
+    /// Its operator in Blender: identifier, name for people, tip. ``None``: it has none.
+    #[getter]
+    fn operator(&self) -> Option<(&'static str, &'static str, &'static str)> {
+        self.operation.blender.map(|Operator { id, label, text }| (id, label, text))
+    }
+
+    /// Its filter in MeshLab: name for people, name in pymeshlab. ``None``: it has none.
+    #[getter]
+    fn filter(&self) -> Option<(&'static str, &'static str)> {
+        self.operation.meshlab.map(|Filter { label, id, .. }| (label, id))
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<Operation {}: {}>", self.operation.name, self.operation.text)
+    }
+}
+
+/// Every operation of the library, in the order of the work.
+#[pyfunction]
+#[pyo3(name = "operations")]
+pub fn all() -> Vec<Operation> {
+    OPERATIONS.iter().map(|operation| Operation { operation }).collect()
+}

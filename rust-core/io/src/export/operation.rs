@@ -1,0 +1,21 @@
+//! What hosts need to know of writing files.
+
+use base::operation::{Content, Operation, Operator};
+
+/// What is declared of the operation.
+pub const OPERATION: Operation = Operation {
+    name: "write",
+    text: "Writes meshes into files.",
+    since: "0.1",
+    takes: &[Content::Mesh],
+    gives: &[Content::Files],
+    params: Some(super::SCHEMA),
+    report: &[],
+    command: None,
+    blender: Some(Operator {
+        id: "export_scans",
+        label: "Export Range Scans",
+        text: "Export the selected range scans with their grids and poses",
+    }),
+    meshlab: None,
+};

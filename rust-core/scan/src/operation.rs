@@ -1,0 +1,21 @@
+//! What hosts need to know of the operation.
+
+use base::operation::{Content, Operation, Operator};
+
+/// What is declared of the operation.
+pub const OPERATION: Operation = Operation {
+    name: "scan",
+    text: "Makes range images of any mesh, with the errors that a scanner makes.",
+    since: "0.1",
+    takes: &[Content::Mesh],
+    gives: &[Content::Image],
+    params: Some(crate::SCHEMA),
+    report: &[],
+    command: None,
+    blender: Some(Operator {
+        id: "virtual_scan",
+        label: "Virtual Scan",
+        text: "Scan the selected objects with the scene's cameras as a real scanner would, with the noise and gaps asked for",
+    }),
+    meshlab: None,
+};
