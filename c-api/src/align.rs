@@ -163,7 +163,7 @@ fn add(aligner: *mut srf_aligner, added: impl IntoIterator<Item = Source>) -> Re
 /// returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_aligner_add_image(aligner: *mut srf_aligner, image: *const srf_image) -> srf_status {
-    guard(|| add(aligner, [Source::of_image(image)?]))
+    guard(|| add(aligner, [sources::of_image(image)?]))
 }
 
 /// Adds an oriented mesh as it is now.
@@ -179,7 +179,7 @@ pub unsafe extern "C" fn srf_aligner_add_mesh(
     world_from_mesh: *const srf_pose,
     name: *const c_char,
 ) -> srf_status {
-    guard(|| add(aligner, [Source::of_mesh(mesh, world_from_mesh, name)?]))
+    guard(|| add(aligner, [sources::of_mesh(mesh, world_from_mesh, name)?]))
 }
 
 /// Adds points as they are now, by their normals; their place is the cloud's.
@@ -193,7 +193,7 @@ pub unsafe extern "C" fn srf_aligner_add_cloud(
     cloud: *const srf_cloud,
     name: *const c_char,
 ) -> srf_status {
-    guard(|| add(aligner, [Source::of_cloud(cloud, name)?]))
+    guard(|| add(aligner, [sources::of_cloud(cloud, name)?]))
 }
 
 /// Adds all scans of a set; they are read once, when they are first needed, one a thread at a time, and their samples are not kept.
@@ -203,7 +203,7 @@ pub unsafe extern "C" fn srf_aligner_add_cloud(
 /// returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_aligner_add_scans(aligner: *mut srf_aligner, scans: *const srf_scans) -> srf_status {
-    guard(|| add(aligner, Source::of_scans(scans)?))
+    guard(|| add(aligner, sources::of_scans(scans)?))
 }
 
 /// Adds a scan whose range image a function makes: it is made when it is first needed, one a thread at a time, and its samples are not kept.
@@ -219,7 +219,7 @@ pub unsafe extern "C" fn srf_aligner_add_source(
     world_from_sensor: *const srf_pose,
     name: *const c_char,
 ) -> srf_status {
-    guard(|| add(aligner, [Source::of_source(source, world_from_sensor, name)?]))
+    guard(|| add(aligner, [sources::of_source(source, world_from_sensor, name)?]))
 }
 
 /// How many scans were added.

@@ -1,8 +1,11 @@
 //! Scans whose range images the caller makes when they are needed.
 
+use std::borrow::Cow;
 use std::ffi::c_void;
 
 use glam::DAffine3;
+use surfrecon::source::{Loading, OrientedSurface, ScanSource};
+use surfrecon::triangulate::TriangulateParams;
 use surfrecon::{Error, Progress, RangeImage};
 
 use crate::image::{Image, srf_image};
@@ -65,7 +68,7 @@ impl MadeScan {
     }
 
     /// Has the caller make it.
-    pub fn image(&self, progress: &Progress<'_>) -> surfrecon::Result<RangeImage> {
+    fn made(&self, progress: &Progress<'_>) -> surfrecon::Result<RangeImage> {
         progress.check()?;
         let mut made = std::ptr::null_mut();
         let user = std::ptr::with_exposed_provenance_mut(self.user);
@@ -94,5 +97,23 @@ impl MadeScan {
         let why = if text.is_empty() { last_error::short_text(answer) } else { text };
         let text = format!("{}: the source could not make its image: {why}", self.name);
         if answer == SRF_ERR_OUT_OF_MEMORY as i32 { Error::OutOfMemory(text) } else { Error::input(text) }
+    }
+}
+
+impl ScanSource for MadeScan {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn load(&self, loading: &Loading, progress: &Progress<'_>) -> surfrecon::Result<OrientedSurface> {
+        self.made(progress)?.load(loading, progress)
+    }
+
+    fn image(&self, progress: &Progress<'_>) -> surfrecon::Result<Option<Cow<'_, RangeImage>>> {
+        Ok(Some(Cow::Owned(self.made(progress)?)))
+    }
+
+    fn content(&self, triangulation: &TriangulateParams, progress: &Progress<'_>) -> surfrecon::Result<u64> {
+        self.made(progress)?.content(triangulation, progress)
     }
 }

@@ -148,7 +148,7 @@ pub unsafe extern "C" fn srf_merger_free(merger: *mut srf_merger) -> srf_status 
 /// returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_merger_add_image(merger: *mut srf_merger, image: *const srf_image) -> srf_status {
-    guard(|| add(merger, [Source::of_image(image)?]))
+    guard(|| add(merger, [sources::of_image(image)?]))
 }
 
 /// Adds an oriented mesh as it is now; its vertex attributes confidence and colour are used if there.
@@ -164,7 +164,7 @@ pub unsafe extern "C" fn srf_merger_add_mesh(
     world_from_mesh: *const srf_pose,
     name: *const c_char,
 ) -> srf_status {
-    guard(|| add(merger, [Source::of_mesh(mesh, world_from_mesh, name)?]))
+    guard(|| add(merger, [sources::of_mesh(mesh, world_from_mesh, name)?]))
 }
 
 /// Adds all scans of a set; they are read when the merge runs, one a thread at a time, and not kept.
@@ -173,7 +173,7 @@ pub unsafe extern "C" fn srf_merger_add_mesh(
 /// returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_merger_add_scans(merger: *mut srf_merger, scans: *const srf_scans) -> srf_status {
-    guard(|| add(merger, Source::of_scans(scans)?))
+    guard(|| add(merger, sources::of_scans(scans)?))
 }
 
 /// Adds a scan of a set; it is read when the merge runs, and not kept.
@@ -187,7 +187,7 @@ pub unsafe extern "C" fn srf_merger_add_scan(
     scans: *const srf_scans,
     of_set: usize,
 ) -> srf_status {
-    guard(|| add(merger, [Source::of_scan(scans, "of_set", of_set)?]))
+    guard(|| add(merger, [sources::of_scan(scans, "of_set", of_set)?]))
 }
 
 /// Adds a scan whose range image a function makes: it is made when the merge runs, one a thread at a time, and not kept.
@@ -203,7 +203,7 @@ pub unsafe extern "C" fn srf_merger_add_source(
     world_from_sensor: *const srf_pose,
     name: *const c_char,
 ) -> srf_status {
-    guard(|| add(merger, [Source::of_source(source, world_from_sensor, name)?]))
+    guard(|| add(merger, [sources::of_source(source, world_from_sensor, name)?]))
 }
 
 /// Number of scans. They are counted from 0 in the order of adding; those after one that is removed move up.
@@ -235,7 +235,7 @@ pub unsafe extern "C" fn srf_merger_replace_by_image(
     index: usize,
     image: *const srf_image,
 ) -> srf_status {
-    guard(|| replace(merger, index, Source::of_image(image)?))
+    guard(|| replace(merger, index, sources::of_image(image)?))
 }
 
 /// Puts an oriented mesh as it is now in the place of a scan; as srf_merger_add_mesh().
@@ -253,7 +253,7 @@ pub unsafe extern "C" fn srf_merger_replace_by_mesh(
     world_from_mesh: *const srf_pose,
     name: *const c_char,
 ) -> srf_status {
-    guard(|| replace(merger, index, Source::of_mesh(mesh, world_from_mesh, name)?))
+    guard(|| replace(merger, index, sources::of_mesh(mesh, world_from_mesh, name)?))
 }
 
 /// Puts a scan of a set in the place of a scan; it is read when the merge runs.
@@ -269,7 +269,7 @@ pub unsafe extern "C" fn srf_merger_replace_by_scan(
     scans: *const srf_scans,
     of_set: usize,
 ) -> srf_status {
-    guard(|| replace(merger, index, Source::of_scan(scans, "of_set", of_set)?))
+    guard(|| replace(merger, index, sources::of_scan(scans, "of_set", of_set)?))
 }
 
 /// Puts a scan whose range image a function makes in the place of a scan; as srf_merger_add_source().
@@ -287,7 +287,7 @@ pub unsafe extern "C" fn srf_merger_replace_by_source(
     world_from_sensor: *const srf_pose,
     name: *const c_char,
 ) -> srf_status {
-    guard(|| replace(merger, index, Source::of_source(source, world_from_sensor, name)?))
+    guard(|| replace(merger, index, sources::of_source(source, world_from_sensor, name)?))
 }
 
 /// Says whether each run keeps what it found out for the next, which then loads and counts only those scans that are new to it, and

@@ -1,35 +1,24 @@
 //! Sculpting a range image to few triangles within a tolerance.
 
-use std::borrow::Borrow;
-
 use surfrecon::Progress;
-use surfrecon::range_image::RangeImage;
 use surfrecon::reports::Report as _;
 use surfrecon::sculpt::{SculptParams, Sculpted, Sculptor, Tolerance};
 
 use crate::guard::guard;
-use crate::handle::{self, Shared, handle};
-use crate::image::{Image, srf_image};
+use crate::handle::{self, handle};
+use crate::image::srf_image;
 use crate::mesh::srf_mesh;
 use crate::params::sculpt::srf_sculpt_params;
 use crate::progress::{srf_progress, watched};
 use crate::reports::sculpt::srf_sculpt_report;
 use crate::settings::from_data;
+use crate::sources::KeptImage;
 use crate::status::{Failure, srf_status};
 use crate::{params, pointer, report, sized};
 
-/// An image that its sculptor keeps.
-pub struct Kept(Shared<Image>);
-
-impl Borrow<RangeImage> for Kept {
-    fn borrow(&self) -> &RangeImage {
-        &self.0.image
-    }
-}
-
 /// An image ready to be sculpted, and the tolerance that is meant where none is given.
 pub struct Prepared {
-    sculptor: Sculptor<Kept>,
+    sculptor: Sculptor<KeptImage>,
     tolerance: Tolerance,
 }
 
@@ -61,7 +50,7 @@ pub unsafe extern "C" fn srf_sculptor_create(
         let image = handle::get("image", image)?;
         let params = params::read::<SculptParams, _>("params", params)?;
         watched(progress, |progress| {
-            let sculptor = Sculptor::prepare(Kept(image), &params, progress)?;
+            let sculptor = Sculptor::prepare(KeptImage(image), &params, progress)?;
             handle::give("out_sculptor", out_sculptor, Prepared { sculptor, tolerance: params.tolerance })
         })
     })

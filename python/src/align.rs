@@ -20,7 +20,7 @@ use crate::memory_folder::Place;
 use crate::params::{params, params_only};
 use crate::progress::Watch;
 use crate::ready::{ReadCall, Ready};
-use crate::sources::Source;
+use crate::sources::{self, Source};
 
 /// Brings scans to one frame: finds where each lies from what overlaps, in any order and from any poses.
 ///
@@ -161,7 +161,7 @@ impl Alignment {
     /// out.
     #[getter]
     fn scans<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
-        let scans = self.placed().map(|(source, pose)| source.placed(py, pose));
+        let scans = self.placed().map(|(source, pose)| sources::placed(py, source, pose));
         PyList::new(py, scans.collect::<PyResult<Vec<_>>>()?)
     }
 
@@ -245,22 +245,21 @@ fn name_in(list: &Path, file: &Path) -> PathBuf {
 }
 
 fn file_of(source: &Source, world_from_file: DAffine3, list: &Path, is_list: bool) -> PyResult<PlacedFile> {
-    use surfrecon::merge::ScanSource as _;
     let file = match source {
-        Source::File(scan) if scan.scale() != 1.0 => {
+        Source::Read(scan) if scan.scale() != 1.0 => {
             return Err(input_error(format!(
                 "{:?} has another size than its file, which a list of poses can't say: write it to a file with surfrecon.write() and align that",
                 scan.name
             )));
         }
-        Source::File(scan) if is_list && scan.is_depth_image() => {
+        Source::Read(scan) if is_list && scan.is_depth_image() => {
             return Err(input_error(format!(
                 "{:?} is a depth image, and a list of this kind does not say its camera: write the poses as .tum, and open the images with it and \
                  the camera",
                 scan.name
             )));
         }
-        Source::File(scan) if scan.part == 0 => {
+        Source::Read(scan) if scan.part == 0 => {
             let inside = name_in(list, &scan.path);
             if is_list && inside == scan.path && MemoryFolder::of(&scan.path).is_some() {
                 return Err(input_error(format!(
@@ -276,11 +275,11 @@ fn file_of(source: &Source, world_from_file: DAffine3, list: &Path, is_list: boo
             };
             inside.replace('\\', "/")
         }
-        other if !is_list => other.name().to_owned(),
+        other if !is_list => other.as_source().name().to_owned(),
         other => {
             return Err(input_error(format!(
                 "{:?} is no file of its own, so that no list can place it: write each scan to a file with surfrecon.write() and align the files, or write the poses as .tum",
-                other.name()
+                other.as_source().name()
             )));
         }
     };

@@ -12,7 +12,7 @@ use surfrecon::threads::Exclusive;
 use crate::incremental::Incremental;
 use crate::merge::{MergeCall, MergeResult, store};
 use crate::paths::FsPath;
-use crate::sources::{Clouds, Source, source, sources};
+use crate::sources::{Clouds, Source, object, source, sources};
 
 /// Scans that are merged again and again while they are added, replaced and removed: each merge keeps what it found out for the
 /// next, which then reads and counts only those scans that are new to it, and renews what these have a part in. The result
@@ -129,13 +129,13 @@ impl Merger {
             let scans = self.scans();
             scans.list[scans.place(index)?].1.clone()
         };
-        scan.object(py)
+        object(py, &scan)
     }
 
     fn __iter__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyIterator>> {
         // As they are now: others may be added and removed meanwhile.
         let list = self.scans().list.clone();
-        PyList::new(py, list.iter().map(|scan| scan.1.object(py)).collect::<PyResult<Vec<_>>>()?)?.try_iter()
+        PyList::new(py, list.iter().map(|scan| object(py, &scan.1)).collect::<PyResult<Vec<_>>>()?)?.try_iter()
     }
 
     fn __setitem__(&self, index: isize, scan: &Bound<'_, PyAny>) -> PyResult<()> {

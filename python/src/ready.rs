@@ -172,10 +172,10 @@ impl Points {
     fn of(source: &Source, progress: &Progress<'_>) -> surfrecon::Result<Self> {
         let list = |at: &[DVec3]| Points { at: at.to_vec(), grid: None };
         let read = match source {
-            Source::File(scan) => scan.read_with(progress)?,
+            Source::Read(scan) => scan.read_with(progress)?,
             Source::Image(image) => return Points::of_image(image),
-            Source::Mesh { mesh, .. } => return Ok(list(&mesh.positions)),
-            Source::Cloud { cloud, .. } => return Ok(list(&cloud.positions)),
+            Source::Mesh(placed) => return Ok(list(&placed.mesh.positions)),
+            Source::Cloud(placed) => return Ok(list(&placed.cloud.positions)),
         };
         match read {
             Content::RangeImage(image) => Points::of_image(&image),

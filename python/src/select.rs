@@ -6,6 +6,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use surfrecon::Progress;
 use surfrecon::plane::{DominantPlane, PlaneParams, dominant};
+use surfrecon::source::{PlacedCloud, PlacedMesh};
 
 use crate::edit::{Edit, edits};
 use crate::params::params;
@@ -13,7 +14,7 @@ use crate::progress::Watch;
 use crate::regions::Plane;
 use crate::scans::ScanSet;
 use crate::similarity::Given;
-use crate::sources::{Clouds, Source, as_dyn, sources};
+use crate::sources::{self, Clouds, Source, as_dyn, sources};
 
 /// A scan of any kind with an edit; errors name it.
 fn of_source(edit: &Edit, source: Source, progress: &Progress<'_>) -> surfrecon::Result<Source> {
@@ -22,25 +23,26 @@ fn of_source(edit: &Edit, source: Source, progress: &Progress<'_>) -> surfrecon:
         other => other,
     };
     Ok(match source {
-        Source::File(mut scan) => {
+        Source::Read(mut scan) => {
             match edit {
                 Edit::Select(selection) => scan.select(selection.clone()),
                 Edit::Transform(similarity) => scan.transform(similarity)?,
                 Edit::Nothing => {}
             }
-            Source::File(scan)
+            Source::Read(scan)
         }
         Source::Image(image) => {
             Source::Image(Arc::new(edit.of_image(&image, progress).map_err(|error| named(&image.name, error))?))
         }
-        Source::Mesh { name, mesh, world_from_mesh } => {
+        Source::Mesh(PlacedMesh { name, mesh, world_from_mesh }) => {
             let edited = edit.of_mesh(&mesh, world_from_mesh, progress);
             let (mesh, world_from_mesh) = edited.map_err(|error| named(&name, error))?;
-            Source::Mesh { name, mesh: Arc::new(mesh), world_from_mesh }
+            Source::Mesh(PlacedMesh { name, mesh: Arc::new(mesh), world_from_mesh })
         }
-        Source::Cloud { name, cloud } => {
+        Source::Cloud(PlacedCloud { name, cloud, .. }) => {
             let cloud = edit.of_cloud(&cloud, progress).map_err(|error| named(&name, error))?;
-            Source::Cloud { name, cloud: Arc::new(cloud) }
+            let world_from_cloud = cloud.world_from_cloud;
+            Source::Cloud(PlacedCloud { name, cloud: Arc::new(cloud), world_from_cloud })
         }
     })
 }
@@ -68,7 +70,7 @@ fn edited<'py>(
             sources.into_iter().zip(&edits).map(one).collect::<surfrecon::Result<Vec<_>>>()
         })
     })?;
-    let placed = edited.iter().map(|source| source.placed(py, source.world_from_scan()));
+    let placed = edited.iter().map(|source| sources::placed(py, source, source.world_from_scan()));
     Ok(PyList::new(py, placed.collect::<PyResult<Vec<_>>>()?)?.into_any())
 }
 

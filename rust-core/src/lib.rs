@@ -25,7 +25,7 @@ pub use cluster;
 #[doc(inline)]
 pub use geom;
 #[doc(inline)]
-pub use image::{frame, range_image, rigid, select, triangulate, vertices};
+pub use image::{frame, range_image, rigid, select, source, triangulate, vertices};
 #[doc(inline)]
 pub use io::{export, import, memory_folder};
 #[doc(inline)]

@@ -258,7 +258,7 @@ fn where_memory_chooses_the_cell_equal_calls_give_equal_surfaces() {
         mesh: &mesh,
         world_from_mesh: DAffine3::from_translation(DVec3::new(3.0, 0.2, 0.1) * i as f64),
     };
-    let scans: Vec<PlacedMesh<'_>> = (0..7).map(place).collect();
+    let scans: Vec<PlacedMesh<&surfrecon::TriMesh>> = (0..7).map(place).collect();
     let mut sources: Vec<&dyn ScanSource> = scans.iter().map(|scan| scan as &dyn ScanSource).collect();
     let as_given = sources.clone();
     let params = |threads| MergeParams { threads, ..MergeParams::default() };

@@ -1,6 +1,6 @@
 //! Where the merge gets its scans from: each is loaded when its turn comes and dropped afterwards.
 
-use std::borrow::Cow;
+use std::borrow::{Borrow, Cow};
 use std::hash::Hasher as _;
 use std::path::Path;
 
@@ -268,34 +268,35 @@ impl ScanSource for RangeImage {
 
 /// A mesh in memory, with its name and its place in the world.
 #[derive(Clone, Debug)]
-pub struct PlacedMesh<'a> {
+pub struct PlacedMesh<M> {
     /// Name for messages.
     pub name: String,
     /// The mesh; its vertex attributes `confidence` and `colour` are used if there.
-    pub mesh: &'a TriMesh,
+    pub mesh: M,
     /// Places it in the world.
     pub world_from_mesh: DAffine3,
 }
 
-impl ScanSource for PlacedMesh<'_> {
+impl<M: Borrow<TriMesh> + Sync> ScanSource for PlacedMesh<M> {
     fn name(&self) -> &str {
         &self.name
     }
 
     fn load(&self, _: &Loading, _: &Progress<'_>) -> Result<OrientedSurface> {
-        named(&self.name, OrientedSurface::from_mesh(self.mesh, self.world_from_mesh))
+        named(&self.name, OrientedSurface::from_mesh(self.mesh.borrow(), self.world_from_mesh))
     }
 
     fn crs(&self) -> Result<Option<Crs>> {
-        Ok(self.mesh.crs.clone().filter(|_| self.world_from_mesh == DAffine3::IDENTITY))
+        Ok(self.mesh.borrow().crs.clone().filter(|_| self.world_from_mesh == DAffine3::IDENTITY))
     }
 
     fn content(&self, _: &TriangulateParams, _: &Progress<'_>) -> Result<u64> {
+        let mesh = self.mesh.borrow();
         let mut content = Content::of(&self.world_from_mesh);
-        content.add(&self.mesh.positions);
-        content.add(&self.mesh.triangles);
+        content.add(&mesh.positions);
+        content.add(&mesh.triangles);
         for name in ["confidence", "colour"] {
-            match self.mesh.vertex_attribute(name) {
+            match mesh.vertex_attribute(name) {
                 Some(AttributeData::F32(values)) => content.add(values),
                 Some(AttributeData::Colour(values)) => content.add(values),
                 _ => content.add::<u8>(&[]),
@@ -307,16 +308,16 @@ impl ScanSource for PlacedMesh<'_> {
 
 /// A point cloud as a scan that can be aligned; merging takes a surface.
 #[derive(Clone, Debug)]
-pub struct PlacedCloud<'a> {
+pub struct PlacedCloud<C> {
     /// Name for messages.
     pub name: String,
     /// The points, with normals.
-    pub cloud: &'a PointCloud,
+    pub cloud: C,
     /// Places them in the world.
     pub world_from_cloud: DAffine3,
 }
 
-impl ScanSource for PlacedCloud<'_> {
+impl<C: Borrow<PointCloud> + Sync> ScanSource for PlacedCloud<C> {
     fn name(&self) -> &str {
         &self.name
     }
@@ -326,15 +327,68 @@ impl ScanSource for PlacedCloud<'_> {
     }
 
     fn crs(&self) -> Result<Option<Crs>> {
-        Ok(self.cloud.crs.clone())
+        Ok(self.cloud.borrow().crs.clone())
     }
 
     fn oriented_points(&self, _: &Progress<'_>) -> Result<OrientedPoints> {
-        named(&self.name, OrientedPoints::of_cloud(self.cloud, self.world_from_cloud))
+        named(&self.name, OrientedPoints::of_cloud(self.cloud.borrow(), self.world_from_cloud))
     }
 
     fn places(&self, progress: &Progress<'_>) -> Result<Places> {
-        named(&self.name, Places::of_cloud(self.cloud, self.world_from_cloud, progress))
+        named(&self.name, Places::of_cloud(self.cloud.borrow(), self.world_from_cloud, progress))
+    }
+}
+
+/// A scan that is read, or made, whenever it is needed.
+pub trait Read {
+    /// As merging and aligning take it.
+    fn as_source(&self) -> &dyn ScanSource;
+
+    /// The pose that it has.
+    fn world_from_scan(&self) -> DAffine3;
+}
+
+/// A scan as a host hands it in: owned, named and placed. The host's objects may change or vanish while the work runs.
+///
+/// How a host shares images (`I`), meshes (`M`) and clouds (`C`) is its matter, such as by [`std::sync::Arc`]; `R` are its scans
+/// that are read or made.
+#[derive(Clone, Debug)]
+pub enum Scan<I, M, C, R> {
+    /// A range image in memory.
+    Image(I),
+    /// A mesh in memory.
+    Mesh(PlacedMesh<M>),
+    /// A point cloud in memory.
+    Cloud(PlacedCloud<C>),
+    /// One that is read, or made, when its turn comes.
+    Read(R),
+}
+
+impl<I, M, C, R> Scan<I, M, C, R>
+where
+    I: Borrow<RangeImage>,
+    M: Borrow<TriMesh> + Sync,
+    C: Borrow<PointCloud> + Sync,
+    R: Read,
+{
+    /// As merging and aligning take it.
+    pub fn as_source(&self) -> &dyn ScanSource {
+        match self {
+            Scan::Image(image) => image.borrow(),
+            Scan::Mesh(mesh) => mesh,
+            Scan::Cloud(cloud) => cloud,
+            Scan::Read(scan) => scan.as_source(),
+        }
+    }
+
+    /// The pose that it has.
+    pub fn world_from_scan(&self) -> DAffine3 {
+        match self {
+            Scan::Image(image) => image.borrow().world_from_sensor,
+            Scan::Mesh(mesh) => mesh.world_from_mesh,
+            Scan::Cloud(cloud) => cloud.world_from_cloud,
+            Scan::Read(scan) => scan.world_from_scan(),
+        }
     }
 }
 

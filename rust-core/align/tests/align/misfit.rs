@@ -25,7 +25,7 @@ fn bent(which: usize, change: impl Fn(DVec3) -> DVec3) -> (Vec<TriMesh>, Vec<DAf
 }
 
 fn aligned(meshes: &[TriMesh]) -> Alignment {
-    let placed: Vec<PlacedMesh> = meshes
+    let placed: Vec<PlacedMesh<&TriMesh>> = meshes
         .iter()
         .enumerate()
         .map(|(k, mesh)| PlacedMesh { name: format!("mesh {k}"), mesh, world_from_mesh: DAffine3::IDENTITY })
@@ -63,7 +63,7 @@ fn warp_is_said() {
 #[test]
 fn the_map_shows_where() {
     let (meshes, poses) = bent(2, |p| if p.z > 0.25 { 1.01 * p } else { p });
-    let placed: Vec<PlacedMesh> = meshes
+    let placed: Vec<PlacedMesh<&TriMesh>> = meshes
         .iter()
         .map(|mesh| PlacedMesh { name: String::new(), mesh, world_from_mesh: DAffine3::IDENTITY })
         .collect();

@@ -291,6 +291,16 @@ enum Damage {
     LeftOut,
 }
 
+impl image::source::Read for Scan {
+    fn as_source(&self) -> &dyn ScanSource {
+        self
+    }
+
+    fn world_from_scan(&self) -> DAffine3 {
+        self.world_from_sensor
+    }
+}
+
 impl ScanSource for Scan {
     fn name(&self) -> &str {
         &self.name

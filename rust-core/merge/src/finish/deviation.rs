@@ -88,7 +88,7 @@ mod tests {
         TriMesh::new(corners, vec![[0, 1, 2], [0, 2, 3]])
     }
 
-    fn placed(mesh: &TriMesh, world_from_mesh: DAffine3) -> PlacedMesh<'_> {
+    fn placed(mesh: &TriMesh, world_from_mesh: DAffine3) -> PlacedMesh<&TriMesh> {
         PlacedMesh { name: String::new(), mesh, world_from_mesh }
     }
 

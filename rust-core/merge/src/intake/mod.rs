@@ -357,7 +357,7 @@ mod tests {
     }
 
     struct Queued<'a> {
-        placed: PlacedMesh<'a>,
+        placed: PlacedMesh<&'a mesh::TriMesh>,
         number: usize,
         /// Scans that are loaded before this one.
         before: Vec<usize>,

@@ -5,7 +5,7 @@ use super::*;
 /// The same for blocks of one to five bricks as in memory.
 fn whole_and_in_blocks(meshes: &[TriMesh], params: &MergeParams) -> Merged {
     let place = |(k, mesh)| PlacedMesh { name: format!("{k}"), mesh, world_from_mesh: DAffine3::IDENTITY };
-    let placed: Vec<PlacedMesh<'_>> = (0..).zip(meshes).map(place).collect();
+    let placed: Vec<PlacedMesh<&TriMesh>> = (0..).zip(meshes).map(place).collect();
     let sources: Vec<&dyn ScanSource> = placed.iter().map(|scan| scan as &dyn ScanSource).collect();
     let whole = in_memory(&sources, params, u64::MAX);
     for side in 1..=5 {

@@ -277,7 +277,7 @@ fn of_a_thousand_scans_one_goes_or_comes_anywhere() {
     let meshes: Vec<TriMesh> = (0..1_100).map(square).collect();
     let placed =
         |k: usize| PlacedMesh { name: format!("{k:04}"), mesh: &meshes[k], world_from_mesh: DAffine3::IDENTITY };
-    let scans: Vec<PlacedMesh<'_>> = (0..meshes.len()).map(placed).collect();
+    let scans: Vec<PlacedMesh<&TriMesh>> = (0..meshes.len()).map(placed).collect();
     // One without which the scan after it is looked at for overlaps with the one before it, and else is not.
     let is_sampled = |places: &[usize], k: usize| {
         let sources: Vec<&dyn ScanSource> = places.iter().map(|&place| &scans[place] as &dyn ScanSource).collect();
@@ -357,7 +357,7 @@ proptest! {
                 mesh: &meshes[k],
                 world_from_mesh: DAffine3::IDENTITY,
             };
-            let scans: Vec<PlacedMesh<'_>> = here().map(scan).collect();
+            let scans: Vec<PlacedMesh<&TriMesh>> = here().map(scan).collect();
             let sources: Vec<&dyn ScanSource> = scans.iter().map(|scan| scan as &dyn ScanSource).collect();
             let versions = here().map(|k| versions[k]).collect();
             let found = merged_again(folder.path(), &sources, versions, &params, side);
