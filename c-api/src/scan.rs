@@ -1,7 +1,7 @@
 //! The virtual range scanner.
 
 use surfrecon::geom::bvh::Bvh;
-use surfrecon::scan::{self, Camera, ScanParams};
+use surfrecon::scan::{self, ScanParams, VirtualCamera};
 
 use crate::guard::guard;
 use crate::handle;
@@ -41,7 +41,7 @@ pub unsafe extern "C" fn srf_scan_mesh(
         let params = params::read::<ScanParams, _>("params", params)?;
         let projection = pointer::read("projection", projection)?.to_core()?;
         let world_from_sensor = pose::read_rigid("world_from_sensor", world_from_sensor)?;
-        let camera = Camera { rows, cols, projection, world_from_sensor };
+        let camera = VirtualCamera { rows, cols, projection, world_from_sensor };
         watched(progress, |progress| {
             let bvh = Bvh::build_with(&mesh.mesh.positions, &mesh.mesh.triangles, params.threads, progress)?;
             let image = scan::scan(&mesh.mesh, &bvh, &camera, &params, progress)?;

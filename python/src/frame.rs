@@ -9,7 +9,7 @@ use surfrecon::Progress;
 use surfrecon::frame::Frame as Core;
 use surfrecon::import;
 use surfrecon::range_image::DepthKind;
-use surfrecon::scan::Camera as Place;
+use surfrecon::scan::VirtualCamera as Place;
 
 use crate::arrays;
 use crate::crs;

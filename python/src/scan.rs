@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use surfrecon::geom::bvh::Bvh;
 use surfrecon::range_image::{DepthKind, Projection};
-use surfrecon::scan::{self, ScanParams, Turntable};
+use surfrecon::scan::{self, ScanParams, TurntableViews};
 use surfrecon::{Progress, TriMesh};
 
 use crate::arrays;
@@ -24,7 +24,7 @@ use crate::range_image::RangeImage;
 /// Made by ``orthographic``, ``pinhole``, ``spherical`` or ``turntable``.
 #[pyclass(frozen, module = "surfrecon")]
 pub struct Camera {
-    pub camera: scan::Camera,
+    pub camera: scan::VirtualCamera,
 }
 
 #[pymethods]
@@ -51,7 +51,7 @@ impl Camera {
         up: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let [rows, cols] = size(rows, cols)?;
-        made(scan::Camera::orthographic(
+        made(scan::VirtualCamera::orthographic(
             rows,
             cols,
             spacing,
@@ -83,7 +83,7 @@ impl Camera {
         up: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let [rows, cols] = size(rows, cols)?;
-        made(scan::Camera::pinhole(
+        made(scan::VirtualCamera::pinhole(
             rows,
             cols,
             height_angle,
@@ -115,7 +115,7 @@ impl Camera {
         let [rows, cols] = size(rows, cols)?;
         let projection = Projection::Pinhole { focal, centre, depth: DepthKind::Planar };
         let world_from_sensor = arrays::rigid(world_from_sensor, "world_from_sensor")?;
-        made(Ok(scan::Camera { rows, cols, projection, world_from_sensor }))
+        made(Ok(scan::VirtualCamera { rows, cols, projection, world_from_sensor }))
     }
 
     /// A terrestrial scanner: all around, from ``lowest`` to ``highest`` elevation (radians), row 0 the highest.
@@ -139,7 +139,14 @@ impl Camera {
         up: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let [rows, cols] = size(rows, cols)?;
-        made(scan::Camera::spherical(rows, cols, lowest, highest, arrays::vector(eye, "eye")?, vertical(up, DVec3::Z)?))
+        made(scan::VirtualCamera::spherical(
+            rows,
+            cols,
+            lowest,
+            highest,
+            arrays::vector(eye, "eye")?,
+            vertical(up, DVec3::Z)?,
+        ))
     }
 
     /// Number of rows.
@@ -194,7 +201,7 @@ fn vertical(up: Option<&Bound<'_, PyAny>>, usual: DVec3) -> PyResult<DVec3> {
     up.map_or(Ok(usual), |up| arrays::vector(up, "up"))
 }
 
-fn made(camera: surfrecon::Result<scan::Camera>) -> PyResult<Camera> {
+fn made(camera: surfrecon::Result<scan::VirtualCamera>) -> PyResult<Camera> {
     let camera = camera.and_then(|camera| camera.validate().map(|()| camera)).map_err(|e| to_python(&e))?;
     Ok(Camera { camera })
 }
@@ -230,11 +237,11 @@ pub fn turntable<'py>(
     pixels: Option<&Bound<'_, PyAny>>,
     height_angle: Option<f64>,
 ) -> PyResult<Bound<'py, PyList>> {
-    let default = Turntable::default();
+    let default = TurntableViews::default();
     let count = |name: &str, given: Option<&Bound<'_, PyAny>>, default: usize| {
         given.map_or(Ok(default), |n| count(name, n, 0, "Leave it out for the default."))
     };
-    let table = Turntable {
+    let table = TurntableViews {
         around: count("around", around, default.around)?,
         above: count("above", above, default.above)?,
         below: count("below", below, default.below)?,
@@ -305,7 +312,7 @@ pub fn scanned(py: Python<'_>, images: Vec<surfrecon::RangeImage>, single: bool)
 /// Virtual scans with all they need, free of Python.
 pub struct ScanCall {
     mesh: Arc<TriMesh>,
-    cameras: Vec<scan::Camera>,
+    cameras: Vec<scan::VirtualCamera>,
     params: ScanParams,
     /// Whether one camera was given, not a list.
     pub single: bool,

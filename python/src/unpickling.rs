@@ -167,7 +167,7 @@ impl<'py> Parts<'_, 'py> {
     }
 
     fn camera(&self) -> PyResult<Camera> {
-        let camera = surfrecon::scan::Camera {
+        let camera = surfrecon::scan::VirtualCamera {
             rows: self.taken("rows")?,
             cols: self.taken("cols")?,
             projection: projection::parsed(self.item("projection")?.cast()?)?,

@@ -9,7 +9,7 @@ use surfrecon::geom::bvh::Bvh;
 use surfrecon::merge::{self, MergeParams, Merged, ScanSource};
 use surfrecon::mesh::measure::bounds;
 use surfrecon::scan::shapes::Shape;
-use surfrecon::scan::{ScanParams, Turntable, scan, turntable};
+use surfrecon::scan::{ScanParams, TurntableViews, scan, turntable};
 use surfrecon::{Progress, RangeImage};
 
 /// Noisy, slightly misplaced scans of a ring of bumps about 2.8 wide.
@@ -20,7 +20,7 @@ fn scans() -> Vec<RangeImage> {
     }
     let bvh = Bvh::build(&mesh.positions, &mesh.triangles, 0).expect("a tree");
     let extent = bounds(&mesh.positions).expect("a mesh");
-    let table = Turntable { around: 8, pixels: 400, ..Turntable::default() };
+    let table = TurntableViews { around: 8, pixels: 400, ..TurntableViews::default() };
     let cameras = turntable(extent, &table, &Progress::none()).expect("cameras");
     let look = |(i, camera)| {
         let params = ScanParams { noise: 0.001, pose_shift: 0.001, seed: i as u64, ..ScanParams::default() };

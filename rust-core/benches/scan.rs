@@ -9,7 +9,7 @@ use surfrecon::geom::bvh::{Bvh, Ray};
 use surfrecon::mesh::TriMesh;
 use surfrecon::mesh::measure::{Side, bounds, deviation};
 use surfrecon::scan::shapes::Shape;
-use surfrecon::scan::{Camera, ScanParams, Turntable, scan, turntable};
+use surfrecon::scan::{ScanParams, TurntableViews, VirtualCamera, scan, turntable};
 use surfrecon::{Progress, RangeImage};
 
 /// A ring of bumps: curved, concave and self-occluding.
@@ -21,17 +21,17 @@ fn bumpy(detail: usize) -> TriMesh {
     mesh
 }
 
-fn cameras(mesh: &TriMesh, pixels: usize) -> Vec<(&'static str, Camera)> {
+fn cameras(mesh: &TriMesh, pixels: usize) -> Vec<(&'static str, VirtualCamera)> {
     let extent = bounds(&mesh.positions).expect("a mesh");
     let view = |height_angle| {
-        let table = Turntable { around: 0, above: 1, below: 0, pixels, height_angle, ..Turntable::default() };
+        let table = TurntableViews { around: 0, above: 1, below: 0, pixels, height_angle, ..TurntableViews::default() };
         turntable(extent, &table, &Progress::none()).expect("a camera")[0]
     };
-    let inside = Camera::spherical(pixels / 2, pixels, -1.2, 1.2, DVec3::X, DVec3::Z).expect("a usable camera");
+    let inside = VirtualCamera::spherical(pixels / 2, pixels, -1.2, 1.2, DVec3::X, DVec3::Z).expect("a usable camera");
     vec![("orthographic", view(None)), ("pinhole", view(Some(0.7))), ("spherical_inside", inside)]
 }
 
-fn shoot(mesh: &TriMesh, bvh: &Bvh<'_>, camera: &Camera) -> RangeImage {
+fn shoot(mesh: &TriMesh, bvh: &Bvh<'_>, camera: &VirtualCamera) -> RangeImage {
     let params = ScanParams { threads: 1, backfaces: true, ..ScanParams::default() };
     scan(mesh, bvh, camera, &params, &Progress::none()).expect("a scan")
 }

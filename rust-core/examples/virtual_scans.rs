@@ -13,7 +13,7 @@ use clap::Parser;
 use surfrecon::export::{PlacedFile, PlyEncoding, range_grid_frame, write_conf, write_ply, write_range_grid_ply};
 use surfrecon::geom::bvh::Bvh;
 use surfrecon::mesh::measure::bounds;
-use surfrecon::scan::{ScanParams, Turntable, scan, sculpture, turntable};
+use surfrecon::scan::{ScanParams, TurntableViews, scan, sculpture, turntable};
 use surfrecon::{Error, Progress, Result};
 
 /// Scans a sculpture with a virtual scanner.
@@ -78,8 +78,13 @@ fn run(args: &Args) -> Result<()> {
     println!("truth: {} triangles, {:.2} s", truth.triangles.len(), start.elapsed().as_secs_f64());
 
     let (above, below) = (args.scans / 4, args.scans / 12);
-    let table =
-        Turntable { around: args.scans - above - below, above, below, pixels: args.pixels, ..Turntable::default() };
+    let table = TurntableViews {
+        around: args.scans - above - below,
+        above,
+        below,
+        pixels: args.pixels,
+        ..TurntableViews::default()
+    };
     let extent = bounds(&truth.positions).expect("the sculpture is not empty");
     let (mut reported, mut true_poses) = (Vec::new(), Vec::new());
     for (k, camera) in turntable(extent, &table, &Progress::none())?.iter().enumerate() {

@@ -5,7 +5,7 @@ use std::path::Path;
 use base::error::{Error, Result};
 use base::progress::Progress;
 use io::export::{WriteOptions, check_file_in_pieces, write_mesh_in_pieces};
-use merge::out_of_core::{self, Kept, Stage, Together, versions};
+use merge::out_of_core::{self, Keep, Stage, Together, versions};
 use merge::{MergeParams, MergeReport, ScanSource};
 use mesh::sink::MeshSink;
 
@@ -37,7 +37,7 @@ impl<'a> TaskFolder<'a> {
         if self.tasks == 0 {
             return Err(Error::input("a stage has one task at least, got 0"));
         }
-        let kept = self.keep.then_some(Kept { versions, stays: true });
+        let kept = self.keep.then_some(Keep { versions, stays: true });
         let memory = memory(self.max_memory, params.threads)?;
         Ok(Together { folder: self.folder, memory, tasks: self.tasks, kept, has_all: !self.has_a_part })
     }

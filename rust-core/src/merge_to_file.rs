@@ -6,7 +6,7 @@ use base::error::{Error, Result};
 use base::progress::Progress;
 use io::export::{WriteOptions, check_file_in_pieces, write_mesh_in_pieces};
 use io::memory_folder::MemoryFolder;
-use merge::out_of_core::{self, Kept, Workspace, existing, versions};
+use merge::out_of_core::{self, Keep, Workspace, existing, versions};
 use merge::{MergeParams, MergeReport, ScanSource};
 use mesh::sink::MeshSink;
 
@@ -49,7 +49,7 @@ pub fn merge_to_file(
     let folder = folder(path, into.workspace.as_deref())?;
     let memory = memory(into.max_memory, params.threads)?;
     let versions = if into.keep { versions(sources, params, progress)? } else { Vec::new() };
-    let kept = into.keep.then_some(Kept { versions: &versions, stays: true });
+    let kept = into.keep.then_some(Keep { versions: &versions, stays: true });
     let workspace = Workspace { folder, memory, kept };
     let merge = |sink: &mut dyn MeshSink| out_of_core::run(sources, params, workspace, sink, progress);
     let report = write_mesh_in_pieces(path, &into.write, merge, progress)?;

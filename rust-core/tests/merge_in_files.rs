@@ -15,7 +15,7 @@ use surfrecon::merge::{
     VoxelReason,
 };
 use surfrecon::mesh::shapes::Shape;
-use surfrecon::scan::{ScanParams, Turntable, bounds, scan, turntable};
+use surfrecon::scan::{ScanParams, TurntableViews, bounds, scan, turntable};
 use surfrecon::{Error, Progress, RangeImage, Result};
 use surfrecon_allocator::Account;
 
@@ -30,7 +30,7 @@ fn scans() -> &'static [RangeImage] {
 fn made() -> Vec<RangeImage> {
     let shape = Shape::Torus { major: 1.0, minor: 0.3 }.mesh(40);
     let tree = Bvh::build(&shape.positions, &shape.triangles, 0).unwrap();
-    let table = Turntable { around: 64, above: 1, below: 1, pixels: 200, ..Turntable::default() };
+    let table = TurntableViews { around: 64, above: 1, below: 1, pixels: 200, ..TurntableViews::default() };
     let noisy = ScanParams { noise: 0.002, ..ScanParams::default() };
     let cameras = turntable(bounds(&shape.positions).unwrap(), &table, &Progress::none()).unwrap();
     cameras.iter().map(|camera| scan(&shape, &tree, camera, &noisy, &Progress::none()).unwrap()).collect()
@@ -221,7 +221,7 @@ fn few() -> &'static [RangeImage] {
     SCANS.get_or_init(|| {
         let shape = Shape::Torus { major: 1.0, minor: 0.4 }.mesh(24);
         let tree = Bvh::build(&shape.positions, &shape.triangles, 0).unwrap();
-        let table = Turntable { around: 10, above: 0, below: 0, pixels: 60, ..Turntable::default() };
+        let table = TurntableViews { around: 10, above: 0, below: 0, pixels: 60, ..TurntableViews::default() };
         let cameras = turntable(bounds(&shape.positions).unwrap(), &table, &Progress::none()).unwrap();
         let scan = |camera| scan(&shape, &tree, camera, &ScanParams::default(), &Progress::none()).unwrap();
         cameras.iter().map(scan).collect()
@@ -303,13 +303,13 @@ fn what_fits_on_one_thread_is_merged_on_many() {
 #[test]
 #[expect(deprecated, reason = "programs that use them go on working")]
 fn former_names_give_the_same() {
-    use surfrecon::merge::again::{self, Versioned};
+    use surfrecon::merge::again::Versioned;
     use surfrecon::{InFiles, merge_again_in_files, merge_in_files};
     let (scans, params, none) = (few(), params(Some(0.2)), Progress::none());
     let sources = sources(scans);
     let expected = merge::merge(&sources, &params, Run::default(), &none).unwrap();
     let versioned: Vec<_> = (0..).zip(&sources).map(|(version, &scan)| Versioned { scan, version }).collect();
-    let mut merger = again::Merger::default();
+    let mut merger = Merger::default();
     let (always, if_needed) = (InFiles::default(), InFiles { only_if_needed: true, ..InFiles::default() });
     for found in [
         merge::run(&sources, &params, &none),

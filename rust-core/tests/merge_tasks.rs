@@ -9,7 +9,7 @@ use surfrecon::geom::bvh::Bvh;
 use surfrecon::merge::out_of_core::{LEAST, Stage};
 use surfrecon::merge::{MergeParams, ScanSource};
 use surfrecon::mesh::shapes::Shape;
-use surfrecon::scan::{ScanParams, Turntable, bounds, scan, turntable};
+use surfrecon::scan::{ScanParams, TurntableViews, bounds, scan, turntable};
 use surfrecon::{
     Error, IntoFile, Progress, RangeImage, TaskFolder, end_merge_tasks, merge_task, merge_tasks_to_file, merge_to_file,
 };
@@ -17,7 +17,7 @@ use surfrecon::{
 fn scans() -> Vec<RangeImage> {
     let shape = Shape::Torus { major: 1.0, minor: 0.3 }.mesh(40);
     let tree = Bvh::build(&shape.positions, &shape.triangles, 0).unwrap();
-    let table = Turntable { around: 5, above: 1, below: 1, pixels: 80, ..Turntable::default() };
+    let table = TurntableViews { around: 5, above: 1, below: 1, pixels: 80, ..TurntableViews::default() };
     let noisy = ScanParams { noise: 0.002, ..ScanParams::default() };
     let cameras = turntable(bounds(&shape.positions).unwrap(), &table, &Progress::none()).unwrap();
     let mut scans: Vec<RangeImage> =

@@ -10,13 +10,13 @@ use surfrecon::geom::bvh::Bvh;
 use surfrecon::memory_folder::MemoryFolder;
 use surfrecon::merge::{self, MergeParams, ScanSource};
 use surfrecon::mesh::shapes::Shape;
-use surfrecon::scan::{ScanParams, Turntable, bounds, scan, turntable};
+use surfrecon::scan::{ScanParams, TurntableViews, bounds, scan, turntable};
 use surfrecon::{Error, IntoFile, Progress, RangeImage, merge_to_file};
 
 fn scans() -> Vec<RangeImage> {
     let shape = Shape::Torus { major: 1.0, minor: 0.3 }.mesh(40);
     let tree = Bvh::build(&shape.positions, &shape.triangles, 0).unwrap();
-    let table = Turntable { around: 5, above: 1, below: 1, pixels: 90, ..Turntable::default() };
+    let table = TurntableViews { around: 5, above: 1, below: 1, pixels: 90, ..TurntableViews::default() };
     let noisy = ScanParams { noise: 0.002, ..ScanParams::default() };
     let cameras = turntable(bounds(&shape.positions).unwrap(), &table, &Progress::none()).unwrap();
     cameras.iter().map(|camera| scan(&shape, &tree, camera, &noisy, &Progress::none()).unwrap()).collect()

@@ -17,7 +17,7 @@ use surfrecon::quads::{QuadParams, SplineParams};
 use surfrecon::range_image::Projection;
 use surfrecon::reconstruct::ReconstructParams;
 use surfrecon::scan::shapes::Shape;
-use surfrecon::scan::{Camera, ScanParams, Turntable};
+use surfrecon::scan::{ScanParams, TurntableViews, VirtualCamera};
 use surfrecon::sculpt::{SculptParams, Sculptor, Tolerance};
 use surfrecon::triangulate::TriangulateParams;
 use surfrecon::{
@@ -211,10 +211,10 @@ fn operations(folder: &Path, threads: usize) {
     survives("sculpture", folder, || scan::sculpture::sculpture(20.0, threads, &progress));
     let bvh = Bvh::build(&sphere.positions, &sphere.triangles, threads).unwrap();
     let bounds = mesh::measure::bounds(&sphere.positions).unwrap();
-    let table = Turntable { pixels: 60, ..Default::default() };
+    let table = TurntableViews { pixels: 60, ..Default::default() };
     let cameras = scan::turntable(bounds, &table, &Progress::none()).unwrap();
     let params = ScanParams { threads, ..Default::default() };
-    let scan = |camera: &Camera| scan::scan(&sphere, &bvh, camera, &params, &progress);
+    let scan = |camera: &VirtualCamera| scan::scan(&sphere, &bvh, camera, &params, &progress);
     survives("virtual scan", folder, || Ok(scan(&cameras[0])?.valid_count()));
     let scans: Vec<RangeImage> = cameras.iter().take(4).map(|camera| scan(camera).unwrap()).collect();
     let sources: Vec<&dyn ScanSource> = scans.iter().map(|scan| scan as &dyn ScanSource).collect();
@@ -243,7 +243,7 @@ fn writers(folder: &Path) {
     let progress = Progress::none();
     let sphere = Shape::Sphere { radius: 1.0 }.mesh(12);
     let bvh = Bvh::build(&sphere.positions, &sphere.triangles, 1).unwrap();
-    let camera = Camera::pinhole(60, 60, 0.8, DVec3::new(0.0, -4.0, 0.0), DVec3::ZERO, DVec3::Z).unwrap();
+    let camera = VirtualCamera::pinhole(60, 60, 0.8, DVec3::new(0.0, -4.0, 0.0), DVec3::ZERO, DVec3::Z).unwrap();
     let mut seen = scan::scan(&sphere, &bvh, &camera, &ScanParams::default(), &progress).unwrap();
     seen.name = "seen".to_owned();
     let path = folder.join("written");

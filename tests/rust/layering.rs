@@ -19,7 +19,9 @@ const FLOORS: &[&[&str]] = &[
 /// The folders of the merge, in the order in which data go through them: each knows those before it, and `pipeline`, `run`,
 /// `reference` and `dump` know all.
 const MERGE: &[&str] = &["crossings", "intake", "field", "visibility", "surface", "colour", "finish"];
-const OVER_THE_MERGE: &[&str] = &["pipeline", "run", "reference", "dump", "types"];
+const OVER_THE_MERGE: &[&str] = &["pipeline", "run", "reference", "dump", "types", "operation"];
+/// Names that declarations of parameters, reports and operations use each in a sense of its own.
+const SAME_NAMES: &[&str] = &["Content", "Field", "Kind", "Measured", "Schema", "Shape"];
 /// What stands on the core, and knows its roof and the allocator alone.
 const ON_THE_ROOF: &[&str] = &["c-api", "python"];
 const HOSTS: &[&str] = &["pyo3", "numpy::", "bpy", "cbindgen", "no_mangle", "extern \"C\""];
@@ -193,6 +195,72 @@ fn stages_of_the_merge_stand_on_floors() {
         }
     }
     assert!(MERGE.iter().all(|name| known.contains(&vec![(*name).to_owned()])), "a folder is not there");
+}
+
+/// Public types of a module and those in it: of each its name, where it is, and whether others can name it. Former names do not count.
+fn types(folder: &Path, module: &str, path: &Path, is_open: bool, found: &mut Vec<(String, String, bool)>) {
+    let text = std::fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    let (code, is_root) = (code(&text), path.file_stem().is_some_and(|stem| stem == "lib" || stem == "mod"));
+    let inside = if is_root { folder.to_owned() } else { folder.join(path.file_stem().expect("a name")) };
+    let mut is_former = false;
+    let (mut shown, mut statement) = (BTreeSet::new(), None::<String>);
+    let first = found.len();
+    for line in code.lines() {
+        let words: Vec<&str> =
+            line.split(|c: char| !c.is_alphanumeric() && c != '_').filter(|w| !w.is_empty()).collect();
+        is_former |= line.trim_start().starts_with("#[deprecated");
+        if let ["pub", "struct" | "enum" | "trait" | "type" | "union", name, ..] = words[..] {
+            if !is_former && !line.contains('$') {
+                found.push((name.to_owned(), format!("{module}, {}", path.display()), is_open));
+            }
+            is_former = false;
+        }
+        if line.starts_with("pub use ") {
+            statement = Some(String::new());
+        }
+        if let Some(names) = &mut statement {
+            names.push_str(line);
+            if line.contains(';') {
+                let names = names.split(|c: char| !c.is_alphanumeric() && c != '_').map(str::to_owned);
+                shown.extend(names);
+                statement = None;
+            }
+        }
+        if let (["pub", "mod", name] | ["mod", name], true) = (&words[..], line.ends_with(';')) {
+            let files = [inside.join(format!("{name}.rs")), inside.join(name).join("mod.rs")];
+            if let Some(file) = files.iter().find(|file| file.is_file() && !name.contains("test")) {
+                let folder = file.parent().expect("it is in a folder");
+                types(folder, module, file, is_open && words[0] == "pub", found);
+            }
+        }
+    }
+    if is_open {
+        found[first..].iter_mut().filter(|known| shown.contains(&known.0)).for_each(|known| known.2 = true);
+    }
+}
+
+/// One name says one thing: no two types that users can name are called the same, and no two public ones of one crate.
+#[test]
+fn no_public_type_has_a_name_twice() {
+    let mut open: BTreeMap<String, String> = BTreeMap::new();
+    let mut count = 0;
+    for name in FLOORS.iter().copied().flatten() {
+        let source = root().join(folder_of(name)).join("src");
+        let mut found = Vec::new();
+        types(&source, name, &source.join("lib.rs"), true, &mut found);
+        count += found.len();
+        let mut own: BTreeMap<String, String> = BTreeMap::new();
+        for (name, place, is_open) in found {
+            let is_listed = SAME_NAMES.contains(&name.as_str());
+            let other = own.insert(name.clone(), place.clone());
+            assert!(other.is_none() || is_listed, "{name} is in {place} and {}", other.unwrap_or_default());
+            if is_open {
+                let other = open.insert(name.clone(), place.clone());
+                assert!(other.is_none() || is_listed, "{name} is in {place} and {}", other.unwrap_or_default());
+            }
+        }
+    }
+    assert!(count > 350 && open.len() > 150, "{count} types were found, {} of them open", open.len());
 }
 
 #[test]

@@ -8,7 +8,7 @@ use image::range_image::RangeImage;
 use image::source::ScanSource;
 use mesh::TriMesh;
 use mesh::shapes::Shape;
-use scan::{Camera, ScanParams, scan};
+use scan::{ScanParams, VirtualCamera, scan};
 
 use crate::assemble::glanced;
 use crate::constraints::Constraints;
@@ -144,7 +144,7 @@ fn frames(seed: u64) -> Vec<RangeImage> {
         let turn = 0.55 * k as f64 + seed as f64;
         let eye = DVec3::new(0.8 * turn.cos(), 0.6 * turn.sin(), 1.4);
         let target = DVec3::new(2.4 * (turn + 0.5).cos(), 2.0 * (turn + 0.5).sin(), 0.7);
-        let camera = Camera::pinhole(60, 80, 1.2, eye, target, DVec3::Z).unwrap();
+        let camera = VirtualCamera::pinhole(60, 80, 1.2, eye, target, DVec3::Z).unwrap();
         let params = ScanParams { noise: 0.004, seed: k as u64, threads: 1, ..ScanParams::default() };
         let mut image = scan(&room, &bvh, &camera, &params, &Progress::none()).unwrap();
         (image.name, image.world_from_sensor) = (format!("frame {k}"), DAffine3::IDENTITY);

@@ -11,7 +11,7 @@ use crate::correspond::Match;
 use crate::features::Features;
 use crate::linear::apart;
 use crate::view::View;
-use geom::horn::Horn;
+use geom::rigid_fit::RigidFit;
 
 /// Largest difference of distances, in cells.
 const DISTANCE: f64 = 1.2;
@@ -201,7 +201,7 @@ fn around(graph: &Graph, likes: &[Like], i: usize, j: usize, cell: f64) -> Optio
 }
 
 fn fitted(likes: &[Like], members: impl Iterator<Item = usize>, cell: f64) -> Option<DAffine3> {
-    let mut horn = Horn::new();
+    let mut horn = RigidFit::new();
     for k in members {
         let Like { points, normals } = &likes[k];
         horn.point(points[1], points[0], 1.0);

@@ -21,7 +21,7 @@ use crate::turntable::Table;
 use crate::view::View;
 use base::error::Result;
 use base::progress::Progress;
-use geom::horn::Horn;
+use geom::rigid_fit::RigidFit;
 
 /// Partners of each scan that are tried first, and of each group in each round after that.
 const FIRST: usize = 5;
@@ -348,7 +348,7 @@ fn picked(views: &[View], inside: &Inside, a: usize, b: usize, bound: &Bound, li
     };
     let has_normals = picks.iter().filter(|pick| pick.normals.is_some()).count();
     if picks.len() >= 3 || (picks.len() == 2 && has_normals == 2) {
-        let mut horn = Horn::new();
+        let mut horn = RigidFit::new();
         for pick in &picks {
             horn.point(pick.points[1], pick.points[0], pick.weight);
             if let Some(normals) = pick.normals {

@@ -1,6 +1,6 @@
 //! What a scan's sensor saw of the space before its samples: coarse depths, for judging where another scan may lie.
 //!
-//! For one scan of very many, beside [`image::sight`], which is exact and holds every pixel.
+//! For one scan of very many, beside [`image::visibility`], which is exact and holds every pixel.
 
 use glam::{DMat3, DVec3, Vec3};
 

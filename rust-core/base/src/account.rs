@@ -17,9 +17,9 @@ const BUSY: usize = 1;
 static HOLDERS: [AtomicUsize; ACCOUNTS] = [const { AtomicUsize::new(FREE) }; ACCOUNTS];
 
 /// One who has an account: of those that have it, the last one closes it.
-pub struct Account(pub(crate) usize);
+pub struct ContextAccount(pub(crate) usize);
 
-impl Account {
+impl ContextAccount {
     pub(crate) fn new() -> Result<Self> {
         let free =
             |holders: &&AtomicUsize| holders.compare_exchange(FREE, BUSY, Ordering::Acquire, Ordering::Relaxed).is_ok();
@@ -32,7 +32,7 @@ impl Account {
         open(number);
         allowed::begin(number);
         HOLDERS[number].store(BUSY + 1, Ordering::Release);
-        Ok(Account(number))
+        Ok(ContextAccount(number))
     }
 
     /// That of the call which this thread works for, or of none.
@@ -45,7 +45,7 @@ impl Account {
         if number != 0 {
             HOLDERS[number].fetch_add(1, Ordering::Relaxed);
         }
-        Account(number)
+        ContextAccount(number)
     }
 
     /// Its number: 0 of calls without a context.
@@ -59,13 +59,13 @@ impl Account {
     }
 }
 
-impl Clone for Account {
+impl Clone for ContextAccount {
     fn clone(&self) -> Self {
         Self::shared(self.0)
     }
 }
 
-impl Drop for Account {
+impl Drop for ContextAccount {
     fn drop(&mut self) {
         if self.0 != 0 && HOLDERS[self.0].fetch_sub(1, Ordering::AcqRel) == BUSY + 1 {
             // Threads of a context that was dropped may end while the program's calls run: what is left is none of theirs.
@@ -79,7 +79,7 @@ impl Drop for Account {
 /// A thread that works for an account.
 pub struct Entered {
     former: usize,
-    _account: Account,
+    _account: ContextAccount,
 }
 
 impl Drop for Entered {
@@ -92,13 +92,13 @@ impl Drop for Entered {
 pub struct Owned<T> {
     // Dropped in this order.
     value: T,
-    pub(crate) account: Account,
+    pub(crate) account: ContextAccount,
 }
 
 impl<T> Owned<T> {
     /// Of the call which this thread works for.
     pub fn new(value: T) -> Self {
-        Owned { value, account: Account::of_this_thread() }
+        Owned { value, account: ContextAccount::of_this_thread() }
     }
 
     /// Whether its account is that of the call which this thread works for.

@@ -8,14 +8,14 @@
 use std::cell::RefCell;
 use std::sync::Arc;
 
-pub use crate::account::{Account, Entered, Owned};
+pub use crate::account::{ContextAccount, Entered, Owned};
 use crate::error::Result;
 use crate::log::{self, Log};
 use crate::{allowed, threads};
 
 /// A part of a program with settings of its own.
 pub struct Context {
-    account: Account,
+    account: ContextAccount,
 }
 
 impl Context {
@@ -24,7 +24,7 @@ impl Context {
     /// # Errors
     /// [`crate::error::Error::OutOfMemory`] where there are more than a thousand.
     pub fn new() -> Result<Arc<Self>> {
-        let account = Account::new()?;
+        let account = ContextAccount::new()?;
         threads::set_default(account.number(), 0);
         log::set_of(account.number(), Log::OfProcess);
         Ok(Arc::new(Context { account }))
@@ -124,7 +124,7 @@ impl Call {
         // No thread chooses anything once it ends.
         match CHOSEN.try_with(|chosen| chosen.borrow().clone()).unwrap_or(Chosen::Inherited) {
             Chosen::Inherited => Call { _entered: None, _context: None },
-            Chosen::Process => Call { _entered: Some(Account(0).enter()), _context: None },
+            Chosen::Process => Call { _entered: Some(ContextAccount(0).enter()), _context: None },
             Chosen::Context(context) => Call { _entered: Some(context.account.enter()), _context: Some(context) },
         }
     }

@@ -11,7 +11,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
 
 use surfrecon_allocator::{ACCOUNTS, current, switch};
 
-use crate::account::Account;
+use crate::account::ContextAccount;
 use crate::error::{Error, Result};
 use crate::{allowed, fork};
 
@@ -218,7 +218,7 @@ pub(crate) fn new(threads: usize) -> Result<rayon::ThreadPool> {
     if allowed::address_space() < ROOM_OF_A_THREAD * threads as f64 {
         return Err(refused(&"too little address space is left"));
     }
-    let account = Account::of_this_thread();
+    let account = ContextAccount::of_this_thread();
     rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
         .start_handler(move |_| {

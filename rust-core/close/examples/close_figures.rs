@@ -26,7 +26,7 @@ use merge::{MergeParams, ScanSource};
 use mesh::TriMesh;
 use mesh::measure::{Side, bounds, deviation};
 use scan::shapes::Shape;
-use scan::{Camera, ScanParams, scan};
+use scan::{ScanParams, VirtualCamera, scan};
 use surfrecon_close::{self as close, CloseParams};
 
 /// Longest side of each object, mm.
@@ -105,11 +105,11 @@ fn truth(name: &str) -> Result<Option<TriMesh>> {
     Ok(Some(mesh))
 }
 
-fn cameras(case: &Case) -> Result<Vec<Camera>> {
+fn cameras(case: &Case) -> Result<Vec<VirtualCamera>> {
     let place = |&[azimuth, elevation]: &[f64; 2]| {
         let (a, e) = (azimuth.to_radians(), elevation.to_radians());
         let eye = DISTANCE * DVec3::new(a.cos() * e.cos(), a.sin() * e.cos(), e.sin());
-        Camera::pinhole(PIXELS, PIXELS, 2.0 * (0.62 * SIZE / DISTANCE).atan(), eye, DVec3::ZERO, DVec3::Z)
+        VirtualCamera::pinhole(PIXELS, PIXELS, 2.0 * (0.62 * SIZE / DISTANCE).atan(), eye, DVec3::ZERO, DVec3::Z)
     };
     case.views.iter().map(place).collect()
 }
@@ -117,7 +117,7 @@ fn cameras(case: &Case) -> Result<Vec<Camera>> {
 fn scans(case: &Case, truth: &TriMesh, cell: f64) -> Result<Vec<RangeImage>> {
     let bvh = Bvh::build(&truth.positions, &truth.triangles, 0)?;
     let params = |seed| ScanParams { noise: case.noise * cell, seed, ..ScanParams::default() };
-    let shoot = |(i, camera): (usize, Camera)| scan(truth, &bvh, &camera, &params(i as u64), &Progress::none());
+    let shoot = |(i, camera): (usize, VirtualCamera)| scan(truth, &bvh, &camera, &params(i as u64), &Progress::none());
     cameras(case)?.into_iter().enumerate().map(shoot).collect()
 }
 
@@ -273,7 +273,7 @@ fn run_case(case: &Case, folder: &Path) -> Result<()> {
     let slack = distance + 0.5 * cell;
     let progress = Progress::none();
     let start = cpu_seconds();
-    let sight = base::threads::pool(1)?.install(|| close::Scans::of_images(&images, &progress))?;
+    let visibility = base::threads::pool(1)?.install(|| close::Scans::of_images(&images, &progress))?;
     let params = CloseParams {
         cell: Some(cell),
         merge_distance: Some(distance),
@@ -281,7 +281,7 @@ fn run_case(case: &Case, folder: &Path) -> Result<()> {
         flat_base: case.stands,
         ..CloseParams::default()
     };
-    let closed = close::close(&merged, &sight, &params, &progress)?;
+    let closed = close::close(&merged, &visibility, &params, &progress)?;
     let seconds = cpu_seconds() - start;
     for (opening, reason) in closed.report.left_open() {
         println!("  open: {} edges, {:.1} mm: {}", opening.edges, opening.length, reason.words());

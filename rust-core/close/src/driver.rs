@@ -13,9 +13,9 @@ use super::field::{self, Extent};
 use super::openings::{self, Border, Opening};
 use super::params::{CloseParams, Openings};
 use super::report::{CloseReport, Closed, LeftOpen, OpeningReport};
-use super::sight::{Envelope, Ground, Sight};
 use super::stitch::Growing;
 use super::surface::Surface;
+use super::visibility::{Envelope, Ground, Visibility};
 use super::{attributes, cut, fan, level, retreat};
 
 base::stages! {
@@ -42,7 +42,7 @@ const BYTES_A_TRIANGLE: f64 = 400.0;
 
 /// Closes the openings of a surface with a smooth fill that stays out of seen space.
 ///
-/// `mesh` is an oriented manifold; `sight` says where scans saw that nothing is, [`super::Blind`] for surfaces without sensors, whose openings
+/// `mesh` is an oriented manifold; `visibility` says where scans saw that nothing is, [`super::Blind`] for surfaces without sensors, whose openings
 /// are closed by their shape alone.
 ///
 /// # Guarantees
@@ -59,21 +59,26 @@ const BYTES_A_TRIANGLE: f64 = 400.0;
 ///
 /// # Errors
 /// Parameters out of range; a mesh that is no oriented manifold, with what is wrong; [`base::Error::OutOfMemory`]; [`base::Error::Cancelled`].
-pub fn close(mesh: &TriMesh, sight: &dyn Sight, params: &CloseParams, progress: &Progress<'_>) -> Result<Closed> {
+pub fn close(
+    mesh: &TriMesh,
+    visibility: &dyn Visibility,
+    params: &CloseParams,
+    progress: &Progress<'_>,
+) -> Result<Closed> {
     params.validate()?;
     memory::expect_each(mesh.triangles.len(), BYTES_A_TRIANGLE, 0.0, "closing", "triangles")?;
     progress.plan(PLAN);
     let pool = base::threads::pool(params.threads)?;
     let up = params.up.try_normalize().unwrap_or(DVec3::Z);
     let height = mesh.positions.iter().map(|place| place.dot(up)).fold(f64::INFINITY, f64::min);
-    let ground = Ground { sight, up, height };
-    let grounded: &dyn Sight = if params.flat_base { &ground } else { sight };
-    progress.run(&pool, || run(mesh, grounded, !sight.is_blind(), params, progress))
+    let ground = Ground { visibility, up, height };
+    let grounded: &dyn Visibility = if params.flat_base { &ground } else { visibility };
+    progress.run(&pool, || run(mesh, grounded, !visibility.is_blind(), params, progress))
 }
 
 fn run(
     mesh: &TriMesh,
-    sight: &dyn Sight,
+    visibility: &dyn Visibility,
     has_sight: bool,
     params: &CloseParams,
     progress: &Progress<'_>,
@@ -87,7 +92,7 @@ fn run(
     let mut result = TriMesh { crs: mesh.crs.clone(), ..TriMesh::new(mesh.positions.clone(), mesh.triangles.clone()) };
     let wanted = wanted(&border, params.openings, report.max_hole_length);
     if wanted {
-        let envelope = Envelope { sight, tolerance: report.merge_distance };
+        let envelope = Envelope { visibility, tolerance: report.merge_distance };
         let judge = Envelope { tolerance: report.merge_distance + 0.5 * report.cell, ..envelope };
         progress.stage(SOLVING, field::STEPS);
         let extent = extent(mesh, report.cell);

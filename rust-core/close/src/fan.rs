@@ -11,9 +11,9 @@ use mesh::holes;
 
 use super::crossing::Crossed;
 use super::retreat::is_in_seen_space;
-use super::sight::Envelope;
 use super::stitch::Growing;
 use super::surface::normal;
+use super::visibility::Envelope;
 
 /// Loops of more edges stay open: one vertex is no shape for them.
 const MOST_EDGES: usize = 64;

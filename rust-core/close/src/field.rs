@@ -13,8 +13,8 @@ use base::progress::Progress;
 
 use super::grid::Grid;
 use super::plate::Plate;
-use super::sight::Envelope;
 use super::surface::Surface;
+use super::visibility::Envelope;
 use super::{distance, known, poisson};
 
 /// How far from its zero level the field is solved for, in cells.
@@ -193,7 +193,7 @@ fn once(
 
 /// Asks what was seen at nodes that were not asked about yet.
 fn ask(grid: &Grid, envelope: Envelope<'_>, nodes: &[u32], seen: &mut [u8], progress: &Progress<'_>) -> Result<()> {
-    if envelope.sight.is_blind() {
+    if envelope.visibility.is_blind() {
         return Ok(());
     }
     let new: Vec<u32> = nodes.iter().copied().filter(|&node| seen[node as usize] == NOT_ASKED).collect();

@@ -2,7 +2,7 @@
 //!
 //! | stage | file | in -> out |
 //! |---|---|---|
-//! | | `surface`, `sight` | mesh, scans -> what can be asked: which side a place lies on, whether it was seen through |
+//! | | `surface`, `visibility` | mesh, scans -> what can be asked: which side a place lies on, whether it was seen through |
 //! | 1 | `grid`, `known` | surface -> signed distances at the nodes beside it |
 //! | 2 | `poisson`, `multigrid`, `conjugate` | surface -> a start that is closed at the outer bound. \[KH13\] |
 //! | 3 | `field`, `distance`, `plate` | start -> the smoothest field that keeps what was measured and is not negative in seen space |
@@ -17,8 +17,8 @@ mod params;
 mod report;
 
 // what is asked, all along
-mod sight;
 mod surface;
+mod visibility;
 
 // 1. the grid, and what is known on it
 mod grid;
@@ -64,7 +64,7 @@ pub use crossing::crossing_pairs;
 pub use driver::close;
 pub use params::{CloseParams, Openings, SCHEMA};
 pub use report::{CloseReport, Closed, LeftOpen, OpeningReport};
-pub use sight::{Blind, Scans, Sight};
+pub use visibility::{Blind, Scans, Visibility};
 
 #[cfg(test)]
 mod tests;

@@ -9,9 +9,9 @@ use geom::bvh::Ray;
 use mesh::holes;
 
 use super::cut;
-use super::sight::Envelope;
 use super::stitch::Growing;
 use super::surface::{Surface, normal};
+use super::visibility::Envelope;
 
 /// Share of the directions before a fill that have to end at the surface or in seen space.
 const ENCLOSED: f64 = 0.5;

@@ -6,9 +6,9 @@ use rayon::prelude::*;
 use base::error::Result;
 use base::progress::Progress;
 
-use super::sight::Envelope;
 use super::stitch::Growing;
 use super::surface::normal;
+use super::visibility::Envelope;
 
 /// Rounds, and how far a vertex moves in one, in cells.
 const ROUNDS: usize = 12;
@@ -42,7 +42,7 @@ fn ask(
     changed: impl Fn(usize) -> bool + Sync,
     progress: &Progress<'_>,
 ) -> Result<()> {
-    if envelope.sight.is_blind() {
+    if envelope.visibility.is_blind() {
         return Ok(());
     }
     let first = surface.measured[1];

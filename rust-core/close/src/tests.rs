@@ -11,7 +11,7 @@ use geom::bvh::Bvh;
 use image::range_image::{Projection, RangeImage, Samples};
 use mesh::shapes::Shape;
 use mesh::{Attribute, AttributeData, TriMesh, check};
-use scan::{Camera, ScanParams, scan};
+use scan::{ScanParams, VirtualCamera, scan};
 
 /// The triangles of a mesh whose centres are kept, and the vertices that they use.
 fn part(mesh: &TriMesh, keep: impl Fn(DVec3) -> bool) -> TriMesh {
@@ -43,8 +43,8 @@ fn params() -> CloseParams {
     CloseParams { threads: 1, ..CloseParams::default() }
 }
 
-fn closed(mesh: &TriMesh, sight: &dyn Sight, params: &CloseParams) -> Closed {
-    let closed = close(mesh, sight, params, &Progress::none()).unwrap();
+fn closed(mesh: &TriMesh, visibility: &dyn Visibility, params: &CloseParams) -> Closed {
+    let closed = close(mesh, visibility, params, &Progress::none()).unwrap();
     kept(mesh, &closed);
     closed
 }
@@ -75,7 +75,7 @@ fn kept(mesh: &TriMesh, closed: &Closed) {
 fn images(mesh: &TriMesh, eyes: &[DVec3], pixels: usize) -> Vec<RangeImage> {
     let bvh = Bvh::build(&mesh.positions, &mesh.triangles, 1).unwrap();
     let shoot = |&eye: &DVec3| {
-        let camera = Camera::pinhole(pixels, pixels, 0.8, eye, DVec3::ZERO, DVec3::new(0.1, 0.2, 1.0)).unwrap();
+        let camera = VirtualCamera::pinhole(pixels, pixels, 0.8, eye, DVec3::ZERO, DVec3::new(0.1, 0.2, 1.0)).unwrap();
         scan(mesh, &bvh, &camera, &ScanParams { backfaces: true, ..ScanParams::default() }, &Progress::none()).unwrap()
     };
     eyes.iter().map(shoot).collect()
@@ -196,10 +196,10 @@ fn shapes_open_by_intent_stay_open_and_pockets_close() {
         ("room", &room, DVec3::new(0.1, 0.2, 4.5)),
     ] {
         let scans = images(mesh, &[eye, eye + DVec3::X], 120);
-        let sight = Scans::of_images(&scans, &Progress::none()).unwrap();
+        let visibility = Scans::of_images(&scans, &Progress::none()).unwrap();
         // A hole in its middle is a pocket that the scans surround.
         let holed = part(mesh, |p| p.truncate().length() > 0.3 || p.z > 0.9);
-        let closed = closed(&holed, &sight, &seen);
+        let closed = closed(&holed, &visibility, &seen);
         assert_eq!(check(&closed.mesh).boundary_loops, 1, "{name}: {:?}", closed.report.openings);
         let left: Vec<LeftOpen> = closed.report.left_open().map(|left| left.1).collect();
         assert_eq!(left, [LeftOpen::NotEnclosed], "{name}");
@@ -217,11 +217,11 @@ fn nothing_is_filled_where_a_ray_went_on() {
     scene.triangles.extend(wall.triangles.iter().map(|t| t.map(|v| v + first)));
     let eyes = [DVec3::new(0.0, 0.0, 5.0), DVec3::new(2.0, 0.5, 4.5), DVec3::new(-2.0, 1.0, 4.5)];
     let scans = images(&scene, &eyes, 160);
-    let sight = Scans::of_images(&scans, &Progress::none()).unwrap();
+    let visibility = Scans::of_images(&scans, &Progress::none()).unwrap();
     let open = part(&ring, |p| p.z > -0.1);
     let (cell, distance) = (0.1, 0.1);
     let given = CloseParams { cell: Some(cell), merge_distance: Some(distance), ..params() };
-    let closed = closed(&open, &sight, &given);
+    let closed = closed(&open, &visibility, &given);
     assert!(closed.report.is_closed, "{:?}", closed.report.openings);
     let past = |place: DVec3| scans.iter().any(|image| is_past(image, place, distance + 0.5 * cell));
     let mut asked = 0;
@@ -238,7 +238,7 @@ fn nothing_is_filled_where_a_ray_went_on() {
     for i in 0..4000_u32 {
         let at = |step: u32| f64::from(i * step % 997) / 997.0 * 4.0 - 2.0;
         let place = DVec3::new(at(17), at(291), 0.4 * at(611));
-        let seen = sight.is_empty_at(place, distance);
+        let seen = visibility.is_empty_at(place, distance);
         both[usize::from(seen)] += 1;
         assert_eq!(seen, scans.iter().any(|image| is_past(image, place, distance)), "{place}");
     }
@@ -248,7 +248,7 @@ fn nothing_is_filled_where_a_ray_went_on() {
 /// Says that nothing is below a height.
 struct Below(f64);
 
-impl Sight for Below {
+impl Visibility for Below {
     fn is_empty_at(&self, place: DVec3, tolerance: f64) -> bool {
         place.z < self.0 - tolerance
     }
@@ -263,8 +263,8 @@ fn field_and_fill_keep_out_of_seen_space_each() {
     let cell = 0.05;
     let (lo, hi) = mesh::measure::bounds(&open.positions).unwrap();
     let extent = field::Extent::new(lo - 0.4 * DVec3::Z, hi, 2.0 * cell);
-    let lowest = |sight: &dyn Sight| {
-        let envelope = sight::Envelope { sight, tolerance: 0.0 };
+    let lowest = |visibility: &dyn Visibility| {
+        let envelope = visibility::Envelope { visibility, tolerance: 0.0 };
         let (grid, values) = field::solve(&surface, &extent, envelope, &progress).unwrap();
         let inside = (0..grid.len()).filter(|&node| values[node] < 0.0).map(|node| grid.place(node).z);
         inside.fold(0.0, f64::min)
@@ -273,7 +273,7 @@ fn field_and_fill_keep_out_of_seen_space_each() {
     assert!(lowest(&Below(-0.8)) >= -0.8);
     let lid = part(&ball(12), |p| p.z < -0.65);
     let mut growing = stitch::Growing::new(&surface, &lid);
-    let envelope = sight::Envelope { sight: &Below(-0.9), tolerance: 0.0 };
+    let envelope = visibility::Envelope { visibility: &Below(-0.9), tolerance: 0.0 };
     let seen = |growing: &stitch::Growing| {
         retreat::in_seen_space(growing, envelope, cell, &progress).unwrap().iter().filter(|seen| **seen).count()
     };
@@ -290,9 +290,9 @@ fn small_loops_are_closed_by_fans_out_of_seen_space() {
     let progress = Progress::none();
     let surface = surface::Surface::new(&open, 1, &progress).unwrap();
     let empty = TriMesh::default();
-    let closes = |sight: &dyn Sight| {
+    let closes = |visibility: &dyn Visibility| {
         let mut growing = stitch::Growing::new(&surface, &empty);
-        let envelope = sight::Envelope { sight, tolerance: 0.0 };
+        let envelope = visibility::Envelope { visibility, tolerance: 0.0 };
         fan::close_loops(&mut growing, Some(envelope), 0.1, &progress).unwrap();
         let result = TriMesh::new(growing.positions, growing.triangles);
         let deepest = result.positions[open.positions.len()..].iter().map(|p| p.z).fold(-1.0, f64::max);
@@ -301,7 +301,7 @@ fn small_loops_are_closed_by_fans_out_of_seen_space() {
     let (is_closed, free) = closes(&Blind);
     assert!(is_closed);
     struct Middle;
-    impl Sight for Middle {
+    impl Visibility for Middle {
         fn is_empty_at(&self, place: DVec3, _: f64) -> bool {
             place.truncate().length() < 0.2 && place.z < -0.84
         }
@@ -314,7 +314,7 @@ fn small_loops_are_closed_by_fans_out_of_seen_space() {
 /// Says of a ball around the south pole that it is empty, whatever anybody measured.
 struct Contradicting;
 
-impl Sight for Contradicting {
+impl Visibility for Contradicting {
     fn is_empty_at(&self, place: DVec3, tolerance: f64) -> bool {
         place.distance(DVec3::new(0.0, 0.0, -1.0)) < 0.9 - tolerance
     }
@@ -347,8 +347,8 @@ fn what_was_seen_through_is_not_closed_but_by_force() {
 fn the_same_bytes_come_from_any_number_of_threads() {
     let open = part(&ball(12), |p| p.z > -0.6 && p.x < 0.9);
     let scans = images(&ball(12), &[DVec3::new(0.0, 3.0, 3.0), DVec3::new(3.0, -3.0, 1.0)], 100);
-    let sight = Scans::of_images(&scans, &Progress::none()).unwrap();
-    let of = |threads: usize| closed(&open, &sight, &CloseParams { threads, ..CloseParams::default() }).mesh;
+    let visibility = Scans::of_images(&scans, &Progress::none()).unwrap();
+    let of = |threads: usize| closed(&open, &visibility, &CloseParams { threads, ..CloseParams::default() }).mesh;
     let one = of(1);
     assert!(one == of(2) && one == of(3));
 }

@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::creases::Pieces;
 use super::kmeans::members;
 use super::net::{CORNER, Net};
-use super::polygons::{Polygons, Spot};
+use super::polygons::{PolygonSpot, Polygons};
 use super::surface::{NONE, Place, Surface};
 
 /// The mesh of all fans. Nodes: the centres in the order of the patches, then the nodes of the polygons. Those of patches with a
@@ -32,16 +32,16 @@ pub fn mesh(
         });
     }
     nodes.extend(polygons.spots.iter().map(|spot| match *spot {
-        Spot::Face(t) => {
+        PolygonSpot::Face(t) => {
             let [a, b, c] = surface.corners(t);
             (Place { point: a + ((b - a) + (c - a)) / 3.0, triangle: t }, NONE, NONE)
         }
-        Spot::BorderEdge(h) => (middle(surface, h), h, NONE),
-        Spot::BorderVertex(v) => {
+        PolygonSpot::BorderEdge(h) => (middle(surface, h), h, NONE),
+        PolygonSpot::BorderVertex(v) => {
             let ends = pieces.is_some_and(|p| p.has(v, labels[v as usize]));
             (at_vertex(v), surface.first[v as usize], if ends { CORNER } else { NONE })
         }
-        Spot::Crease(h) => (middle(surface, h), NONE, h),
+        PolygonSpot::Crease(h) => (middle(surface, h), NONE, h),
     }));
     let mut triangles = Vec::with_capacity(polygons.nodes.len());
     let mut ridges = Vec::new();

@@ -12,7 +12,7 @@ use super::surface::{NONE, Surface};
 
 /// Where a node of a polygon is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Spot {
+pub enum PolygonSpot {
     /// A face in which three patches meet.
     Face(u32),
     /// A half-edge on the border, between two patches.
@@ -26,7 +26,7 @@ pub enum Spot {
 /// The circles around patches, each a cycle of nodes with the patch on its left.
 #[derive(Default)]
 pub struct Polygons {
-    pub spots: Vec<Spot>,
+    pub spots: Vec<PolygonSpot>,
     /// Nodes of circle c: `nodes[starts[c]..starts[c + 1]]`.
     pub starts: Vec<u32>,
     pub nodes: Vec<u32>,
@@ -139,7 +139,7 @@ impl Tracer<'_> {
             if self.label(w) != patch {
                 let on_crease = |v: &&u32| self.pieces.is_some_and(|p| p.has(**v, patch));
                 let middle = self.run.iter().find(on_crease).unwrap_or(&self.run[self.run.len() / 2]);
-                self.polygons.spots.push(Spot::BorderVertex(*middle));
+                self.polygons.spots.push(PolygonSpot::BorderVertex(*middle));
                 self.polygons.nodes.push(self.polygons.spots.len() as u32 - 1);
                 self.node_at_border(h);
                 return h;
@@ -152,7 +152,7 @@ impl Tracer<'_> {
         let node = &mut self.at_face[t as usize];
         if *node == NONE {
             *node = self.polygons.spots.len() as u32;
-            self.polygons.spots.push(Spot::Face(t));
+            self.polygons.spots.push(PolygonSpot::Face(t));
         }
         self.polygons.nodes.push(*node);
     }
@@ -162,7 +162,7 @@ impl Tracer<'_> {
         let new = self.polygons.spots.len() as u32;
         let node = *self.at_crease.entry(first).or_insert(new);
         if node == new {
-            self.polygons.spots.push(Spot::Crease(first));
+            self.polygons.spots.push(PolygonSpot::Crease(first));
         }
         self.polygons.nodes.push(node);
     }
@@ -171,7 +171,7 @@ impl Tracer<'_> {
         let node = &mut self.at_border[self.surface.from(h) as usize];
         if *node == NONE {
             *node = self.polygons.spots.len() as u32;
-            self.polygons.spots.push(Spot::BorderEdge(h));
+            self.polygons.spots.push(PolygonSpot::BorderEdge(h));
         }
         self.polygons.nodes.push(*node);
     }

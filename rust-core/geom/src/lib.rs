@@ -18,12 +18,12 @@
 pub mod bvh;
 pub mod delaunay2;
 pub mod delaunay3;
+pub mod double_double;
 pub mod flow;
-pub mod horn;
 pub mod linear;
 pub mod neighbours;
 pub mod predicates;
+pub mod rigid_fit;
 pub mod span;
 pub mod triangles;
-pub mod twice;
 mod wide;

@@ -6,9 +6,9 @@ pub mod places;
 pub mod range_image;
 pub mod rigid;
 pub mod select;
-pub mod sight;
 pub mod source;
 pub mod triangulate;
 pub mod vertices;
+pub mod visibility;
 
 pub use range_image::RangeImage;

@@ -2,7 +2,7 @@
 //! the next merge goes on with (`run::incremental`), or files, block by block and task by task (`run::out_of_core`).
 
 use crate::crossings::lattice::Lattice;
-use crate::crossings::scan_order::Places;
+use crate::crossings::scan_order::ScanPlaces;
 use crate::finish::close_holes::Room;
 use crate::finish::write::Besides;
 use crate::finish::{close_holes, components, noise, refuse_nothing, write};
@@ -82,7 +82,7 @@ pub struct Built<T> {
     /// The system that the scans lie in.
     pub crs: Option<Crs>,
     /// Where the scans of the vertices stand in their order.
-    pub places: Places,
+    pub places: ScanPlaces,
     /// Figures so far.
     pub report: MergeReport,
 }

@@ -25,7 +25,7 @@ use image::range_image::{Projection, RangeImage, Viewing};
 use image::triangulate::TriangulateParams;
 use mesh::check::check;
 use mesh::{Attribute, AttributeData, TriMesh, measure};
-use scan::{self, Camera, ScanParams, Turntable, shapes::Shape};
+use scan::{self, ScanParams, TurntableViews, VirtualCamera, shapes::Shape};
 
 /// A merge of which settings are given that are no parameters.
 pub(crate) fn by_setup(
@@ -62,8 +62,9 @@ pub(crate) fn scans_with(shape: Shape, pixels: usize, params: &ScanParams) -> Ve
     let bvh = Bvh::build(&mesh.positions, &mesh.triangles, 0).unwrap();
     let bounds = scan::bounds(&mesh.positions).unwrap();
     let cameras =
-        scan::turntable(bounds, &Turntable { around: 5, pixels, ..Turntable::default() }, &Progress::none()).unwrap();
-    let look = |(i, camera): (usize, &Camera)| {
+        scan::turntable(bounds, &TurntableViews { around: 5, pixels, ..TurntableViews::default() }, &Progress::none())
+            .unwrap();
+    let look = |(i, camera): (usize, &VirtualCamera)| {
         let params = ScanParams { seed: i as u64, ..*params };
         let mut image = scan::scan(&mesh, &bvh, camera, &params, &Progress::none()).unwrap();
         image.name = format!("scan{i}");

@@ -8,7 +8,7 @@
 //! | 4 | `curves` | density -> vertical curves |
 //! | 5 | `rows` | density along curves -> vertices |
 //! | 6 | `stitch`, `snap` | vertices -> one grid of pixels without folds, drawn onto the surface's border |
-//! | 7 | `measure`, `sight` | grid and image -> errors, and the better diagonal of each quad |
+//! | 7 | `measure`, `quad_distance` | grid and image -> errors, and the better diagonal of each quad |
 //! | 8 | `place`, `grid` | grid -> quads and triangles in space |
 //! | 9 | `spline` | grid -> B-spline surface |
 //!
@@ -46,7 +46,7 @@ mod stitch;
 
 // 7. errors
 mod measure;
-mod sight;
+mod quad_distance;
 
 // 8. the result
 mod grid;

@@ -6,7 +6,7 @@
 use rayon::prelude::*;
 
 use super::place::Vertices;
-use super::sight::{Corner, Flat, Free, Lanes, Pinhole, Points, QuadSums, Sight, Sums};
+use super::quad_distance::{Corner, Flat, Free, Lanes, Pinhole, Points, QuadSums, Sight, Sums};
 use super::stitch::Net;
 use base::error::Result;
 use base::progress::Progress;

@@ -8,7 +8,7 @@
 
 use glam::{DMat3, DVec3};
 
-use super::sight::linear_value;
+use super::quad_distance::linear_value;
 use super::stitch::Net;
 use base::error::Result;
 use base::progress::Progress;

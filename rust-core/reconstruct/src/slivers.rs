@@ -6,7 +6,7 @@
 
 use glam::DVec3;
 
-use geom::twice::{self, Twice, Vector};
+use geom::double_double::{self, DoubleDouble, Vector};
 
 /// A cell is too flat for twice the precision as well if its volume is less than this share of that of a box over its edges.
 const FLATTEST: f64 = 1e-28;
@@ -14,10 +14,10 @@ const FLATTEST: f64 = 1e-28;
 /// The centre of the ball through the corners of a cell as seen from the first of them, and whether it lies on the cell's side of the facet opposite
 /// to each; `None` for cells that lie in a plane as far as can be told.
 pub(super) fn ball([a, b, c, d]: [DVec3; 4]) -> Option<(DVec3, [bool; 4])> {
-    let edges @ [u, v, w] = [b, c, d].map(|corner| twice::difference(corner, a));
-    let normals = [twice::cross(v, w), twice::cross(w, u), twice::cross(u, v)];
-    let volume = twice::dot(u, normals[0]);
-    let squares = edges.map(|edge| twice::dot(edge, edge));
+    let edges @ [u, v, w] = [b, c, d].map(|corner| double_double::difference(corner, a));
+    let normals = [double_double::cross(v, w), double_double::cross(w, u), double_double::cross(u, v)];
+    let volume = double_double::dot(u, normals[0]);
+    let squares = edges.map(|edge| double_double::dot(edge, edge));
     let flattest = FLATTEST * squares.iter().map(|square| square.value()).product::<f64>().sqrt();
     // Also for NaN.
     if !(volume.value().abs() > flattest) {
@@ -29,10 +29,10 @@ pub(super) fn ball([a, b, c, d]: [DVec3; 4]) -> Option<(DVec3, [bool; 4])> {
         part(0) + part(1) + part(2)
     });
     // Volumes of the cells that the centre makes with the facets, times twice the volume: positive on the cell's side of them.
-    let [beside_b, beside_c, beside_d] = normals.map(|normal| twice::dot(centre, normal));
+    let [beside_b, beside_c, beside_d] = normals.map(|normal| double_double::dot(centre, normal));
     let beside_a = volume * volume + volume * volume - beside_b - beside_c - beside_d;
     let sides = [beside_a, beside_b, beside_c, beside_d].map(|beside| beside.value() >= 0.0);
-    Some((DVec3::from_array(centre.map(Twice::value)) * (0.5 / volume.value()), sides))
+    Some((DVec3::from_array(centre.map(DoubleDouble::value)) * (0.5 / volume.value()), sides))
 }
 
 #[cfg(test)]

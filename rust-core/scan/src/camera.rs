@@ -10,7 +10,7 @@ use image::range_image::{DepthKind, Projection};
 
 /// A virtual scanner: `rows` x `cols` pixels, how they see, and the true pose.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Camera {
+pub struct VirtualCamera {
     /// Rows of the image.
     pub rows: usize,
     /// Columns of the image.
@@ -21,7 +21,7 @@ pub struct Camera {
     pub world_from_sensor: DAffine3,
 }
 
-impl Camera {
+impl VirtualCamera {
     /// Parallel rays: looks along `toward`, `target` in the middle of the image, pixels `spacing` apart, row 0 on the side of
     /// `up`, or any side if that is zero. Along -z for a `toward` of zero.
     ///
@@ -42,7 +42,7 @@ impl Camera {
         magnitude::place("the camera's target", target)?;
         let axes = axes(toward, up)?;
         let first = [-0.5 * spacing * (cols.max(1) - 1) as f64, 0.5 * spacing * (rows.max(1) - 1) as f64];
-        Ok(Camera {
+        Ok(VirtualCamera {
             rows,
             cols,
             projection: Projection::Orthographic { first, step: [spacing, -spacing] },
@@ -61,7 +61,7 @@ impl Camera {
         let axes = axes(target - eye, up)?;
         let focal = focal(rows, height_angle)?;
         let centre = [0.5 * (cols.max(1) - 1) as f64, 0.5 * (rows.max(1) - 1) as f64];
-        Ok(Camera {
+        Ok(VirtualCamera {
             rows,
             cols,
             projection: Projection::Pinhole { focal: [focal, focal], centre, depth: DepthKind::Planar },
@@ -83,7 +83,7 @@ impl Camera {
         let axes = axes(up.any_orthogonal_vector(), up)?;
         let first = [-std::f64::consts::PI, highest];
         let step = [std::f64::consts::TAU / cols.max(1) as f64, (lowest - highest) / (rows.max(2) - 1) as f64];
-        Ok(Camera {
+        Ok(VirtualCamera {
             rows,
             cols,
             projection: Projection::Spherical { first, step },
@@ -163,7 +163,7 @@ fn axes(toward: DVec3, up: DVec3) -> Result<Axes> {
 
 /// How [`turntable`] places its cameras.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Turntable {
+pub struct TurntableViews {
     /// Cameras on a ring about the vertical.
     pub around: usize,
     /// Cameras that look down from all sides.
@@ -180,10 +180,10 @@ pub struct Turntable {
     pub height_angle: Option<f64>,
 }
 
-impl Default for Turntable {
+impl Default for TurntableViews {
     /// Eight around, two above, two below, orthographic, z up, 400 pixels across.
     fn default() -> Self {
-        Turntable {
+        TurntableViews {
             around: 8,
             above: 2,
             below: 2,
@@ -200,7 +200,11 @@ impl Default for Turntable {
 /// # Errors
 /// [`Error::Input`] for bounds or a vertical that aren't finite or have no size, or an angle that isn't between 0 and pi.
 /// [`Error::OutOfMemory`]; [`Error::Cancelled`].
-pub fn turntable((lo, hi): (DVec3, DVec3), table: &Turntable, progress: &Progress<'_>) -> Result<Vec<Camera>> {
+pub fn turntable(
+    (lo, hi): (DVec3, DVec3),
+    table: &TurntableViews,
+    progress: &Progress<'_>,
+) -> Result<Vec<VirtualCamera>> {
     let up = magnitude::direction("the turntable's vertical", table.up)?.normalize();
     magnitude::coordinate("the cameras' elevation", table.elevation)?;
     for corner in [lo, hi] {
@@ -219,7 +223,7 @@ pub fn turntable((lo, hi): (DVec3, DVec3), table: &Turntable, progress: &Progres
     let rings = [(table.around, 0.0, 0.0), (table.above, table.elevation, 0.25), (table.below, -table.elevation, 0.75)];
     let count = [table.above, table.below].iter().fold(table.around, |sum, count| sum.saturating_add(*count));
     // Hosts make objects of them.
-    memory::expect_each(count, 2.0 * size_of::<Camera>() as f64, 0.0, "placing", "cameras")?;
+    memory::expect_each(count, 2.0 * size_of::<VirtualCamera>() as f64, 0.0, "placing", "cameras")?;
     let mut cameras = memory::reserved(count, || format!("placing {count} cameras"))?;
     progress.watch(|| {
         for (count, elevation, shift) in rings {
@@ -238,7 +242,7 @@ pub fn turntable((lo, hi): (DVec3, DVec3), table: &Turntable, progress: &Progres
                     ),
                     Some(angle) => {
                         let eye = centre + from * (1.001 * radius / (0.5 * angle).sin());
-                        Camera::pinhole(table.pixels, table.pixels, angle, eye, centre, up)
+                        VirtualCamera::pinhole(table.pixels, table.pixels, angle, eye, centre, up)
                     }
                 };
                 cameras.push(camera?);
@@ -250,9 +254,9 @@ pub fn turntable((lo, hi): (DVec3, DVec3), table: &Turntable, progress: &Progres
 }
 
 /// An orthographic camera that sees the bounds with a margin of at least half a pixel, and little else.
-fn orthographic_fit((lo, hi): (DVec3, DVec3), spacing: f64, toward: DVec3, up: DVec3) -> Result<Camera> {
+fn orthographic_fit((lo, hi): (DVec3, DVec3), spacing: f64, toward: DVec3, up: DVec3) -> Result<VirtualCamera> {
     let axes = axes(toward, up)?;
     let size = hi - lo;
     let pixels = |axis: DVec3| (size.dot(axis.abs()) / spacing).ceil() as usize + 2;
-    Camera::orthographic(pixels(axes.y), pixels(axes.x), spacing, lo.midpoint(hi), toward, up)
+    VirtualCamera::orthographic(pixels(axes.y), pixels(axes.x), spacing, lo.midpoint(hi), toward, up)
 }

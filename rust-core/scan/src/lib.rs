@@ -17,7 +17,15 @@ mod rays;
 
 pub mod sculpture;
 
-pub use camera::{Camera, Turntable, turntable};
+pub use camera::{TurntableViews, VirtualCamera, turntable};
+
+/// The former name of [`VirtualCamera`].
+#[deprecated(since = "0.2.0", note = "it is called `VirtualCamera`")]
+pub type Camera = VirtualCamera;
+
+/// The former name of [`TurntableViews`].
+#[deprecated(since = "0.2.0", note = "it is called `TurntableViews`")]
+pub type Turntable = TurntableViews;
 pub use mesh::measure::bounds;
 pub use mesh::shapes;
 pub use operation::OPERATION;
@@ -92,7 +100,7 @@ impl ScanParams {
 pub fn scan(
     mesh: &TriMesh,
     bvh: &Bvh<'_>,
-    camera: &Camera,
+    camera: &VirtualCamera,
     params: &ScanParams,
     progress: &Progress<'_>,
 ) -> Result<RangeImage> {
@@ -144,7 +152,7 @@ pub fn scan(
     Ok(image)
 }
 
-fn allocate<T: Clone>(count: usize, value: T, camera: &Camera) -> Result<Vec<T>> {
+fn allocate<T: Clone>(count: usize, value: T, camera: &VirtualCamera) -> Result<Vec<T>> {
     let mut all = memory::reserved(count, || format!("an image of {} x {} pixels", camera.rows, camera.cols))?;
     all.resize(count, value);
     Ok(all)

@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DVec3};
 
-use super::Camera;
+use super::VirtualCamera;
 use base::error::{Error, Result};
 use geom::bvh::{PACKET, Ray};
 use image::range_image::{DepthKind, Projection};
@@ -45,7 +45,7 @@ enum Kind {
 }
 
 impl Tiles {
-    pub fn new(camera: &Camera, max_range: Option<f64>) -> Result<Self> {
+    pub fn new(camera: &VirtualCamera, max_range: Option<f64>) -> Result<Self> {
         let along = |count: usize, f: &dyn Fn(f64) -> f64| (0..count).map(|i| f(i as f64)).collect::<Vec<f64>>();
         let turns = |angles: Vec<f64>| angles.into_iter().map(|a| (a.cos(), a.sin())).collect::<Vec<_>>();
         let (rows, cols) = (camera.rows, camera.cols);

@@ -4,7 +4,7 @@ use super::shapes::Shape;
 use super::*;
 use image::range_image::{DepthKind, Projection};
 
-fn shoot(mesh: &TriMesh, camera: &Camera, params: &ScanParams) -> RangeImage {
+fn shoot(mesh: &TriMesh, camera: &VirtualCamera, params: &ScanParams) -> RangeImage {
     let bvh = Bvh::build(&mesh.positions, &mesh.triangles, 1).unwrap();
     scan(mesh, &bvh, camera, params, &Progress::none()).unwrap()
 }
@@ -14,12 +14,12 @@ fn turned() -> DMat3 {
 }
 
 /// Cameras of every kind that look at the origin from about 5 away.
-fn cameras(rows: usize, cols: usize) -> Vec<Camera> {
+fn cameras(rows: usize, cols: usize) -> Vec<VirtualCamera> {
     let eye = turned() * DVec3::new(0.1, 0.3, 5.0);
     let mut cameras = vec![
-        Camera::orthographic(rows, cols, 0.05, DVec3::ZERO, -eye, DVec3::Y).unwrap(),
-        Camera::pinhole(rows, cols, 0.5, eye, DVec3::ZERO, DVec3::Z).unwrap(),
-        Camera::pinhole(rows, cols, 0.5, eye, DVec3::ZERO, DVec3::Z).unwrap(),
+        VirtualCamera::orthographic(rows, cols, 0.05, DVec3::ZERO, -eye, DVec3::Y).unwrap(),
+        VirtualCamera::pinhole(rows, cols, 0.5, eye, DVec3::ZERO, DVec3::Z).unwrap(),
+        VirtualCamera::pinhole(rows, cols, 0.5, eye, DVec3::ZERO, DVec3::Z).unwrap(),
     ];
     if let Projection::Pinhole { depth, .. } = &mut cameras[2].projection {
         *depth = DepthKind::Ray;
@@ -29,7 +29,7 @@ fn cameras(rows: usize, cols: usize) -> Vec<Camera> {
     let x = -eye.normalize();
     let y = DVec3::Z.cross(x).normalize();
     let world_from_sensor = DAffine3::from_mat3_translation(DMat3::from_cols(x, y, x.cross(y)), eye);
-    cameras.push(Camera { rows, cols, projection: spherical, world_from_sensor });
+    cameras.push(VirtualCamera { rows, cols, projection: spherical, world_from_sensor });
     cameras
 }
 
@@ -161,9 +161,9 @@ fn the_same_image_for_any_number_of_threads() {
     }
 }
 
-fn wall() -> (TriMesh, Camera) {
+fn wall() -> (TriMesh, VirtualCamera) {
     let mesh = Shape::Plane { half: DVec2::splat(10.0) }.mesh(1);
-    (mesh, Camera::pinhole(300, 300, 0.2, DVec3::new(0.0, 0.0, 8.0), DVec3::ZERO, DVec3::Y).unwrap())
+    (mesh, VirtualCamera::pinhole(300, 300, 0.2, DVec3::new(0.0, 0.0, 8.0), DVec3::ZERO, DVec3::Y).unwrap())
 }
 
 #[test]
@@ -193,7 +193,7 @@ fn noise_and_dropouts_grow_at_grazing_angles() {
         (c, ScanParams { noise: 0.01, noise_grazing: 2.0, dropout: 0.1, dropout_grazing: 0.8, ..ScanParams::default() })
     }) {
         let toward = DVec3::new((1.0 - cosine * cosine).sqrt(), 0.0, -cosine);
-        let camera = Camera::orthographic(300, 300, 1e-3, DVec3::ZERO, toward, DVec3::Y).unwrap();
+        let camera = VirtualCamera::orthographic(300, 300, 1e-3, DVec3::ZERO, toward, DVec3::Y).unwrap();
         let image = shoot(&mesh, &camera, &params);
         let expected = 0.1 + 0.8 * (1.0 - cosine).powi(4);
         assert!((share(&image) - expected).abs() < 5.0 * (expected / 90_000.0).sqrt(), "{} {expected}", share(&image));
@@ -270,7 +270,7 @@ fn colours_are_mixed_from_the_corners() {
     );
     let colours = vec![[255, 0, 0, 255], [0, 255, 0, 255], [0, 0, 255, 0]];
     mesh.vertex_attributes.push(mesh::Attribute::colour("colour", colours));
-    let camera = Camera::orthographic(1, 1, 1.0, DVec3::ZERO, DVec3::NEG_Z, DVec3::Y).unwrap();
+    let camera = VirtualCamera::orthographic(1, 1, 1.0, DVec3::ZERO, DVec3::NEG_Z, DVec3::Y).unwrap();
     // The pixel's ray meets the centroid.
     assert_eq!(shoot(&mesh, &camera, &ScanParams::default()).colour, Some(vec![[85, 85, 85, 170]]));
 }
@@ -279,7 +279,7 @@ fn colours_are_mixed_from_the_corners() {
 fn a_ring_of_cameras_sees_all_of_the_shape() {
     let mesh = Shape::Torus { major: 1.0, minor: 0.3 }.mesh(10);
     for height_angle in [None, Some(0.6)] {
-        let table = Turntable { pixels: 60, height_angle, ..Turntable::default() };
+        let table = TurntableViews { pixels: 60, height_angle, ..TurntableViews::default() };
         let cameras = turntable(bounds(&mesh.positions).unwrap(), &table, &Progress::none()).unwrap();
         assert_eq!(cameras.len(), 12);
         for camera in &cameras {
@@ -292,17 +292,21 @@ fn a_ring_of_cameras_sees_all_of_the_shape() {
             assert!(image.valid_count() > 100 && border.into_iter().all(|i| !image.is_valid(i)));
         }
     }
-    assert!(turntable((DVec3::ZERO, DVec3::ZERO), &Turntable::default(), &Progress::none()).is_err());
+    assert!(turntable((DVec3::ZERO, DVec3::ZERO), &TurntableViews::default(), &Progress::none()).is_err());
     assert!(
-        turntable((DVec3::ZERO, DVec3::ONE), &Turntable { up: DVec3::ZERO, ..Turntable::default() }, &Progress::none())
-            .is_err()
+        turntable(
+            (DVec3::ZERO, DVec3::ONE),
+            &TurntableViews { up: DVec3::ZERO, ..TurntableViews::default() },
+            &Progress::none()
+        )
+        .is_err()
     );
 }
 
 #[test]
 fn a_spherical_camera_sees_all_around() {
     let mesh = Shape::Cuboid { half: DVec3::splat(2.0) }.mesh(2);
-    let camera = Camera::spherical(45, 90, -1.5, 1.5, DVec3::new(0.3, 0.2, -0.1), DVec3::Y).unwrap();
+    let camera = VirtualCamera::spherical(45, 90, -1.5, 1.5, DVec3::new(0.3, 0.2, -0.1), DVec3::Y).unwrap();
     let image = shoot(&mesh, &camera, &ScanParams { backfaces: true, ..ScanParams::default() });
     assert_eq!(image.valid_count(), image.len());
     assert!(image.point_in_world(0).y > 1.9 && image.point_in_world(image.len() - 1).y < -1.9);
@@ -312,7 +316,7 @@ fn a_spherical_camera_sees_all_around() {
 fn odd_sizes_and_empty_meshes() {
     let mesh = Shape::Sphere { radius: 1.0 }.mesh(2);
     for (rows, cols) in [(0, 0), (0, 5), (5, 0), (1, 1), (1, 17), (9, 3)] {
-        let camera = Camera::orthographic(rows, cols, 0.01, DVec3::ZERO, DVec3::NEG_Z, DVec3::Y).unwrap();
+        let camera = VirtualCamera::orthographic(rows, cols, 0.01, DVec3::ZERO, DVec3::NEG_Z, DVec3::Y).unwrap();
         assert_eq!(shoot(&mesh, &camera, &ScanParams::default()).valid_count(), rows * cols);
         assert_eq!(shoot(&TriMesh::default(), &camera, &ScanParams::default()).valid_count(), 0);
     }
@@ -327,7 +331,7 @@ fn bad_input_is_named() {
     let mesh = Shape::Sphere { radius: 1.0 }.mesh(1);
     let bvh = Bvh::build(&mesh.positions, &mesh.triangles, 1).unwrap();
     let camera = cameras(4, 4)[1];
-    let fails = |camera: &Camera, params: &ScanParams, words: &str| {
+    let fails = |camera: &VirtualCamera, params: &ScanParams, words: &str| {
         let text = scan(&mesh, &bvh, camera, params, &Progress::none()).unwrap_err().to_string();
         assert!(text.contains(words), "{text}");
     };
@@ -335,9 +339,9 @@ fn bad_input_is_named() {
     fails(&camera, &ScanParams { dropout: 1.5, ..ScanParams::default() }, "dropout must be >= 0 and <= 1");
     fails(&camera, &ScanParams { seed: u64::MAX, ..ScanParams::default() }, "seed must be");
     fails(&camera, &ScanParams { max_range: Some(0.0), ..ScanParams::default() }, "max_range must be");
-    fails(&Camera { rows: usize::MAX, ..camera }, &ScanParams::default(), "too large");
+    fails(&VirtualCamera { rows: usize::MAX, ..camera }, &ScanParams::default(), "too large");
     let skewed = DAffine3::from_scale(DVec3::splat(2.0));
-    fails(&Camera { world_from_sensor: skewed, ..camera }, &ScanParams::default(), "rotation");
+    fails(&VirtualCamera { world_from_sensor: skewed, ..camera }, &ScanParams::default(), "rotation");
     let ranged = ScanParams { max_range: Some(1.0), ..ScanParams::default() };
     fails(&cameras(4, 4)[0], &ranged, "infinitely far");
     let other = TriMesh::default();
@@ -359,9 +363,9 @@ fn cancels_at_every_check() {
 #[test]
 fn cameras_of_unusable_numbers_are_refused_by_name() {
     let (zero, far) = (DVec3::ZERO, DVec3::new(0.0, 1e200, 0.0));
-    let pinhole = |angle: f64, eye, target, up| Camera::pinhole(9, 9, angle, eye, target, up).map(drop);
-    let flat = |spacing, target, toward, up| Camera::orthographic(9, 9, spacing, target, toward, up).map(drop);
-    let around = |lowest, highest, eye, up| Camera::spherical(9, 9, lowest, highest, eye, up).map(drop);
+    let pinhole = |angle: f64, eye, target, up| VirtualCamera::pinhole(9, 9, angle, eye, target, up).map(drop);
+    let flat = |spacing, target, toward, up| VirtualCamera::orthographic(9, 9, spacing, target, toward, up).map(drop);
+    let around = |lowest, highest, eye, up| VirtualCamera::spherical(9, 9, lowest, highest, eye, up).map(drop);
     let (x, y, z) = (DVec3::X, DVec3::Y, DVec3::Z);
     assert!(pinhole(1.0, x, zero, z).is_ok() && flat(0.1, zero, x, zero).is_ok() && around(-1.0, 1.0, zero, y).is_ok());
     let all = [
@@ -387,8 +391,8 @@ fn cameras_of_unusable_numbers_are_refused_by_name() {
         assert!(text.contains(words), "{text} says nothing of {words}");
     }
     let bounds = (DVec3::splat(-1.0), DVec3::splat(1.0));
-    let table = |change: fn(&mut Turntable)| {
-        let mut table = Turntable::default();
+    let table = |change: fn(&mut TurntableViews)| {
+        let mut table = TurntableViews::default();
         change(&mut table);
         turntable(bounds, &table, &Progress::none()).map(drop).unwrap_err().to_string()
     };
@@ -396,11 +400,11 @@ fn cameras_of_unusable_numbers_are_refused_by_name() {
     assert!(table(|t| t.height_angle = Some(0.0)).contains("got 0 rad"));
     assert!(table(|t| t.up = DVec3::new(0.0, 0.0, 1e200)).contains("(0, 0, 1e200)"));
     assert!(table(|t| t.elevation = 1e308).contains("1e308"));
-    let far = turntable((DVec3::ZERO, DVec3::splat(1e200)), &Turntable::default(), &Progress::none())
+    let far = turntable((DVec3::ZERO, DVec3::splat(1e200)), &TurntableViews::default(), &Progress::none())
         .unwrap_err()
         .to_string();
     assert!(far.contains("1e200"), "{far}");
-    let mut camera = Camera::pinhole(9, 9, 1.0, x, zero, z).unwrap();
+    let mut camera = VirtualCamera::pinhole(9, 9, 1.0, x, zero, z).unwrap();
     camera.projection = Projection::Pinhole { focal: [1e-70; 2], centre: [1e10; 2], depth: DepthKind::Planar };
     assert!(camera.validate().unwrap_err().to_string().contains("rays reach to "));
 }

@@ -8,7 +8,7 @@
 //! ```
 
 use super::folds;
-use super::sight::Sight;
+use super::rays::Sight;
 use base::error::{Error, Result};
 use base::progress::Progress;
 use image::range_image::{Projection, RangeImage};

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::domain::Domain;
 use super::pieces::Pieces;
-use super::sight::Sight;
+use super::rays::Sight;
 use base::error::Result;
 use base::progress::Progress;
 use image::range_image::RangeImage;

@@ -148,7 +148,7 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::sight::Sight;
+    use crate::rays::Sight;
     use crate::view::CentralSite;
     use crate::windows::Window;
     use image::range_image::Viewing;

@@ -7,8 +7,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use rayon::prelude::*;
 
-use super::dig::{Digging, Tile};
 use super::domain::Domain;
+use super::greedy_insertion::{Digging, Tile};
 use super::pieces::Pieces;
 use super::seams::{Required, tile_origins};
 use super::view::{LatticeSite, View};

@@ -4,7 +4,7 @@
 //! |---|---|---|
 //! | 1 | `domain`, `folds` | step-discontinuity triangles that don't hide behind others -> where the mesh may be |
 //! | 2 | `seams` | domain -> pixels that must be vertices |
-//! | 3 | `ladder`, `dig`, `delaunay` | tiles and their required pixels -> a mesh within the tolerance |
+//! | 3 | `ladder`, `greedy_insertion`, `delaunay` | tiles and their required pixels -> a mesh within the tolerance |
 //! | 4 | `polish`, `patch`, `borders`, `star`, `sides`, `search` | mesh -> mesh of fewer triangles within the tolerance |
 //! | 5 | `finish` | triangles over pixels -> mesh with attributes |
 //! | 6 | `certify`, `mend` | mesh and image -> distances, measured anew; what breaks the bound is split |
@@ -25,7 +25,7 @@ mod params;
 // What a pixel is, whatever the projection
 mod view;
 
-mod sight;
+mod rays;
 
 // 1. where the mesh may be
 mod domain;
@@ -38,7 +38,7 @@ mod seams;
 
 // 3. digging
 mod delaunay;
-mod dig;
+mod greedy_insertion;
 mod ladder;
 
 // between the stages

@@ -16,7 +16,7 @@ use geom::bvh::{Bvh, Ray};
 use image::frame::Camera;
 use mesh::{Attribute, TriMesh, srgb};
 use scan::sculpture::sculpture;
-use surfrecon_texture::{Photo, Pixels, Target, TextureParams, Textured, run};
+use surfrecon_texture::{Photo, Pixels, TextureParams, TextureTarget, Textured, run};
 use unwrap::UnwrapParams;
 
 const PIXELS: usize = 800;
@@ -85,7 +85,7 @@ fn main() -> Result<()> {
     let coarse = ClusterParams { resolution: Resolution::Vertices(4000), iterations: 10, ..ClusterParams::default() };
     let light = cluster::run(&detail, &coarse, &none)?.mesh;
     let flat = unwrap::run(&light, &UnwrapParams { size, ..UnwrapParams::default() }, &none)?;
-    let target = Target { mesh: &flat.mesh, uv: &flat.uv };
+    let target = TextureTarget { mesh: &flat.mesh, uv: &flat.uv };
     println!(
         "truth {} triangles, detailed {}, light {}, {} charts, {:.3} used, {:.2} texels per mm",
         truth.triangles.len(),
@@ -274,7 +274,7 @@ fn gain_residual(done: &Textured, case: Errors) -> f64 {
 }
 
 /// True colours of the covered texels: at the true point nearest to the texel's on the light mesh.
-fn true_colours(target: &Target<'_>, size: u32, bvh: &Bvh<'_>) -> Vec<Option<[u8; 3]>> {
+fn true_colours(target: &TextureTarget<'_>, size: u32, bvh: &Bvh<'_>) -> Vec<Option<[u8; 3]>> {
     let mut known = vec![None; (size * size) as usize];
     for (t, corners) in target.mesh.triangles.iter().enumerate() {
         let [a, b, c] = corners.map(|v| {

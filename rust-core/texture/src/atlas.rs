@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use base::error::Result;
 use base::progress::Progress;
 
-use super::target::{ROW, Target};
+use super::target::{ROW, TextureTarget};
 
 /// No triangle.
 pub const NONE: u32 = u32::MAX;
@@ -26,7 +26,7 @@ pub struct Texel {
 ///
 /// # Errors
 /// [`base::Error::Cancelled`].
-pub fn texels(target: &Target<'_>, tile: u32, size: u32, progress: &Progress<'_>) -> Result<Vec<Texel>> {
+pub fn texels(target: &TextureTarget<'_>, tile: u32, size: u32, progress: &Progress<'_>) -> Result<Vec<Texel>> {
     let mut triangles = vec![NONE; (size as usize).pow(2)];
     let low = DVec2::new(f64::from(tile % ROW), f64::from(tile / ROW));
     let in_texels = |t: usize| target.triangle(t).map(|at| centred(at - low, size));

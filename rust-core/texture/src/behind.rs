@@ -9,7 +9,7 @@ use geom::bvh::{Bvh, Closest, Ray};
 use mesh::TriMesh;
 
 use super::atlas::Texel;
-use super::target::{Target, face_normal};
+use super::target::{TextureTarget, face_normal};
 
 /// Texels between two checks.
 const BLOCK: usize = 1024;
@@ -49,7 +49,7 @@ pub struct Place {
 /// [`base::Error::Cancelled`].
 pub fn places(
     texels: &[Texel],
-    target: &Target<'_>,
+    target: &TextureTarget<'_>,
     normals: &[DVec3],
     detail: &Detail<'_>,
     progress: &Progress<'_>,
@@ -68,7 +68,7 @@ pub fn places(
 }
 
 /// The point of a texel on the mesh, and its smooth normal.
-pub fn on_target(texel: &Texel, target: &Target<'_>, normals: &[DVec3]) -> (DVec3, DVec3) {
+pub fn on_target(texel: &Texel, target: &TextureTarget<'_>, normals: &[DVec3]) -> (DVec3, DVec3) {
     let t = texel.triangle as usize;
     let [b, c] = texel.weights.map(f64::from);
     let mix = |[p, q, r]: [DVec3; 3]| p + (q - p) * b + (r - p) * c;

@@ -15,7 +15,7 @@ use super::blend::{self, Sum};
 use super::params::TextureParams;
 use super::photo::{self, Photo, Pixels};
 use super::poses::{self, Grey, Posed};
-use super::target::{self, Target};
+use super::target::{self, TextureTarget};
 use super::view::View;
 use super::{PhotoReport, Textured, Tile, fill, gains, light, mask, occlusion, relief, samples};
 
@@ -54,7 +54,7 @@ base::stages! {
 /// Parameters out of range; a mesh, texture coordinates, a surface, a photo or a camera that can't be used; neither photos nor
 /// colours of vertices; [`Error::OutOfMemory`]; [`Error::Cancelled`].
 pub fn run(
-    target: &Target<'_>,
+    target: &TextureTarget<'_>,
     detail: &TriMesh,
     photos: &[&dyn Photo],
     params: &TextureParams,
@@ -92,7 +92,7 @@ pub fn run(
 }
 
 struct Job<'a, 'p> {
-    target: &'a Target<'a>,
+    target: &'a TextureTarget<'a>,
     normals: Vec<DVec3>,
     detail: Detail<'a>,
     photos: &'a [&'a dyn Photo],

@@ -46,7 +46,7 @@ mod driver;
 pub use driver::run;
 pub use params::{SCHEMA, TextureParams};
 pub use photo::{Depths, Photo, Pixels};
-pub use target::Target;
+pub use target::TextureTarget;
 
 use glam::DAffine3;
 

@@ -6,10 +6,10 @@ use rayon::prelude::*;
 
 use super::atlas::Texel;
 use super::behind::{Place, on_target};
-use super::target::Target;
+use super::target::TextureTarget;
 
 /// Tangents of the corners, by MikkTSpace.
-pub fn tangents(target: &Target<'_>, normals: &[DVec3]) -> Vec<[[f32; 4]; 3]> {
+pub fn tangents(target: &TextureTarget<'_>, normals: &[DVec3]) -> Vec<[[f32; 4]; 3]> {
     let mut corners =
         Corners { target, normals, tangents: vec![[[1.0, 0.0, 0.0, 1.0]; 3]; target.mesh.triangles.len()] };
     // It answers that there is no triangle.
@@ -18,7 +18,7 @@ pub fn tangents(target: &Target<'_>, normals: &[DVec3]) -> Vec<[[f32; 4]; 3]> {
 }
 
 struct Corners<'a> {
-    target: &'a Target<'a>,
+    target: &'a TextureTarget<'a>,
     normals: &'a [DVec3],
     tangents: Vec<[[f32; 4]; 3]>,
 }
@@ -60,7 +60,7 @@ impl Geometry for Corners<'_> {
 pub fn normal_map(
     texels: &[Texel],
     places: &[Place],
-    target: &Target<'_>,
+    target: &TextureTarget<'_>,
     normals: &[DVec3],
     tangents: &[[[f32; 4]; 3]],
 ) -> Vec<[u8; 3]> {
@@ -84,7 +84,13 @@ pub fn normal_map(
 }
 
 /// Heights of the places over their texels, along the normal of the mesh.
-pub fn heights(texels: &[Texel], places: &[Place], target: &Target<'_>, normals: &[DVec3], origin: DVec3) -> Vec<f32> {
+pub fn heights(
+    texels: &[Texel],
+    places: &[Place],
+    target: &TextureTarget<'_>,
+    normals: &[DVec3],
+    origin: DVec3,
+) -> Vec<f32> {
     let of = |(texel, place): (&Texel, &Place)| {
         let (point, normal) = on_target(texel, target, normals);
         ((DVec3::from(place.point.map(f64::from)) + origin - point).dot(normal)) as f32

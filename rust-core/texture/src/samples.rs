@@ -8,7 +8,7 @@ use base::progress::Progress;
 
 use super::atlas::Texel;
 use super::behind::{Detail, Place, places};
-use super::target::Target;
+use super::target::TextureTarget;
 
 /// Samples; fewer with many photos.
 const COUNT: usize = 60_000;
@@ -20,7 +20,7 @@ const OF_ALL: usize = 16_000_000;
 /// # Errors
 /// [`base::Error::Cancelled`].
 pub fn spread(
-    target: &Target<'_>,
+    target: &TextureTarget<'_>,
     normals: &[DVec3],
     detail: &Detail<'_>,
     photos: usize,

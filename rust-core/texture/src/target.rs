@@ -13,14 +13,14 @@ pub const ROW: u32 = 10;
 
 /// A mesh with texture coordinates, one per vertex: those of UDIM tiles, v up.
 #[derive(Clone, Copy, Debug)]
-pub struct Target<'a> {
+pub struct TextureTarget<'a> {
     /// The mesh. Its vertices are split at seams.
     pub mesh: &'a TriMesh,
     /// Texture coordinates, one per vertex.
     pub uv: &'a [DVec2],
 }
 
-impl Target<'_> {
+impl TextureTarget<'_> {
     /// Number of tiles: one more than the highest that a triangle lies in.
     ///
     /// # Errors

@@ -42,7 +42,7 @@ mod driver;
 pub mod check;
 
 pub use driver::run;
-pub use params::{Extent, SCHEMA, UnwrapParams};
+pub use params::{ChartScale, SCHEMA, UnwrapParams};
 
 use glam::DVec2;
 

@@ -9,7 +9,7 @@ use glam::DVec2;
 use super::charts::{Charts, NONE};
 use super::flatten::{Generated, Known, generated};
 use super::join::area_vector;
-use super::params::{Extent, UnwrapParams};
+use super::params::{ChartScale, UnwrapParams};
 use super::surface::Surface;
 
 /// Tiles in a row of the plane.
@@ -32,9 +32,9 @@ pub struct Packed {
 pub fn pack(charts: &Charts, surface: &Surface, params: &UnwrapParams, progress: &Progress<'_>) -> Result<Packed> {
     let packer = Packer::new(charts, surface, params, progress);
     let most = match params.extent {
-        Extent::OneTile => 1,
-        Extent::Tiles(tiles) => tiles,
-        Extent::TexelsPerUnit(density) => {
+        ChartScale::OneTile => 1,
+        ChartScale::Tiles(tiles) => tiles,
+        ChartScale::TexelsPerUnit(density) => {
             let generated = packer.at(density * surface.unit)?;
             if generated.pages > ROW * ROW {
                 return Err(Error::input(format!(

@@ -4,7 +4,7 @@ use base::params::{angle, count, ratio};
 
 base::alternatives! {
     /// How large the charts are in the texture.
-    pub enum Extent of "unwrap" {
+    pub enum ChartScale of "unwrap" {
         /// Tiles to fill, as densely as they hold the charts.
         Tiles(u32) = tiles: count("Tiles").from_data("one").at_least(1.0).at_most(100.0),
         /// Texels per unit of length on the surface, in as many tiles as that takes.
@@ -20,7 +20,7 @@ base::params! {
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct UnwrapParams of "unwrap" with threads {
         /// How large the charts are in the texture.
-        extent: Extent,
+        extent: ChartScale,
         /// Columns and rows of a tile, in texels.
         size: u32 = count("Size").default(2048.0).at_least(16.0).at_most(32_768.0),
         /// Texels that stay free around each chart, twice as many between two. Mipmaps of level n need 2^n.

@@ -9,11 +9,11 @@ use mesh::shapes::Shape;
 use mesh::{Attribute, TriMesh};
 
 use super::check::{UvReport, check};
-use super::params::{Extent, UnwrapParams};
+use super::params::{ChartScale, UnwrapParams};
 use super::{Unwrapped, run};
 
 const SMALL: UnwrapParams =
-    UnwrapParams { extent: Extent::OneTile, size: 512, padding: 2, cone: 1.2, max_stretch: 4.0, threads: 1 };
+    UnwrapParams { extent: ChartScale::OneTile, size: 512, padding: 2, cone: 1.2, max_stretch: 4.0, threads: 1 };
 
 fn found(done: &Unwrapped) -> UvReport {
     check(&done.uv, &done.mesh.triangles, &Progress::none()).unwrap()
@@ -231,7 +231,7 @@ fn charts_keep_their_distance() {
 fn tiles_by_number_and_by_density() {
     let mesh = Shape::Torus { major: 3.0, minor: 1.0 }.mesh(4);
     let one = sound(&mesh, &SMALL);
-    let four = sound(&mesh, &UnwrapParams { extent: Extent::Tiles(4), ..SMALL });
+    let four = sound(&mesh, &UnwrapParams { extent: ChartScale::Tiles(4), ..SMALL });
     assert!(four.report.tiles > 1 && four.report.tiles <= 4, "{:?}", four.report);
     assert!(four.report.texels_per_unit > 1.5 * one.report.texels_per_unit, "{:?}", four.report);
     // Each triangle lies in one tile.
@@ -241,13 +241,13 @@ fn tiles_by_number_and_by_density() {
         assert!(t.iter().all(|&v| inside(v)));
     }
     let wanted = 1.6 * one.report.texels_per_unit;
-    let dense = sound(&mesh, &UnwrapParams { extent: Extent::TexelsPerUnit(wanted), ..SMALL });
+    let dense = sound(&mesh, &UnwrapParams { extent: ChartScale::TexelsPerUnit(wanted), ..SMALL });
     assert!((dense.report.texels_per_unit / wanted - 1.0).abs() < 0.01 && dense.report.tiles > 1, "{:?}", dense.report);
     let refused = |extent| run(&mesh, &UnwrapParams { extent, ..SMALL }, &Progress::none()).unwrap_err().to_string();
     assert!(
-        refused(Extent::TexelsPerUnit(1e4)).contains("use larger tiles"),
+        refused(ChartScale::TexelsPerUnit(1e4)).contains("use larger tiles"),
         "{}",
-        refused(Extent::TexelsPerUnit(1e4))
+        refused(ChartScale::TexelsPerUnit(1e4))
     );
 }
 

@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 
 use glam::DAffine3;
 use surfrecon::geom::bvh::Bvh;
-use surfrecon::scan::{Camera, ScanParams, Turntable, bounds, scan, sculpture::sculpture, turntable};
+use surfrecon::scan::{ScanParams, TurntableViews, VirtualCamera, bounds, scan, sculpture::sculpture, turntable};
 use surfrecon::{Progress, RangeImage, export};
 
 /// Four neighbours of nine around it, where they were taken.
@@ -15,9 +15,9 @@ pub fn views() -> &'static [RangeImage] {
         let none = Progress::none();
         let mesh = sculpture(3.0, 0, &none).unwrap();
         let bvh = Bvh::build(&mesh.positions, &mesh.triangles, 0).unwrap();
-        let table = Turntable { around: 9, above: 0, below: 0, pixels: 150, ..Turntable::default() };
+        let table = TurntableViews { around: 9, above: 0, below: 0, pixels: 150, ..TurntableViews::default() };
         let cameras = turntable(bounds(&mesh.positions).unwrap(), &table, &none).unwrap();
-        let see = |(k, camera): (usize, &Camera)| {
+        let see = |(k, camera): (usize, &VirtualCamera)| {
             let mut image = scan(&mesh, &bvh, camera, &ScanParams::default(), &none).unwrap();
             image.name = format!("view{k}");
             image

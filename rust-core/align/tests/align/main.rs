@@ -21,7 +21,7 @@ use image::RangeImage;
 use mesh::TriMesh;
 use mesh::shapes::Shape;
 use proptest::prelude::*;
-use scan::{Camera, ScanParams, scan};
+use scan::{ScanParams, VirtualCamera, scan};
 use scans::{PIXELS, aligned, around, errors, look, placed, sources, statue, without_poses};
 use surfrecon_align::{AlignParams, Alignment, Constraints, PairState, Pick, ScanSource, ScanState, Start, run};
 
@@ -194,7 +194,8 @@ fn what_stands_still_before_the_sensor_is_named() {
             let scene = turned(turn);
             let bvh = Bvh::build(&scene.positions, &scene.triangles, 0).unwrap();
             let eye = DVec3::new(0.78, 0.2, 0.4);
-            let camera = Camera::pinhole(PIXELS, PIXELS, 1.4, eye, DVec3::new(-0.2, 0.0, 0.1), DVec3::Z).unwrap();
+            let camera =
+                VirtualCamera::pinhole(PIXELS, PIXELS, 1.4, eye, DVec3::new(-0.2, 0.0, 0.1), DVec3::Z).unwrap();
             let params = ScanParams { threads: 1, ..ScanParams::default() };
             let mut image = scan(&scene, &bvh, &camera, &params, &Progress::none()).unwrap();
             image.name = format!("turned {turn}");

@@ -8,7 +8,7 @@ use image::source::ScanSource as _;
 use mesh::TriMesh;
 use mesh::shapes::Shape;
 use proptest::prelude::*;
-use scan::{Camera, ScanParams, scan};
+use scan::{ScanParams, VirtualCamera, scan};
 use surfrecon_align::{AlignParams, Alignment, Constraints, ScanState, Start, run};
 
 use crate::scans::{around, errors, placed, sources, statue};
@@ -61,7 +61,7 @@ pub fn film(room: &TriMesh, places: &[(DVec3, DVec3)], (rows, cols): (usize, usi
     let bvh = Bvh::build(&room.positions, &room.triangles, 0).unwrap();
     let seen = |k: usize| {
         let (eye, target) = places[k];
-        let camera = Camera::pinhole(rows, cols, 1.2, eye, target, DVec3::Z).unwrap();
+        let camera = VirtualCamera::pinhole(rows, cols, 1.2, eye, target, DVec3::Z).unwrap();
         let params = ScanParams { noise, seed: k as u64, threads: 1, ..ScanParams::default() };
         let mut image = scan(room, &bvh, &camera, &params, &Progress::none()).unwrap();
         image.name = format!("frame {k}");

@@ -10,22 +10,22 @@ use glam::{DAffine3, DQuat, DVec3};
 use image::RangeImage;
 use image::source::{Loading, OrientedSurface};
 use mesh::TriMesh;
-use scan::{Camera, ScanParams, scan, sculpture::sculpture};
+use scan::{ScanParams, VirtualCamera, scan, sculpture::sculpture};
 use surfrecon_align::{AlignParams, Alignment, Constraints, Moment, ScanSource, ScanState, run};
 
 pub const PIXELS: usize = 140;
 
 /// A pinhole camera that looks at all of a mesh from a direction.
-pub fn camera(mesh: &TriMesh, from: DVec3, roll: f64) -> Camera {
+pub fn camera(mesh: &TriMesh, from: DVec3, roll: f64) -> VirtualCamera {
     let (lo, hi) = mesh::measure::bounds(&mesh.positions).unwrap();
     let direction = from.normalize();
     let up = DQuat::from_axis_angle(direction, roll) * direction.any_orthonormal_vector();
     let eye = lo.midpoint(hi) + 2.5 * (hi - lo).length() * direction;
-    Camera::pinhole(PIXELS, PIXELS, 2.0 * 0.2_f64.atan(), eye, lo.midpoint(hi), up).unwrap()
+    VirtualCamera::pinhole(PIXELS, PIXELS, 2.0 * 0.2_f64.atan(), eye, lo.midpoint(hi), up).unwrap()
 }
 
 /// What a camera sees, with noise in spacings; the samples are in the sensor's frame.
-pub fn seen(mesh: &TriMesh, camera: &Camera, noise: f64, seed: u64) -> RangeImage {
+pub fn seen(mesh: &TriMesh, camera: &VirtualCamera, noise: f64, seed: u64) -> RangeImage {
     let (lo, hi) = mesh::measure::bounds(&mesh.positions).unwrap();
     let noise = noise * (hi - lo).length() / PIXELS as f64;
     let params = ScanParams { noise, seed, threads: 1, ..ScanParams::default() };

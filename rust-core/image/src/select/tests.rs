@@ -8,7 +8,7 @@ use crate::range_image::noise::Noise;
 use crate::range_image::test_images::{ahead, as_point_grid, projections, render, sphere};
 use crate::range_image::{DepthKind, Projection};
 use crate::rigid;
-use crate::sight::{LinesOfSight, Seen};
+use crate::visibility::{LinesOfSight, Seen};
 use base::Error;
 use mesh::Attribute;
 use mesh::shapes::Shape;

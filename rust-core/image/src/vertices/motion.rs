@@ -10,7 +10,7 @@
 use glam::{DAffine3, DMat3, DVec3};
 
 use base::error::{Error, Result};
-use geom::horn::Horn;
+use geom::rigid_fit::RigidFit;
 
 /// How far off vertices may lie, relative to the largest coordinate: some operations in single precision, each of which
 /// rounds by up to 6e-8.
@@ -188,9 +188,9 @@ fn similarities(pairs: &[[DVec3; 2]]) -> [Option<DAffine3>; 2] {
     let [from, to] = means(pairs);
     let worst = |motion: &DAffine3| pairs.iter().map(|pair| residual(motion, pair)).fold(0.0, f64::max);
     let candidate = |mirror: DVec3| {
-        let mut horn = Horn::new();
-        pairs.iter().for_each(|pair| horn.point(mirror * (pair[0] - from), pair[1] - to, 1.0));
-        let turn = horn.solve()?.matrix3 * DMat3::from_diagonal(mirror);
+        let mut fit = RigidFit::new();
+        pairs.iter().for_each(|pair| fit.point(mirror * (pair[0] - from), pair[1] - to, 1.0));
+        let turn = fit.solve()?.matrix3 * DMat3::from_diagonal(mirror);
         let along: f64 = pairs.iter().map(|pair| (turn * (pair[0] - from)).dot(pair[1] - to)).sum();
         let scale = along / pairs.iter().map(|pair| pair[0].distance_squared(from)).sum::<f64>();
         let axes = turn * scale;

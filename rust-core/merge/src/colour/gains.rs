@@ -7,8 +7,8 @@
 use rayon::prelude::*;
 
 use crate::crossings::edge_colours::Member;
-use crate::crossings::edge_sums::Tally;
-use crate::crossings::scan_order::Roll;
+use crate::crossings::edge_sums::EdgeSums;
+use crate::crossings::scan_order::ScanOrder;
 use crate::field::Bundles;
 use crate::{MergeParams, MergeReport};
 use base::error::Result;
@@ -58,41 +58,41 @@ pub struct Pair {
 /// Cancelled.
 pub fn tell(
     bundles: &Bundles,
-    roll: &Roll<'_>,
+    scan_order: &ScanOrder<'_>,
     coloured: bool,
     params: &MergeParams,
     report: &mut MergeReport,
     progress: &Progress<'_>,
 ) -> Result<()> {
     if params.match_exposure && coloured {
-        report.colour_gains = measure(bundles, roll, progress)?;
+        report.colour_gains = measure(bundles, scan_order, progress)?;
         progress.lap("colours");
     }
     Ok(())
 }
 
-/// The factors for red, green and blue that make the scans equally bright; empty if they are, or none overlap. O(tallies +
+/// The factors for red, green and blue that make the scans equally bright; empty if they are, or none overlap. O(sums +
 /// scans).
 ///
 /// # Errors
 /// Cancelled.
-fn measure(bundles: &Bundles, roll: &Roll<'_>, progress: &Progress<'_>) -> Result<Vec<[f64; 3]>> {
+fn measure(bundles: &Bundles, scan_order: &ScanOrder<'_>, progress: &Progress<'_>) -> Result<Vec<[f64; 3]>> {
     let each = || bundles.list.par_iter().map(|bundle| &bundle.list);
-    let sample = Sample::of(each().map(|list| shared(list).count()).sum(), roll.len());
-    let of_bundle = |list: &Vec<Tally>| {
+    let sample = Sample::of(each().map(|list| shared(list).count()).sum(), scan_order.len());
+    let of_bundle = |list: &Vec<EdgeSums>| {
         progress.check()?;
         Ok(sample.pairs(list))
     };
-    solve(each().map(of_bundle).collect::<Result<Vec<_>>>()?.concat(), roll, progress)
+    solve(each().map(of_bundle).collect::<Result<Vec<_>>>()?.concat(), scan_order, progress)
 }
 
-/// The same, of the scans of the roll in order, from pairs of a [`Sample`] of all tallies, in any order.
+/// The same, of the scans in order, from pairs of a [`Sample`] of all sums, in any order.
 ///
 /// # Errors
 /// Cancelled.
-pub fn solve(mut pairs: Vec<Pair>, roll: &Roll<'_>, progress: &Progress<'_>) -> Result<Vec<[f64; 3]>> {
-    let scans = roll.len();
-    let place = |number: u32| roll.place(number).expect("it is of a scan of the roll") as u32;
+pub fn solve(mut pairs: Vec<Pair>, scan_order: &ScanOrder<'_>, progress: &Progress<'_>) -> Result<Vec<[f64; 3]>> {
+    let scans = scan_order.len();
+    let place = |number: u32| scan_order.place(number).expect("it is of a scan of the order") as u32;
     pairs.iter_mut().for_each(|pair| pair.scans = pair.scans.map(place));
     pairs.par_sort_unstable();
     progress.check()?;
@@ -112,9 +112,9 @@ pub fn solve(mut pairs: Vec<Pair>, roll: &Roll<'_>, progress: &Progress<'_>) -> 
     Ok(if is_seen { factors() } else { Vec::new() })
 }
 
-/// The tallies that several scans have colours of.
-pub fn shared(list: &[Tally]) -> impl Iterator<Item = &Tally> {
-    list.iter().filter(|tally| tally.only_scan().is_none() && tally.members().iter().nth(1).is_some())
+/// The sums that several scans have colours of.
+pub fn shared(list: &[EdgeSums]) -> impl Iterator<Item = &EdgeSums> {
+    list.iter().filter(|edge| edge.only_scan().is_none() && edge.members().iter().nth(1).is_some())
 }
 
 /// Which edges are looked at.
@@ -133,10 +133,10 @@ impl Sample {
     }
 
     /// The pairs on those of a list.
-    pub fn pairs(&self, list: &[Tally]) -> Vec<Pair> {
+    pub fn pairs(&self, list: &[EdgeSums]) -> Vec<Pair> {
         let mut pairs = Vec::new();
-        for tally in shared(list).filter(|tally| tally.members().hash() >> 32 & (self.every - 1) == 0) {
-            let members: Vec<Member> = tally.members().iter().collect();
+        for edge in shared(list).filter(|edge| edge.members().hash() >> 32 & (self.every - 1) == 0) {
+            let members: Vec<Member> = edge.members().iter().collect();
             for (i, a) in members.iter().enumerate() {
                 pairs.extend(members[i + 1..].iter().filter_map(|b| pair(a, b, &self.logarithms)));
             }

@@ -7,10 +7,10 @@ use std::sync::{Arc, Mutex, PoisonError};
 use rustc_hash::{FxBuildHasher, FxHashMap};
 
 use super::crossing::{BundleKey, Crossing};
-use super::edge_sums::{self, Tally};
+use super::edge_sums::{self, EdgeSums};
 use super::lattice::{BRICK, BRICK_BITS};
 use super::lines;
-use super::scan_order::Roll;
+use super::scan_order::ScanOrder;
 use base::error::Result;
 use base::progress::Progress;
 
@@ -29,14 +29,14 @@ pub struct Buckets {
     /// Those that are not added up yet.
     held: u64,
     /// Where all workers add theirs up.
-    store: Arc<Store>,
+    store: Arc<SumsStore>,
 }
 
 /// What the crossings of all workers come to, as far as they are added up.
 #[derive(Default)]
-pub struct Store {
+pub struct SumsStore {
     bundles: Mutex<FxHashMap<BundleKey, Arc<Mutex<Added>>>>,
-    /// Tallies held.
+    /// Sums held.
     len: AtomicU64,
 }
 
@@ -44,7 +44,7 @@ pub struct Store {
 #[derive(Default)]
 pub struct Added {
     /// Sorted.
-    pub tallies: Vec<Tally>,
+    pub sums: Vec<EdgeSums>,
     /// Of the crossings added up a sample that overlaps are measured by.
     pub sample: Vec<Crossing>,
 }
@@ -91,32 +91,32 @@ impl Buckets {
         list
     }
 
-    /// Adds up the crossings of whole scans, some of those of the roll, where they are more than `kept`, and so many that each
-    /// tally is met a few times only, however many there are.
+    /// Adds up the crossings of whole scans, some of those of the order, where they are more than `kept`, and so many that each
+    /// edge is met a few times only, however many there are.
     ///
     /// # Errors
     /// Cancelled.
-    pub fn add_up_many(&mut self, kept: u64, roll: &Roll<'_>, progress: &Progress<'_>) -> Result<()> {
+    pub fn add_up_many(&mut self, kept: u64, scan_order: &ScanOrder<'_>, progress: &Progress<'_>) -> Result<()> {
         if self.held <= kept.max(self.store.len.load(Relaxed) / 2) {
             return Ok(());
         }
         for (key, &list) in &self.index {
             progress.check()?;
             let chunks = std::mem::take(&mut self.lists[list as usize].chunks);
-            let tallies = lines::tallies(&chunks);
+            let sums = lines::sums(&chunks);
             let added = lock(&self.store.bundles).entry(*key).or_default().clone();
             let mut added = lock(&added);
-            added.sample.extend(chunks.iter().flatten().filter(|c| in_sample(key, c, roll)));
-            let before = added.tallies.len() as u64;
-            edge_sums::add_up(&mut added.tallies, &tallies);
-            self.store.len.fetch_add(added.tallies.len() as u64 - before, Relaxed);
+            added.sample.extend(chunks.iter().flatten().filter(|c| in_sample(key, c, scan_order)));
+            let before = added.sums.len() as u64;
+            edge_sums::add_up(&mut added.sums, &sums);
+            self.store.len.fetch_add(added.sums.len() as u64 - before, Relaxed);
         }
         self.held = 0;
         Ok(())
     }
 
     /// Adds up where others do, too.
-    pub fn with_store(store: Arc<Store>) -> Self {
+    pub fn with_store(store: Arc<SumsStore>) -> Self {
         Buckets { store, ..Buckets::default() }
     }
 
@@ -136,11 +136,11 @@ pub const MANY: u64 = 1 << 20;
 const SAMPLED_LINES: u64 = 64;
 
 /// Whether overlaps are measured by this crossing where crossings are many: the line decides, and the scan.
-pub fn in_sample(key: &BundleKey, crossing: &Crossing, roll: &Roll<'_>) -> bool {
+pub fn in_sample(key: &BundleKey, crossing: &Crossing, scan_order: &ScanOrder<'_>) -> bool {
     let place = (key.axis, key.across, crossing.line());
     // The upper bits of this hash are the mixed ones.
     let is_line = FxBuildHasher.hash_one(place) >> 32 & (SAMPLED_LINES - 1) == 0;
-    is_line && roll.place(crossing.scan()).is_some_and(|place| roll.is_sampled(place))
+    is_line && scan_order.place(crossing.scan()).is_some_and(|place| scan_order.is_sampled(place))
 }
 
 /// The crossings of one scan, by bundle.

@@ -10,7 +10,7 @@ use bytemuck::{Pod, Zeroable};
 use mesh::srgb;
 use rustc_hash::FxHashMap;
 
-use super::scan_order::Roll;
+use super::scan_order::ScanOrder;
 
 /// Members kept of an edge: two highlights among them are outvoted.
 pub const KEPT: usize = 4;
@@ -127,10 +127,10 @@ const ONE: f64 = 65_536.0;
 const BRIGHTEST: u64 = 1 << 20;
 
 impl Gains {
-    /// From the factors of each scan of the roll, or none.
-    pub fn new(factors: &[[f64; 3]], roll: &Roll<'_>) -> Self {
+    /// From the factors of each scan of the order, or none.
+    pub fn new(factors: &[[f64; 3]], scan_order: &ScanOrder<'_>) -> Self {
         let of_scan = |(&number, of): (&u32, &[f64; 3])| (number, of.map(|factor| (factor * ONE).round() as u32));
-        Gains { of_scan: roll.numbers().iter().zip(factors).map(of_scan).collect() }
+        Gains { of_scan: scan_order.numbers().iter().zip(factors).map(of_scan).collect() }
     }
 
     /// Whether there are none.

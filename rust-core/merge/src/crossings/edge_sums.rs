@@ -11,8 +11,8 @@ use super::edge_colours::Members;
 /// The crossings of an edge that walks along its line meet with one sign. Sums are in units of 1 / [`UNIT`].
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-pub struct Tally {
-    /// Line within the bundle (bits 0 to 9); flags; in the upper 18 bits half the distance to the next tally of the other
+pub struct EdgeSums {
+    /// Line within the bundle (bits 0 to 9); flags; in the upper 18 bits half the distance to the next edge of the other
     /// sign below and above.
     packed: u32,
     /// Cell along the line.
@@ -61,12 +61,12 @@ fn vote(c: &Crossing) -> f64 {
     (LEAST_SHARE + (1.0 - LEAST_SHARE) * f64::from(c.weight.clamp(0.0, 1.0))) * precision
 }
 
-impl From<&Crossing> for Tally {
+impl From<&Crossing> for EdgeSums {
     fn from(c: &Crossing) -> Self {
         let (normal, fraction) = (f64::from(c.normal), f64::from(c.fraction));
         let weight = vote(c) * normal * normal;
         let sum = |x: f64| (x * UNIT).round() as i64;
-        Tally {
+        EdgeSums {
             packed: c.line() as u32 | if c.enters() { ENTERS } else { 0 } | if c.is_clean() { 0 } else { NOISY },
             cell: c.cell,
             scan: c.scan(),
@@ -83,7 +83,7 @@ impl From<&Crossing> for Tally {
     }
 }
 
-impl OnLine for Tally {
+impl OnLine for EdgeSums {
     fn line(&self) -> usize {
         (self.packed & LINE_MASK) as usize
     }
@@ -93,14 +93,14 @@ impl OnLine for Tally {
     }
 }
 
-impl Tally {
-    /// What tallies are sorted by, and the same for those that can be added.
+impl EdgeSums {
+    /// What sums are sorted by, and the same for those that can be added.
     pub fn key(&self) -> (u32, i32, u32) {
         (self.packed & LINE_MASK, self.cell, self.packed & ENTERS)
     }
 
     /// Adds another of the same edge and sign.
-    pub fn add(&mut self, other: &Tally) {
+    pub fn add(&mut self, other: &EdgeSums) {
         self.packed |= other.packed | if self.scan == other.scan { 0 } else { MIXED };
         let place = self.weighted_place().saturating_add(other.weighted_place());
         // Trust is not NaN.
@@ -215,39 +215,39 @@ impl Tally {
     }
 }
 
-/// The tallies of a line's crossings, which are sorted along it, added to `all` in order.
-pub fn tally_line(line: &[Crossing], all: &mut Vec<Tally>) {
+/// The sums of a line's crossings, which are sorted along it, added to `all` in order.
+pub fn edge_line(line: &[Crossing], all: &mut Vec<EdgeSums>) {
     for of_edge in line.chunk_by(|a, b| a.cell == b.cell) {
         for enters in [false, true] {
-            let mut of_sign = of_edge.iter().filter(|c| c.enters() == enters).map(Tally::from);
-            if let Some(mut tally) = of_sign.next() {
-                of_sign.for_each(|other| tally.add(&other));
-                all.push(tally);
+            let mut of_sign = of_edge.iter().filter(|c| c.enters() == enters).map(EdgeSums::from);
+            if let Some(mut edge) = of_sign.next() {
+                of_sign.for_each(|other| edge.add(&other));
+                all.push(edge);
             }
         }
     }
 }
 
-/// Adds the tallies of a sorted list to those of another.
-pub fn add_up(all: &mut Vec<Tally>, list: &[Tally]) {
-    let mut new: Vec<Tally> = Vec::new();
+/// Adds the sums of a sorted list to those of another.
+pub fn add_up(all: &mut Vec<EdgeSums>, list: &[EdgeSums]) {
+    let mut new: Vec<EdgeSums> = Vec::new();
     let mut at = 0;
-    for tally in list {
-        at += all[at..].iter().take_while(|known| known.key() < tally.key()).count();
+    for edge in list {
+        at += all[at..].iter().take_while(|known| known.key() < edge.key()).count();
         match all.get_mut(at) {
-            Some(known) if known.key() == tally.key() => known.add(tally),
-            _ => new.push(*tally),
+            Some(known) if known.key() == edge.key() => known.add(edge),
+            _ => new.push(*edge),
         }
     }
     // From the end, so that none is in the way of another; no larger than needed, since this is what memory is taken by.
     let (mut from, mut to) = (all.len(), all.len() + new.len());
     all.reserve_exact(new.len());
-    all.resize(to, Tally::default());
-    for tally in new.iter().rev() {
-        let later = all[..from].iter().rev().take_while(|known| known.key() > tally.key()).count();
+    all.resize(to, EdgeSums::default());
+    for edge in new.iter().rev() {
+        let later = all[..from].iter().rev().take_while(|known| known.key() > edge.key()).count();
         all.copy_within(from - later..from, to - later);
         (from, to) = (from - later, to - later - 1);
-        all[to] = *tally;
+        all[to] = *edge;
     }
 }
 
@@ -272,10 +272,10 @@ mod tests {
         )
     }
 
-    fn twin(crossings: &[Crossing]) -> Vec<Tally> {
-        let mut all: BTreeMap<(u32, i32, u32), Tally> = BTreeMap::new();
-        for tally in crossings.iter().map(Tally::from) {
-            all.entry(tally.key()).and_modify(|known| known.add(&tally)).or_insert(tally);
+    fn twin(crossings: &[Crossing]) -> Vec<EdgeSums> {
+        let mut all: BTreeMap<(u32, i32, u32), EdgeSums> = BTreeMap::new();
+        for edge in crossings.iter().map(EdgeSums::from) {
+            all.entry(edge.key()).and_modify(|known| known.add(&edge)).or_insert(edge);
         }
         all.into_values().collect()
     }
@@ -298,16 +298,16 @@ mod tests {
 
         #[test]
         fn a_single_crossing_is_itself(c in crossing()) {
-            let tally = Tally::from(&c);
-            prop_assert_eq!(tally.fraction(), f64::from(c.fraction));
-            prop_assert_eq!((tally.line(), tally.cell, tally.enters()), (c.line(), c.cell, c.enters()));
-            prop_assert_eq!((tally.only_scan(), tally.is_clean()), (Some(c.scan()), c.is_clean()));
+            let edge = EdgeSums::from(&c);
+            prop_assert_eq!(edge.fraction(), f64::from(c.fraction));
+            prop_assert_eq!((edge.line(), edge.cell, edge.enters()), (c.line(), c.cell, c.enters()));
+            prop_assert_eq!((edge.only_scan(), edge.is_clean()), (Some(c.scan()), c.is_clean()));
             // Of the faintest votes, on grazing lines in deep noise, least is known.
             if c.normal.abs() > 0.05 {
-                prop_assert!((tally.normal() - f64::from(c.normal)).abs() < 1e-4);
-                prop_assert!((tally.residual() - c.residual()).abs() < 1e-4);
+                prop_assert!((edge.normal() - f64::from(c.normal)).abs() < 1e-4);
+                prop_assert!((edge.residual() - c.residual()).abs() < 1e-4);
             }
-            prop_assert!((tally.trust() - f64::from(c.weight)).abs() < 1e-6);
+            prop_assert!((edge.trust() - f64::from(c.weight)).abs() < 1e-6);
         }
     }
 }

@@ -1,16 +1,16 @@
 //! Stage 3: the crossings of every line, in order along it, and what each knows of the others.
 
 use super::crossing::{BundleKey, Crossing, OnLine};
-use super::edge_sums::{self, Tally, tally_line};
+use super::edge_sums::{self, EdgeSums, edge_line};
 use super::fine_details::remove_fine_details;
 use super::lattice::{BRICK_BITS, ROWS};
 
 /// What there is on the lines of a row of bricks: by brick along the axis, then line, then place.
 #[derive(Clone)]
-pub struct SortedBundle<T = Tally> {
+pub struct SortedBundle<T = EdgeSums> {
     /// Axis and place of the row of bricks.
     pub key: BundleKey,
-    /// The crossings or their tallies.
+    /// The crossings or their sums.
     pub list: Vec<T>,
     /// Brick coordinate along the axis and first crossing of each brick that has any, ascending.
     pub bricks: Vec<(i32, u32)>,
@@ -65,23 +65,23 @@ pub fn for_each_line(chunks: &[Vec<Crossing>], mut each: impl FnMut(usize, &mut 
     }
 }
 
-/// Adds up the crossings of whole scans by edge and sign; sorted by [`Tally::key`].
-pub fn tallies(chunks: &[Vec<Crossing>]) -> Vec<Tally> {
+/// Adds up the crossings of whole scans by edge and sign; sorted by [`EdgeSums::key`].
+pub fn sums(chunks: &[Vec<Crossing>]) -> Vec<EdgeSums> {
     let mut all = Vec::new();
     for_each_line(chunks, |_, line| {
         remove_fine_details(line);
-        tally_line(line, &mut all);
+        edge_line(line, &mut all);
     });
     all
 }
 
 /// Adds up crossings of a bundle that are in order, without those that [`remove_fine_details`] drops.
-pub fn add_up_sorted(crossings: &[Crossing], all: &mut Vec<Tally>) {
-    crossings.chunk_by(|a, b| a.line() == b.line()).for_each(|line| tally_line(line, all));
+pub fn add_up_sorted(crossings: &[Crossing], all: &mut Vec<EdgeSums>) {
+    crossings.chunk_by(|a, b| a.line() == b.line()).for_each(|line| edge_line(line, all));
 }
 
-/// How many tallies such crossings come to.
-pub fn count_tallies(crossings: &[Crossing]) -> usize {
+/// How many sums such crossings come to.
+pub fn count_sums(crossings: &[Crossing]) -> usize {
     let of_edge = |of_edge: &[Crossing]| {
         [false, true].into_iter().filter(|&enters| of_edge.iter().any(|crossing| crossing.enters() == enters)).count()
     };
@@ -89,19 +89,19 @@ pub fn count_tallies(crossings: &[Crossing]) -> usize {
 }
 
 /// Adds the crossings of a bundle to what is added up of it, and sorts it.
-pub fn sort(key: BundleKey, mut all: Vec<Tally>, rest: Vec<Vec<Crossing>>) -> SortedBundle {
-    let tallies = tallies(&rest);
+pub fn sort(key: BundleKey, mut all: Vec<EdgeSums>, rest: Vec<Vec<Crossing>>) -> SortedBundle {
+    let sums = sums(&rest);
     drop(rest);
     if all.is_empty() {
-        all = tallies;
+        all = sums;
     } else {
-        edge_sums::add_up(&mut all, &tallies);
+        edge_sums::add_up(&mut all, &sums);
     }
-    sort_tallies(key, all)
+    sort_sums(key, all)
 }
 
-/// Makes a bundle of tallies that are sorted by [`Tally::key`].
-pub fn sort_tallies(key: BundleKey, mut all: Vec<Tally>) -> SortedBundle {
+/// Makes a bundle of sums that are sorted by [`EdgeSums::key`].
+pub fn sort_sums(key: BundleKey, mut all: Vec<EdgeSums>) -> SortedBundle {
     all.chunk_by_mut(|a, b| a.line() == b.line()).for_each(note_room);
     by_brick(key, all)
 }
@@ -110,10 +110,10 @@ pub fn sort_tallies(key: BundleKey, mut all: Vec<Tally>) -> SortedBundle {
 const SHARE: f64 = 0.25;
 
 /// Notes of what is on a line how far the other surfaces are, those of the other sign.
-fn note_room(line: &mut [Tally]) {
+fn note_room(line: &mut [EdgeSums]) {
     for i in 0..line.len() {
         let own = line[i];
-        let other = |other: &&Tally| other.enters() != own.enters() && other.weight() >= SHARE * own.weight();
+        let other = |other: &&EdgeSums| other.enters() != own.enters() && other.weight() >= SHARE * own.weight();
         let below = line[..i].iter().rev().find(other).map_or(f64::INFINITY, |other| own.along() - other.along());
         let above = line[i + 1..].iter().find(other).map_or(f64::INFINITY, |other| other.along() - own.along());
         line[i].set_room(below, above);

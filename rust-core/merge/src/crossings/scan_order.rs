@@ -16,46 +16,46 @@ const SAMPLED_PAIRS: usize = 256;
 
 /// The scans of a merge, in order.
 #[derive(Default)]
-pub struct Roll<'a> {
+pub struct ScanOrder<'a> {
     /// The scans.
     pub sources: Vec<&'a dyn ScanSource>,
     /// What each of them is, in a number that no other has.
     pub versions: Vec<u64>,
     /// What crossings know each of them by.
     numbers: Vec<u32>,
-    places: Places,
+    places: ScanPlaces,
 }
 
 /// Where the scans of numbers stand in the order.
 #[derive(Clone, Debug, Default)]
-pub struct Places(pub FxHashMap<u32, u32>);
+pub struct ScanPlaces(pub FxHashMap<u32, u32>);
 
-impl Places {
+impl ScanPlaces {
     /// What users know the scan of a vertex by; less than 0 is none.
     pub fn told(&self, scan: i32) -> i32 {
         u32::try_from(scan).map_or(scan, |number| self.0[&number] as i32)
     }
 }
 
-impl<'a> Roll<'a> {
+impl<'a> ScanOrder<'a> {
     /// Of scans and their versions, of which `order` is as [`in_order`] gives it.
     pub fn new(sources: &[&'a dyn ScanSource], versions: &[u64], order: &[usize]) -> Self {
-        let mut roll = Roll {
+        let mut scan_order = ScanOrder {
             sources: order.iter().map(|&place| sources[place]).collect(),
             versions: order.iter().map(|&place| versions[place]).collect(),
-            ..Roll::default()
+            ..ScanOrder::default()
         };
-        for namesakes in roll.sources.chunk_by(|a, b| a.name() == b.name()) {
+        for namesakes in scan_order.sources.chunk_by(|a, b| a.name() == b.name()) {
             for (scan, nth) in namesakes.iter().zip(0..) {
                 let name = scan.name().as_bytes();
                 let mut numbers = (0..).map(|attempt| number(name, nth, attempt));
-                let is_free = |number: &u32| !roll.places.0.contains_key(number);
+                let is_free = |number: &u32| !scan_order.places.0.contains_key(number);
                 let number = numbers.find(is_free).expect("there are more numbers than scans");
-                roll.places.0.insert(number, roll.numbers.len() as u32);
-                roll.numbers.push(number);
+                scan_order.places.0.insert(number, scan_order.numbers.len() as u32);
+                scan_order.numbers.push(number);
             }
         }
-        roll
+        scan_order
     }
 
     /// How many there are.
@@ -80,11 +80,11 @@ impl<'a> Roll<'a> {
 
     /// The version of the scan of a number, which has to be one of them.
     pub fn version(&self, number: u32) -> u64 {
-        self.versions[self.place(number).expect("it is of a scan of the roll")]
+        self.versions[self.place(number).expect("it is of a scan of the order")]
     }
 
     /// Where all of them stand.
-    pub fn places(&self) -> Places {
+    pub fn places(&self) -> ScanPlaces {
         self.places.clone()
     }
 
@@ -171,10 +171,10 @@ mod tests {
     fn numbers(names: &[Named]) -> Vec<u32> {
         let sources: Vec<&dyn ScanSource> = names.iter().map(|scan| scan as &dyn ScanSource).collect();
         let places: Vec<usize> = (0..names.len()).collect();
-        let roll = Roll::new(&sources, &vec![0; names.len()], &places);
-        assert!((0..names.len()).all(|place| roll.place(roll.numbers()[place]) == Some(place)));
-        assert!(roll.numbers().iter().all(|&number| (number as usize) < MAX_SCANS));
-        roll.numbers().to_vec()
+        let scan_order = ScanOrder::new(&sources, &vec![0; names.len()], &places);
+        assert!((0..names.len()).all(|place| scan_order.place(scan_order.numbers()[place]) == Some(place)));
+        assert!(scan_order.numbers().iter().all(|&number| (number as usize) < MAX_SCANS));
+        scan_order.numbers().to_vec()
     }
 
     #[test]
@@ -204,8 +204,9 @@ mod tests {
         for count in [1, 2, 511, 512, 513, 1_000, 1_100, 5_000, 40_000] {
             let names: Vec<Named> = (0..count).map(|k| Named(format!("{k:05}"))).collect();
             let sources: Vec<&dyn ScanSource> = names.iter().map(|scan| scan as &dyn ScanSource).collect();
-            let roll = Roll::new(&sources, &vec![0; count], &(0..count).collect::<Vec<_>>());
-            let pairs = (1..count).filter(|&place| roll.is_sampled(place - 1) && roll.is_sampled(place)).count();
+            let scan_order = ScanOrder::new(&sources, &vec![0; count], &(0..count).collect::<Vec<_>>());
+            let pairs =
+                (1..count).filter(|&place| scan_order.is_sampled(place - 1) && scan_order.is_sampled(place)).count();
             if count <= 2 * SAMPLED_PAIRS {
                 assert_eq!(pairs, count - 1);
             } else {

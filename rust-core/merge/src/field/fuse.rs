@@ -7,9 +7,9 @@ use base::progress::Progress;
 use rayon::prelude::*;
 
 use super::BrickVertices;
-use super::{BrickLabels, Bundles, Field, Rule, Vertices};
+use super::{BrickLabels, Bundles, Field, Vertices, VoteRule};
 use crate::crossings::bundles::RawBundle;
-use crate::crossings::edge_sums::Tally;
+use crate::crossings::edge_sums::EdgeSums;
 use crate::crossings::{edge_colours, lines};
 use crate::intake::overlap::OverlapDistances;
 use crate::{MergeParams, MergeReport};
@@ -60,16 +60,16 @@ impl Reaches {
     }
 
     /// How far votes are heard.
-    pub fn rule(&self) -> Rule {
-        Rule { reach: self.reach.max(1.0), spread: self.spread }
+    pub fn rule(&self) -> VoteRule {
+        VoteRule { reach: self.reach.max(1.0), spread: self.spread }
     }
 }
 
 impl MergeReport {
-    /// Notes what the tallies take.
-    pub(crate) fn count_tallies(&mut self, bundles: &Bundles) {
-        let tallies: usize = bundles.list.iter().map(|bundle| bundle.list.len()).sum();
-        self.working_bytes = self.working_bytes.max((tallies * size_of::<Tally>()) as u64);
+    /// Notes what the sums take.
+    pub(crate) fn count_sums(&mut self, bundles: &Bundles) {
+        let sums: usize = bundles.list.iter().map(|bundle| bundle.list.len()).sum();
+        self.working_bytes = self.working_bytes.max((sums * size_of::<EdgeSums>()) as u64);
     }
 
     /// Notes the vertices.
@@ -85,7 +85,7 @@ impl MergeReport {
 pub fn sort_lines(raw: Vec<RawBundle>, progress: &Progress<'_>) -> Result<Bundles> {
     let sort = |raw: RawBundle| {
         progress.advance(1)?;
-        Ok(Arc::new(lines::sort(raw.key, raw.found.added.tallies, raw.found.chunks)))
+        Ok(Arc::new(lines::sort(raw.key, raw.found.added.sums, raw.found.chunks)))
     };
     Ok(Bundles::new(raw.into_par_iter().map(sort).collect::<Result<_>>()?))
 }
@@ -100,7 +100,7 @@ pub type Labelled = Option<(Box<BrickLabels>, Vertices)>;
 pub fn label_nodes(
     bundles: &Bundles,
     bricks: Vec<[i32; 3]>,
-    rule: &Rule,
+    rule: &VoteRule,
     gains: &edge_colours::Gains,
     progress: &Progress<'_>,
 ) -> Result<Vec<([i32; 3], Labelled)>> {

@@ -20,7 +20,7 @@ use rustc_hash::FxHashMap;
 
 use crate::crossings::crossing::{BundleKey, OnLine};
 use crate::crossings::edge_colours::{Gains, Poll};
-use crate::crossings::edge_sums::Tally;
+use crate::crossings::edge_sums::EdgeSums;
 use crate::crossings::lattice::{ACROSS, BRICK, BRICK_BITS, ROWS, row};
 use crate::crossings::lines::SortedBundle;
 use nodes::{BEFORE, MIXED, Node, SIDE, STEPS, place};
@@ -41,7 +41,7 @@ pub struct BrickLabels {
 }
 
 /// All bundles with their index.
-pub struct Bundles<T = Tally> {
+pub struct Bundles<T = EdgeSums> {
     /// Ordered by key.
     pub list: Vec<Arc<SortedBundle<T>>>,
     index: FxHashMap<BundleKey, u32>,
@@ -111,7 +111,7 @@ pub type BrickVertices = FxHashMap<[i32; 3], Vertices>;
 
 /// How far votes are heard.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Rule {
+pub struct VoteRule {
     /// How far from a crossing, in cells along its normal, it speaks of nodes.
     pub reach: f64,
     /// Standard deviation of the distance between a scan and the surface, in cells.
@@ -133,7 +133,7 @@ const BEYOND: f64 = 1e-6;
 /// decide.
 const CERTAIN: f64 = 0.9;
 
-impl Rule {
+impl VoteRule {
     /// How far along its line what crossings of this mean normal say is heard.
     fn along(&self, normal: f64) -> f64 {
         let across = (1.0 - normal * normal).max(0.0).sqrt();
@@ -166,7 +166,7 @@ impl Field {
         &mut self,
         bundles: &Bundles,
         brick: [i32; 3],
-        rule: &Rule,
+        rule: &VoteRule,
         gains: &Gains,
     ) -> Option<(Box<BrickLabels>, Vertices)> {
         (0..3).for_each(|axis| self.votes_along(axis, bundles, brick, rule));
@@ -208,7 +208,7 @@ impl Field {
     }
 
     /// The votes on the nodes of a window by the crossings of its lines along an axis.
-    fn votes_along(&mut self, axis: usize, bundles: &Bundles, brick: [i32; 3], rule: &Rule) {
+    fn votes_along(&mut self, axis: usize, bundles: &Bundles, brick: [i32; 3], rule: &VoteRule) {
         let [u, v] = ACROSS[axis];
         let passes = smooth::passes(rule.spread);
         let window = -passes..=BRICK + passes;
@@ -217,13 +217,13 @@ impl Field {
             (beside[u], beside[v]) = (brick[u] + du, brick[v] + dv);
             let Some(bundle) = bundles.through(axis, beside) else { continue };
             for along in brick[axis] - 1..=brick[axis] + 1 {
-                for tally in bundle.in_brick(along) {
-                    let line = tally.line() as i32;
+                for edge in bundle.in_brick(along) {
+                    let line = edge.line() as i32;
                     let [at_u, at_v] = [(line & (BRICK - 1)) + du * BRICK, (line >> BRICK_BITS) + dv * BRICK];
                     // Of the bricks beside only the nearest lines are in the window.
                     if window.contains(&at_u) && window.contains(&at_v) {
                         let first = (at_u + BEFORE) as usize * STEPS[u] + (at_v + BEFORE) as usize * STEPS[v];
-                        self.vote(axis, first, tally, brick[axis] << BRICK_BITS, rule);
+                        self.vote(axis, first, edge, brick[axis] << BRICK_BITS, rule);
                     }
                 }
             }
@@ -231,12 +231,12 @@ impl Field {
     }
 
     #[inline]
-    fn vote(&mut self, axis: usize, first: usize, tally: &Tally, first_node: i32, rule: &Rule) {
-        let (normal, fraction, weight) = (tally.normal(), tally.fraction(), tally.weight());
+    fn vote(&mut self, axis: usize, first: usize, edge: &EdgeSums, first_node: i32, rule: &VoteRule) {
+        let (normal, fraction, weight) = (edge.normal(), edge.fraction(), edge.weight());
         // A sheet stays thick enough to have a node inside.
-        let spare = (tally.room(false).min(tally.room(true)) * normal.abs() - HALF_A_SHEET).max(0.0);
-        let residual = tally.residual().clamp(-spare, spare);
-        let below = tally.cell - first_node;
+        let spare = (edge.room(false).min(edge.room(true)) * normal.abs() - HALF_A_SHEET).max(0.0);
+        let residual = edge.residual().clamp(-spare, spare);
+        let below = edge.cell - first_node;
         let place = f64::from(below) + fraction;
         let reach = rule.along(normal);
         // Where the surface lies, without the bias of smoothing; on grazing lines that says nothing.
@@ -244,12 +244,12 @@ impl Field {
         // The nodes of its edge always, others no further than half way to the next surface.
         let passes = smooth::passes(rule.spread);
         let window = [-passes, BRICK + passes].map(f64::from);
-        let from = (middle - reach).max(place - tally.room(false)).ceil().min(f64::from(below)).max(window[0]);
-        let to = (middle + reach).min(place + tally.room(true)).floor().max(f64::from(below + 1));
+        let from = (middle - reach).max(place - edge.room(false)).ceil().min(f64::from(below)).max(window[0]);
+        let to = (middle + reach).min(place + edge.room(true)).floor().max(f64::from(below + 1));
         let to = to.min(window[1]);
-        let voter = tally.only_scan().filter(|_| tally.is_clean()).map_or(MIXED, |scan| scan + 1);
+        let voter = edge.only_scan().filter(|_| edge.is_clean()).map_or(MIXED, |scan| scan + 1);
         // The squares of a normal's components add up to one.
-        let samples = (f64::from(tally.count()) * normal * normal) as f32;
+        let samples = (f64::from(edge.count()) * normal * normal) as f32;
         for along in from as i32..=to as i32 {
             let index = first + (along + BEFORE) as usize * STEPS[axis];
             let node = &mut self.nodes[index];
@@ -257,7 +257,7 @@ impl Field {
                 self.touched.push(index as u32);
             }
             // Beyond half way only where nothing else is known: there the next surface speaks.
-            let is_beyond = f64::from(along) < place - tally.room(false) || f64::from(along) > place + tally.room(true);
+            let is_beyond = f64::from(along) < place - edge.room(false) || f64::from(along) > place + edge.room(true);
             let weight = if is_beyond { BEYOND * weight } else { weight };
             node.weight += weight;
             node.samples += samples;
@@ -266,7 +266,7 @@ impl Field {
             node.distance += weight * (normal * (f64::from(along) - place) - residual);
             node.voter = if node.voter == 0 || node.voter == voter { voter } else { MIXED };
             if along == below || along == below + 1 {
-                node.near |= if (along == below) == tally.enters() { 1 } else { 2 };
+                node.near |= if (along == below) == edge.enters() { 1 } else { 2 };
             }
         }
     }
@@ -285,7 +285,7 @@ fn vertex(
     edge: &Edge,
     zero: f64,
     lower_is_inside: bool,
-    rule: &Rule,
+    rule: &VoteRule,
     gains: &Gains,
     poll: &mut Poll,
 ) -> Vertex {
@@ -295,33 +295,33 @@ fn vertex(
     let cell = (brick[axis] << BRICK_BITS) + at[axis];
     let (mut total, mut certain, mut place) = (0.0, 0.0, zero);
     let (mut along_line, mut is_thin) = (0.0, false);
-    let (mut trust, mut noise, mut strongest) = (0.0, 0.0, None::<&Tally>);
+    let (mut trust, mut noise, mut strongest) = (0.0, 0.0, None::<&EdgeSums>);
     let farthest = FARTHEST as i32;
     if let Some(bundle) = bundles.through(axis, brick) {
         for along in (cell - farthest) >> BRICK_BITS..=(cell + farthest) >> BRICK_BITS {
             let list = bundle.in_brick(along);
             let from = list.partition_point(|t| (t.line(), t.cell) < (line, cell - farthest));
-            for tally in list[from..].iter().take_while(|t| t.line() == line && t.cell <= cell + farthest) {
-                let offset = f64::from(tally.cell - cell) + tally.fraction();
-                if tally.enters() == lower_is_inside || (offset - zero).abs() > rule.along(tally.normal()) {
+            for edge in list[from..].iter().take_while(|t| t.line() == line && t.cell <= cell + farthest) {
+                let offset = f64::from(edge.cell - cell) + edge.fraction();
+                if edge.enters() == lower_is_inside || (offset - zero).abs() > rule.along(edge.normal()) {
                     continue;
                 }
-                let weight = tally.weight();
+                let weight = edge.weight();
                 total += weight;
                 along_line += weight * offset;
-                let own = tally.fraction();
-                is_thin |= tally.cell == cell && (own > tally.room(false) || 1.0 - own > tally.room(true));
-                if tally.cell == cell && tally.is_clean() {
-                    (certain, place) = (weight, tally.fraction());
+                let own = edge.fraction();
+                is_thin |= edge.cell == cell && (own > edge.room(false) || 1.0 - own > edge.room(true));
+                if edge.cell == cell && edge.is_clean() {
+                    (certain, place) = (weight, edge.fraction());
                 }
-                trust += tally.trust();
-                noise += weight * tally.deviation();
-                poll.add(tally.members(), tally.count(), gains);
+                trust += edge.trust();
+                noise += weight * edge.deviation();
+                poll.add(edge.members(), edge.count(), gains);
                 if strongest.is_none_or(|s| {
-                    tally.largest_trust() > s.largest_trust()
-                        || (tally.largest_trust() == s.largest_trust() && tally.scan < s.scan)
+                    edge.largest_trust() > s.largest_trust()
+                        || (edge.largest_trust() == s.largest_trust() && edge.scan < s.scan)
                 }) {
-                    strongest = Some(tally);
+                    strongest = Some(edge);
                 }
             }
         }
@@ -338,6 +338,6 @@ fn vertex(
         weight: trust as f32,
         noise: if total > 0.0 { (noise / total) as f32 } else { 0.0 },
         colour: poll.decide(),
-        scan: strongest.map_or(-1, |tally| tally.scan as i32),
+        scan: strongest.map_or(-1, |edge| edge.scan as i32),
     }
 }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use rustc_hash::FxHashMap;
 
-use super::retry_holes::{self, Attempt, Peeled};
+use super::retry_holes::{self, Attempt, Retried};
 use super::{components, refuse_nothing};
 use crate::crossings::lattice::Lattice;
 use crate::surface::connected::parts;
@@ -17,7 +17,7 @@ use crate::{CLOSING, MergeParams, MergeReport};
 use base::error::Result;
 use base::progress::Progress;
 use glam::DVec3;
-use mesh::holes::{self, Bounds, Reason, successors, walk};
+use mesh::holes::{self, Bounds, HoleReason, successors, walk};
 
 /// By default holes are closed up to a boundary of this many voxels ...
 const HOLE_VOXELS: f64 = 100.0;
@@ -139,7 +139,7 @@ pub fn close<T: Tiles>(
     for open in &open {
         let sides = walk(open.vertex, &next);
         boundary.sides.extend(&sides);
-        if open.reason == Reason::Crossing {
+        if open.reason == HoleReason::Crossing {
             stuck.push(sides.iter().map(|side| side[0]).collect());
         }
     }
@@ -310,8 +310,8 @@ fn peel<T: Tiles>(
     lattice: &Lattice,
     room: Room,
     progress: &Progress<'_>,
-) -> Result<Peeled> {
-    let mut peeled = Peeled::default();
+) -> Result<Retried> {
+    let mut peeled = Retried::default();
     let windows: Vec<Bounds> =
         stuck.iter().map(|hole| retry_holes::window(boundary.bounds(hole), lattice.voxel)).collect();
     let mut pastes: Vec<Paste> = Vec::new();

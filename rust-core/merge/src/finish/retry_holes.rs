@@ -17,7 +17,7 @@ use crate::surface::extract::Surface;
 use crate::surface::pinches;
 use base::error::Result;
 use base::progress::Progress;
-use mesh::holes::{self, Bounds, Reason, successors, walk};
+use mesh::holes::{self, Bounds, HoleReason, successors, walk};
 
 /// Rings peeled at most.
 const ROUNDS: usize = 3;
@@ -28,7 +28,7 @@ const RING: f64 = 2.0;
 
 /// What came of it.
 #[derive(Default)]
-pub struct Peeled {
+pub struct Retried {
     /// Holes that are open no more.
     pub holes: u64,
     /// Loops that were closed instead: peeling joins and parts them.
@@ -37,7 +37,7 @@ pub struct Peeled {
     pub dropped: [u64; 2],
 }
 
-impl Peeled {
+impl Retried {
     /// Counts one that led to a fill.
     pub fn add(&mut self, attempt: &Attempt) {
         self.holes += attempt.holes;
@@ -71,7 +71,7 @@ pub fn attempts(
         .into_par_iter()
         .map(|mut group| {
             let first = group[0];
-            let cut = Cut::new(surface, &next, group.iter().flat_map(|&hole| &near[hole]).copied().collect());
+            let cut = Excerpt::new(surface, &next, group.iter().flat_map(|&hole| &near[hole]).copied().collect());
             for _ in 0..TRIALS {
                 if group.is_empty() {
                     break;
@@ -142,7 +142,7 @@ fn groups(windows: &[Bounds], near: &[Vec<u32>], progress: &Progress<'_>) -> Res
 }
 
 /// The surface in the windows of a group.
-pub struct Cut {
+pub struct Excerpt {
     /// What it was.
     pub surface: Surface,
     /// Numbers in the whole surface, ascending.
@@ -151,7 +151,7 @@ pub struct Cut {
     pub triangles: Vec<u32>,
 }
 
-impl Cut {
+impl Excerpt {
     /// Of these triangles; `next` are the successors of the boundary.
     fn new(whole: &Surface, next: &FxHashMap<u32, u32>, mut triangles: Vec<u32>) -> Self {
         triangles.sort_unstable();
@@ -173,7 +173,7 @@ impl Cut {
             cases: triangles.iter().map(|&t| whole.cases[t as usize]).collect(),
             triangles: corners().map(|t| t.map(number)).collect(),
         };
-        Cut { surface, vertices, triangles }
+        Excerpt { surface, vertices, triangles }
     }
 
     /// Those vertices that the whole surface has, by its numbers.
@@ -199,7 +199,7 @@ struct Trial<'a> {
 const OTHER: usize = usize::MAX;
 
 impl<'a> Trial<'a> {
-    fn new(cut: &Cut, group: &[usize], stuck: &[Vec<u32>], windows: &'a [Window]) -> Self {
+    fn new(cut: &Excerpt, group: &[usize], stuck: &[Vec<u32>], windows: &'a [Window]) -> Self {
         let surface = cut.surface.clone();
         let mut hole_of: FxHashMap<u32, usize> = surface.boundary.iter().map(|side| (side[0], OTHER)).collect();
         let number = |v: &u32| cut.vertices.partition_point(|other| other < v) as u32;
@@ -233,7 +233,7 @@ impl<'a> Trial<'a> {
             for open in &report.open {
                 let sides = walk(open.vertex, &next);
                 self.surface.boundary.extend(&sides);
-                if open.reason == Reason::Crossing && round < ROUNDS {
+                if open.reason == HoleReason::Crossing && round < ROUNDS {
                     stuck.extend(sides.iter().map(|side| side[0]));
                 } else {
                     self.failed.extend(sides.iter().filter_map(|side| self.hole_of.get(&side[0])));
@@ -346,7 +346,7 @@ fn keep<T>(list: &mut Vec<T>, goes: &[bool]) {
 /// What a group became.
 pub struct Attempt {
     /// What it was.
-    pub cut: Cut,
+    pub cut: Excerpt,
     /// What that is now: vertices that there were keep their numbers.
     pub surface: Surface,
     /// Of the triangles that are left, which they were, the others follow.

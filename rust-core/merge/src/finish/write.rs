@@ -8,7 +8,7 @@ use rustc_hash::FxHashMap;
 
 use crate::WRITING;
 use crate::colour::{bare_colours, near_colours};
-use crate::crossings::scan_order::Places;
+use crate::crossings::scan_order::ScanPlaces;
 use crate::surface::extract::{Case, Surface};
 use crate::surface::numbering::{GONE, Numbered};
 use crate::surface::passes;
@@ -27,7 +27,7 @@ pub struct Besides {
     /// The system that it lies in.
     pub crs: Option<Crs>,
     /// Where the scans of its vertices stand in their order.
-    pub places: Places,
+    pub places: ScanPlaces,
 }
 
 /// Writes the surface, with colours if any scan has them: vertices that no scan has a colour of take one of those beside them. Returns the
@@ -100,7 +100,7 @@ fn in_pieces<T: Tiles>(
 struct Out<'a, T> {
     whole: &'a Whole<T>,
     colours: Option<&'a FxHashMap<u64, [u8; 4]>>,
-    places: Places,
+    places: ScanPlaces,
     /// Triangles that are gone, rising.
     removed: Vec<u64>,
     sink: Mutex<&'a mut dyn MeshSink>,

@@ -8,7 +8,7 @@ use super::overlap::OverlapDistances;
 use crate::crossings::bundles::{Buckets, ScanCrossings, join};
 use crate::crossings::discretize::discretize;
 use crate::crossings::lattice::Lattice;
-use crate::crossings::scan_order::Roll;
+use crate::crossings::scan_order::ScanOrder;
 use crate::{MEASURING, MergeParams, MergeReport, VoxelReason};
 use base::error::{Error, Result};
 use base::progress::Progress;
@@ -76,7 +76,7 @@ pub struct Known {
 /// # Errors
 /// As [`voxel`].
 pub fn choose_cell(
-    roll: &Roll<'_>,
+    scan_order: &ScanOrder<'_>,
     params: &MergeParams,
     known: &mut Known,
     report: &mut MergeReport,
@@ -85,7 +85,7 @@ pub fn choose_cell(
     progress.stage(MEASURING, 1);
     (report.voxel, report.voxel_reason) = match params.voxel {
         Some(voxel) => (voxel, VoxelReason::Given),
-        None => voxel(roll, &params.triangulation, known, progress)?,
+        None => voxel(scan_order, &params.triangulation, known, progress)?,
     };
     progress.lap("measure");
     Ok(())
@@ -97,7 +97,7 @@ pub fn choose_cell(
 /// # Errors
 /// A scan can't be loaded; no scan has a triangle; cancelled.
 pub fn voxel(
-    roll: &Roll<'_>,
+    scan_order: &ScanOrder<'_>,
     triangulation: &TriangulateParams,
     known: &mut Known,
     progress: &Progress<'_>,
@@ -105,9 +105,9 @@ pub fn voxel(
     if known.triangulation != *triangulation {
         *known = Known { triangulation: *triangulation, ..Known::default() };
     }
-    let mut places = looked_at(roll);
-    let versions = &roll.versions;
-    let scans = Scans { roll, triangulation, progress };
+    let mut places = looked_at(scan_order);
+    let versions = &scan_order.versions;
+    let scans = Scans { scan_order, triangulation, progress };
     // All before the first with a triangle are empty.
     let mut trial = None;
     for &place in &places {
@@ -120,7 +120,7 @@ pub fn voxel(
     scans.find_out(&places, trial, known)?;
     let is_empty = |known: &Known, place: usize| known.scans[&versions[place]].told.spacing.1 == 0;
     // Any other that isn't empty, where all of these are.
-    let mut others = (0..roll.len()).filter(|place| !places.contains(place)).collect::<Vec<_>>().into_iter();
+    let mut others = (0..scan_order.len()).filter(|place| !places.contains(place)).collect::<Vec<_>>().into_iter();
     while trial.is_none()
         && places.iter().all(|&place| is_empty(known, place))
         && let Some(place) = others.next()
@@ -145,9 +145,9 @@ pub fn voxel(
         Some(trial) => {
             let crossings = found.iter().zip(&places).filter_map(|(scan, &place)| {
                 let (grid, crossings) = scan.crossings.as_ref()?;
-                (grid == trial).then_some((roll.numbers()[place], crossings))
+                (grid == trial).then_some((scan_order.numbers()[place], crossings))
             });
-            let distances = OverlapDistances::measure(&join(crossings), roll, false, progress)?;
+            let distances = OverlapDistances::measure(&join(crossings), scan_order, false, progress)?;
             distances.quantile(0.5).map_or(0.0, |cells| cells * trial.lattice.voxel)
         }
         None => 0.0,
@@ -163,13 +163,13 @@ pub fn voxel(
 
 /// The places of the scans that are read: all, or of each part of the order the one of the smallest number and the one after it, so that a
 /// scan that comes or goes seldom changes which these are.
-pub fn looked_at(roll: &Roll<'_>) -> Vec<usize> {
-    if roll.len() <= SCANS {
-        return (0..roll.len()).collect();
+pub fn looked_at(scan_order: &ScanOrder<'_>) -> Vec<usize> {
+    if scan_order.len() <= SCANS {
+        return (0..scan_order.len()).collect();
     }
     let parts = SCANS / 2;
-    let border = |part: usize| part * roll.len() / parts;
-    let first = |part: usize| (border(part)..border(part + 1) - 1).min_by_key(|&place| roll.numbers()[place]);
+    let border = |part: usize| part * scan_order.len() / parts;
+    let first = |part: usize| (border(part)..border(part + 1) - 1).min_by_key(|&place| scan_order.numbers()[place]);
     (0..parts).filter_map(first).flat_map(|first| [first, first + 1]).collect()
 }
 
@@ -188,7 +188,7 @@ impl Known {
 
 /// A list of scans to find something out of.
 struct Scans<'a, 'p> {
-    roll: &'a Roll<'a>,
+    scan_order: &'a ScanOrder<'a>,
     triangulation: &'a TriangulateParams,
     progress: &'a Progress<'p>,
 }
@@ -196,7 +196,7 @@ struct Scans<'a, 'p> {
 impl Scans<'_, '_> {
     /// Finds out what is not known of scans at these places; their crossings with a grid, or with their own where none is given.
     fn find_out(&self, places: &[usize], trial: Option<Trial>, known: &mut Known) -> Result<()> {
-        let version = |place: usize| self.roll.versions[place];
+        let version = |place: usize| self.scan_order.versions[place];
         let is_known = |place: &&usize| {
             let scan = known.scans.get(&version(**place));
             let is_in_grid = |scan: &Tried| scan.crossings.as_ref().is_some_and(|of| Some(of.0) == trial);
@@ -211,7 +211,7 @@ impl Scans<'_, '_> {
     fn try_scan(&self, place: usize, trial: Option<Trial>) -> Result<Tried> {
         self.progress.check()?;
         let loading = Loading { triangulation: *self.triangulation, cell: 0.0 };
-        let surface = self.roll.sources[place].load(&loading, self.progress)?;
+        let surface = self.scan_order.sources[place].load(&loading, self.progress)?;
         let told = Told::by(&surface);
         let own = Trial::of(&surface, &told);
         let Some(trial) = own.and(trial.or(own)) else { return Ok(Tried { told, own, crossings: None }) };

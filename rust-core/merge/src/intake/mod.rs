@@ -18,10 +18,10 @@ use std::sync::{Arc, Mutex, PoisonError};
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::crossings::bundles::{Buckets, Store};
+use crate::crossings::bundles::{Buckets, SumsStore};
 use crate::crossings::discretize::discretize;
 use crate::crossings::lattice::Lattice;
-use crate::crossings::scan_order::Roll;
+use crate::crossings::scan_order::ScanOrder;
 use crate::{DISCRETIZING, MergeParams, MergeReport, VoxelReason};
 use base::error::{Error, Result};
 use base::progress::Progress;
@@ -59,7 +59,7 @@ pub struct Discretized {
 
 /// What one worker found in scans that were counted from one base.
 pub struct Group {
-    /// Their places in the roll.
+    /// Their places in the order.
     pub scans: Vec<usize>,
     /// What it found.
     pub found: Discretized,
@@ -78,11 +78,11 @@ struct Failure {
 
 /// The work on a list of scans.
 pub struct Intake<'a, 'p> {
-    roll: &'a Roll<'a>,
+    scan_order: &'a ScanOrder<'a>,
     params: &'a MergeParams,
     setup: &'a Setup,
     /// Where crossings are added up, by the grid they are counted in.
-    stores: Mutex<Vec<(Lattice, Arc<Store>)>>,
+    stores: Mutex<Vec<(Lattice, Arc<SumsStore>)>>,
     budget: &'a Budget,
     /// Whether each scan is a group of its own, and its crossings are kept one by one.
     are_apart: bool,
@@ -98,16 +98,16 @@ pub struct Intake<'a, 'p> {
 /// # Errors
 /// As [`Intake::take_all`]; no scan has a triangle.
 pub fn find_crossings(
-    roll: &Roll<'_>,
+    scan_order: &ScanOrder<'_>,
     params: &MergeParams,
     setup: &Setup,
     report: &mut MergeReport,
     progress: &Progress<'_>,
 ) -> Result<Discretized> {
-    let scans = in_cells_that_fit(roll.len(), params, setup, report, |budget| {
-        progress.stage(DISCRETIZING, roll.len() as u64);
-        let intake = Intake::new(roll, params, setup, budget, progress);
-        let (lattice, groups) = intake.take_all((0..roll.len()).collect())?;
+    let scans = in_cells_that_fit(scan_order.len(), params, setup, report, |budget| {
+        progress.stage(DISCRETIZING, scan_order.len() as u64);
+        let intake = Intake::new(scan_order, params, setup, budget, progress);
+        let (lattice, groups) = intake.take_all((0..scan_order.len()).collect())?;
         let lattice = lattice.ok_or_else(nothing_to_merge)?;
         Ok(groups.into_iter().fold(Discretized::none(lattice), |mut all, mut group| {
             all.add(&group.found);
@@ -189,14 +189,14 @@ impl Discretized {
 impl<'a, 'p> Intake<'a, 'p> {
     /// Of the cells of `budget`.
     pub fn new(
-        roll: &'a Roll<'a>,
+        scan_order: &'a ScanOrder<'a>,
         params: &'a MergeParams,
         setup: &'a Setup,
         budget: &'a Budget,
         progress: &'a Progress<'p>,
     ) -> Self {
         Intake {
-            roll,
+            scan_order,
             params,
             setup,
             stores: Mutex::default(),
@@ -261,12 +261,12 @@ impl<'a, 'p> Intake<'a, 'p> {
         self.first.lock().unwrap_or_else(PoisonError::into_inner).map(|first| first.1)
     }
 
-    fn store(&self, lattice: Lattice) -> Arc<Store> {
+    fn store(&self, lattice: Lattice) -> Arc<SumsStore> {
         let mut stores = self.stores.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some((_, store)) = stores.iter().find(|known| known.0 == lattice) {
             return store.clone();
         }
-        let store = Arc::<Store>::default();
+        let store = Arc::<SumsStore>::default();
         stores.push((lattice, store.clone()));
         store
     }
@@ -303,7 +303,7 @@ impl<'a, 'p> Intake<'a, 'p> {
 
     /// Loads a scan and finds its crossings; false if it has no triangle.
     fn take(&self, scan: usize, counted_in: &mut Option<Lattice>, groups: &mut Vec<Group>) -> Result<bool> {
-        let (source, number) = (self.roll.sources[scan], self.roll.numbers()[scan]);
+        let (source, number) = (self.scan_order.sources[scan], self.scan_order.numbers()[scan]);
         let surface = source
             .load(&Loading { triangulation: self.params.triangulation, cell: self.budget.voxel }, self.progress)?;
         self.progress.check()?;
@@ -327,7 +327,7 @@ impl<'a, 'p> Intake<'a, 'p> {
         let Group { scans, found, .. } = groups.last_mut().expect("one was just pushed");
         discretize(&surface, source.name(), number, &lattice, &mut found.buckets[0], self.progress)?;
         if !self.are_apart {
-            found.buckets[0].add_up_many(self.setup.kept, self.roll, self.progress)?;
+            found.buckets[0].add_up_many(self.setup.kept, self.scan_order, self.progress)?;
         }
         scans.push(scan);
         found.triangles += surface.triangles.len() as u64;

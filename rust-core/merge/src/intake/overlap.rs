@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use crate::crossings::bundles::{RawBundle, in_sample};
 use crate::crossings::crossing::Crossing;
 use crate::crossings::lines::for_each_line;
-use crate::crossings::scan_order::Roll;
+use crate::crossings::scan_order::ScanOrder;
 use base::error::Result;
 use base::progress::Progress;
 
@@ -65,9 +65,9 @@ impl BundleDistances {
     }
 
     /// Measures a bundle; `are_sampled` as in [`OverlapDistances::measure`].
-    pub fn measure(raw: &RawBundle, roll: &Roll<'_>, are_sampled: bool) -> Self {
+    pub fn measure(raw: &RawBundle, scan_order: &ScanOrder<'_>, are_sampled: bool) -> Self {
         let mut counts = Counts::none();
-        counts.count(raw, roll, are_sampled);
+        counts.count(raw, scan_order, are_sampled);
         let pairs = (0..).zip(counts.pairs).filter(|bin| bin.1 > 0.0).collect();
         BundleDistances { pairs, crossings: counts.crossings }
     }
@@ -109,12 +109,17 @@ impl OverlapDistances {
     ///
     /// # Errors
     /// Cancelled.
-    pub fn measure(bundles: &[RawBundle], roll: &Roll<'_>, are_sampled: bool, progress: &Progress<'_>) -> Result<Self> {
+    pub fn measure(
+        bundles: &[RawBundle],
+        scan_order: &ScanOrder<'_>,
+        are_sampled: bool,
+        progress: &Progress<'_>,
+    ) -> Result<Self> {
         bundles
             .par_iter()
             .try_fold(Self::none, |mut all, raw| {
                 progress.check()?;
-                all.of_axis[raw.key.axis as usize].count(raw, roll, are_sampled);
+                all.of_axis[raw.key.axis as usize].count(raw, scan_order, are_sampled);
                 Ok(all)
             })
             .try_reduce(Self::none, |mut a, b| {
@@ -141,11 +146,11 @@ impl OverlapDistances {
 
 impl Counts {
     /// Counts the pairs of a bundle.
-    fn count(&mut self, raw: &RawBundle, roll: &Roll<'_>, are_sampled: bool) {
+    fn count(&mut self, raw: &RawBundle, scan_order: &ScanOrder<'_>, are_sampled: bool) {
         let sample;
         let chunks = if are_sampled {
             let rest = raw.found.chunks.iter().flatten().copied();
-            let rest = rest.filter(|c| in_sample(&raw.key, c, roll));
+            let rest = rest.filter(|c| in_sample(&raw.key, c, scan_order));
             sample = [raw.found.added.sample.iter().copied().chain(rest).collect()];
             &sample[..]
         } else {
@@ -154,7 +159,7 @@ impl Counts {
         for_each_line(chunks, |_, line| {
             line.retain(|c| c.normal.abs() >= LEAST_NORMAL);
             self.crossings += line.len() as f64;
-            let place = |c: &Crossing| roll.place(c.scan()).expect("it is of a scan of the roll") as u32;
+            let place = |c: &Crossing| scan_order.place(c.scan()).expect("it is of a scan of the order") as u32;
             line.iter_mut().for_each(|c| *c = c.of_scan(place(c)));
             // Stable: within a scan they stay in order along the line.
             line.sort_by_key(|c| (c.enters(), c.scan()));

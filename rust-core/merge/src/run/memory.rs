@@ -3,7 +3,7 @@
 use crate::colour::gains;
 use crate::crossings::bundles::{self, Buckets, RawBundle};
 use crate::crossings::lattice::Lattice;
-use crate::crossings::scan_order::Roll;
+use crate::crossings::scan_order::ScanOrder;
 use crate::crossings::{edge_colours, scan_order};
 use crate::field::Bundles;
 use crate::field::fuse::{self, Labelled, Reaches};
@@ -25,7 +25,7 @@ pub struct Memory<'a> {
     /// The scans as they were given.
     pub sources: Vec<&'a dyn ScanSource>,
     /// They in order, from the first stage on.
-    pub roll: Roll<'a>,
+    pub scan_order: ScanOrder<'a>,
     pub params: &'a MergeParams,
     pub setup: &'a Setup,
     pub report: MergeReport,
@@ -46,7 +46,7 @@ impl<'a> Memory<'a> {
     pub fn new(sources: &[&'a dyn ScanSource], params: &'a MergeParams, setup: &'a Setup) -> Self {
         Memory {
             sources: sources.to_vec(),
-            roll: Roll::default(),
+            scan_order: ScanOrder::default(),
             params,
             setup,
             report: MergeReport { scans: sources.len(), ..MergeReport::default() },
@@ -75,15 +75,15 @@ impl<'a> Memory<'a> {
         let (sources, params) = (&self.sources, self.params);
         let order = scan_order::in_order(sources, |at| sources[at].content(&params.triangulation, progress), progress)?;
         let versions: Vec<u64> = (0..sources.len() as u64).collect();
-        self.roll = Roll::new(sources, &versions, &order);
-        self.report.scan_names = self.roll.names();
+        self.scan_order = ScanOrder::new(sources, &versions, &order);
+        self.report.scan_names = self.scan_order.names();
         let nothing = &mut defaults::Known::default();
-        defaults::choose_cell(&self.roll, params, nothing, &mut self.report, progress)
+        defaults::choose_cell(&self.scan_order, params, nothing, &mut self.report, progress)
     }
 
     fn collect(&mut self, progress: &Progress<'_>) -> Result<()> {
-        let Memory { roll, params, setup, report, .. } = self;
-        let mut found = intake::find_crossings(roll, params, setup, report, progress)?;
+        let Memory { scan_order, params, setup, report, .. } = self;
+        let mut found = intake::find_crossings(scan_order, params, setup, report, progress)?;
         report.intersections = found.buckets.iter().map(|buckets| buckets.len).sum();
         report.working_bytes = found.buckets.iter().map(Buckets::bytes).sum();
         self.raw = bundles::gather(std::mem::take(&mut found.buckets));
@@ -96,7 +96,7 @@ impl<'a> Memory<'a> {
     fn overlap(&mut self, progress: &Progress<'_>) -> Result<()> {
         progress.stage(FUSING, self.raw.len() as u64);
         let are_sampled = self.report.intersections > self.setup.kept;
-        let distances = OverlapDistances::measure(&self.raw, &self.roll, are_sampled, progress)?;
+        let distances = OverlapDistances::measure(&self.raw, &self.scan_order, are_sampled, progress)?;
         self.reaches = Some(Reaches::of(&distances, self.params, &mut self.report));
         progress.lap("overlap");
         Ok(())
@@ -104,7 +104,7 @@ impl<'a> Memory<'a> {
 
     fn fuse(&mut self, progress: &Progress<'_>) -> Result<()> {
         self.bundles = fuse::sort_lines(std::mem::take(&mut self.raw), progress)?;
-        self.report.count_tallies(&self.bundles);
+        self.report.count_sums(&self.bundles);
         progress.lap("sort");
         Ok(())
     }
@@ -113,7 +113,7 @@ impl<'a> Memory<'a> {
         let Discretized { images, lattice, .. } = self.found();
         progress.stage(LOOKING, images.len() as u64);
         let tolerance = self.reaches().tolerance(self.report.voxel);
-        self.votes = visibility::ask(&self.bundles, &self.roll, images, lattice, tolerance, progress)?;
+        self.votes = visibility::ask(&self.bundles, &self.scan_order, images, lattice, tolerance, progress)?;
         Ok(())
     }
 
@@ -126,14 +126,14 @@ impl<'a> Memory<'a> {
 
     fn colours(&mut self, progress: &Progress<'_>) -> Result<()> {
         let coloured = self.found().coloured;
-        gains::tell(&self.bundles, &self.roll, coloured, self.params, &mut self.report, progress)
+        gains::tell(&self.bundles, &self.scan_order, coloured, self.params, &mut self.report, progress)
     }
 
     fn label(&mut self, progress: &Progress<'_>) -> Result<()> {
         let bundles = self.take_bundles();
         let bricks = bundles.labelled_bricks();
         progress.stage(LABELLING, bricks.len() as u64);
-        let gains = edge_colours::Gains::new(&self.report.colour_gains, &self.roll);
+        let gains = edge_colours::Gains::new(&self.report.colour_gains, &self.scan_order);
         let found = fuse::label_nodes(&bundles, bricks, &self.reaches().rule(), &gains, progress)?;
         let split =
             |(brick, found): ([i32; 3], Labelled)| found.map(|(labels, vertices)| ((brick, labels), (brick, vertices)));
@@ -180,8 +180,8 @@ impl Graph for Memory<'_> {
         let (tiles, mut report) = (std::mem::take(&mut self.tiles), std::mem::take(&mut self.report));
         report.working_bytes = report.working_bytes.max(tiles.iter().map(|tile| tile.surface.bytes()).sum());
         let &Discretized { lattice, coloured, placing, .. } = self.found();
-        report.warnings.extend(damage::warning(&self.roll.sources));
-        let (crs, places) = (common_crs(&self.roll.sources)?, self.roll.places());
+        report.warnings.extend(damage::warning(&self.scan_order.sources));
+        let (crs, places) = (common_crs(&self.scan_order.sources)?, self.scan_order.places());
         Ok(Built { tiles, lattice, reach: self.reaches().reach, coloured, placing, crs, places, report })
     }
 }

@@ -2,7 +2,7 @@
 
 use super::noise::noisy_patch;
 use super::*;
-use crate::crossings::scan_order::Roll;
+use crate::crossings::scan_order::ScanOrder;
 use crate::intake::defaults;
 
 /// Six scans of a plane with samples a unit apart, lifted by so much one way or the other.
@@ -77,12 +77,12 @@ fn a_scan_that_goes_seldom_changes_which_are_looked_at() {
         let left = scans.iter().enumerate().filter(|scan| scan.0 != gone);
         let sources: Vec<&dyn ScanSource> = left.map(|scan| scan.1 as &dyn ScanSource).collect();
         let places: Vec<usize> = (0..sources.len()).collect();
-        let roll = Roll::new(&sources, &vec![0; sources.len()], &places);
-        let looked_at = defaults::looked_at(&roll);
+        let scan_order = ScanOrder::new(&sources, &vec![0; sources.len()], &places);
+        let looked_at = defaults::looked_at(&scan_order);
         assert!(looked_at.is_sorted() && looked_at.len() == 8);
         // Spread over the order.
         assert!((0..4).all(|part| (25 * part..25 * part + 25).contains(&looked_at[2 * part])), "{looked_at:?}");
-        looked_at.into_iter().map(|place| roll.names()[place].clone()).collect::<Vec<_>>()
+        looked_at.into_iter().map(|place| scan_order.names()[place].clone()).collect::<Vec<_>>()
     };
     let all = names(usize::MAX);
     let changed = (0..100).filter(|&gone| names(gone) != all).count();
@@ -120,7 +120,7 @@ fn layers_far_apart_and_large_triangles_choose_no_fine_cell_and_no_endless_one()
     mesh.triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
     let scan = PlacedMesh { name: "ground".to_owned(), mesh: &mesh, world_from_mesh: DAffine3::IDENTITY };
     let found = defaults::voxel(
-        &Roll::new(&[&scan], &[0], &[0]),
+        &ScanOrder::new(&[&scan], &[0], &[0]),
         &Default::default(),
         &mut Default::default(),
         &Progress::none(),

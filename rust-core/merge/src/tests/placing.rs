@@ -22,7 +22,7 @@ fn depth_images_without_poses_around_an_object_are_said() {
     let bvh = Bvh::build(&ring.positions, &ring.triangles, 0).unwrap();
     let seen = |k: usize| {
         let eye = 3.0 * DVec3::new((k as f64).cos(), (k as f64).sin(), 0.6);
-        let camera = Camera::pinhole(48, 64, 0.8, eye, DVec3::ZERO, DVec3::Z).unwrap();
+        let camera = VirtualCamera::pinhole(48, 64, 0.8, eye, DVec3::ZERO, DVec3::Z).unwrap();
         let params = ScanParams { noise: 0.002, seed: k as u64, ..ScanParams::default() };
         let mut image = scan::scan(&ring, &bvh, &camera, &params, &Progress::none()).unwrap();
         image.name = format!("frame{k}");
@@ -41,7 +41,7 @@ fn tour(count: usize, noise: f64) -> Vec<RangeImage> {
         let turn = 0.6 * k as f64;
         let eye = DVec3::new(0.8 * turn.cos(), 0.5 * turn.sin(), 0.1 + 0.3 * (3.0 * turn).sin());
         let target = eye + DVec3::new((turn + 0.5).cos(), (turn + 0.5).sin(), 0.4 * (2.0 * turn).cos() - 0.2);
-        let camera = Camera::pinhole(48, 64, 1.0, eye, target, DVec3::Z).unwrap();
+        let camera = VirtualCamera::pinhole(48, 64, 1.0, eye, target, DVec3::Z).unwrap();
         let params = ScanParams { noise, seed: k as u64, ..ScanParams::default() };
         let mut image = scan::scan(&room, &bvh, &camera, &params, &Progress::none()).unwrap();
         image.name = format!("frame{k}");

@@ -1,7 +1,7 @@
 //! What scans see through is not there: flying pixels, veils at jumps, things that moved. \[MAW07\] votes so on depths;
 //! here on the intersections.
 //!
-//! Every scan whose lines of sight are known votes on every tally: it has a surface there, or it sees through. What more
+//! Every scan whose lines of sight are known votes on every edge: it has a surface there, or it sees through. What more
 //! scans see through than have a surface there goes, before anything is made of it. Two at least have to, since a rod
 //! thinner than a pixel is missed now and then.
 
@@ -12,23 +12,23 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::crossings::crossing::OnLine;
-use crate::crossings::edge_sums::Tally;
+use crate::crossings::edge_sums::EdgeSums;
 use crate::crossings::lattice::{ACROSS, BRICK, BRICK_BITS, Lattice};
-use crate::crossings::lines::{SortedBundle, sort_tallies};
-use crate::crossings::scan_order::Roll;
+use crate::crossings::lines::{SortedBundle, sort_sums};
+use crate::crossings::scan_order::ScanOrder;
 use crate::field::Bundles;
 use base::error::Result;
 use base::progress::Progress;
 use image::range_image::noise::Noise;
-use image::sight::{LinesOfSight, Seen};
 use image::source::Measured;
+use image::visibility::{LinesOfSight, Seen};
 
 /// At most so many scans vote, those of the smallest numbers, which is as good as by chance: more would tell the same.
 const MOST_VOTERS: usize = 256;
 /// What fewer scans see through stays.
 const LEAST_THROUGH: u16 = 2;
 
-/// The votes on a tally.
+/// The votes on an edge.
 #[derive(Default)]
 pub struct Votes {
     surface: AtomicU16,
@@ -41,14 +41,14 @@ impl Votes {
     }
 }
 
-/// What the scans see at the tallies of each bundle; nothing where none votes. `images` is what was measured of those that are range images,
+/// What the scans see at the sums of each bundle; nothing where none votes. `images` is what was measured of those that are range images,
 /// by number. Surfaces may be off by `tolerance`, in world units.
 ///
 /// # Errors
 /// A scan can't be loaded any more; cancelled.
 pub fn ask(
     bundles: &Bundles,
-    roll: &Roll<'_>,
+    scan_order: &ScanOrder<'_>,
     images: &[(u32, Measured)],
     lattice: &Lattice,
     tolerance: f64,
@@ -62,11 +62,11 @@ pub fn ask(
         bundles.list.iter().map(|bundle| bundle.list.iter().map(|_| Votes::default()).collect()).collect();
     voters.par_iter().with_max_len(1).try_for_each(|&(scan, noise)| {
         progress.advance(1)?;
-        let Some(sight) = lines_of_sight(roll, scan, noise, progress)? else { return Ok(()) };
+        let Some(sight) = lines_of_sight(scan_order, scan, noise, progress)? else { return Ok(()) };
         (bundles.list.iter().zip(&votes)).try_for_each(|(bundle, votes)| {
             progress.check()?;
-            look(&sight, bundle, lattice, tolerance, |tally, seen| {
-                let of_kind = if seen == Seen::Through { &votes[tally].through } else { &votes[tally].surface };
+            look(&sight, bundle, lattice, tolerance, |edge, seen| {
+                let of_kind = if seen == Seen::Through { &votes[edge].through } else { &votes[edge].surface };
                 of_kind.fetch_add(1, Relaxed);
             });
             Ok(())
@@ -75,7 +75,7 @@ pub fn ask(
     Ok(votes)
 }
 
-/// Drops what the scans see through. Gives the rest and the number of tallies dropped.
+/// Drops what the scans see through. Gives the rest and the number of sums dropped.
 ///
 /// # Errors
 /// Cancelled.
@@ -116,33 +116,33 @@ pub fn voters(images: &[(u32, Measured)]) -> Vec<(u32, &Noise)> {
 /// # Errors
 /// It can't be loaded any more; cancelled.
 pub fn lines_of_sight(
-    roll: &Roll<'_>,
+    scan_order: &ScanOrder<'_>,
     number: u32,
     noise: &Noise,
     progress: &Progress<'_>,
 ) -> Result<Option<LinesOfSight>> {
-    let place = roll.place(number).expect("it is of a scan of the roll");
-    match roll.sources[place].image(progress)? {
+    let place = scan_order.place(number).expect("it is of a scan of the order");
+    match scan_order.sources[place].image(progress)? {
         Some(image) => LinesOfSight::new(&image, noise.clone(), progress),
         None => Ok(None),
     }
 }
 
-/// Whether a tally goes that so many scans see through, and so many have a surface at.
+/// Whether an edge goes that so many scans see through, and so many have a surface at.
 pub fn is_through(through: u16, surface: u16) -> bool {
     through >= LEAST_THROUGH && through > surface
 }
 
-/// A bundle without the tallies that go, and how many these were.
+/// A bundle without the sums that go, and how many these were.
 pub fn without(mut bundle: SortedBundle, mut goes: impl Iterator<Item = bool>) -> (SortedBundle, u64) {
     let before = bundle.list.len();
     bundle.list.retain(|_| !goes.next().is_some_and(|goes| goes));
     let dropped = (before - bundle.list.len()) as u64;
-    bundle.list.sort_unstable_by_key(Tally::key);
-    (sort_tallies(bundle.key, bundle.list), dropped)
+    bundle.list.sort_unstable_by_key(EdgeSums::key);
+    (sort_sums(bundle.key, bundle.list), dropped)
 }
 
-/// Calls `each` with the place in the list of each tally of a bundle that a scan votes on, and what it sees there.
+/// Calls `each` with the place in the list of each edge of a bundle that a scan votes on, and what it sees there.
 pub fn look(
     sight: &LinesOfSight,
     bundle: &SortedBundle,
@@ -162,14 +162,14 @@ pub fn look(
             continue;
         }
         let (from, to) = (first as usize, bundle.bricks.get(i + 1).map_or(bundle.list.len(), |next| next.1 as usize));
-        for (place, tally) in (from..to).zip(&bundle.list[from..to]) {
-            let line = tally.line() as i32;
+        for (place, edge) in (from..to).zip(&bundle.list[from..to]) {
+            let line = edge.line() as i32;
             let mut node = first_node;
             node[u] += line & (BRICK - 1);
             node[v] += line >> BRICK_BITS;
-            node[axis] = tally.cell;
-            let at = lattice.world(node, axis, tally.fraction());
-            match sight.see(at, tally.deviation() * lattice.voxel, tolerance) {
+            node[axis] = edge.cell;
+            let at = lattice.world(node, axis, edge.fraction());
+            match sight.see(at, edge.deviation() * lattice.voxel, tolerance) {
                 Seen::Nothing => {}
                 seen => each(place, seen),
             }

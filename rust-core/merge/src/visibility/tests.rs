@@ -11,7 +11,7 @@ use image::range_image::{Samples, Viewing};
 use image::source::{Loading, ScanSource};
 use mesh::TriMesh;
 use mesh::shapes::Shape;
-use scan::{Camera, ScanParams};
+use scan::{ScanParams, VirtualCamera};
 
 pub(crate) const CELL: f64 = 0.04;
 
@@ -37,7 +37,7 @@ pub(crate) fn frames(count: usize, [sigma, off]: [f64; 2], scene: impl Fn(usize)
         let bvh = Bvh::build(&mesh.positions, &mesh.triangles, 0).unwrap();
         let (sin, cos) = (TAU * k as f64 / count as f64).sin_cos();
         let eye = DVec3::new(3.0 * cos, 3.0 * sin, 2.0);
-        let camera = Camera::pinhole(150, 200, 0.8, eye, DVec3::ZERO, DVec3::Z).unwrap();
+        let camera = VirtualCamera::pinhole(150, 200, 0.8, eye, DVec3::ZERO, DVec3::Z).unwrap();
         let params =
             ScanParams { seed: k as u64, noise: sigma * CELL, pose_shift: off * CELL, ..ScanParams::default() };
         let mut image = scan::scan(&mesh, &bvh, &camera, &params, &Progress::none()).unwrap();

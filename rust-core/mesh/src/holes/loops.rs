@@ -3,7 +3,7 @@
 use glam::DVec3;
 use rustc_hash::FxHashMap;
 
-use super::{OpenLoop, Reason};
+use super::{HoleReason, OpenLoop};
 
 /// A closed chain of boundary edges.
 pub(super) struct EdgeLoop {
@@ -20,7 +20,7 @@ impl EdgeLoop {
         self.vertices.iter().zip(next).map(|(&a, &b)| at(a).distance(at(b))).sum()
     }
 
-    pub fn left_open(&self, length: f64, reason: Reason) -> OpenLoop {
+    pub fn left_open(&self, length: f64, reason: HoleReason) -> OpenLoop {
         OpenLoop { vertex: self.vertices[0], edges: self.vertices.len(), length, reason }
     }
 }

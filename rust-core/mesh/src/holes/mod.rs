@@ -53,7 +53,7 @@ pub use over::close_over_loops;
 
 /// Why a boundary loop was left open.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Reason {
+pub enum HoleReason {
     /// Longer than the limit.
     TooLong,
     /// Not a simple loop: a vertex lies on it twice or on two loops, or it has only two edges.
@@ -61,6 +61,10 @@ pub enum Reason {
     /// Whatever would close it meets the surface or another fill.
     Crossing,
 }
+
+/// The former name of [`HoleReason`].
+#[deprecated(since = "0.2.0", note = "it is called `HoleReason`")]
+pub type Reason = HoleReason;
 
 /// A boundary loop that was left open.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -72,7 +76,7 @@ pub struct OpenLoop {
     /// Sum of the edges' lengths.
     pub length: f64,
     /// Why it was left open.
-    pub reason: Reason,
+    pub reason: HoleReason,
 }
 
 /// A loop that was closed.
@@ -144,12 +148,12 @@ pub fn sort_out(
     for edge_loop in loops::trace(boundary) {
         let length = edge_loop.length(&place);
         let reason = if !edge_loop.is_simple {
-            Reason::NotSimple
+            HoleReason::NotSimple
         } else if length <= limit(&edge_loop.vertices) {
             holes.push(edge_loop.vertices);
             continue;
         } else {
-            Reason::TooLong
+            HoleReason::TooLong
         };
         open.push(edge_loop.left_open(length, reason));
     }
@@ -198,7 +202,7 @@ pub fn close_loops(
             None => {
                 let edge_loop = loops::EdgeLoop { vertices: hole.clone(), is_simple: true };
                 let length = edge_loop.length(|v| positions[v as usize]);
-                report.open.push(edge_loop.left_open(length, Reason::Crossing));
+                report.open.push(edge_loop.left_open(length, HoleReason::Crossing));
             }
         }
     }

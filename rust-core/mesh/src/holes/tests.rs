@@ -158,7 +158,7 @@ fn a_flat_hole_stays_flat() {
         let holed = cut(&plane(12), |p| p.distance(middle) < radius);
         let (closed, report) = close_all(&holed, 30.0);
         assert_eq!((report.closed, report.open.len()), (1, 1), "radius {radius}");
-        assert_eq!(report.open[0].reason, Reason::TooLong);
+        assert_eq!(report.open[0].reason, HoleReason::TooLong);
         for p in &closed.positions[report.first_vertex..] {
             assert!((p.z - (0.5 * p.x - 0.25 * p.y)).abs() < 1e-9, "radius {radius}: {p}");
         }
@@ -260,7 +260,7 @@ fn a_fill_keeps_clear_of_what_lies_beneath_and_above() {
     // A needle through the hole: whatever closes it crosses the needle.
     let needle = TriMesh::new(vec![DVec3::ZERO, DVec3::new(0.01, 0.0, 0.0), DVec3::Z * 3.0], vec![[0, 1, 2]]);
     let (_, report) = close_all(&joined(&[holed(), needle]), 5.0);
-    assert_eq!((report.closed, report.open[0].reason), (0, Reason::Crossing));
+    assert_eq!((report.closed, report.open[0].reason), (0, HoleReason::Crossing));
 }
 
 #[test]
@@ -286,7 +286,7 @@ fn only_loops_up_to_the_limit_are_closed() {
     for (limit, closed) in [(0.0, 0), (3.9, 0), (4.0, 1), (7.9, 1), (8.0, 2), (39.0, 2)] {
         let (_, report) = close_all(&holed, limit);
         assert_eq!(report.closed, closed, "limit {limit}");
-        assert!(report.open.iter().all(|open| open.reason == Reason::TooLong && open.length > limit));
+        assert!(report.open.iter().all(|open| open.reason == HoleReason::TooLong && open.length > limit));
     }
     assert_eq!(
         close_all(&holed, 0.0).1.open.iter().map(|o| (o.vertex, o.edges)).collect::<Vec<_>>(),
@@ -294,7 +294,7 @@ fn only_loops_up_to_the_limit_are_closed() {
     );
     // The whole sheet could only be closed by its own other side.
     let (_, report) = close_all(&holed, 41.0);
-    assert_eq!((report.closed, report.open[0].reason), (2, Reason::Crossing));
+    assert_eq!((report.closed, report.open[0].reason), (2, HoleReason::Crossing));
 }
 
 #[test]
@@ -309,7 +309,7 @@ fn what_is_no_loop_is_left_and_bad_boundaries_do_no_harm() {
     ball.triangles.swap_remove(first.max(opposite));
     ball.triangles.swap_remove(first.min(opposite));
     let (_, report) = close_all(&ball, 9.0);
-    assert!(report.closed == 0 && report.open.iter().all(|open| open.reason == Reason::NotSimple));
+    assert!(report.closed == 0 && report.open.iter().all(|open| open.reason == HoleReason::NotSimple));
     // A boundary that the mesh doesn't have.
     let mut mesh = sphere(1);
     let report =
@@ -385,7 +385,7 @@ proptest! {
         prop_assume!(check(&holed).is_manifold());
         let (_, report) = close_all(&holed, 12.0);
         for open in &report.open {
-            prop_assert!(open.reason != Reason::NotSimple);
+            prop_assert!(open.reason != HoleReason::NotSimple);
         }
     }
 }

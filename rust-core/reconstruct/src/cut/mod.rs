@@ -5,7 +5,7 @@
 //! other cells are divided so that the fewest of these samples are contradicted and the surface is that of facets at which the
 //! balls on both sides are large beside the facet.
 //!
-//! Where it is known from which side samples were seen, by sensors or by normals, each says so of the cells next to it on that line (`sight`).
+//! Where it is known from which side samples were seen, by sensors or by normals, each says so of the cells next to it on that line (`visibility`).
 //!
 //! *Differences from the papers.* Labatut, Pons and Keriven take whole lines of sight of cameras for what is outside; here deep rooms
 //! do that, which any samples have, and the other pole of a sample for what is inside; lines only where they are near their sample, as noise
@@ -14,7 +14,7 @@
 
 mod poles;
 mod rooms;
-mod sight;
+mod visibility;
 
 use super::balls::Balls;
 use super::complex::Complex;
@@ -86,7 +86,7 @@ fn problem(complex: Complex<'_>, fronts: &Fronts, progress: &Progress<'_>) -> Re
     if is_torn && fronts.are_unknown() {
         return Ok(None);
     }
-    let votes = sight::votes(complex, &poles, fronts, progress)?;
+    let votes = visibility::votes(complex, &poles, fronts, progress)?;
     let mut nodes = vec![u32::MAX; complex.len()];
     let mut free = 0;
     for range in progress.ranges(complex.len()) {

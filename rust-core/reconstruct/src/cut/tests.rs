@@ -119,7 +119,7 @@ fn samples_vote_for_the_cells_along_their_lines() {
     with_complex(&mut points, 1, |complex| {
         let balls = Balls::of(complex, &progress).unwrap();
         let poles = poles(complex, &balls, &progress).unwrap();
-        let votes = sight::votes(complex, &poles, &Fronts::known(away.clone()), &progress).unwrap();
+        let votes = visibility::votes(complex, &poles, &Fronts::known(away.clone()), &progress).unwrap();
         let holds = |cell: usize, place: DVec3| {
             (0..4).all(|slot| {
                 let [a, b, c] = complex.facet(cell as u32, slot).map(|v| complex.points[v as usize]);

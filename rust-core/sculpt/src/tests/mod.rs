@@ -4,7 +4,7 @@ use glam::DVec3;
 use proptest::prelude::*;
 
 use super::domain::Domain;
-use super::sight::Sight;
+use super::rays::Sight;
 use super::view::{Site, View};
 use super::*;
 use image::range_image::test_images::{ahead, as_point_grid, plane, projections, render, sphere};

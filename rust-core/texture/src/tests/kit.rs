@@ -11,7 +11,7 @@ use mesh::shapes::Shape;
 use mesh::{TriMesh, srgb};
 use unwrap::{UnwrapParams, Unwrapped};
 
-use crate::{Photo, Pixels, Target, TextureParams, Textured, run};
+use crate::{Photo, Pixels, TextureParams, TextureTarget, Textured, run};
 
 /// Texels of a side.
 pub const SIZE: u32 = 96;
@@ -101,7 +101,7 @@ pub fn unwrapped(mesh: &TriMesh) -> Unwrapped {
 
 pub fn textured(flat: &Unwrapped, detail: &TriMesh, shots: &[Shot], params: &TextureParams) -> Result<Textured> {
     let photos: Vec<&dyn Photo> = shots.iter().map(|shot| shot as &dyn Photo).collect();
-    run(&Target { mesh: &flat.mesh, uv: &flat.uv }, detail, &photos, params, &Progress::none())
+    run(&TextureTarget { mesh: &flat.mesh, uv: &flat.uv }, detail, &photos, params, &Progress::none())
 }
 
 /// Covered texels with their points on the mesh, by a loop over all triangles for each.

@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 
 use mesh::TriMesh;
 use mesh::shapes::Shape;
-use unwrap::{Extent, UnwrapParams};
+use unwrap::{ChartScale, UnwrapParams};
 
 use super::kit::{PLAIN, SIZE, covered, shot, sphere, textured, unwrapped, waves};
 use crate::TextureParams;
@@ -86,7 +86,7 @@ fn the_inside_of_a_pit_is_dark() {
 fn several_tiles_are_as_one() {
     let mesh = sphere();
     let params =
-        UnwrapParams { size: SIZE, padding: 2, extent: Extent::Tiles(3), threads: 1, ..UnwrapParams::default() };
+        UnwrapParams { size: SIZE, padding: 2, extent: ChartScale::Tiles(3), threads: 1, ..UnwrapParams::default() };
     let flat = unwrap::run(&mesh, &params, &base::Progress::none()).unwrap();
     assert!(flat.report.tiles > 1);
     let shots = [shot("one", &mesh, DVec3::X * 4.0, &|_| [1, 200, 100])];

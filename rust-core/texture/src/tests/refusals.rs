@@ -9,7 +9,7 @@ use image::frame::Camera;
 use mesh::TriMesh;
 
 use super::kit::{PLAIN, Shot, around, covered, shot, sphere, textured, unwrapped, waves};
-use crate::{Photo, Pixels, Target, TextureParams, run};
+use crate::{Photo, Pixels, TextureParams, TextureTarget, run};
 
 fn told(shots: &[Shot]) -> String {
     let mesh = sphere();
@@ -89,7 +89,7 @@ fn photos_are_asked_for_once_per_purpose_and_not_kept() {
     let streamed: Vec<Streamed<'_>> =
         (0..count).map(|i| Streamed { name: format!("{i:04}"), of: &shot, asked: &asked }).collect();
     let photos: Vec<&dyn Photo> = streamed.iter().map(|photo| photo as &dyn Photo).collect();
-    let target = Target { mesh: &flat.mesh, uv: &flat.uv };
+    let target = TextureTarget { mesh: &flat.mesh, uv: &flat.uv };
     let done = run(&target, &mesh, &photos, &PLAIN, &Progress::none()).unwrap();
     assert_eq!(asked.load(Ordering::Relaxed), 2 * count);
     let one = textured(&flat, &mesh, std::slice::from_ref(&shot), &PLAIN).unwrap();
@@ -122,7 +122,7 @@ fn a_missing_photo_is_named() {
     let flat = unwrapped(&mesh);
     let shot = shot("", &mesh, DVec3::X * 4.0, &waves);
     let missing = Missing(&shot);
-    let target = Target { mesh: &flat.mesh, uv: &flat.uv };
+    let target = TextureTarget { mesh: &flat.mesh, uv: &flat.uv };
     let error = run(&target, &mesh, &[&missing], &PLAIN, &Progress::none()).unwrap_err();
     assert!(error.to_string().contains("missing.jpg"), "{error}");
 }
@@ -133,7 +133,7 @@ fn meshes_and_coordinates_that_cannot_be_used_are_named() {
     let flat = unwrapped(&mesh);
     let shot = shot("one", &mesh, DVec3::X * 4.0, &waves);
     let told = |uv: &[DVec2], detail: &TriMesh, params: &TextureParams| {
-        let target = Target { mesh: &flat.mesh, uv };
+        let target = TextureTarget { mesh: &flat.mesh, uv };
         run(&target, detail, &[&shot], params, &Progress::none()).unwrap_err().to_string()
     };
     assert!(told(&flat.uv[1..], &mesh, &PLAIN).contains("one each is needed"));
@@ -153,7 +153,7 @@ fn it_can_be_cancelled_anywhere() {
     let shots: Vec<Shot> =
         around(3, 4.0).iter().enumerate().map(|(i, &eye)| shot(&i.to_string(), &mesh, eye, &waves)).collect();
     let photos: Vec<&dyn Photo> = shots.iter().map(|shot| shot as &dyn Photo).collect();
-    let target = Target { mesh: &flat.mesh, uv: &flat.uv };
+    let target = TextureTarget { mesh: &flat.mesh, uv: &flat.uv };
     let params = TextureParams { size: 96, threads: 1, occlusion_rays: 2, ..TextureParams::default() };
     let (mut checks, mut cancelled) = (0, 0);
     while let Err(error) = run(&target, &mesh, &photos, &params, &Progress::cancel_after(checks)) {

@@ -7,7 +7,7 @@ use glam::DVec3;
 use proptest::prelude::*;
 
 use super::*;
-use crate::crossings::scan_order::Places;
+use crate::crossings::scan_order::ScanPlaces;
 use crate::finish::close_holes::{self, Room};
 use crate::finish::write::{self, Besides};
 use crate::surface::extract::Case;
@@ -121,7 +121,7 @@ fn closed_into<T: Tiles>(mut whole: Whole<T>, sink: &mut dyn MeshSink) -> [u64; 
     let params = MergeParams { max_hole_length: Some(60.0), ..MergeParams::default() };
     let mut found = MergeReport::default();
     close_holes::close(&mut whole, &lattice, &params, Room::ALL, &mut found, &progress).unwrap();
-    let besides = Besides { places: Places([(0, 0)].into_iter().collect()), ..Besides::default() };
+    let besides = Besides { places: ScanPlaces([(0, 0)].into_iter().collect()), ..Besides::default() };
     write::write(whole, besides, sink, &progress).unwrap();
     found.holes
 }

@@ -114,7 +114,7 @@ fn whole(asked: &Changed) -> Whole<Vec<Tile>> {
 
 /// Scans stand in another order than their numbers.
 fn besides(asked: &Changed) -> Besides {
-    let places = Places([(0, 1), (1, 2), (2, 0)].into_iter().collect());
+    let places = ScanPlaces([(0, 1), (1, 2), (2, 0)].into_iter().collect());
     Besides { coloured: asked.coloured, places, ..Besides::default() }
 }
 

@@ -8,7 +8,7 @@ use crate::LABELLING;
 use crate::crossings::edge_colours::Gains;
 use crate::crossings::lattice::Lattice;
 use crate::field::{BrickVertices, Labels, fuse};
-use crate::field::{Bundles, Rule};
+use crate::field::{Bundles, VoteRule};
 use crate::surface::anomalies::BrickSurface;
 use crate::surface::tiles;
 use base::error::Result;
@@ -22,7 +22,7 @@ pub struct Bricks {
     /// Vertices on the edges from inside to outside.
     pub vertices: BrickVertices,
     /// What they were found by.
-    basis: Option<(Lattice, Rule, Gains)>,
+    basis: Option<(Lattice, VoteRule, Gains)>,
     /// Bricks where what is left of bundles has changed since then.
     changed: FxHashSet<[i32; 3]>,
     /// What the labels make of each brick; nothing of some.
@@ -46,7 +46,7 @@ impl Bricks {
     pub fn label(
         &mut self,
         bundles: &Bundles,
-        rule: Rule,
+        rule: VoteRule,
         gains: Gains,
         lattice: &Lattice,
         progress: &Progress<'_>,

@@ -12,7 +12,7 @@ use crate::crossings::crossing::BundleKey;
 use crate::crossings::lattice::Lattice;
 use crate::crossings::lines;
 use crate::crossings::lines::SortedBundle;
-use crate::crossings::scan_order::Roll;
+use crate::crossings::scan_order::ScanOrder;
 use crate::field::fuse::Reaches;
 use crate::intake::overlap::{BundleDistances, OverlapDistances};
 use crate::intake::setup::Setup;
@@ -22,7 +22,7 @@ use base::progress::Progress;
 
 /// What all scans come to.
 #[derive(Default)]
-pub struct Bundles {
+pub struct KeptBundles {
     /// The grid they are counted in.
     lattice: Option<Lattice>,
     /// What the scans are that they are of.
@@ -30,20 +30,20 @@ pub struct Bundles {
     /// Whether distances are measured on a sample.
     are_sampled: bool,
     /// By key.
-    pub(super) all: FxHashMap<BundleKey, Bundle>,
+    pub(super) all: FxHashMap<BundleKey, KeptBundle>,
 }
 
 /// A scan: its version, its number, and whether distances from it are measured.
 type Member = (u64, u32, bool);
 
 /// What is kept of a bundle.
-pub(super) struct Bundle {
+pub(super) struct KeptBundle {
     /// What its crossings come to.
     pub all: Arc<SortedBundle>,
     distances: BundleDistances,
     /// Whether that is new to those who look at it.
     pub is_new: bool,
-    /// The votes of those scans that see any of it, by version; two bits a tally.
+    /// The votes of those scans that see any of it, by version; two bits an edge.
     pub votes: FxHashMap<u64, Box<[u8]>>,
     /// What of it is left where scans see through.
     pub shown: Arc<SortedBundle>,
@@ -51,7 +51,7 @@ pub(super) struct Bundle {
     pub dropped: u64,
 }
 
-impl Bundles {
+impl KeptBundles {
     /// Brings all bundles up to date that scans have crossings in which have changed since, or their numbers.
     ///
     /// # Errors
@@ -59,7 +59,7 @@ impl Bundles {
     pub fn renew(
         &mut self,
         scans: &Scans,
-        roll: &Roll<'_>,
+        scan_order: &ScanOrder<'_>,
         lattice: &Lattice,
         setup: &Setup,
         report: &mut MergeReport,
@@ -69,26 +69,27 @@ impl Bundles {
         let is_known = |member: &Member| scans.get(member.0).is_some();
         if self.lattice != Some(*lattice) || !self.members.iter().all(is_known) || self.are_sampled != are_sampled {
             // Others may still show what was there.
-            self.all.values_mut().for_each(Bundle::clear);
+            self.all.values_mut().for_each(KeptBundle::clear);
             self.members.clear();
             self.lattice = Some(*lattice);
         }
-        let member =
-            |place: usize| (roll.versions[place], roll.numbers()[place], !are_sampled || roll.is_sampled(place));
-        let members = (0..roll.len()).map(member).collect();
+        let member = |place: usize| {
+            (scan_order.versions[place], scan_order.numbers()[place], !are_sampled || scan_order.is_sampled(place))
+        };
+        let members = (0..scan_order.len()).map(member).collect();
         let keys = self.changed(scans, &members);
         progress.stage(FUSING, keys.len() as u64);
         let renewed = keys.into_par_iter().map(|key| {
             progress.advance(1)?;
-            let numbers = roll.numbers().iter().zip(&roll.versions);
+            let numbers = scan_order.numbers().iter().zip(&scan_order.versions);
             let chunks =
                 numbers.filter_map(|(&number, &version)| scans.get(version)?.crossings.of(&key, number)).collect();
             let raw = RawBundle { key, found: Found { chunks, ..Found::default() } };
-            let distances = BundleDistances::measure(&raw, roll, are_sampled);
+            let distances = BundleDistances::measure(&raw, scan_order, are_sampled);
             Ok((key, distances, Arc::new(lines::sort(key, Vec::new(), raw.found.chunks))))
         });
         for (key, distances, sorted) in renewed.collect::<Result<Vec<_>>>()? {
-            self.all.entry(key).or_insert_with(|| Bundle::none(key)).set(sorted, distances);
+            self.all.entry(key).or_insert_with(|| KeptBundle::none(key)).set(sorted, distances);
         }
         (self.members, self.are_sampled) = (members, are_sampled);
         report.working_bytes = report.intersections * size_of::<crate::crossings::crossing::Crossing>() as u64;
@@ -115,15 +116,15 @@ impl Bundles {
         list.sort_unstable_by_key(|bundle| bundle.key);
         let bundles = field::Bundles::new(list);
         report.seen_through = self.all.values().map(|bundle| bundle.dropped).sum();
-        report.count_tallies(&bundles);
+        report.count_sums(&bundles);
         bundles
     }
 }
 
-impl Bundle {
+impl KeptBundle {
     fn none(key: BundleKey) -> Self {
-        let empty = Arc::new(lines::sort_tallies(key, Vec::new()));
-        Bundle {
+        let empty = Arc::new(lines::sort_sums(key, Vec::new()));
+        KeptBundle {
             all: empty.clone(),
             distances: BundleDistances::default(),
             is_new: true,
@@ -144,6 +145,6 @@ impl Bundle {
     }
 
     fn clear(&mut self) {
-        self.set(Arc::new(lines::sort_tallies(self.all.key, Vec::new())), BundleDistances::default());
+        self.set(Arc::new(lines::sort_sums(self.all.key, Vec::new())), BundleDistances::default());
     }
 }

@@ -22,7 +22,7 @@ mod visibility;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::crossings::scan_order;
-use crate::crossings::scan_order::Roll;
+use crate::crossings::scan_order::ScanOrder;
 use crate::intake::defaults;
 use crate::intake::setup::Setup;
 use crate::run::{if_it_fits, refuse_twins, run_by, started, surface};
@@ -32,7 +32,7 @@ use base::memory::attempted;
 use base::progress::Progress;
 use image::source::ScanSource;
 use image::triangulate::TriangulateParams;
-use stages::Again;
+use stages::Incremental;
 
 /// A scan to merge, with a number for what it is: as long as the number is the same, so is the scan.
 #[deprecated(since = "0.2.0", note = "`Reuse` takes the scans' versions")]
@@ -50,7 +50,7 @@ pub struct Versioned<'a> {
 /// 11 bytes a pixel of images with lines of sight among it; at its peak it takes half as much again as a merge that keeps nothing.
 #[derive(Default)]
 pub struct Merger {
-    kept: Option<Box<Kept>>,
+    kept: Option<Box<Findings>>,
 }
 
 impl Merger {
@@ -98,7 +98,7 @@ impl Merger {
         let mut kept = self.kept.take().unwrap_or_default();
         setup.fit.begin();
         let merged = attempted(|| {
-            let work = || surface(&mut Again::new(&mut kept, (scans, versions), params, setup), params, progress);
+            let work = || surface(&mut Incremental::new(&mut kept, (scans, versions), params, setup), params, progress);
             started(scans, params, progress, work)
         });
         match merged {
@@ -141,25 +141,25 @@ pub struct Renewed {
 
 /// What a run leaves for the next.
 #[derive(Default)]
-struct Kept {
+struct Findings {
     triangulation: TriangulateParams,
     /// What ties between scans of one name are broken by, by their versions.
     contents: FxHashMap<u64, u64>,
     known: defaults::Known,
     scans: scans::Scans,
-    bundles: bundles::Bundles,
-    looks: visibility::Looks,
+    bundles: bundles::KeptBundles,
+    visibility: visibility::VisibilityCache,
     bricks: bricks::Bricks,
 }
 
-impl Kept {
-    /// The roll of scans of so many versions.
-    fn roll<'a>(
+impl Findings {
+    /// The order of scans of so many versions.
+    fn scan_order<'a>(
         &mut self,
         sources: &[&'a dyn ScanSource],
         versions: &[u64],
         progress: &Progress<'_>,
-    ) -> Result<Roll<'a>> {
+    ) -> Result<ScanOrder<'a>> {
         let found = std::sync::Mutex::new(std::mem::take(&mut self.contents));
         let known = || found.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         let content = |place: usize| {
@@ -171,7 +171,7 @@ impl Kept {
         };
         let order = scan_order::in_order(sources, content, progress);
         self.contents = std::mem::take(&mut *known());
-        Ok(Roll::new(sources, versions, &order?))
+        Ok(ScanOrder::new(sources, versions, &order?))
     }
 
     /// Forgets the scans of other versions.

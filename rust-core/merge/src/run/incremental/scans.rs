@@ -7,7 +7,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::crossings::bundles::ScanCrossings;
 use crate::crossings::lattice::Lattice;
-use crate::crossings::scan_order::Roll;
+use crate::crossings::scan_order::ScanOrder;
 use crate::intake::budget::{Budget, Foreseen};
 use crate::intake::nothing_to_merge;
 use crate::intake::setup::Setup;
@@ -47,17 +47,17 @@ impl Scans {
     /// That of the first scan that can't be loaded, or counted in cells; no scan has a triangle; cancelled.
     pub fn take(
         &mut self,
-        roll: &Roll<'_>,
+        scan_order: &ScanOrder<'_>,
         params: &MergeParams,
         setup: &Setup,
         report: &mut MergeReport,
         progress: &Progress<'_>,
     ) -> Result<Discretized> {
-        let list = List { roll, params, setup };
+        let list = List { scan_order, params, setup };
         let found =
-            in_cells_that_fit(roll.len(), params, setup, report, |budget| self.take_in(&list, budget, progress))?;
+            in_cells_that_fit(scan_order.len(), params, setup, report, |budget| self.take_in(&list, budget, progress))?;
         found.tell(report);
-        report.intersections = roll.versions.iter().map(|version| self.all[version].crossings.len()).sum();
+        report.intersections = scan_order.versions.iter().map(|version| self.all[version].crossings.len()).sum();
         Ok(found)
     }
 
@@ -65,7 +65,7 @@ impl Scans {
         if self.voxel != budget.voxel {
             *self = Scans { voxel: budget.voxel, all: FxHashMap::default() };
         }
-        let versions = &list.roll.versions;
+        let versions = &list.scan_order.versions;
         loop {
             let held = self.all.values().map(|scan| scan.crossings.len()).sum();
             budget.begin_keeping(held, list.params.voxel.is_none());
@@ -79,7 +79,7 @@ impl Scans {
             let known = versions.iter().enumerate().filter(|(scan, _)| !todo.contains(scan));
             known.for_each(|(scan, version)| budget.know(scan, self.all[version].foreseen.clone()));
             progress.stage(DISCRETIZING, todo.len() as u64);
-            let intake = Intake::new(list.roll, list.params, list.setup, budget, progress).of_some(first);
+            let intake = Intake::new(list.scan_order, list.params, list.setup, budget, progress).of_some(first);
             let (lattice, groups) = intake.take_all(todo.clone())?;
             todo.iter().for_each(|&scan| {
                 self.all.insert(versions[scan], Scan::empty());
@@ -91,7 +91,7 @@ impl Scans {
             // Where a new scan comes before the others, these may have been counted from another base.
             let mut all = Discretized::none(lattice);
             let mut is_one = true;
-            for (&number, version) in list.roll.numbers().iter().zip(versions) {
+            for (&number, version) in list.scan_order.numbers().iter().zip(versions) {
                 if let Some(found) = &self.all[version].found {
                     is_one &= found.lattice == lattice;
                     all.add(found);
@@ -108,7 +108,7 @@ impl Scans {
     /// The first scan that is known to have a triangle, and the grid that it would have others counted in.
     fn first(&self, list: &List<'_>) -> Result<Option<(usize, Lattice)>> {
         let near = |(scan, version): (usize, &u64)| Some((scan, self.all.get(version)?.near?));
-        let Some((scan, near)) = list.roll.versions.iter().enumerate().find_map(near) else { return Ok(None) };
+        let Some((scan, near)) = list.scan_order.versions.iter().enumerate().find_map(near) else { return Ok(None) };
         Ok(Some((scan, Lattice::new(self.voxel, near, list.setup.corner)?)))
     }
 
@@ -125,7 +125,7 @@ impl Scans {
 
 /// The scans to merge, and how.
 struct List<'a> {
-    roll: &'a Roll<'a>,
+    scan_order: &'a ScanOrder<'a>,
     params: &'a MergeParams,
     setup: &'a Setup,
 }

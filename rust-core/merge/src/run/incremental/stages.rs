@@ -1,6 +1,6 @@
 //! The stages of a merge of which something is kept.
 
-use super::Kept;
+use super::Findings;
 use crate::crossings::edge_colours;
 use crate::intake::defaults;
 use crate::intake::setup::Setup;
@@ -14,38 +14,38 @@ use base::progress::Progress;
 use image::source::ScanSource;
 
 /// A merge at work, with what is kept.
-pub struct Again<'a> {
-    kept: &'a mut Kept,
+pub struct Incremental<'a> {
+    kept: &'a mut Findings,
     /// What each scan is, as they were given.
     versions: Vec<u64>,
     /// All that a merge has of which nothing is kept.
     at_work: Memory<'a>,
 }
 
-impl<'a> Again<'a> {
+impl<'a> Incremental<'a> {
     /// Of scans of so many versions, by what is kept of them.
     pub fn new(
-        kept: &'a mut Kept,
+        kept: &'a mut Findings,
         (scans, versions): (&[&'a dyn ScanSource], &[u64]),
         params: &'a MergeParams,
         setup: &'a Setup,
     ) -> Self {
         if kept.triangulation != params.triangulation {
-            *kept = Kept { triangulation: params.triangulation, ..Kept::default() };
+            *kept = Findings { triangulation: params.triangulation, ..Findings::default() };
         }
-        Again { kept, versions: versions.to_vec(), at_work: Memory::new(scans, params, setup) }
+        Incremental { kept, versions: versions.to_vec(), at_work: Memory::new(scans, params, setup) }
     }
 
     fn plan(&mut self, progress: &Progress<'_>) -> Result<()> {
-        let Memory { sources, roll, params, report, .. } = &mut self.at_work;
-        *roll = self.kept.roll(sources, &self.versions, progress)?;
-        report.scan_names = roll.names();
-        defaults::choose_cell(roll, params, &mut self.kept.known, report, progress)
+        let Memory { sources, scan_order, params, report, .. } = &mut self.at_work;
+        *scan_order = self.kept.scan_order(sources, &self.versions, progress)?;
+        report.scan_names = scan_order.names();
+        defaults::choose_cell(scan_order, params, &mut self.kept.known, report, progress)
     }
 
     fn collect(&mut self, progress: &Progress<'_>) -> Result<()> {
-        let Memory { roll, params, setup, report, found, .. } = &mut self.at_work;
-        *found = Some(self.kept.scans.take(roll, params, setup, report, progress)?);
+        let Memory { scan_order, params, setup, report, found, .. } = &mut self.at_work;
+        *found = Some(self.kept.scans.take(scan_order, params, setup, report, progress)?);
         progress.lap("discretize");
         Ok(())
     }
@@ -53,8 +53,8 @@ impl<'a> Again<'a> {
     /// How far scans lie from each other is kept bundle by bundle, as what they come to is.
     fn overlap(&mut self, progress: &Progress<'_>) -> Result<()> {
         let lattice = self.at_work.found().lattice;
-        let Memory { roll, params, setup, report, reaches, .. } = &mut self.at_work;
-        self.kept.bundles.renew(&self.kept.scans, roll, &lattice, setup, report, progress)?;
+        let Memory { scan_order, params, setup, report, reaches, .. } = &mut self.at_work;
+        self.kept.bundles.renew(&self.kept.scans, scan_order, &lattice, setup, report, progress)?;
         *reaches = Some(self.kept.bundles.reaches(params, report));
         progress.lap("sort");
         Ok(())
@@ -62,8 +62,8 @@ impl<'a> Again<'a> {
 
     fn look(&mut self, progress: &Progress<'_>) -> Result<()> {
         let tolerance = self.at_work.reaches().tolerance(self.at_work.report.voxel);
-        let Kept { looks, bundles, bricks, .. } = &mut *self.kept;
-        bricks.note(looks.look(bundles, &self.at_work.roll, self.at_work.found(), tolerance, progress)?);
+        let Findings { visibility, bundles, bricks, .. } = &mut *self.kept;
+        bricks.note(visibility.look(bundles, &self.at_work.scan_order, self.at_work.found(), tolerance, progress)?);
         Ok(())
     }
 
@@ -74,12 +74,12 @@ impl<'a> Again<'a> {
 
     fn label(&mut self, progress: &Progress<'_>) -> Result<()> {
         let (rule, lattice) = (self.at_work.reaches().rule(), self.at_work.found().lattice);
-        let Memory { roll, report, bundles, .. } = &mut self.at_work;
-        let gains = edge_colours::Gains::new(&report.colour_gains, roll);
+        let Memory { scan_order, report, bundles, .. } = &mut self.at_work;
+        let gains = edge_colours::Gains::new(&report.colour_gains, scan_order);
         let bricks = &mut self.kept.bricks;
         bricks.label(bundles, rule, gains, &lattice, progress)?;
         memory::tell_labels(&bricks.labels, &bricks.vertices, &lattice, report, progress)?;
-        self.kept.forget_others(&roll.versions);
+        self.kept.forget_others(&scan_order.versions);
         Ok(())
     }
 
@@ -96,7 +96,7 @@ impl<'a> Again<'a> {
     }
 }
 
-impl Graph for Again<'_> {
+impl Graph for Incremental<'_> {
     type Tiles = Vec<Tile>;
 
     fn run(&mut self, stage: Stage, progress: &Progress<'_>) -> Result<()> {

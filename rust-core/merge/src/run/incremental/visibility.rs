@@ -5,28 +5,28 @@ use std::sync::Arc;
 use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::bundles::{Bundle, Bundles};
+use super::bundles::{KeptBundle, KeptBundles};
 use crate::LOOKING;
 use crate::crossings::crossing::BundleKey;
 use crate::crossings::lattice::{ACROSS, Lattice};
 use crate::crossings::lines::SortedBundle;
-use crate::crossings::scan_order::Roll;
+use crate::crossings::scan_order::ScanOrder;
 use crate::intake::Discretized;
 use crate::visibility::{self, is_through, look};
 use base::error::Result;
 use base::progress::Progress;
-use image::sight::{LinesOfSight, Seen};
+use image::visibility::{LinesOfSight, Seen};
 
 /// Who has looked.
 #[derive(Default)]
-pub struct Looks {
+pub struct VisibilityCache {
     /// Those that were asked about all bundles that are not new, by version; of some nothing is to be known.
     asked: FxHashMap<u64, Option<Arc<LinesOfSight>>>,
     /// What surfaces could be off by, in world units.
     tolerance: f64,
 }
 
-/// Votes on a tally: nothing, a surface, seen through.
+/// Votes on an edge: nothing, a surface, seen through.
 const BITS: usize = 2;
 const SURFACE: u8 = 1;
 const THROUGH: u8 = 2;
@@ -39,7 +39,7 @@ struct Looked {
     dropped: u64,
 }
 
-impl Looks {
+impl VisibilityCache {
     /// Asks all scans that have lines of sight about bundles that are new, and those that are new about all. The bricks in which
     /// anything that is left of the bundles has changed.
     ///
@@ -47,8 +47,8 @@ impl Looks {
     /// A scan can't be loaded any more; cancelled: nothing has changed then.
     pub fn look(
         &mut self,
-        bundles: &mut Bundles,
-        roll: &Roll<'_>,
+        bundles: &mut KeptBundles,
+        scan_order: &ScanOrder<'_>,
         found: &Discretized,
         tolerance: f64,
         progress: &Progress<'_>,
@@ -57,17 +57,17 @@ impl Looks {
         progress.stage(LOOKING, voters.len() as u64);
         let sights = voters.par_iter().with_max_len(1).map(|&(scan, noise)| {
             progress.advance(1)?;
-            let version = roll.version(scan);
+            let version = scan_order.version(scan);
             let sight = match self.asked.get(&version) {
                 Some(known) => known.clone(),
-                None => visibility::lines_of_sight(roll, scan, noise, progress)?.map(Arc::new),
+                None => visibility::lines_of_sight(scan_order, scan, noise, progress)?.map(Arc::new),
             };
             Ok((version, sight))
         });
         let sights: FxHashMap<u64, Option<Arc<LinesOfSight>>> = sights.collect::<Result<_>>()?;
         let is_asked_anew = self.tolerance != tolerance;
         let looking = Looking { sights: &sights, asked: &self.asked, lattice: &found.lattice, tolerance };
-        let look = |(key, bundle): (&BundleKey, &Bundle)| {
+        let look = |(key, bundle): (&BundleKey, &KeptBundle)| {
             progress.check()?;
             Ok(looking.at(*key, bundle, is_asked_anew))
         };
@@ -80,7 +80,7 @@ impl Looks {
             }
         }
         bundles.all.retain(|_, bundle| !bundle.is_empty());
-        *self = Looks { asked: sights, tolerance };
+        *self = VisibilityCache { asked: sights, tolerance };
         Ok(changed)
     }
 }
@@ -95,7 +95,7 @@ struct Looking<'a> {
 
 impl Looking<'_> {
     /// What becomes of a bundle, if anything.
-    fn at(&self, key: BundleKey, bundle: &Bundle, is_asked_anew: bool) -> Option<Looked> {
+    fn at(&self, key: BundleKey, bundle: &KeptBundle, is_asked_anew: bool) -> Option<Looked> {
         let is_new = bundle.is_new || is_asked_anew;
         let is_known = |version: &u64| !is_new && self.asked.contains_key(version);
         let mut votes: FxHashMap<u64, Box<[u8]>> = FxHashMap::default();
@@ -124,12 +124,12 @@ impl Looking<'_> {
     /// A scan's votes on a bundle; nothing if it sees nothing of it.
     fn votes(&self, sight: &LinesOfSight, bundle: &SortedBundle) -> Option<Box<[u8]>> {
         let mut votes: Vec<u8> = Vec::new();
-        look(sight, bundle, self.lattice, self.tolerance, |tally, seen| {
+        look(sight, bundle, self.lattice, self.tolerance, |edge, seen| {
             if votes.is_empty() {
                 votes.resize((bundle.list.len() * BITS).div_ceil(8), 0);
             }
             let vote = if seen == Seen::Through { THROUGH } else { SURFACE };
-            votes[tally * BITS / 8] |= vote << (tally * BITS % 8);
+            votes[edge * BITS / 8] |= vote << (edge * BITS % 8);
         });
         (!votes.is_empty()).then(|| votes.into())
     }
@@ -137,8 +137,8 @@ impl Looking<'_> {
 
 /// What is left of a bundle, and how much isn't.
 fn left(bundle: &Arc<SortedBundle>, votes: &FxHashMap<u64, Box<[u8]>>) -> (Arc<SortedBundle>, u64) {
-    let goes = |tally: usize| {
-        let of = |kind: u8| move |votes: &&[u8]| votes[tally * BITS / 8] >> (tally * BITS % 8) & 3 == kind;
+    let goes = |edge: usize| {
+        let of = |kind: u8| move |votes: &&[u8]| votes[edge * BITS / 8] >> (edge * BITS % 8) & 3 == kind;
         let count = |kind: u8| votes.values().map(|votes| &**votes).filter(of(kind)).count() as u16;
         is_through(count(THROUGH), count(SURFACE))
     };

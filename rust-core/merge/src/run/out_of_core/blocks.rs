@@ -14,18 +14,18 @@ use super::setting::{Cut, Key, Named, Portion, Setting};
 use crate::FUSING;
 use crate::colour::gains;
 use crate::crossings::crossing::{BundleKey, OnLine};
-use crate::crossings::edge_sums::Tally;
+use crate::crossings::edge_sums::EdgeSums;
 use crate::crossings::lattice::{ACROSS, BRICK_BITS, ROWS};
 use crate::crossings::lines::{self, SortedBundle};
-use crate::crossings::scan_order::Roll;
+use crate::crossings::scan_order::ScanOrder;
 use crate::field;
 use base::error::Result;
 use base::progress::Progress;
 
-/// What there is in a brick on lines along each axis, sorted by [`Tally::key`].
-pub type BrickTallies = [Vec<Tally>; 3];
+/// What there is in a brick on lines along each axis, sorted by [`EdgeSums::key`].
+pub type BrickSums = [Vec<EdgeSums>; 3];
 
-/// The tallies of all blocks.
+/// The sums of all blocks.
 pub struct Blocks {
     cut: Cut,
     /// By block.
@@ -70,14 +70,14 @@ impl Blocks {
             let named = Named { block, note: 0, key: collected.key_of(block) };
             let path = setting.path(KIND, named.key);
             if !path.exists() {
-                let mut bricks: BTreeMap<[i32; 3], BrickTallies> = BTreeMap::new();
+                let mut bricks: BTreeMap<[i32; 3], BrickSums> = BTreeMap::new();
                 for axis in 0..3 {
                     let [u, v] = ACROSS[axis];
-                    for (across, list) in collected.tallies(block, axis, progress)? {
-                        for tally in list {
-                            let mut brick = [tally.cell() >> BRICK_BITS; 3];
+                    for (across, list) in collected.sums(block, axis, progress)? {
+                        for edge in list {
+                            let mut brick = [edge.cell() >> BRICK_BITS; 3];
                             [brick[u], brick[v]] = across;
-                            bricks.entry(brick).or_default()[axis].push(tally);
+                            bricks.entry(brick).or_default()[axis].push(edge);
                         }
                     }
                 }
@@ -120,7 +120,7 @@ impl Blocks {
     ///
     /// # Errors
     /// The file can't be read.
-    pub fn read(&self, block: [i32; 3]) -> Result<Vec<([i32; 3], BrickTallies)>> {
+    pub fn read(&self, block: [i32; 3]) -> Result<Vec<([i32; 3], BrickSums)>> {
         self.files.get(&block).map_or(Ok(Vec::new()), |file| file.read(|_| true))
     }
 
@@ -128,7 +128,7 @@ impl Blocks {
     ///
     /// # Errors
     /// A file can't be read; cancelled.
-    pub fn gains(&self, roll: &Roll<'_>, progress: &Progress<'_>) -> Result<Vec<[f64; 3]>> {
+    pub fn gains(&self, scan_order: &ScanOrder<'_>, progress: &Progress<'_>) -> Result<Vec<[f64; 3]>> {
         let list = self.list();
         let each = |block: &[i32; 3]| {
             progress.check()?;
@@ -137,10 +137,10 @@ impl Blocks {
         };
         let count = |block: &[i32; 3]| Ok(each(block)?.map(|list| gains::shared(&list).count()).sum::<usize>());
         let count: usize = list.par_iter().with_max_len(1).map(count).sum::<Result<usize>>()?;
-        let sample = gains::Sample::of(count, roll.len());
+        let sample = gains::Sample::of(count, scan_order.len());
         let pairs = |block: &[i32; 3]| Ok(each(block)?.flat_map(|list| sample.pairs(&list)).collect::<Vec<_>>());
         let found = list.par_iter().with_max_len(1).map(pairs).collect::<Result<Vec<_>>>()?;
-        gains::solve(found.concat(), roll, progress)
+        gains::solve(found.concat(), scan_order, progress)
     }
 
     /// Follows from what there is in the bricks of a block and those around it: what [`Blocks::bundles_around`] gives.
@@ -168,13 +168,13 @@ impl Blocks {
         Ok(scans)
     }
 
-    /// What there is on lines through a block and the bricks around it, as far as these bricks: with how far it is from each tally
+    /// What there is on lines through a block and the bricks around it, as far as these bricks: with how far it is from each edge
     /// to the next surface along its line, as far as that matters in the block.
     ///
     /// # Errors
     /// A file can't be read.
     pub fn bundles_around(&self, block: [i32; 3]) -> Result<field::Bundles> {
-        let mut bundles: BTreeMap<BundleKey, Vec<(i32, Vec<Tally>)>> = BTreeMap::new();
+        let mut bundles: BTreeMap<BundleKey, Vec<(i32, Vec<EdgeSums>)>> = BTreeMap::new();
         for beside in self.cut.around(block, 1) {
             let Some(file) = self.files.get(&beside) else { continue };
             for (brick, lists) in file.read(|brick| self.cut.is_near(brick, block, 1))? {
@@ -184,34 +184,34 @@ impl Blocks {
                 }
             }
         }
-        let bundle = |(key, mut parts): (BundleKey, Vec<(i32, Vec<Tally>)>)| {
+        let bundle = |(key, mut parts): (BundleKey, Vec<(i32, Vec<EdgeSums>)>)| {
             parts.sort_unstable_by_key(|part| part.0);
-            Arc::new(lines::sort_tallies(key, by_line(parts)))
+            Arc::new(lines::sort_sums(key, by_line(parts)))
         };
         Ok(field::Bundles::new(bundles.into_iter().map(bundle).collect()))
     }
 }
 
-/// Tallies of bricks along a line, each sorted, in one list sorted by [`Tally::key`].
-fn by_line(mut parts: Vec<(i32, Vec<Tally>)>) -> Vec<Tally> {
+/// Sums of bricks along a line, each sorted, in one list sorted by [`EdgeSums::key`].
+fn by_line(mut parts: Vec<(i32, Vec<EdgeSums>)>) -> Vec<EdgeSums> {
     if parts.len() == 1 {
         return parts.swap_remove(0).1;
     }
     let mut starts = [0_u32; ROWS + 1];
     let all = || parts.iter().flat_map(|part| &part.1);
-    all().for_each(|tally| starts[tally.line() + 1] += 1);
+    all().for_each(|edge| starts[edge.line() + 1] += 1);
     (0..ROWS).for_each(|line| starts[line + 1] += starts[line]);
-    let mut sorted = vec![Tally::default(); starts[ROWS] as usize];
-    for tally in all() {
-        let slot = &mut starts[tally.line()];
-        sorted[*slot as usize] = *tally;
+    let mut sorted = vec![EdgeSums::default(); starts[ROWS] as usize];
+    for edge in all() {
+        let slot = &mut starts[edge.line()];
+        sorted[*slot as usize] = *edge;
         *slot += 1;
     }
     sorted
 }
 
-/// A brick's tallies on lines along an axis, as a bundle that ends there.
-pub fn in_bundle(brick: [i32; 3], axis: usize, list: Vec<Tally>) -> SortedBundle {
+/// A brick's sums on lines along an axis, as a bundle that ends there.
+pub fn in_bundle(brick: [i32; 3], axis: usize, list: Vec<EdgeSums>) -> SortedBundle {
     let key = BundleKey { axis: axis as u8, across: ACROSS[axis].map(|i| brick[i]) };
     let bricks = if list.is_empty() { Vec::new() } else { vec![(brick[axis], 0)] };
     SortedBundle { key, list, bricks }
@@ -221,11 +221,11 @@ pub fn in_bundle(brick: [i32; 3], axis: usize, list: Vec<Tally>) -> SortedBundle
 ///
 /// # Errors
 /// The file can't be written.
-pub fn write(path: &Path, bricks: &BTreeMap<[i32; 3], BrickTallies>) -> Result<()> {
+pub fn write(path: &Path, bricks: &BTreeMap<[i32; 3], BrickSums>) -> Result<()> {
     let mut file = Columns::new(path)?;
     let mut table = Vec::new();
     for (&brick, [x, y, z]) in bricks {
-        let members = [x, y, z].into_iter().flatten().flat_map(|tally| tally.members().iter());
+        let members = [x, y, z].into_iter().flatten().flat_map(|edge| edge.members().iter());
         let mut scans: Vec<u32> = members.map(|member| member.scan).collect::<FxHashSet<_>>().into_iter().collect();
         scans.sort_unstable();
         let lists = [file.put(x)?, file.put(y)?, file.put(z)?];
@@ -235,7 +235,7 @@ pub fn write(path: &Path, bricks: &BTreeMap<[i32; 3], BrickTallies>) -> Result<(
 }
 
 impl BlockFile {
-    fn read(&self, is_wanted: impl Fn([i32; 3]) -> bool) -> Result<Vec<([i32; 3], BrickTallies)>> {
+    fn read(&self, is_wanted: impl Fn([i32; 3]) -> bool) -> Result<Vec<([i32; 3], BrickSums)>> {
         let mut wanted = self.table.iter().filter(|entry| is_wanted(entry.brick)).peekable();
         if wanted.peek().is_none() {
             return Ok(Vec::new());

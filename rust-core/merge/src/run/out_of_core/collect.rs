@@ -6,13 +6,13 @@ use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering::Relaxed};
 use rayon::prelude::*;
 use rustc_hash::FxHashSet;
 
-use super::segments::{self, About, Member, Segment, Whose};
+use super::segments::{self, About, Segment, SegmentMember, Whose};
 use super::setting::{Key, Portion, Setting};
 use crate::DISCRETIZING;
 use crate::crossings::bundles::{self, Buckets};
 use crate::crossings::discretize::discretize;
 use crate::crossings::lattice::Lattice;
-use crate::crossings::scan_order::Roll;
+use crate::crossings::scan_order::ScanOrder;
 use crate::intake::Discretized;
 use crate::intake::budget;
 use crate::intake::nothing_to_merge;
@@ -27,7 +27,7 @@ const STAYS: u64 = 1 << 18;
 
 /// What collecting needs to know of all scans.
 pub struct Collecting<'a> {
-    pub roll: &'a Roll<'a>,
+    pub scan_order: &'a ScanOrder<'a>,
     pub triangulation: TriangulateParams,
     pub grid: Grid,
     /// What segments follow from besides their scans.
@@ -41,11 +41,11 @@ pub struct Collecting<'a> {
 ///
 /// # Errors
 /// A file can't be read.
-pub fn usable(roll: &Roll<'_>, basis: Key, lattice: Lattice, setting: &Setting<'_>) -> Result<Vec<Key>> {
+pub fn usable(scan_order: &ScanOrder<'_>, basis: Key, lattice: Lattice, setting: &Setting<'_>) -> Result<Vec<Key>> {
     let mut taken = FxHashSet::default();
     let mut keys = Vec::new();
     for (segment, _) in Segment::all(basis, lattice, setting)? {
-        if segment.members.iter().all(|member| member.is_of(roll) && !taken.contains(&member.number)) {
+        if segment.members.iter().all(|member| member.is_of(scan_order) && !taken.contains(&member.number)) {
             taken.extend(segment.members.iter().map(|member| member.number));
             keys.push(segment.key());
         }
@@ -64,13 +64,13 @@ pub fn collect(
     setting: &Setting<'_>,
     progress: &Progress<'_>,
 ) -> Result<Vec<Key>> {
-    let Collecting { roll, grid: Grid { lattice, samples, .. }, basis, .. } = *collecting;
-    let range = portion.range(roll.len());
+    let Collecting { scan_order, grid: Grid { lattice, samples, .. }, basis, .. } = *collecting;
+    let range = portion.range(scan_order.len());
     progress.stage(DISCRETIZING, range.len() as u64);
     let mut keys = Vec::new();
     let mut done = FxHashSet::default();
     let mut crossings = 0;
-    let is_own = |member: &Member| roll.place(member.number).is_some_and(|place| range.contains(&place));
+    let is_own = |member: &SegmentMember| scan_order.place(member.number).is_some_and(|place| range.contains(&place));
     let (known, new): (Vec<_>, Vec<_>) =
         Segment::all(basis, lattice, setting)?.into_iter().partition(|of| collecting.known.contains(&of.0.key()));
     for (segment, about) in known {
@@ -82,7 +82,8 @@ pub fn collect(
     }
     // What a task has left that was stopped, or another one at the same work.
     for (segment, about) in new {
-        let is_of = |member: &Member| is_own(member) && member.is_of(roll) && !done.contains(&member.number);
+        let is_of =
+            |member: &SegmentMember| is_own(member) && member.is_of(scan_order) && !done.contains(&member.number);
         if segment.members.iter().all(is_of) {
             keys.push(segment.key());
             crossings += about.intersections;
@@ -90,7 +91,7 @@ pub fn collect(
         }
     }
     let all = range.len();
-    let todo: Vec<usize> = range.filter(|&place| !done.contains(&roll.numbers()[place])).collect();
+    let todo: Vec<usize> = range.filter(|&place| !done.contains(&scan_order.numbers()[place])).collect();
     progress.advance((all - todo.len()) as u64)?;
     let workers = setting.workers(samples)?.min(todo.len());
     let (next, last) = (AtomicUsize::new(0), AtomicUsize::new(usize::MAX));
@@ -183,8 +184,8 @@ struct Worker<'a> {
 impl Worker<'_> {
     /// Loads a scan and finds its crossings.
     fn take(&mut self, scan: usize, progress: &Progress<'_>) -> Result<()> {
-        let Shared { collecting: Collecting { roll, grid, .. }, loading, setting, .. } = self.shared;
-        let (source, number) = (roll.sources[scan], roll.numbers()[scan]);
+        let Shared { collecting: Collecting { scan_order, grid, .. }, loading, setting, .. } = self.shared;
+        let (source, number) = (scan_order.sources[scan], scan_order.numbers()[scan]);
         let surface = source.load(loading, progress)?;
         progress.check()?;
         // It may be larger than those that were looked at before.
@@ -211,7 +212,8 @@ impl Worker<'_> {
 
     /// Writes what is held to a segment.
     fn spill(&mut self, progress: &Progress<'_>) -> Result<()> {
-        let Shared { collecting: Collecting { roll, grid, basis, .. }, setting, keys, crossings, .. } = self.shared;
+        let Shared { collecting: Collecting { scan_order, grid, basis, .. }, setting, keys, crossings, .. } =
+            self.shared;
         let buckets = std::mem::take(&mut self.buckets);
         let mut about = std::mem::replace(&mut self.about, About::none(grid.lattice));
         if about.scans.is_empty() {
@@ -221,9 +223,12 @@ impl Worker<'_> {
         let raw = bundles::gather(vec![buckets]);
         // More than those of all segments so far there will be.
         let are_few = crossings.fetch_add(about.intersections, Relaxed) + about.intersections <= setting.kept;
-        let members: Vec<Member> =
-            about.scans.iter().filter_map(|&number| Some(Member::of(roll, roll.place(number)?))).collect();
-        let whose = Whose { members: &members, basis: *basis, roll };
+        let members: Vec<SegmentMember> = about
+            .scans
+            .iter()
+            .filter_map(|&number| Some(SegmentMember::of(scan_order, scan_order.place(number)?)))
+            .collect();
+        let whose = Whose { members: &members, basis: *basis, scan_order };
         let key = segments::write(raw, &about, &whose, setting, are_few, progress)?;
         keys.lock().unwrap_or_else(std::sync::PoisonError::into_inner).push(key);
         Ok(())

@@ -13,7 +13,7 @@ use crate::LABELLING;
 use crate::crossings::edge_colours::Gains;
 use crate::crossings::lattice::ROWS;
 use crate::field::fuse::{self, Labelled};
-use crate::field::{BrickLabels, Rule, Vertex, Vertices};
+use crate::field::{BrickLabels, Vertex, Vertices, VoteRule};
 use crate::field::{BrickVertices, Labels};
 use base::error::Result;
 use base::progress::Progress;
@@ -46,7 +46,7 @@ struct Entry {
 /// A [`Vertex`] as it is kept.
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
-struct Kept {
+struct Keep {
     node: u16,
     enters: u16,
     fraction: f32,
@@ -56,16 +56,16 @@ struct Kept {
     scan: i32,
 }
 
-impl From<&Vertex> for Kept {
+impl From<&Vertex> for Keep {
     fn from(vertex: &Vertex) -> Self {
         let &Vertex { node, enters, fraction, weight, noise, colour, scan } = vertex;
-        Kept { node, enters: enters.into(), fraction, weight, noise, colour, scan }
+        Keep { node, enters: enters.into(), fraction, weight, noise, colour, scan }
     }
 }
 
-impl From<&Kept> for Vertex {
-    fn from(kept: &Kept) -> Self {
-        let &Kept { node, enters, fraction, weight, noise, colour, scan } = kept;
+impl From<&Keep> for Vertex {
+    fn from(kept: &Keep) -> Self {
+        let &Keep { node, enters, fraction, weight, noise, colour, scan } = kept;
         Vertex { node, enters: enters != 0, fraction, weight, noise, colour, scan }
     }
 }
@@ -77,7 +77,7 @@ impl BlockLabels {
     /// A file can't be read or written; cancelled.
     pub fn label(
         blocks: &Blocks,
-        (rule, gains): (&Rule, &Gains),
+        (rule, gains): (&VoteRule, &Gains),
         portion: Portion,
         setting: &Setting<'_>,
         progress: &Progress<'_>,
@@ -179,7 +179,7 @@ impl BlockLabels {
                 if self.cut.is_near(entry.brick, block, 1) {
                     let mut of_brick = Vertices::default();
                     for (list, place) in of_brick.iter_mut().zip(&entry.vertices) {
-                        *list = stored.get::<Kept>(place)?.iter().map(Vertex::from).collect();
+                        *list = stored.get::<Keep>(place)?.iter().map(Vertex::from).collect();
                     }
                     vertices.insert(entry.brick, of_brick);
                 }
@@ -191,7 +191,7 @@ impl BlockLabels {
 
 /// Vertices on edges.
 fn vertices(table: &[Entry]) -> usize {
-    table.iter().flat_map(|entry| &entry.vertices).map(Place::count::<Kept>).sum()
+    table.iter().flat_map(|entry| &entry.vertices).map(Place::count::<Keep>).sum()
 }
 
 impl LabelFile {
@@ -203,7 +203,7 @@ impl LabelFile {
             let planes = file.put(&[labels.inside, labels.outside])?;
             let mut of_axis = [Place::default(); 3];
             for (place, list) in of_axis.iter_mut().zip(vertices) {
-                *place = file.put(&list.iter().map(Kept::from).collect::<Vec<_>>())?;
+                *place = file.put(&list.iter().map(Keep::from).collect::<Vec<_>>())?;
             }
             table.push(Entry { brick, bounds: labels.bounds, unused: 0, planes, vertices: of_axis });
         }

@@ -58,12 +58,12 @@ pub struct Workspace<'a> {
     /// Bytes of memory.
     pub memory: u64,
     /// Whether another merge may go on with what this one leaves.
-    pub kept: Option<Kept<'a>>,
+    pub kept: Option<Keep<'a>>,
 }
 
 /// What of a merge is kept for the next one with the same parameters.
 #[derive(Clone, Copy, Debug)]
-pub struct Kept<'a> {
+pub struct Keep<'a> {
     /// What each scan is, in a number that no other scan has, and another where the scan is another.
     pub versions: &'a [u64],
     /// Whether a merge that is done is kept as well, so that a scan more or less renews only what it has a part in; else what a merge
@@ -84,7 +84,7 @@ pub fn run(
     progress: &Progress<'_>,
 ) -> Result<MergeReport> {
     started(sources, params, progress, || {
-        let Some(Kept { versions, stays }) = workspace.kept else {
+        let Some(Keep { versions, stays }) = workspace.kept else {
             let folder = tempfile::Builder::new().prefix("surfrecon-merge-").tempdir_in(workspace.folder);
             let folder = folder.map_err(|error| Error::io(workspace.folder, error))?;
             let setting = Setting::of(folder.path(), workspace.memory);
@@ -125,7 +125,7 @@ pub struct Together<'a> {
     /// How many tasks those stages have that are cut into tasks.
     pub tasks: u32,
     /// Whether another merge in the folder may go on with what this one leaves, of which nothing is removed then. One at a time.
-    pub kept: Option<Kept<'a>>,
+    pub kept: Option<Keep<'a>>,
     /// Whether all files of the merge are in the folder, so that its room has to do for them.
     pub has_all: bool,
 }

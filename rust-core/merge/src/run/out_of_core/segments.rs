@@ -10,11 +10,11 @@ use super::files::{Columns, Place, Stored, damaged};
 use super::setting::{Key, Setting, remove};
 use crate::crossings::bundles::{Added, Found, RawBundle, in_sample};
 use crate::crossings::crossing::{BundleKey, Crossing};
-use crate::crossings::edge_sums::{self, Tally};
+use crate::crossings::edge_sums::{self, EdgeSums};
 use crate::crossings::fine_details::remove_fine_details;
 use crate::crossings::lattice::{ACROSS, BRICK_BITS, Lattice};
 use crate::crossings::lines;
-use crate::crossings::scan_order::Roll;
+use crate::crossings::scan_order::ScanOrder;
 use crate::intake::Discretized;
 use crate::intake::overlap::{BundleDistances, OverlapDistances};
 use crate::intake::placing::Placing;
@@ -102,7 +102,7 @@ pub struct Segment {
     path: PathBuf,
     key: Key,
     /// Its scans.
-    pub members: Vec<Member>,
+    pub members: Vec<SegmentMember>,
     /// Whether overlaps can be measured by all of its crossings.
     pub is_whole: bool,
     /// Sorted.
@@ -112,7 +112,7 @@ pub struct Segment {
 /// A scan of a segment.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Pod, Zeroable)]
-pub struct Member {
+pub struct SegmentMember {
     pub number: u32,
     /// Whether samples for overlaps are taken of it.
     pub is_sampled: u32,
@@ -120,16 +120,16 @@ pub struct Member {
     pub version: u64,
 }
 
-impl Member {
-    /// The scan at a place of the roll.
-    pub fn of(roll: &Roll<'_>, place: usize) -> Self {
-        let (number, version) = (roll.numbers()[place], roll.versions[place]);
-        Member { number, is_sampled: roll.is_sampled(place).into(), version }
+impl SegmentMember {
+    /// The scan at a place of the order.
+    pub fn of(scan_order: &ScanOrder<'_>, place: usize) -> Self {
+        let (number, version) = (scan_order.numbers()[place], scan_order.versions[place]);
+        SegmentMember { number, is_sampled: scan_order.is_sampled(place).into(), version }
     }
 
-    /// Whether it is a scan of the roll, and counts for the same.
-    pub fn is_of(&self, roll: &Roll<'_>) -> bool {
-        roll.place(self.number).is_some_and(|place| *self == Member::of(roll, place))
+    /// Whether it is a scan of the order, and counts for the same.
+    pub fn is_of(&self, scan_order: &ScanOrder<'_>) -> bool {
+        scan_order.place(self.number).is_some_and(|place| *self == SegmentMember::of(scan_order, place))
     }
 }
 
@@ -145,7 +145,7 @@ struct Entry {
     kind: u32,
     block: [i32; 3],
     /// Whether crossings are added up; of [`ABOUT`] whether the samples are whole.
-    are_tallies: u32,
+    are_sums: u32,
     /// [`Row`]s.
     bundles: Place,
     /// What the rows have, one after the other.
@@ -173,11 +173,11 @@ struct Row {
 
 /// Whose crossings a segment has.
 pub struct Whose<'a> {
-    pub members: &'a [Member],
+    pub members: &'a [SegmentMember],
     /// What segments follow from besides their scans.
     pub basis: Key,
     /// All scans that there are.
-    pub roll: &'a Roll<'a>,
+    pub scan_order: &'a ScanOrder<'a>,
 }
 
 /// Writes crossings of whole scans to a segment, whose key it gives; if `are_few`, overlaps are measured by all of them.
@@ -187,7 +187,7 @@ pub struct Whose<'a> {
 pub fn write(
     raw: Vec<RawBundle>,
     about: &About,
-    &Whose { members, basis, roll }: &Whose<'_>,
+    &Whose { members, basis, scan_order }: &Whose<'_>,
     setting: &Setting<'_>,
     are_few: bool,
     progress: &Progress<'_>,
@@ -208,7 +208,7 @@ pub fn write(
         for RawBundle { key, found } in list {
             let before = sample.len();
             let all = found.chunks.iter().flatten().copied();
-            sample.extend(all.filter(|crossing| are_few || in_sample(&key, crossing, roll)));
+            sample.extend(all.filter(|crossing| are_few || in_sample(&key, crossing, scan_order)));
             if sample.len() > before {
                 sampled.push(Row { across: key.across, count: (sample.len() - before) as u32 });
             }
@@ -225,30 +225,30 @@ pub fn write(
             });
         }
         let [u, v] = ACROSS[axis as usize];
-        let mut entry = |kind, block, are_tallies: bool, bundles, list| {
-            table.push(Entry { axis: axis.into(), kind, block, are_tallies: are_tallies.into(), bundles, list });
+        let mut entry = |kind, block, are_sums: bool, bundles, list| {
+            table.push(Entry { axis: axis.into(), kind, block, are_sums: are_sums.into(), bundles, list });
         };
         for (along, (mut bundles, list)) in blocks {
             let mut block = [along; 3];
             [block[u], block[v]] = row;
             // Whichever takes less: where scans overlap that is the sums.
-            let are_tallies = lines::count_tallies(&list) * size_of::<Tally>() < size_of_val(&list[..]);
-            let list = if are_tallies { file.put(&added_up(&mut bundles, &list))? } else { file.put(&list)? };
-            entry(BLOCK, block, are_tallies, file.put(&bundles)?, list);
+            let are_sums = lines::count_sums(&list) * size_of::<EdgeSums>() < size_of_val(&list[..]);
+            let list = if are_sums { file.put(&added_up(&mut bundles, &list))? } else { file.put(&list)? };
+            entry(BLOCK, block, are_sums, file.put(&bundles)?, list);
         }
         if !sample.is_empty() {
             entry(SAMPLE, [row[0], row[1], 0], false, file.put(&sampled)?, file.put(&sample)?);
         }
     }
     let (list, bundles) = (file.put(&about.to_numbers())?, file.put(members)?);
-    table.push(Entry { axis: 0, kind: ABOUT, block: [0; 3], are_tallies: are_few.into(), bundles, list });
+    table.push(Entry { axis: 0, kind: ABOUT, block: [0; 3], are_sums: are_few.into(), bundles, list });
     table.sort_unstable_by_key(Entry::key);
     file.finish(&table)?;
     Ok(key)
 }
 
 /// The crossings of bundles added up, which then have so many.
-fn added_up(bundles: &mut [Row], crossings: &[Crossing]) -> Vec<Tally> {
+fn added_up(bundles: &mut [Row], crossings: &[Crossing]) -> Vec<EdgeSums> {
     let mut all = Vec::new();
     let mut rest = crossings;
     for bundle in bundles {
@@ -270,7 +270,7 @@ impl Segment {
         let open = |path: PathBuf| {
             let (stored, table) = Stored::open::<Entry>(&path)?;
             let about = table.iter().find(|entry| entry.kind == ABOUT).ok_or_else(|| damaged(&path))?;
-            let (members, is_whole) = (stored.get::<Member>(&about.bundles)?, about.are_tallies != 0);
+            let (members, is_whole) = (stored.get::<SegmentMember>(&about.bundles)?, about.are_sums != 0);
             let key = Key::of(&(basis, &members[..], is_whole));
             if setting.path(KIND, key) != path {
                 return Ok(None);
@@ -353,7 +353,12 @@ impl Collected {
     ///
     /// # Errors
     /// A segment can't be read; cancelled.
-    pub fn distances(&self, roll: &Roll<'_>, kept: u64, progress: &Progress<'_>) -> Result<OverlapDistances> {
+    pub fn distances(
+        &self,
+        scan_order: &ScanOrder<'_>,
+        kept: u64,
+        progress: &Progress<'_>,
+    ) -> Result<OverlapDistances> {
         let rows = self.all(SAMPLE, |entry| (entry.axis, entry.block));
         let are_sampled = self.about.intersections > kept;
         let of_row = |(axis, row): (u32, [i32; 3])| {
@@ -365,14 +370,14 @@ impl Collected {
                 let list: Vec<Crossing> = stored.get(&entry.list)?;
                 for (across, list) in by_bundle(&stored.get(&entry.bundles)?, &list) {
                     let key = BundleKey { axis: axis as u8, across };
-                    let is_told = |crossing: &Crossing| !are_sampled || in_sample(&key, crossing, roll);
+                    let is_told = |crossing: &Crossing| !are_sampled || in_sample(&key, crossing, scan_order);
                     bundles.entry(across).or_default().push(list.iter().copied().filter(is_told).collect());
                 }
             }
             let measured = bundles.into_iter().map(|(across, chunks)| {
                 let key = BundleKey { axis: axis as u8, across };
                 let raw = RawBundle { key, found: Found { chunks, added: Added::default() } };
-                BundleDistances::measure(&raw, roll, are_sampled)
+                BundleDistances::measure(&raw, scan_order, are_sampled)
             });
             Ok((axis as u8, measured.collect::<Vec<_>>()))
         };
@@ -387,19 +392,19 @@ impl Collected {
     ///
     /// # Errors
     /// A segment can't be read; cancelled.
-    pub fn tallies(
+    pub fn sums(
         &self,
         block: [i32; 3],
         axis: usize,
         progress: &Progress<'_>,
-    ) -> Result<BTreeMap<[i32; 2], Vec<Tally>>> {
-        let mut all: BTreeMap<[i32; 2], Vec<Tally>> = BTreeMap::new();
+    ) -> Result<BTreeMap<[i32; 2], Vec<EdgeSums>>> {
+        let mut all: BTreeMap<[i32; 2], Vec<EdgeSums>> = BTreeMap::new();
         for segment in &self.segments {
             let Some(entry) = segment.find(BLOCK, block, axis as u32) else { continue };
             progress.check()?;
             let stored = Stored::again(&segment.path)?;
             let mut bundles: Vec<Row> = stored.get(&entry.bundles)?;
-            let list = match entry.are_tallies {
+            let list = match entry.are_sums {
                 0 => added_up(&mut bundles, &stored.get::<Crossing>(&entry.list)?),
                 _ => stored.get(&entry.list)?,
             };

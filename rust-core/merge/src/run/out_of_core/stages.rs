@@ -20,7 +20,7 @@ use super::visibility::{self, Voters};
 use crate::crossings::edge_colours::Gains;
 use crate::crossings::lattice::Lattice;
 use crate::crossings::scan_order;
-use crate::crossings::scan_order::Roll;
+use crate::crossings::scan_order::ScanOrder;
 use crate::field::fuse::Reaches;
 use crate::intake::Discretized;
 use crate::intake::overlap::OverlapDistances;
@@ -49,7 +49,7 @@ struct Planned<'a> {
     cut: Cut,
     /// The scans, as places in the list.
     order: Vec<usize>,
-    roll: Roll<'a>,
+    scan_order: ScanOrder<'a>,
     /// What crossings follow from besides the scans.
     basis: Key,
 }
@@ -140,7 +140,7 @@ impl<'a> Tasks<'a> {
         }
         let planned = self.planned()?;
         let Known { about, reaches, report, .. } = self.compared(&planned)?;
-        let voters = Voters::new(&about.found, &planned.roll, planned.basis, reaches.tolerance(report.voxel));
+        let voters = Voters::new(&about.found, &planned.scan_order, planned.basis, reaches.tolerance(report.voxel));
         let segments: Vec<Key> = self.all(Stage::Collect)?;
         let left = self.files(Stage::Drop)?.into_iter().filter(|named| named.note > 0).collect();
         let mut used: FxHashSet<PathBuf> = voters.paths(&self.setting).into_iter().collect();
@@ -219,13 +219,13 @@ impl<'a> Tasks<'a> {
         let Tasks { sources, versions, params, setting, .. } = self;
         let content = |place: usize| sources[place].content(&params.triangulation, progress);
         let order = scan_order::in_order(sources, content, progress)?;
-        let roll = Roll::new(sources, versions, &order);
+        let scan_order = ScanOrder::new(sources, versions, &order);
         let mut report = MergeReport::default();
-        defaults::choose_cell(&roll, params, &mut defaults::Known::default(), &mut report, progress)?;
+        defaults::choose_cell(&scan_order, params, &mut defaults::Known::default(), &mut report, progress)?;
         let loading = Loading { triangulation: params.triangulation, cell: report.voxel };
-        let grid = Grid::of_first(&roll.sources, &loading, setting.corner, progress)?;
+        let grid = Grid::of_first(&scan_order.sources, &loading, setting.corner, progress)?;
         setting.workers(grid.samples)?;
-        room::foresee(&roll.sources, &loading, &grid, setting, progress)?;
+        room::foresee(&scan_order.sources, &loading, &grid, setting, progress)?;
         // What is there is cut as it is.
         let cut = match setting.recall::<i32>(CUT, 0)? {
             Some(side) => Cut { side: side.first().copied().unwrap_or(setting.cut.side) },
@@ -233,9 +233,9 @@ impl<'a> Tasks<'a> {
         };
         setting.keep(CUT, 0, &[cut.side])?;
         let basis = self.basis(&grid, cut);
-        setting.keep(KNOWN, 0, &collect::usable(&roll, basis, grid.lattice, setting)?)?;
+        setting.keep(KNOWN, 0, &collect::usable(&scan_order, basis, grid.lattice, setting)?)?;
         let reason = report.voxel_reason;
-        Ok(Planned { grid, reason, cut, order, roll, basis })
+        Ok(Planned { grid, reason, cut, order, scan_order, basis })
     }
 
     fn basis(&self, Grid { lattice: Lattice { voxel, base }, .. }: &Grid, cut: Cut) -> Key {
@@ -258,16 +258,16 @@ impl<'a> Tasks<'a> {
             let folder = self.setting.folder.display();
             return Err(Error::input(format!("{folder}: this merge was planned for {before} scans, not for {now}")));
         }
-        planned.roll = Roll::new(self.sources, &self.versions, &planned.order);
+        planned.scan_order = ScanOrder::new(self.sources, &self.versions, &planned.order);
         planned.basis = self.basis(&planned.grid, planned.cut);
         Ok(planned)
     }
 
     fn collect(&self, planned: &Planned<'_>, portion: Portion, progress: &Progress<'_>) -> Result<Vec<Key>> {
-        let &Planned { grid, basis, ref roll, .. } = planned;
+        let &Planned { grid, basis, ref scan_order, .. } = planned;
         let triangulation = self.params.triangulation;
         let known: Vec<Key> = self.setting.recall(KNOWN, 0)?.unwrap_or_default();
-        let collecting = Collecting { roll, triangulation, grid, basis, known: &known };
+        let collecting = Collecting { scan_order, triangulation, grid, basis, known: &known };
         let found = collect::collect(&collecting, portion, &self.setting, progress)?;
         progress.lap("discretize");
         Ok(found)
@@ -286,7 +286,7 @@ impl<'a> Tasks<'a> {
             return Err(crate::intake::nothing_to_merge());
         }
         progress.stage(FUSING, collected.rows() as u64);
-        let distances = collected.distances(&planned.roll, self.setting.kept, progress)?.to_numbers();
+        let distances = collected.distances(&planned.scan_order, self.setting.kept, progress)?.to_numbers();
         progress.lap("overlap");
         let mut numbers = vec![distances.len() as f64];
         numbers.extend(distances);
@@ -334,8 +334,8 @@ impl<'a> Tasks<'a> {
         let told = told(&numbers).ok_or_else(|| damaged(&self.setting.mark(&mark(Stage::Overlap), 0)));
         let (distances, about) = told?;
         let mut report = MergeReport {
-            scans: planned.roll.len(),
-            scan_names: planned.roll.names(),
+            scans: planned.scan_order.len(),
+            scan_names: planned.scan_order.names(),
             voxel: planned.grid.lattice.voxel,
             voxel_reason: planned.reason,
             intersections: about.intersections,
@@ -353,7 +353,7 @@ impl<'a> Tasks<'a> {
         }
         let Known { about, reaches, report } = self.compared(planned)?;
         let tolerance = reaches.tolerance(report.voxel);
-        let voters = Voters::new(&about.found, &planned.roll, planned.basis, tolerance);
+        let voters = Voters::new(&about.found, &planned.scan_order, planned.basis, tolerance);
         voters.look(&blocks, portion, &self.setting, progress)?;
         progress.lap("sight");
         Ok(())
@@ -364,7 +364,7 @@ impl<'a> Tasks<'a> {
         let blocks = Blocks::open(&self.files(Stage::Fuse)?, &self.setting)?;
         let Known { about, reaches, report, .. } = self.compared(planned)?;
         let tolerance = reaches.tolerance(report.voxel);
-        let voters = Voters::new(&about.found, &planned.roll, planned.basis, tolerance);
+        let voters = Voters::new(&about.found, &planned.scan_order, planned.basis, tolerance);
         let files = voters.drop_seen_through(&blocks, portion, &self.setting, progress)?;
         progress.lap("sight");
         Ok(files)
@@ -381,14 +381,14 @@ impl<'a> Tasks<'a> {
         if !self.params.match_exposure || !self.compared(planned)?.about.found.coloured {
             return Ok(Vec::new());
         }
-        let gains = blocks.gains(&planned.roll, progress)?;
+        let gains = blocks.gains(&planned.scan_order, progress)?;
         progress.lap("colours");
         Ok(gains)
     }
 
     fn label(&self, planned: &Planned<'_>, portion: Portion, progress: &Progress<'_>) -> Result<Vec<Named>> {
         let gains: Vec<[f64; 3]> = self.all(Stage::Colours)?;
-        let (rule, gains) = (self.compared(planned)?.reaches.rule(), Gains::new(&gains, &planned.roll));
+        let (rule, gains) = (self.compared(planned)?.reaches.rule(), Gains::new(&gains, &planned.scan_order));
         let files = BlockLabels::label(&self.left()?, (&rule, &gains), portion, &self.setting, progress)?;
         progress.lap("label");
         Ok(files)
@@ -423,8 +423,8 @@ impl Graph for Tasks<'_> {
         // Nothing else is needed any more.
         self.setting.spend(&[labels::KIND])?;
         let Discretized { lattice, coloured, placing, .. } = about.found;
-        report.warnings.extend(damage::warning(&planned.roll.sources));
-        let (crs, places) = (common_crs(&planned.roll.sources)?, planned.roll.places());
+        report.warnings.extend(damage::warning(&planned.scan_order.sources));
+        let (crs, places) = (common_crs(&planned.scan_order.sources)?, planned.scan_order.places());
         Ok(Built { tiles, lattice, reach: reaches.reach, coloured, placing, crs, places, report })
     }
 }
@@ -472,7 +472,7 @@ impl Planned<'_> {
             reason: *VoxelReason::ALL.get(reason as usize)?,
             cut: Cut { side: side as i32 },
             order: order.iter().map(|&place| place as usize).collect(),
-            roll: Roll::default(),
+            scan_order: ScanOrder::default(),
             basis: Key::default(),
         })
     }

@@ -7,7 +7,7 @@ use glam::{DAffine3, DVec3};
 use proptest::prelude::*;
 
 use super::setting::{Cut, Setting};
-use super::{Kept, Tasks, Workspace, kept_folder, merge, run};
+use super::{Keep, Tasks, Workspace, kept_folder, merge, run};
 use crate::intake::setup::Setup;
 use crate::tests::{by_setup, clean_scans, scans, scans_with};
 use crate::visibility::tests::{BOX, CELL, FLOOR, cuboids, frames};
@@ -237,7 +237,7 @@ fn a_merge_that_is_stopped_goes_on_from_what_is_complete() {
     let beside = folder.path().join("somebody's");
     std::fs::write(&beside, "else").unwrap();
     let versions: Vec<u64> = (7..7 + scans.len() as u64).collect();
-    let kept = Some(Kept { versions: &versions, stays: false });
+    let kept = Some(Keep { versions: &versions, stays: false });
     let workspace = Workspace { folder: folder.path(), memory: 6 << 20, kept };
     let go_on = |checks: u64| {
         let mut mesh = TriMesh::default();

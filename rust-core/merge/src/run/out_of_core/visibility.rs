@@ -1,4 +1,4 @@
-//! What scans see through: each scan that votes has a file with what it sees at the tallies of each block; voters are loaded in batches,
+//! What scans see through: each scan that votes has a file with what it sees at the sums of each block; voters are loaded in batches,
 //! which blocks are read for once.
 
 use std::collections::BTreeMap;
@@ -12,16 +12,16 @@ use super::files::{Columns, Place, Stored};
 use super::setting::{Key, Named, Portion, Setting};
 use crate::LOOKING;
 use crate::crossings::lattice::{BRICK, BRICK_BITS, Lattice};
-use crate::crossings::scan_order::Roll;
+use crate::crossings::scan_order::ScanOrder;
 use crate::intake::Discretized;
 use crate::visibility::{self, is_through, lines_of_sight};
 use base::error::Result;
 use base::progress::Progress;
 use glam::DVec3;
 use image::range_image::noise::Noise;
-use image::sight::{LinesOfSight, Seen};
+use image::visibility::{LinesOfSight, Seen};
 
-/// What a scan sees at a tally: nothing, a surface, or through it.
+/// What a scan sees at an edge: nothing, a surface, or through it.
 type Vote = u8;
 const SURFACE: Vote = 1;
 const THROUGH: Vote = 2;
@@ -41,7 +41,7 @@ struct Asked {
     may_see: u32,
     /// The block's.
     key: Key,
-    /// A vote a tally, in the order of the block's file; nothing where it sees none.
+    /// A vote per edge, in the order of the block's file; nothing where it sees none.
     votes: Place,
 }
 
@@ -50,7 +50,7 @@ pub struct Voters<'a> {
     /// Numbers and noise.
     list: Vec<(u32, &'a Noise)>,
     /// All scans.
-    roll: &'a Roll<'a>,
+    scan_order: &'a ScanOrder<'a>,
     /// What votes follow from besides scan and block.
     basis: Key,
     lattice: &'a Lattice,
@@ -60,9 +60,9 @@ pub struct Voters<'a> {
 
 impl<'a> Voters<'a> {
     /// `basis` is what crossings follow from.
-    pub fn new(found: &'a Discretized, roll: &'a Roll<'a>, basis: Key, tolerance: f64) -> Self {
+    pub fn new(found: &'a Discretized, scan_order: &'a ScanOrder<'a>, basis: Key, tolerance: f64) -> Self {
         let basis = Key::of(&(basis, tolerance.to_bits()));
-        Voters { list: visibility::voters(&found.images), roll, basis, lattice: &found.lattice, tolerance }
+        Voters { list: visibility::voters(&found.images), scan_order, basis, lattice: &found.lattice, tolerance }
     }
 
     /// The files of all of them.
@@ -71,7 +71,7 @@ impl<'a> Voters<'a> {
     }
 
     fn path(&self, number: u32, setting: &Setting<'_>) -> PathBuf {
-        setting.path(KIND, Key::of(&(self.basis, self.roll.version(number))))
+        setting.path(KIND, Key::of(&(self.basis, self.scan_order.version(number))))
     }
 
     /// Asks a portion of them about all blocks, as far as they were not asked.
@@ -108,7 +108,7 @@ impl<'a> Voters<'a> {
                 let now: Vec<_> = rest.by_ref().take(rayon::current_num_threads()).collect();
                 let load = |(scan, noise, ballot, open): (u32, &Noise, Ballot, Vec<[i32; 3]>)| {
                     progress.advance(1)?;
-                    let sight = lines_of_sight(self.roll, scan, noise, progress)?;
+                    let sight = lines_of_sight(self.scan_order, scan, noise, progress)?;
                     Ok(Asking { path: self.path(scan, setting), sight, ballot, open })
                 };
                 batch.extend(now.into_par_iter().with_max_len(1).map(load).collect::<Result<Vec<_>>>()?);
@@ -150,8 +150,8 @@ impl<'a> Voters<'a> {
                     let bundle = in_bundle(brick, axis, list);
                     for (&(_, sight), (_, _, votes)) in asked.iter().zip(&mut votes) {
                         let Some(sight) = sight else { continue };
-                        visibility::look(sight, &bundle, self.lattice, self.tolerance, |tally, seen| {
-                            votes[first + tally] = if seen == Seen::Through { THROUGH } else { SURFACE };
+                        visibility::look(sight, &bundle, self.lattice, self.tolerance, |edge, seen| {
+                            votes[first + edge] = if seen == Seen::Through { THROUGH } else { SURFACE };
                         });
                     }
                     first += bundle.list.len();
@@ -168,7 +168,7 @@ impl<'a> Voters<'a> {
         batch.into_iter().zip(seen).try_for_each(|(asking, seen)| asking.ballot.write(&asking.path, blocks, &seen))
     }
 
-    /// Drops of a portion of the blocks what scans see through; gives the files of what is left of each, which note how many tallies
+    /// Drops of a portion of the blocks what scans see through; gives the files of what is left of each, which note how many sums
     /// went.
     ///
     /// # Errors
@@ -184,7 +184,7 @@ impl<'a> Voters<'a> {
         let open = |&(scan, _): &(u32, _)| {
             let mut ballot = Ballot::open(&self.path(scan, setting))?;
             ballot.asked.retain(|_, asked| asked.votes.count::<Vote>() > 0);
-            Ok((self.roll.version(scan), ballot))
+            Ok((self.scan_order.version(scan), ballot))
         };
         let ballots: Vec<(u64, Ballot)> = self.list.iter().map(open).collect::<Result<_>>()?;
         let drop = |block: [i32; 3]| {
@@ -197,9 +197,9 @@ impl<'a> Voters<'a> {
                 asked.push(*version);
                 surface.resize(votes.len(), 0);
                 through.resize(votes.len(), 0);
-                for (tally, vote) in votes.into_iter().enumerate() {
-                    surface[tally] += u16::from(vote == SURFACE);
-                    through[tally] += u16::from(vote == THROUGH);
+                for (edge, vote) in votes.into_iter().enumerate() {
+                    surface[edge] += u16::from(vote == SURFACE);
+                    through[edge] += u16::from(vote == THROUGH);
                 }
             }
             let goes: Vec<bool> = through.iter().zip(surface).map(|(&through, of)| is_through(through, of)).collect();

@@ -64,7 +64,7 @@ impl Twin {
         let seen = |camera: &Camera, world_from_sensor: DAffine3| {
             let [cols, rows] = camera.size.unwrap();
             let projection = camera.projection(DepthKind::Planar);
-            let place = scan::Camera { rows, cols, projection, world_from_sensor };
+            let place = scan::VirtualCamera { rows, cols, projection, world_from_sensor };
             scan::scan(&mesh, &bvh, &place, &ScanParams::default(), &Progress::none()).unwrap()
         };
         let mut twin = Twin { depths: Vec::new(), colours: Vec::new(), camera, photo };
@@ -72,7 +72,7 @@ impl Twin {
             let angle = 0.35 * k as f64 - 0.9;
             let eye = DVec3::new(2.4 * angle.sin(), 0.3 * (2.0 * angle).cos() + 0.1, 2.4 * angle.cos());
             let roll = DVec3::new(0.3 * angle, 1.0, 0.1);
-            let pose = scan::Camera::pinhole(2, 2, 1.0, eye, DVec3::ZERO, roll).unwrap().world_from_sensor;
+            let pose = scan::VirtualCamera::pinhole(2, 2, 1.0, eye, DVec3::ZERO, roll).unwrap().world_from_sensor;
             // A camera whose y runs up stands on its feet as well.
             let upright = if camera.focal[1] < 0.0 {
                 DAffine3::from_rotation_z(std::f64::consts::PI)

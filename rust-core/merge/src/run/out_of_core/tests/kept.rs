@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use rustc_hash::FxHashSet;
 
 use super::*;
-use crate::crossings::scan_order::Roll;
+use crate::crossings::scan_order::ScanOrder;
 
 /// Two shapes apart, each seen by nine scans.
 fn two_shapes() -> Vec<RangeImage> {
@@ -147,7 +147,7 @@ fn scans_come_and_go_and_what_they_have_no_part_in_stays() {
         let params = MergeParams { voxel, ..params };
         let sources: Vec<&dyn ScanSource> = scans.iter().map(|scan| &scan.1 as &dyn ScanSource).collect();
         let versions: Vec<u64> = scans.iter().map(|scan| scan.0).collect();
-        let kept = Some(Kept { versions: &versions, stays: true });
+        let kept = Some(Keep { versions: &versions, stays: true });
         let workspace = Workspace { folder: folder.path(), memory: 1 << 30, kept };
         let mut mesh = TriMesh::default();
         super::run(&sources, &params, workspace, &mut mesh, &Progress::none()).unwrap();
@@ -161,7 +161,7 @@ fn what_another_version_has_kept_is_refused() {
     let sources: Vec<&dyn ScanSource> = scans.iter().map(|scan| scan as &dyn ScanSource).collect();
     let versions: Vec<u64> = (0..9).collect();
     let folder = tempfile::tempdir().unwrap();
-    let kept = Some(Kept { versions: &versions, stays: true });
+    let kept = Some(Keep { versions: &versions, stays: true });
     let workspace = Workspace { folder: folder.path(), memory: 1 << 30, kept };
     let params = MergeParams { voxel: Some(0.1), ..MergeParams::default() };
     let merged = || run(&sources, &params, workspace, &mut TriMesh::default(), &Progress::none());
@@ -184,7 +184,7 @@ fn versions_are_one_a_scan() {
     let sources: Vec<&dyn ScanSource> = scans.iter().map(|scan| scan as &dyn ScanSource).collect();
     let folder = tempfile::tempdir().unwrap();
     let said = |versions: &[u64]| {
-        let kept = Some(Kept { versions, stays: true });
+        let kept = Some(Keep { versions, stays: true });
         let workspace = Workspace { folder: folder.path(), memory: 1 << 30, kept };
         let params = MergeParams::default();
         run(&sources, &params, workspace, &mut TriMesh::default(), &Progress::none()).unwrap_err().to_string()
@@ -201,7 +201,7 @@ fn what_is_refused_leaves_no_folder_and_what_was_begun_stays() {
     let versions: Vec<u64> = (0..9).collect();
     let folder = tempfile::tempdir().unwrap();
     let run = |memory: u64, progress: &Progress<'_>| {
-        let kept = Some(Kept { versions: &versions, stays: true });
+        let kept = Some(Keep { versions: &versions, stays: true });
         let workspace = Workspace { folder: folder.path(), memory, kept };
         let params = MergeParams { voxel: Some(0.05), threads: 1, ..MergeParams::default() };
         run(&sources, &params, workspace, &mut TriMesh::default(), progress)
@@ -281,8 +281,8 @@ fn of_a_thousand_scans_one_goes_or_comes_anywhere() {
     // One without which the scan after it is looked at for overlaps with the one before it, and else is not.
     let is_sampled = |places: &[usize], k: usize| {
         let sources: Vec<&dyn ScanSource> = places.iter().map(|&place| &scans[place] as &dyn ScanSource).collect();
-        let roll = Roll::new(&sources, &vec![0; places.len()], &(0..places.len()).collect::<Vec<_>>());
-        roll.is_sampled(places.iter().position(|&place| place == k).unwrap())
+        let scan_order = ScanOrder::new(&sources, &vec![0; places.len()], &(0..places.len()).collect::<Vec<_>>());
+        scan_order.is_sampled(places.iter().position(|&place| place == k).unwrap())
     };
     let all: Vec<usize> = (0..meshes.len()).collect();
     let without = |gone: usize| all.iter().copied().filter(|&k| k != gone).collect::<Vec<_>>();

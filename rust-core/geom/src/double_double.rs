@@ -6,23 +6,23 @@ use glam::DVec3;
 
 /// A number as the unevaluated sum of two doubles, about 106 bits.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Twice {
+pub struct DoubleDouble {
     high: f64,
     /// At most half of the last bit of `high`.
     low: f64,
 }
 
-impl Twice {
+impl DoubleDouble {
     /// The sum, exact unless it overflows.
     fn sum(a: f64, b: f64) -> Self {
         let high = a + b;
         let b_part = high - a;
-        Twice { high, low: (a - (high - b_part)) + (b - b_part) }
+        DoubleDouble { high, low: (a - (high - b_part)) + (b - b_part) }
     }
 
     /// The difference, exact unless it overflows.
     pub fn difference(a: f64, b: f64) -> Self {
-        Twice::sum(a, -b)
+        DoubleDouble::sum(a, -b)
     }
 
     /// Rounded to a double.
@@ -31,44 +31,44 @@ impl Twice {
     }
 }
 
-impl Add for Twice {
-    type Output = Twice;
+impl Add for DoubleDouble {
+    type Output = DoubleDouble;
 
-    fn add(self, other: Twice) -> Twice {
-        let (high, low) = (Twice::sum(self.high, other.high), Twice::sum(self.low, other.low));
-        let high = Twice::sum(high.high, high.low + low.high);
-        Twice::sum(high.high, high.low + low.low)
+    fn add(self, other: DoubleDouble) -> DoubleDouble {
+        let (high, low) = (DoubleDouble::sum(self.high, other.high), DoubleDouble::sum(self.low, other.low));
+        let high = DoubleDouble::sum(high.high, high.low + low.high);
+        DoubleDouble::sum(high.high, high.low + low.low)
     }
 }
 
-impl Sub for Twice {
-    type Output = Twice;
+impl Sub for DoubleDouble {
+    type Output = DoubleDouble;
 
-    fn sub(self, other: Twice) -> Twice {
-        self + Twice { high: -other.high, low: -other.low }
+    fn sub(self, other: DoubleDouble) -> DoubleDouble {
+        self + DoubleDouble { high: -other.high, low: -other.low }
     }
 }
 
-impl Mul for Twice {
-    type Output = Twice;
+impl Mul for DoubleDouble {
+    type Output = DoubleDouble;
 
-    fn mul(self, other: Twice) -> Twice {
+    fn mul(self, other: DoubleDouble) -> DoubleDouble {
         let high = self.high * other.high;
         let lost = self.high.mul_add(other.high, -high);
-        Twice::sum(high, lost + (self.high * other.low + self.low * other.high))
+        DoubleDouble::sum(high, lost + (self.high * other.low + self.low * other.high))
     }
 }
 
 /// A vector of such numbers.
-pub type Vector = [Twice; 3];
+pub type Vector = [DoubleDouble; 3];
 
 /// `a - b`, exact unless it overflows.
 pub fn difference(a: DVec3, b: DVec3) -> Vector {
-    [0, 1, 2].map(|k| Twice::difference(a[k], b[k]))
+    [0, 1, 2].map(|k| DoubleDouble::difference(a[k], b[k]))
 }
 
 /// The inner product.
-pub fn dot(a: Vector, b: Vector) -> Twice {
+pub fn dot(a: Vector, b: Vector) -> DoubleDouble {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
@@ -84,31 +84,31 @@ mod tests {
     use super::*;
 
     /// A number of up to 100 bits, and the same as an integer.
-    fn number() -> impl Strategy<Value = (Twice, i128)> {
+    fn number() -> impl Strategy<Value = (DoubleDouble, i128)> {
         (any::<i32>(), -(1_i64 << 50)..1 << 50).prop_map(|(high, low)| {
             let high = i128::from(high) << 60;
-            (Twice::sum(high as f64, low as f64), high + i128::from(low))
+            (DoubleDouble::sum(high as f64, low as f64), high + i128::from(low))
         })
     }
 
     proptest! {
         #[test]
         fn sums_and_products_keep_a_hundred_bits((a, exact_a) in number(), (b, exact_b) in number(), small in -999_i32..1000) {
-            let difference = |found: Twice, exact: i128| (found - Twice::sum(exact as f64, 0.0)).value();
-            let close = |found: Twice, exact: i128| {
+            let difference = |found: DoubleDouble, exact: i128| (found - DoubleDouble::sum(exact as f64, 0.0)).value();
+            let close = |found: DoubleDouble, exact: i128| {
                 let rest = exact - exact as f64 as i128;
                 (difference(found, exact) - rest as f64).abs() <= exact.abs() as f64 * 2.0_f64.powi(-100)
             };
             prop_assert!(close(a + b, exact_a + exact_b));
             prop_assert!(close(a - b, exact_a - exact_b));
-            prop_assert!(close(a * Twice::sum(small.into(), 0.0), exact_a * i128::from(small)));
+            prop_assert!(close(a * DoubleDouble::sum(small.into(), 0.0), exact_a * i128::from(small)));
         }
 
         /// Binomial formula, whose doubles cancel where the numbers are nearly the same.
         #[test]
         fn what_cancels_is_kept(a in -1e9..1e9, b in -1e9..1e9) {
-            let square = Twice::difference(a, b) * Twice::difference(a, b);
-            let expanded = Twice::difference(a, 0.0) * Twice::difference(a, 2.0 * b) + Twice::difference(b, 0.0) * Twice::difference(b, 0.0);
+            let square = DoubleDouble::difference(a, b) * DoubleDouble::difference(a, b);
+            let expanded = DoubleDouble::difference(a, 0.0) * DoubleDouble::difference(a, 2.0 * b) + DoubleDouble::difference(b, 0.0) * DoubleDouble::difference(b, 0.0);
             prop_assert!((square - expanded).value().abs() <= (a * a + b * b) * 2.0_f64.powi(-98));
         }
     }

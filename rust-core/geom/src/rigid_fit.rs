@@ -9,23 +9,23 @@ use crate::linear::eigen;
 ///
 /// Sums of products lose the digits of points that lie far from the origin beside their extent: give these less their mean.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Horn {
+pub struct RigidFit {
     weight: f64,
     from: DVec3,
     to: DVec3,
     products: DMat3,
 }
 
-impl Default for Horn {
+impl Default for RigidFit {
     fn default() -> Self {
-        Horn::new()
+        RigidFit::new()
     }
 }
 
-impl Horn {
+impl RigidFit {
     /// Of nothing yet.
     pub fn new() -> Self {
-        Horn { weight: 0.0, from: DVec3::ZERO, to: DVec3::ZERO, products: DMat3::ZERO }
+        RigidFit { weight: 0.0, from: DVec3::ZERO, to: DVec3::ZERO, products: DMat3::ZERO }
     }
 
     /// A point and where it is to come to lie, with a weight > 0.
@@ -86,9 +86,9 @@ mod tests {
             points in prop::collection::vec(vector(), 4..20), turn in vector(), shift in vector(),
         ) {
             let truth = DAffine3::from_rotation_translation(DQuat::from_scaled_axis(3.0 * turn), shift);
-            let mut horn = Horn::new();
-            points.iter().for_each(|&p| horn.point(p, truth.transform_point3(p), 0.7));
-            if let Some(found) = horn.solve() {
+            let mut fit = RigidFit::new();
+            points.iter().for_each(|&p| fit.point(p, truth.transform_point3(p), 0.7));
+            if let Some(found) = fit.solve() {
                 for &p in &points {
                     prop_assert!(found.transform_point3(p).distance(truth.transform_point3(p)) < 1e-6);
                 }
@@ -98,9 +98,9 @@ mod tests {
 
     #[test]
     fn what_decides_nothing_has_no_answer() {
-        let mut horn = Horn::new();
-        assert!(horn.solve().is_none());
-        (0..3).for_each(|i| horn.point(DVec3::X * f64::from(i), DVec3::X * f64::from(i), 1.0));
-        assert!(horn.solve().is_none(), "points in a line turn about it");
+        let mut fit = RigidFit::new();
+        assert!(fit.solve().is_none());
+        (0..3).for_each(|i| fit.point(DVec3::X * f64::from(i), DVec3::X * f64::from(i), 1.0));
+        assert!(fit.solve().is_none(), "points in a line turn about it");
     }
 }

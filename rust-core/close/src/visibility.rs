@@ -7,10 +7,10 @@ use base::error::Result;
 use base::progress::Progress;
 use image::range_image::RangeImage;
 use image::range_image::noise::Noise;
-use image::sight::LinesOfSight;
+use image::visibility::LinesOfSight;
 
 /// Lines of sight: they can be asked whether a place is empty.
-pub trait Sight: Sync {
+pub trait Visibility: Sync {
     /// Whether nothing is at a place, for sure where what was measured may be off by `tolerance`, in world units.
     fn is_empty_at(&self, place: DVec3, tolerance: f64) -> bool;
 
@@ -20,10 +20,10 @@ pub trait Sight: Sync {
     }
 }
 
-/// The sight of surfaces without sensors: nothing is known of any place.
+/// The visibility of surfaces without sensors: nothing is known of any place.
 pub struct Blind;
 
-impl Sight for Blind {
+impl Visibility for Blind {
     fn is_empty_at(&self, _: DVec3, _: f64) -> bool {
         false
     }
@@ -58,7 +58,7 @@ impl Scans {
     }
 }
 
-impl Sight for Scans {
+impl Visibility for Scans {
     fn is_empty_at(&self, place: DVec3, tolerance: f64) -> bool {
         self.scans.iter().any(|scan| scan.is_past(place, tolerance))
     }
@@ -68,30 +68,30 @@ impl Sight for Scans {
     }
 }
 
-/// Sight, and the ground: nothing is below it.
+/// Visibility, and the ground: nothing is below it.
 pub(crate) struct Ground<'a> {
-    pub sight: &'a dyn Sight,
+    pub visibility: &'a dyn Visibility,
     pub up: DVec3,
     /// Along the way up.
     pub height: f64,
 }
 
-impl Sight for Ground<'_> {
+impl Visibility for Ground<'_> {
     fn is_empty_at(&self, place: DVec3, tolerance: f64) -> bool {
-        place.dot(self.up) < self.height || self.sight.is_empty_at(place, tolerance)
+        place.dot(self.up) < self.height || self.visibility.is_empty_at(place, tolerance)
     }
 }
 
-/// Sight with the tolerance of one closing.
+/// Visibility with the tolerance of one closing.
 #[derive(Clone, Copy)]
 pub(crate) struct Envelope<'a> {
-    pub sight: &'a dyn Sight,
+    pub visibility: &'a dyn Visibility,
     pub tolerance: f64,
 }
 
 impl Envelope<'_> {
     /// Whether a scan saw through a place.
     pub fn is_seen(&self, place: DVec3) -> bool {
-        self.sight.is_empty_at(place, self.tolerance)
+        self.visibility.is_empty_at(place, self.tolerance)
     }
 }
