@@ -17,6 +17,7 @@
 | recording | frames of a recording: those that stay in their files, and the object that stands for them |
 | scene | results in the scene: collections, selection, colours, materials |
 | words | lengths, numbers, times and errors as people read them |
+| declared | what the library declares of its operations: identifiers, names, tips |
 | presets, translations | options saved under names; other languages |
 """
 

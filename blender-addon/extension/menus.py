@@ -2,8 +2,16 @@
 """Entries in Blender's own menus: File > Import and Export, and Object > Range Scans."""
 
 import bpy
+import surfrecon
 
+from . import operators
 from .operators.import_scans import ENDINGS
+
+# Endings of files that range scans are written into.
+WRITTEN = [f".{ending}" for endings in surfrecon.formats(written="images").values() for ending in endings]
+
+# Operators that stand in the menus of files.
+FILES = ("surfrecon.import_scans", "surfrecon.export_scans")
 
 # The order of the work; a line between groups.
 OBJECT = (
@@ -16,6 +24,14 @@ OBJECT = (
 )
 
 
+def groups():
+    """The groups of the menu; operators that no group names come last."""
+    named = {*FILES, *(name for group in OBJECT for name in group)}
+    others = [cls.bl_idname for cls in operators.CLASSES if issubclass(cls, bpy.types.Operator)]
+    rest = tuple(name for name in others if name not in named)
+    return (*OBJECT, rest) if rest else OBJECT
+
+
 class SURFRECON_MT_object(bpy.types.Menu):
     """Everything that works on the selected objects."""
 
@@ -26,7 +42,7 @@ class SURFRECON_MT_object(bpy.types.Menu):
         """One entry an operator."""
         layout = self.layout
         layout.operator_context = "INVOKE_DEFAULT"
-        for k, group in enumerate(OBJECT):
+        for k, group in enumerate(groups()):
             if k > 0:
                 layout.separator()
             for name in group:
@@ -40,7 +56,7 @@ def menu_import(self, context):
 
 def menu_export(self, context):
     """The entry in File > Export."""
-    self.layout.operator("surfrecon.export_scans", text="Range Scans (.conf, .ptx, .e57)")
+    self.layout.operator("surfrecon.export_scans", text=f"Range Scans ({', '.join(WRITTEN)})")
 
 
 def menu_object(self, context):

@@ -37,6 +37,7 @@
 #[global_allocator]
 static ALLOCATOR: surfrecon_allocator::Account<allocator::Memory> = surfrecon_allocator::Account(allocator::Memory);
 
+// modules
 mod align;
 mod alignment;
 mod allocator;
@@ -85,3 +86,4 @@ mod text;
 mod version;
 mod vertices;
 mod write;
+// end

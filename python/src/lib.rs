@@ -35,6 +35,7 @@
 //! | `scan` | the virtual range scanner |
 //! | `job` | a long call on a thread of its own, for hosts |
 
+// modules
 mod align;
 mod align_report;
 mod allocator;
@@ -81,6 +82,7 @@ mod similarity;
 mod sources;
 mod unpickling;
 mod vertices;
+// end
 
 use pyo3::prelude::*;
 
@@ -88,6 +90,7 @@ use pyo3::prelude::*;
 mod _native {
     use pyo3::prelude::*;
 
+    // exports
     #[pymodule_export]
     use crate::align::{Aligner, Alignment, align};
     #[pymodule_export]
@@ -111,7 +114,7 @@ mod _native {
     #[pymodule_export]
     use crate::merge_tasks::{_end_merge_tasks, _merge_stages, _merge_task, _merge_tasks_to_file};
     #[pymodule_export]
-    use crate::merge_to_file::{_part_path, merge_to_file};
+    use crate::merge_to_file::{_check_file_in_pieces, _part_path, merge_to_file};
     #[pymodule_export]
     use crate::merger::Merger;
     #[pymodule_export]
@@ -148,6 +151,7 @@ mod _native {
     use crate::unpickling::_again;
     #[pymodule_export]
     use crate::vertices::GridCamera;
+    // end
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use surfrecon::export::{WriteOptions, part_path};
+use surfrecon::export::{Encoding, WriteOptions, check_file_in_pieces, part_path};
 use surfrecon::merge::{MergeParams, MergeReport};
 use surfrecon::params::{Params as _, Value, find};
 use surfrecon::{IntoFile, Progress};
@@ -20,6 +20,18 @@ use crate::progress::Watch;
 use crate::report;
 use crate::settings::limit_of;
 use crate::sources::{Clouds, Source, as_dyn, sources};
+
+/// Refuses what a surface can't be written as piece by piece, before the work.
+///
+/// Raises:
+///     InputError: another ending than ``.ply``, or text.
+#[pyfunction]
+#[pyo3(signature = (path, encoding = None))]
+pub fn _check_file_in_pieces(path: Place, encoding: Option<&str>) -> PyResult<()> {
+    let encoding = encoding.and_then(Encoding::named).unwrap_or_default();
+    check_file_in_pieces(path.as_ref(), &WriteOptions { encoding, ..WriteOptions::default() })
+        .map_err(|error| to_python(&error))
+}
 
 /// Merges scans, of which there may be more than memory holds, straight into a PLY file.
 ///

@@ -175,7 +175,7 @@ def test_the_command_line_and_batches(scans, at_once, tmp_path):
     said = run(*merge, "other.ply", "--workspace", "scratch", cwd=tmp_path).stdout
     assert f"other.ply: {sum(at_once[1].faces):,} triangles" in said
     for wrong, text in (
-        (["b.glb", "--workspace", "scratch"], "b.glb: with a workspace the surface is written piece by piece"),
+        (["b.glb", "--workspace", "scratch"], "b.glb: only .ply is written piece by piece"),
         (["b.ply", "--workspace", "none"], "none: the workspace must be a folder that exists"),
         (["b.ply", "--workspace", "scratch", "--encoding", "ascii"], 'encoding "ascii" is none'),
         (["b.ply", "--workspace", "scratch", "--measure"], "give measure or workspace, not both"),

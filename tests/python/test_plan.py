@@ -148,7 +148,7 @@ def test_the_command_line_keeps_and_cuts(scans, by_one, tmp_path):
             # But for the provenance that the header has.
             assert (folder / name).read_bytes().split(b"end_header")[1] == part.split(b"end_header")[1]
     refused = run("merge", scans, "-o", folder / "surface.glb", "--part-triangles", "9", check=False)
-    assert refused.returncode == 2 and "surface.glb: only .ply is written in parts" in refused.stderr
+    assert refused.returncode == 2 and "surface.glb: only .ply is written piece by piece" in refused.stderr
     copies = tmp_path / "copies"
     copies.mkdir()
     (copies / "surface-1-of-2.ply").write_bytes((folder / "surface.ply").read_bytes())

@@ -1,4 +1,4 @@
-"""Parameters and figures of all operations, out of PARAMETERS.md: an entry each, where that has a row of a wide table."""
+"""Parameters and figures of all operations, out of PARAMETERS.md: an entry for each row of a wide table there."""
 
 import re
 

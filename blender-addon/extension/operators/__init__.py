@@ -1,64 +1,43 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The operators, a file each."""
+"""The operators, a file each. What is in a file here is found and registered."""
+
+import importlib
+import pkgutil
 
 import bpy
 
 from ..translations import in_our_words
-from . import (
-    align,
-    background,
-    clean,
-    cluster,
-    error_hide,
-    error_map,
-    export_scans,
-    import_scans,
-    measure,
-    merge,
-    merge_to_file,
-    place,
-    quads,
-    reconstruct,
-    sculpt,
-    select_region,
-    tint_scans,
-    virtual_scan,
-)
 
-CLASSES = (
-    import_scans.SURFRECON_OT_import_scans,
-    import_scans.SURFRECON_FH_scans,
-    export_scans.SURFRECON_OT_export_scans,
-    virtual_scan.SURFRECON_OT_reproject,
-    virtual_scan.SURFRECON_OT_virtual_scan,
-    tint_scans.SURFRECON_OT_tint_scans,
-    place.SURFRECON_OT_true_size,
-    place.SURFRECON_OT_ground,
-    clean.SURFRECON_OT_clean,
-    select_region.SURFRECON_OT_select_region,
-    background.SURFRECON_OT_remove_background,
-    align.SURFRECON_OT_align,
-    merge.SURFRECON_OT_merge,
-    merge_to_file.SURFRECON_OT_merge_to_file,
-    sculpt.SURFRECON_OT_sculpt,
-    quads.SURFRECON_OT_quads,
-    reconstruct.SURFRECON_OT_reconstruct,
-    cluster.SURFRECON_OT_cluster,
-    error_map.SURFRECON_OT_error_map,
-    error_hide.SURFRECON_OT_error_hide,
-    measure.SURFRECON_OT_measure,
-)
+MODULES = [importlib.import_module(f"{__name__}.{module.name}") for module in pkgutil.iter_modules(__path__)]
+
+
+def _classes():
+    """The classes of all files that Blender knows by an identifier; operators before what names them."""
+    found = [
+        item
+        for module in MODULES
+        for item in vars(module).values()
+        if isinstance(item, type) and item.__module__ == module.__name__ and "bl_idname" in vars(item)
+    ]
+    return sorted(found, key=lambda item: (not issubclass(item, bpy.types.Operator), item.bl_idname))
+
+
+CLASSES = tuple(_classes())
 
 
 def register():
-    """Registers them."""
+    """Registers them, and what else a file registers."""
     for cls in CLASSES:
         bpy.utils.register_class(in_our_words(cls))
-    cluster.register()
+    for module in MODULES:
+        if hasattr(module, "register"):
+            module.register()
 
 
 def unregister():
     """Unregisters them."""
-    cluster.unregister()
+    for module in reversed(MODULES):
+        if hasattr(module, "unregister"):
+            module.unregister()
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)

@@ -8,7 +8,7 @@ import numpy as np
 import surfrecon
 from mathutils import Matrix
 
-from .. import convert, recording, scan_objects, usable
+from .. import convert, declared, recording, scan_objects, usable
 from ..job import JobOperator
 from ..properties import draw_others, given, option
 from ..running import Refused, gathered
@@ -25,11 +25,10 @@ PARAMETERS = {p.name: p for p in surfrecon.parameters("align")}
 ROUNDING = 1e-4
 
 
+@declared.operator("align")
 class SURFRECON_OT_align(JobOperator, bpy.types.Operator):
-    """Move and turn the selected scans to where they fit each other; those with locked location and rotation stay"""
+    """Runs the operation `align`."""
 
-    bl_idname = "surfrecon.align"
-    bl_label = "Align Scans"
     bl_options = {"REGISTER", "UNDO", "PRESET"}
 
     __annotations__ = {name: option(parameter) for name, parameter in PARAMETERS.items()} | {

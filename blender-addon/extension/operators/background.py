@@ -4,7 +4,7 @@
 import bpy
 import surfrecon
 
-from .. import recording
+from .. import declared, recording
 from ..job import JobOperator
 from ..properties import draw_others, given, option
 from ..running import Refused, gathered
@@ -14,11 +14,10 @@ from .select_region import apply_region, is_scan
 PARAMETERS = {p.name: p for p in surfrecon.parameters("plane")}
 
 
+@declared.operator("plane")
 class SURFRECON_OT_remove_background(JobOperator, bpy.types.Operator):
-    """Find the plane that the selected scans stand on, a table or the floor, and remove it with what lies below"""
+    """Runs the operation `plane`."""
 
-    bl_idname = "surfrecon.remove_background"
-    bl_label = "Remove Background"
     bl_options = {"REGISTER", "UNDO"}
     # What is removed is told by the vertices that were there at the start.
     may_be_handed_over = False

@@ -10,7 +10,7 @@ import surfrecon
 from bpy.props import BoolProperty, CollectionProperty, EnumProperty, IntProperty, PointerProperty
 from mathutils import Matrix
 
-from .. import convert, scan_objects, usable
+from .. import convert, declared, scan_objects, usable
 from ..job import JobOperator
 from ..kept import Kept, fingerprint
 from ..preview import coarse
@@ -33,11 +33,10 @@ class Level(bpy.types.PropertyGroup):
     mesh: PointerProperty(type=bpy.types.Mesh)
 
 
+@declared.operator("cluster")
 class SURFRECON_OT_cluster(JobOperator, bpy.types.Operator):
-    """Make a coarser mesh of well-shaped triangles from the active surface or points, or a chain of levels of detail"""
+    """Runs the operation `cluster`."""
 
-    bl_idname = "surfrecon.cluster"
-    bl_label = "Cluster Surface"
     bl_options = {"REGISTER", "UNDO", "PRESET"}
 
     __annotations__ = {name: option(parameter) for name, parameter in PARAMETERS.items()} | {

@@ -9,7 +9,7 @@ import surfrecon
 from bpy.props import EnumProperty, FloatProperty, StringProperty
 from bpy_extras.io_utils import ExportHelper
 
-from .. import scan_objects
+from .. import declared, scan_objects
 from ..job import refuse_no_numbers
 from ..running import Refused
 from ..words import sentence
@@ -27,11 +27,10 @@ FORMATS = tuple(
 )
 
 
+@declared.operator("write")
 class SURFRECON_OT_export_scans(bpy.types.Operator, ExportHelper):
-    """Export the selected range scans with their grids and poses"""
+    """Runs the operation `write`."""
 
-    bl_idname = "surfrecon.export_scans"
-    bl_label = "Export Range Scans"
     bl_options = {"PRESET"}
 
     filename_ext = ".conf"

@@ -18,7 +18,7 @@ from bpy.props import (
 from bpy_extras.io_utils import ImportHelper, axis_conversion, orientation_helper, poll_file_object_drop
 from mathutils import Matrix
 
-from .. import cameras, convert, recording, scan_objects
+from .. import cameras, convert, declared, recording, scan_objects
 from ..adjusting import Adjusting
 from ..job import JobOperator
 from ..preferences import preference
@@ -41,11 +41,10 @@ FARTHEST = 64
 
 
 @orientation_helper(axis_forward="Y", axis_up="Z")
+@declared.operator("open")
 class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
-    """Import range scans with their grids and poses, one object a scan"""
+    """Runs the operation `open`."""
 
-    bl_idname = "surfrecon.import_scans"
-    bl_label = "Import Range Scans"
     bl_options = {"REGISTER", "UNDO", "PRESET"}
     gathering = "Opening the files"
 

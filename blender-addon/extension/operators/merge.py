@@ -7,7 +7,7 @@ import bpy
 import numpy as np
 import surfrecon
 
-from .. import convert, recording, scan_objects
+from .. import convert, declared, recording, scan_objects
 from ..job import JobOperator
 from ..kept_merge import KeptMerge
 from ..properties import PARAMETERS, MergeOptions, arguments, threads
@@ -60,11 +60,10 @@ class OfSelected(JobOperator, MergeOptions):
         return scan
 
 
+@declared.operator("merge")
 class SURFRECON_OT_merge(OfSelected, bpy.types.Operator):
-    """Merge the selected scans, or any selected oriented meshes, into one new surface"""
+    """Runs the operation `merge`."""
 
-    bl_idname = "surfrecon.merge"
-    bl_label = "Merge Scans"
     bl_options = {"REGISTER", "UNDO", "PRESET"}
 
     __annotations__ = MergeOptions.__annotations__ | {

@@ -9,7 +9,7 @@ import surfrecon
 from bpy.props import BoolProperty, EnumProperty, IntProperty
 from mathutils import Matrix
 
-from .. import convert, scan_objects, splines, usable
+from .. import convert, declared, scan_objects, splines, usable
 from ..job import JobOperator
 from ..preview import thinned
 from ..properties import draw_others, given, option
@@ -41,11 +41,10 @@ GROUPS = (
 )
 
 
+@declared.operator("quads")
 class SURFRECON_OT_quads(JobOperator, bpy.types.Operator):
-    """Make a regular grid of quads of the active scan, dense where the surface bends"""
+    """Runs the operation `quads`."""
 
-    bl_idname = "surfrecon.quads"
-    bl_label = "Quad Grid"
     bl_options = {"REGISTER", "UNDO", "PRESET"}
 
     __annotations__ = {name: option(parameter) for name, parameter in PARAMETERS.items()} | {

@@ -7,7 +7,7 @@ import surfrecon
 from bpy.props import BoolProperty
 from mathutils import Matrix
 
-from .. import convert
+from .. import convert, declared
 from ..job import JobOperator
 from ..kept import Kept, fingerprint
 from ..properties import draw_others, given, option
@@ -31,11 +31,10 @@ def one_a_point(sensors, parts):
     return np.concatenate([np.broadcast_to(k, part.shape) for k, part in zip(known, parts, strict=True)])
 
 
+@declared.operator("reconstruct")
 class SURFRECON_OT_reconstruct(JobOperator, bpy.types.Operator):
-    """Make a surface through the vertices or points of the selected objects, whatever faces they have"""
+    """Runs the operation `reconstruct`."""
 
-    bl_idname = "surfrecon.reconstruct"
-    bl_label = "Surface from Points"
     bl_options = {"REGISTER", "UNDO", "PRESET"}
 
     __annotations__ = {name: option(parameter) for name, parameter in PARAMETERS.items()} | {

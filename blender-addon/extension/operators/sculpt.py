@@ -7,7 +7,7 @@ import surfrecon
 from bpy.props import BoolProperty
 from mathutils import Matrix
 
-from .. import convert, scan_objects, usable
+from .. import convert, declared, scan_objects, usable
 from ..job import JobOperator
 from ..kept import Kept, fingerprint
 from ..preview import thinned
@@ -31,11 +31,10 @@ def key_of(image, options):
     return (content, repr(image.projection), image.rows, tuple(sorted(options.items(), key=str)))
 
 
+@declared.operator("sculpt")
 class SURFRECON_OT_sculpt(JobOperator, bpy.types.Operator):
-    """Make a mesh of few triangles from the active scan that stays within a tolerance of every sample"""
+    """Runs the operation `sculpt`."""
 
-    bl_idname = "surfrecon.sculpt"
-    bl_label = "Sculpt Scan"
     bl_options = {"REGISTER", "UNDO", "PRESET"}
 
     __annotations__ = {name: option(parameter) for name, parameter in PARAMETERS.items()} | {

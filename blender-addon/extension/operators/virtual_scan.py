@@ -9,7 +9,7 @@ import surfrecon
 from bpy.props import BoolProperty, EnumProperty, FloatProperty
 from mathutils import Matrix
 
-from .. import cameras, scan_objects, surfaces
+from .. import cameras, declared, scan_objects, surfaces
 from ..job import JobOperator
 from ..preferences import preference
 from ..preview import PIXELS
@@ -135,11 +135,9 @@ class SURFRECON_OT_reproject(ScanOperator, bpy.types.Operator):
         return self.scan(context, [context.scene.camera], backfaces=True, threads=preference("threads") or None)
 
 
+@declared.operator("scan")
 class SURFRECON_OT_virtual_scan(ScanOperator, bpy.types.Operator):
-    """Scan the selected objects with the scene's cameras as a real scanner would, with the noise and gaps asked for"""
-
-    bl_idname = "surfrecon.virtual_scan"
-    bl_label = "Virtual Scan"
+    """Runs the operation `scan`."""
 
     __annotations__ = (
         ScanOperator.__annotations__

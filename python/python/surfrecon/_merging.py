@@ -35,7 +35,7 @@ def _check(call: str, given: tuple[Any, ...], named: dict[str, Any]) -> None:
         raise TypeError(f"{problem}: open files with surfrecon.open({os.fspath(scans)!r})")
     path = given[1] if len(given) > 1 else named.get("path")
     if call == "merge_to_file" and isinstance(path, str | bytes | os.PathLike):
-        _check_ending(os.fsdecode(path))
+        _native._check_file_in_pieces(os.fsdecode(path))
     workspace = named.get("workspace")
     if isinstance(workspace, str) and is_url(workspace) and not os.path.isdir(workspace):
         raise InputError(f"{workspace}: the workspace must be a folder; URLs are for surfrecon.distributed.merge")
@@ -48,11 +48,6 @@ def _check(call: str, given: tuple[Any, ...], named: dict[str, Any]) -> None:
         whole("part_triangles", named["part_triangles"])
         of_table("part_triangles", named["part_triangles"], "write")
     function("progress", named.get("progress"))
-
-
-def _check_ending(path: str) -> None:
-    if not path.lower().endswith(".ply"):
-        raise InputError(f"{path}: only .ply is written piece by piece: choose such a name")
 
 
 merge = _checked(_native.merge)

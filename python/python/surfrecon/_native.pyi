@@ -23,12 +23,6 @@ from ._reports import (
 )
 
 __all__ = [
-    "_again",
-    "_merge_stages",
-    "_merge_task",
-    "_merge_tasks_to_file",
-    "_end_merge_tasks",
-    "_part_path",
     "Aligner",
     "Alignment",
     "Box",
@@ -60,6 +54,13 @@ __all__ = [
     "Similarity",
     "Spline",
     "__version__",
+    "_again",
+    "_check_file_in_pieces",
+    "_end_merge_tasks",
+    "_merge_stages",
+    "_merge_task",
+    "_merge_tasks_to_file",
+    "_part_path",
     "adaptive_quads",
     "align",
     "cluster",
@@ -1076,6 +1077,7 @@ def merge_to_file(
     progress: _Progress | None = None,
 ) -> MergeReport: ...
 def _again(kind: str, parts: dict[str, Any]) -> Any: ...
+def _check_file_in_pieces(path: _Path, encoding: str | None = None) -> None: ...
 def _part_path(path: _Path, number: int, count: int) -> str: ...
 def _merge_stages(tasks: int) -> list[tuple[str, int]]: ...
 def _merge_task(

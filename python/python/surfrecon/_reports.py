@@ -31,87 +31,6 @@ __all__ = [
 _Free: TypeAlias = tuple[Literal["turn", "slide"], list[float], list[float]]
 
 
-# report: merge
-class MergeReport(Report):
-    """The figures of a merge, among them those of the paper's tables.
-
-    Attributes:
-        scans: Scans merged.
-        scan_names: Names of the scans, in their order, not in that in which they were given. The attribute
-            ``source_scan`` is the place in here, and -1 where ``interpolated``.
-        input_triangles: Triangles of all scans.
-        voxel: Size of a cell that was used. In the unit of the scans.
-        voxel_reason: What decided the size of a cell. ``"given"``: The caller gave it. ``"spacing"``: 1.5 times the
-            mean distance of neighbouring samples. ``"noise"``: Half the median standard deviation of the samples.
-            ``"distance"``: 1.5 times the median distance between scans that overlap. ``"memory"``: Coarser than that,
-            so that it fits into memory: by the limit and the scans alone, or, where there is no limit, by what is free
-            at that moment.
-        merge_distance: Merge distance that was used. In the unit of the scans.
-        max_hole_length: Longest boundary that was closed. In the unit of the scans.
-        overlap_residual: Median distance between overlapping scans along grid lines, as measured. There is none
-            where no scans overlap. Then it is ``None``. In the unit of the scans.
-        noise: Median standard deviation of the samples along their rays, as measured. 0 where scans are clean. In
-            the unit of the scans.
-        noise_across: Median standard deviation of the samples of range images across the rays. It follows from how
-            noise grows on surfaces seen at an angle. In the unit of the scans.
-        noise_step: Median step that values of range images along the ray are multiples of. 0 for none. In the unit
-            of the scans.
-        noise_correlation: Median number of pixels of range images over which errors depend on each other. 1 for
-            white noise.
-        grid: Cells that the scans span along x, y and z.
-        intersections: Intersections of scans with grid lines.
-        seen_through: Edges of the grid whose intersections were dropped since more scans see through there than
-            have a surface there. A triangle has about one and a half.
-        fused_intersections: Intersections left after fusing.
-        artificial_intersections: Artificial intersections that became vertices.
-        faces: Triangles made directly (case a), after analysis of the neighbouring cells (case b), by filling holes
-            (case c).
-        holes: Holes closed, and boundary loops left open.
-        dropped_components: Connected parts dropped, and the triangles they had. These are parts that no scan saw,
-            and those that are too small.
-        colour_gains: Factors that the red, green and blue light of each scan was multiplied by to make all equally
-            bright, in the order of the names. The list is empty if they are equally bright, do not overlap, differ by
-            more than a factor of eight, or this was not asked for.
-        working_bytes: Largest number of bytes that intersections and the surface held at once.
-        in_files: Whether stages left in files what they leave for each other.
-        warnings: Scans that plainly do not lie where they belong, or that were damaged, and what to do. Empty where
-            all is well. A kind and a sentence each: ``no_poses``: No scan has a pose: all are depth images that stand
-            at one place. ``apart``: Scans that overlap lie many times their noise, and the distance of their samples,
-            apart. ``damaged``: Files of scans are damaged: what they held is left out.
-        seconds: Wall-clock seconds by the name of the stage.
-    """
-
-    __slots__ = ()
-    scans: int
-    scan_names: list[str]
-    input_triangles: int
-    voxel: float
-    voxel_reason: Literal["given", "spacing", "noise", "distance", "memory"]
-    merge_distance: float
-    max_hole_length: float
-    overlap_residual: float | None
-    noise: float
-    noise_across: float
-    noise_step: float
-    noise_correlation: float
-    grid: tuple[int, int, int]
-    intersections: int
-    seen_through: int
-    fused_intersections: int
-    artificial_intersections: int
-    faces: tuple[int, int, int]
-    holes: tuple[int, int]
-    dropped_components: tuple[int, int]
-    colour_gains: list[tuple[float, float, float]]
-    working_bytes: int
-    in_files: bool
-    warnings: list[tuple[str, str]]
-    seconds: dict[str, float]
-
-
-# end
-
-
 class AlignReport(Report):
     """What was found by ``align``: each scan, each pair, and what the user should know. ``print`` shows the summary.
 
@@ -256,7 +175,128 @@ class Snap(Report):
     free: list[_Free]
 
 
-# report: sculpt
+class DistanceReport(Report):
+    """How far a surface lies from another.
+
+    Attributes:
+        mean: Mean of the absolute distances of the vertices.
+        rms: Root of their mean square.
+        p95: 95 % of them are at most this.
+        max: The largest.
+        bias: Mean with signs; without signs the mean.
+        reached: Largest distance found, between the vertices too.
+        bound: No point of the surface is farther.
+        distances: (n,) float64, exact, one a vertex.
+    """
+
+    __slots__ = ()
+    mean: float
+    rms: float
+    p95: float
+    max: float
+    bias: float
+    reached: float
+    bound: float
+    distances: NDArray[np.float64]
+
+
+class LeftOutReport(Report):
+    """How many samples of a frame are left out.
+
+    Attributes:
+        of: Samples that were measured.
+        low_confidence: Those of low confidence.
+        out_of_reach: Those beyond the reach of the sensor.
+        black_rim: Those of the black rim of a corrected image.
+        far: Those far beyond all others of their frame, which stand for no measurement.
+    """
+
+    __slots__ = ()
+    of: int
+    low_confidence: int
+    out_of_reach: int
+    black_rim: int
+    far: int
+
+
+# reports
+class MergeReport(Report):
+    """The figures of a merge, among them those of the paper's tables.
+
+    Attributes:
+        scans: Scans merged.
+        scan_names: Names of the scans, in their order, not in that in which they were given. The attribute
+            ``source_scan`` is the place in here, and -1 where ``interpolated``.
+        input_triangles: Triangles of all scans.
+        voxel: Size of a cell that was used. In the unit of the scans.
+        voxel_reason: What decided the size of a cell. ``"given"``: The caller gave it. ``"spacing"``: 1.5 times the
+            mean distance of neighbouring samples. ``"noise"``: Half the median standard deviation of the samples.
+            ``"distance"``: 1.5 times the median distance between scans that overlap. ``"memory"``: Coarser than that,
+            so that it fits into memory: by the limit and the scans alone, or, where there is no limit, by what is free
+            at that moment.
+        merge_distance: Merge distance that was used. In the unit of the scans.
+        max_hole_length: Longest boundary that was closed. In the unit of the scans.
+        overlap_residual: Median distance between overlapping scans along grid lines, as measured. There is none
+            where no scans overlap. Then it is ``None``. In the unit of the scans.
+        noise: Median standard deviation of the samples along their rays, as measured. 0 where scans are clean. In
+            the unit of the scans.
+        noise_across: Median standard deviation of the samples of range images across the rays. It follows from how
+            noise grows on surfaces seen at an angle. In the unit of the scans.
+        noise_step: Median step that values of range images along the ray are multiples of. 0 for none. In the unit
+            of the scans.
+        noise_correlation: Median number of pixels of range images over which errors depend on each other. 1 for
+            white noise.
+        grid: Cells that the scans span along x, y and z.
+        intersections: Intersections of scans with grid lines.
+        seen_through: Edges of the grid whose intersections were dropped since more scans see through there than
+            have a surface there. A triangle has about one and a half.
+        fused_intersections: Intersections left after fusing.
+        artificial_intersections: Artificial intersections that became vertices.
+        faces: Triangles made directly (case a), after analysis of the neighbouring cells (case b), by filling holes
+            (case c).
+        holes: Holes closed, and boundary loops left open.
+        dropped_components: Connected parts dropped, and the triangles they had. These are parts that no scan saw,
+            and those that are too small.
+        colour_gains: Factors that the red, green and blue light of each scan was multiplied by to make all equally
+            bright, in the order of the names. The list is empty if they are equally bright, do not overlap, differ by
+            more than a factor of eight, or this was not asked for.
+        working_bytes: Largest number of bytes that intersections and the surface held at once.
+        in_files: Whether stages left in files what they leave for each other.
+        warnings: Scans that plainly do not lie where they belong, or that were damaged, and what to do. Empty where
+            all is well. A kind and a sentence each: ``no_poses``: No scan has a pose: all are depth images that stand
+            at one place. ``apart``: Scans that overlap lie many times their noise, and the distance of their samples,
+            apart. ``damaged``: Files of scans are damaged: what they held is left out.
+        seconds: Wall-clock seconds by the name of the stage.
+    """
+
+    __slots__ = ()
+    scans: int
+    scan_names: list[str]
+    input_triangles: int
+    voxel: float
+    voxel_reason: Literal["given", "spacing", "noise", "distance", "memory"]
+    merge_distance: float
+    max_hole_length: float
+    overlap_residual: float | None
+    noise: float
+    noise_across: float
+    noise_step: float
+    noise_correlation: float
+    grid: tuple[int, int, int]
+    intersections: int
+    seen_through: int
+    fused_intersections: int
+    artificial_intersections: int
+    faces: tuple[int, int, int]
+    holes: tuple[int, int]
+    dropped_components: tuple[int, int]
+    colour_gains: list[tuple[float, float, float]]
+    working_bytes: int
+    in_files: bool
+    warnings: list[tuple[str, str]]
+    seconds: dict[str, float]
+
+
 class SculptReport(Report):
     """The figures of sculpting.
 
@@ -299,10 +339,6 @@ class SculptReport(Report):
     covered_pixels: int
 
 
-# end
-
-
-# report: quads
 class QuadReport(Report):
     """The figures of a quad grid. Errors are distances along the samples' rays to the planes of the triangles of the
     pixels' quads, over all valid pixels of the image but those missed, with each quad cut along its better diagonal. On
@@ -352,10 +388,6 @@ class QuadReport(Report):
     seconds: dict[str, float]
 
 
-# end
-
-
-# report: reconstruct
 class ReconstructReport(Report):
     """The figures of a surface through points.
 
@@ -408,10 +440,6 @@ class ReconstructReport(Report):
     outliers: int
 
 
-# end
-
-
-# report: cluster
 class TriangleShapes(Report):
     """How well-shaped triangles are.
 
@@ -471,35 +499,6 @@ class ClusterReport(Report):
     seconds: dict[str, float]
 
 
-# end
-
-
-class DistanceReport(Report):
-    """How far a surface lies from another.
-
-    Attributes:
-        mean: Mean of the absolute distances of the vertices.
-        rms: Root of their mean square.
-        p95: 95 % of them are at most this.
-        max: The largest.
-        bias: Mean with signs; without signs the mean.
-        reached: Largest distance found, between the vertices too.
-        bound: No point of the surface is farther.
-        distances: (n,) float64, exact, one a vertex.
-    """
-
-    __slots__ = ()
-    mean: float
-    rms: float
-    p95: float
-    max: float
-    bias: float
-    reached: float
-    bound: float
-    distances: NDArray[np.float64]
-
-
-# report: check
 class CheckReport(Report):
     """What a mesh is as a surface: counts, and what follows from them. Triangles that name a vertex out of range or a
     vertex twice are counted, then left out of all that follows; so are vertices without a triangle.
@@ -554,22 +553,3 @@ class CheckReport(Report):
 
 
 # end
-
-
-class LeftOutReport(Report):
-    """How many samples of a frame are left out.
-
-    Attributes:
-        of: Samples that were measured.
-        low_confidence: Those of low confidence.
-        out_of_reach: Those beyond the reach of the sensor.
-        black_rim: Those of the black rim of a corrected image.
-        far: Those far beyond all others of their frame, which stand for no measurement.
-    """
-
-    __slots__ = ()
-    of: int
-    low_confidence: int
-    out_of_reach: int
-    black_rim: int
-    far: int

@@ -1,4 +1,5 @@
-//! The structs of the header as the tests of the C library declare them: `tests/rust/c/generated.rs`.
+//! The header's structs and functions as the tests of the C library declare them: `tests/rust/c/generated.rs` and the list in
+//! `tests/rust/c/library.rs`.
 
 use std::fmt::Write as _;
 
@@ -6,7 +7,8 @@ use surfrecon::params::schemas;
 use surfrecon::reports::reports;
 
 use crate::c_params::{beside, fields, formatted, names};
-use crate::compare;
+use crate::chapters::CHAPTERS;
+use crate::{between, compare, root};
 
 /// `srf_read_options` as `ReadOptions`.
 fn type_name(of: &str) -> String {
@@ -45,4 +47,67 @@ fn structs_of_the_c_tests() {
 fn numbers_of(kind: &str) -> usize {
     let size = kind.trim_end_matches(']').rsplit("; ").next();
     size.and_then(|size| size.parse().ok()).unwrap_or(1)
+}
+
+/// The functions in the order of the header, with types that know nothing of the library's.
+#[test]
+fn functions_of_the_c_tests() {
+    let mut list = String::new();
+    for file in CHAPTERS.iter().flat_map(|chapter| chapter.files) {
+        let path = root().join("c-api/src").join(file).with_extension("rs");
+        let source = std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+        for piece in source.split("extern \"C\" fn srf_").skip(1) {
+            // Types of functions have no name.
+            let (name, rest) = piece.split_once('(').expect("arguments");
+            let (arguments, rest) = rest.split_once(')').expect("their end");
+            let result = rest.split_once('{').map_or("", |(result, _)| result.trim().trim_start_matches("->").trim());
+            let arguments: Vec<String> = arguments
+                .split(',')
+                .filter_map(|argument| argument.trim().split_once(": "))
+                .map(|(name, kind)| format!("{name}: {}", plain(kind)))
+                .collect();
+            let _ = writeln!(list, "    srf_{name}({}) -> {};", arguments.join(", "), plain(result));
+        }
+    }
+    let name = "tests/rust/c/library.rs";
+    compare(name, &between(name, "functions! {\n", "}\n\n/// The functions of the built library, which", &list));
+}
+
+/// A type of the library as a stranger has it.
+fn plain(kind: &str) -> String {
+    let known = [
+        ("srf_status", "i32"),
+        ("srf_log_fn", "LogFn"),
+        ("srf_pose", "[f64; 16]"),
+        ("srf_progress", "Watch"),
+        ("srf_allocator", "[usize; 4]"),
+    ];
+    let named = |name: &str| {
+        let reported = reports().find(|reported| format!("srf_{}_report", reported.operation) == name);
+        match (known.iter().find(|(of, _)| *of == name), reported) {
+            (Some((_, plain)), _) => (*plain).to_owned(),
+            (None, Some(reported)) => reported.name().to_owned(),
+            (None, None) if name.starts_with("srf_") => type_name(name),
+            (None, None) => name.to_owned(),
+        }
+    };
+    let name = kind.trim_start_matches(['*', ' ']).rsplit(' ').next().unwrap_or_default();
+    let before = kind.strip_suffix(name).expect("a name ends its type");
+    let is_handle = name.starts_with("srf_") && is_opaque(name);
+    match (before.trim(), is_handle) {
+        ("*mut" | "*const", true) => "Handle".to_owned(),
+        ("*mut *mut", true) => "*mut Handle".to_owned(),
+        ("*const *const", true) => "*const Handle".to_owned(),
+        ("", _) => named(name),
+        _ => format!("{before}{}", named(name)),
+    }
+}
+
+/// Whether a type is one whose inside nobody sees.
+fn is_opaque(name: &str) -> bool {
+    CHAPTERS.iter().flat_map(|chapter| chapter.files).any(|file| {
+        let path = root().join("c-api/src").join(file).with_extension("rs");
+        let source = std::fs::read_to_string(path).unwrap_or_default();
+        source.contains(&format!("pub struct {name} {{\n    _opaque: [u8; 0],"))
+    })
 }

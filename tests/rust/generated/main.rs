@@ -8,6 +8,7 @@ mod c_tests;
 mod chapters;
 mod header;
 mod meshlab;
+mod modules;
 mod page;
 mod python;
 mod python_reports;

@@ -1,11 +1,11 @@
-//! The classes of reports in Python: what stands between `# report: OPERATION` and `# end` in `_reports.py`.
+//! The classes of reports in Python: what stands between `# reports` and `# end` in `_reports.py`.
 
 use std::fmt::Write as _;
 
-use surfrecon::reports::{Figure, Kind, Schema, Shape, report, reports};
+use surfrecon::reports::{Figure, Kind, Reported, Schema, Shape, reports};
 
+use crate::compare;
 use crate::words::wrapped;
-use crate::{compare, root};
 
 const WIDTH: usize = 120;
 
@@ -88,10 +88,10 @@ fn class<'a>(name: &str, about: &str, figures: impl Iterator<Item = &'a Figure> 
     out
 }
 
-/// The reports that figures of a report are.
-fn inner(schemas: &'static [Schema]) -> Vec<&'static Schema> {
+/// The schemas of the reports that figures of a report are.
+fn inner(reported: &Reported) -> Vec<&'static Schema> {
     let mut found: Vec<&Schema> = Vec::new();
-    for figure in schemas.iter().flat_map(|schema| schema.figures) {
+    for figure in reported.figures() {
         if let Kind::Nested(schema) = figure.kind
             && !found.contains(&schema)
         {
@@ -103,30 +103,14 @@ fn inner(schemas: &'static [Schema]) -> Vec<&'static Schema> {
 
 #[test]
 fn classes() {
-    let name = "python/python/surfrecon/_reports.py";
-    let source = std::fs::read_to_string(root().join(name)).expect("the classes");
-    let mut out = String::new();
-    let mut skipping = false;
-    let mut marks = 0;
-    for line in source.split_inclusive('\n') {
-        if line.trim() == "# end" {
-            skipping = false;
+    let mut classes = String::new();
+    for reported in reports() {
+        for schema in inner(&reported) {
+            classes += &format!("{}\n\n", class(schema.name, schema.text, schema.figures.iter()));
         }
-        if !skipping {
-            out += line;
-        }
-        if let Some(operation) = line.trim().strip_prefix("# report: ") {
-            skipping = true;
-            marks += 1;
-            let reported = report(operation).unwrap_or_else(|| panic!("{operation} has no report"));
-            for schema in inner(reported.schemas) {
-                out += &format!("{}\n\n", class(schema.name, schema.text, schema.figures.iter()));
-            }
-            let figures: Vec<&Figure> = reported.figures().collect();
-            out += &format!("{}\n\n", class(reported.name(), reported.text(), figures.into_iter()));
-        }
+        let figures: Vec<&Figure> = reported.figures().collect();
+        classes += &format!("{}\n\n", class(reported.name(), reported.text(), figures.into_iter()));
     }
-    assert!(!skipping, "the last mark has no end");
-    assert_eq!(marks, reports().count(), "each report has its class");
-    compare(name, &out);
+    let name = "python/python/surfrecon/_reports.py";
+    compare(name, &crate::between(name, "# reports\n", "# end\n", &classes));
 }

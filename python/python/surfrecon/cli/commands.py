@@ -10,6 +10,7 @@ from typing import Any
 
 from .. import _native
 from .._arguments import is_url
+from .._errors import InputError
 from ..distributed.checks import MOST_TASKS
 from . import operations
 from .options import Own, Row, rows
@@ -102,20 +103,22 @@ def _check_workspace(request: Request) -> None:
     workspace, output = request.parameters["workspace"], request.output or ""
     if not os.path.isdir(workspace):
         raise UsageError(f"{workspace}: the workspace must be a folder that exists")
-    if not output.lower().endswith(".ply"):
-        raise UsageError(f"{output}: with a workspace the surface is written piece by piece, which only .ply is")
-    if request.parameters.get("encoding") == "ascii":
-        raise UsageError('with a workspace the surface is written piece by piece, in binary: encoding "ascii" is none')
+    _check_pieces(request, output)
     if request.parameters.get("measure"):
         raise UsageError("give measure or workspace, not both: surfrecon measure takes the file and the scans")
 
 
+def _check_pieces(request: Request, path: str) -> None:
+    """Parts of a surface, and one that memory does not hold, are written piece by piece."""
+    try:
+        _native._check_file_in_pieces(path, request.parameters.get("encoding"))
+    except InputError as problem:
+        raise UsageError(str(problem)) from None
+
+
 def _check_parts(request: Request) -> None:
     path = request.parameters.get("surface") or request.output or ""
-    if not path.lower().endswith(".ply"):
-        raise UsageError(f"{path}: only .ply is written in parts: leave --part-triangles")
-    if request.parameters.get("encoding") == "ascii":
-        raise UsageError('what is written in parts is binary: encoding "ascii" is none')
+    _check_pieces(request, path)
 
 
 def _check_plan(request: Request) -> None:
@@ -125,10 +128,7 @@ def _check_plan(request: Request) -> None:
         raise UsageError(f"tasks must lie between 1 and {MOST_TASKS}, got {tasks}")
     if surface is None:
         raise UsageError("plan needs --surface, the file that the merge is to make")
-    if not surface.lower().endswith(".ply"):
-        raise UsageError(f"{surface}: the surface is written piece by piece, which only .ply is")
-    if request.parameters.get("encoding") == "ascii":
-        raise UsageError('the surface is written piece by piece, in binary: encoding "ascii" is none')
+    _check_pieces(request, surface)
     if workspace is not None and "://" not in workspace and not os.path.isdir(workspace):
         raise UsageError(f"{workspace}: the workspace must be a folder that exists")
 
@@ -152,13 +152,69 @@ _CRS = Own(
 _THREADS = [row for row in rows("merge") if row.name == "threads"]
 
 
-def _operation(name: str, *, parts: tuple[str, ...] = (), **rest: Any) -> Command:
-    """The command of an operation: its texts, and with its parameters those of `parts`."""
-    files, summary, text = _DECLARED[name]
-    return Command(name, summary, text, files, getattr(operations, name), (name, *parts), **rest)
+# What kinds of results are written as.
+_ENDINGS = {"a mesh": _MESHES, "a grid of quads": _written("quads")}
 
 
-_DECLARED = {operation.name: operation.command for operation in _native.operations() if operation.command}
+def _operation(name: str, *, parts: tuple[str, ...] = (), own: tuple[Row, ...] | None = None, **rest: Any) -> Command:
+    """The command of an operation: its texts, and with its parameters those of `parts`.
+
+    Where nothing else is said it writes what it gives, and takes one scan of its files unless it takes several.
+    """
+    operation = _DECLARED[name]
+    assert operation.command is not None
+    files, summary, text = operation.command
+    if own is None:
+        own = () if operation.takes == ["scans"] else (_SCAN,)
+    if "endings" not in rest:
+        rest["endings"] = _ENDINGS[operation.gives[0]]
+        rest["meshes"] = operation.gives == ["a mesh"]
+    return Command(name, summary, text, files, getattr(operations, name), (name, *parts), own, **rest)
+
+
+_DECLARED = {operation.name: operation for operation in _native.operations() if operation.command}
+
+# What commands have besides what their operations declare.
+_SPECIAL: dict[str, dict[str, Any]] = {
+    "align": dict(
+        own=(
+            Own("fixed", "counts", "Numbers of the scans whose poses stay, counted from 0."),
+            Own(
+                "angles",
+                "numbers",
+                "Angles of the turntable at each scan, in radians, or in degrees as 80deg.",
+                "ANGLE,ANGLE,...",
+                angles=True,
+            ),
+        ),
+        endings=("conf", "mlp", "aln", "tum"),
+        output_is_optional=True,
+    ),
+    "merge": dict(
+        parts=("triangulate",),
+        own=(
+            Own("measure", "flag", "Measures how far the surface lies from the scans."),
+            Own(
+                "workspace",
+                "folder",
+                "Merges more scans than memory holds, straight into a .ply file of the same bytes: what memory "
+                "does not hold, up to 200 bytes for each intersection of a scan with the grid, is kept in this "
+                "folder meanwhile. --max-memory says how much memory holds.",
+            ),
+            Own(
+                "keep",
+                "flag",
+                "What the merge finds out stays in the workspace: the next merge with the same parameters renews "
+                "only what scans have a part in that are new, gone or moved, and goes on where one was stopped or "
+                "killed.",
+            ),
+        ),
+    ),
+    "sculpt": dict(parts=("triangulate",)),
+    "cluster": dict(
+        own=(_SCAN, Own("levels", "counts", "Vertices of each level of detail, most first: all go into one .glb.")),
+    ),
+}
 
 COMMANDS = {
     command.name: command
@@ -186,44 +242,7 @@ COMMANDS = {
             _written("mesh", "points", "images"),
             meshes=True,
         ),
-        _operation(
-            "align",
-            own=(
-                Own("fixed", "counts", "Numbers of the scans whose poses stay, counted from 0."),
-                Own(
-                    "angles",
-                    "numbers",
-                    "Angles of the turntable at each scan, in radians, or in degrees as 80deg.",
-                    "ANGLE,ANGLE,...",
-                    angles=True,
-                ),
-            ),
-            endings=("conf", "mlp", "aln", "tum"),
-            output_is_optional=True,
-        ),
-        _operation(
-            "merge",
-            parts=("triangulate",),
-            own=(
-                Own("measure", "flag", "Measures how far the surface lies from the scans."),
-                Own(
-                    "workspace",
-                    "folder",
-                    "Merges more scans than memory holds, straight into a .ply file of the same bytes: what memory "
-                    "does not hold, up to 200 bytes for each intersection of a scan with the grid, is kept in this "
-                    "folder meanwhile. --max-memory says how much memory holds.",
-                ),
-                Own(
-                    "keep",
-                    "flag",
-                    "What the merge finds out stays in the workspace: the next merge with the same parameters renews "
-                    "only what scans have a part in that are new, gone or moved, and goes on where one was stopped or "
-                    "killed.",
-                ),
-            ),
-            endings=_MESHES,
-            meshes=True,
-        ),
+        *(_operation(name, **_SPECIAL.get(name, {})) for name in _DECLARED),
         Command(
             "plan",
             "a merge cut into tasks, for several processes and machines",
@@ -251,30 +270,6 @@ COMMANDS = {
             ),
             ("json",),
             urls=True,
-        ),
-        _operation(
-            "sculpt",
-            parts=("triangulate",),
-            own=(_SCAN,),
-            endings=_MESHES,
-            meshes=True,
-        ),
-        _operation(
-            "quads",
-            own=(_SCAN,),
-            endings=_written("quads"),
-        ),
-        _operation(
-            "reconstruct",
-            own=(_SCAN,),
-            endings=_MESHES,
-            meshes=True,
-        ),
-        _operation(
-            "cluster",
-            own=(_SCAN, Own("levels", "counts", "Vertices of each level of detail, most first: all go into one .glb.")),
-            endings=_MESHES,
-            meshes=True,
         ),
         Command(
             "measure",

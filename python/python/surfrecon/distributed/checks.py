@@ -80,8 +80,7 @@ def check_names(paths: Iterable[str], output: str) -> None:
             raise InputError(f"{path}: scans are files; only the workspace and the plan may be URLs")
     if is_url(output):
         raise InputError(f"{output}: the surface is a file; only the workspace and the plan may be URLs")
-    if not output.lower().endswith(".ply"):
-        raise InputError(f"{output}: the surface is written piece by piece, which only .ply is")
+    _native._check_file_in_pieces(output)
     folder = os.path.dirname(output)
     if folder and not os.path.isdir(folder):
         raise InputError(f"{output}: there is no folder {folder}")

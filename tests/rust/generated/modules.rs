@@ -1,0 +1,125 @@
+//! Lists of what files declare: the modules of the C library and of the Python module, and the names that Python has of it.
+//!
+//! What stands between `// modules` and `// end`, or `# native` and `# end`, is written by `make generate`.
+
+use std::fmt::Write as _;
+
+use crate::{between, compare, root};
+
+/// Names of the files of a folder, without their endings.
+fn files(folder: &str) -> Vec<String> {
+    let entries = std::fs::read_dir(root().join(folder)).unwrap_or_else(|error| panic!("{folder}: {error}"));
+    let mut names: Vec<String> = entries
+        .map(|entry| entry.expect("an entry").file_name().into_string().expect("a name"))
+        .filter_map(|name| name.strip_suffix(".rs").map(str::to_owned))
+        .filter(|name| name != "lib")
+        .collect();
+    names.sort_unstable();
+    names
+}
+
+#[test]
+fn of_rust() {
+    for (folder, file) in [("c-api/src", "c-api/src/lib.rs"), ("python/src", "python/src/lib.rs")] {
+        let list: String = files(folder).iter().map(|name| format!("mod {name};\n")).collect();
+        compare(file, &between(file, "// modules\n", "// end\n", &list));
+    }
+    let name = "python/src/lib.rs";
+    let mut exports = String::new();
+    for (file, items) in exported() {
+        let names: Vec<&str> = items.iter().map(|(rust, _)| rust.as_str()).collect();
+        let list = if let [only] = names.as_slice() { (*only).to_owned() } else { format!("{{{}}}", names.join(", ")) };
+        let _ = write!(exports, "    #[pymodule_export]\n    use crate::{file}::{list};\n");
+    }
+    compare(name, &between(name, "    // exports\n", "    // end\n", &exports));
+}
+
+/// What each file of the Python module exports: names in Rust, names in Python.
+fn exported() -> Vec<(String, Vec<(String, String)>)> {
+    let mut all = Vec::new();
+    for file in files("python/src") {
+        let path = root().join("python/src").join(&file).with_extension("rs");
+        let source = std::fs::read_to_string(path).expect("a file");
+        let mut items = Vec::new();
+        for mark in ["#[pyclass", "#[pyfunction"] {
+            for piece in source.split(mark).skip(1) {
+                // Attributes and comments go on until what they are of; a private item is no export.
+                let Some(line) = piece.lines().find(|line| {
+                    ["pub struct ", "pub enum ", "pub fn ", "struct ", "enum ", "fn "]
+                        .iter()
+                        .any(|word| line.starts_with(word))
+                }) else {
+                    continue;
+                };
+                let Some(item) = line.strip_prefix("pub ") else { continue };
+                let rust: String = item
+                    .split_whitespace()
+                    .nth(1)
+                    .expect("a name")
+                    .chars()
+                    .take_while(|letter| letter.is_alphanumeric() || *letter == '_')
+                    .collect();
+                let attributes = piece.split(line).next().unwrap_or_default();
+                let renamed = attributes.split_once("name = \"").and_then(|(_, rest)| rest.split('"').next());
+                items.push((rust.clone(), renamed.map_or(rust, str::to_owned)));
+            }
+        }
+        if !items.is_empty() {
+            items.sort_by_key(|(rust, _)| (kind(rust), rust.clone()));
+            all.push((file, items));
+        }
+    }
+    all
+}
+
+/// Classes before functions, as formatters sort them.
+fn kind(name: &str) -> bool {
+    !name.starts_with(char::is_uppercase)
+}
+
+#[test]
+fn of_python() {
+    let mut native: Vec<String> =
+        exported().into_iter().flat_map(|(_, items)| items).map(|(_, python)| python).collect();
+    native.push("__version__".to_owned());
+    // The types of the native module.
+    let name = "python/python/surfrecon/_native.pyi";
+    native.sort_by_key(|name| (kind(name), name.clone()));
+    let list: String = native.iter().map(|name| format!("    \"{name}\",\n")).collect();
+    compare(name, &between(name, "__all__ = [\n", "]\n", &list));
+
+    // What the package takes of it, and all that the package has.
+    let name = "python/python/surfrecon/__init__.py";
+    let source = std::fs::read_to_string(root().join(name)).expect("the package");
+    let by_hand: Vec<&str> = imports(&source);
+    let is_public = |name: &&String| !name.starts_with('_') || name.as_str() == "__version__";
+    let mut taken: Vec<&String> =
+        native.iter().filter(is_public).filter(|name| !by_hand.contains(&name.as_str())).collect();
+    taken.sort_by_key(|name| (kind(name), name.to_lowercase()));
+    let list: String = taken.iter().map(|name| format!("    {name},\n")).collect();
+    let text = between(name, "from ._native import (\n", ")\n", &list);
+    let mut public: Vec<&str> = by_hand.iter().copied().chain(taken.iter().map(|name| name.as_str())).collect();
+    public.sort_by_key(|name| (kind(name), *name));
+    public.dedup();
+    let list: String = public.iter().map(|name| format!("    \"{name}\",\n")).collect();
+    let (before, rest) = text.split_once("__all__ = [\n").expect("the list of names");
+    let (_, after) = rest.split_once("]\n").expect("its end");
+    compare(name, &format!("{before}__all__ = [\n{list}]\n{after}"));
+}
+
+/// Names that the package imports from its own files but the native module.
+fn imports(source: &str) -> Vec<&str> {
+    let mut names = Vec::new();
+    for piece in source.split("\nfrom .").skip(1) {
+        let Some((module, rest)) = piece.split_once(" import ") else { continue };
+        if module.is_empty() || module == "_native" {
+            continue;
+        }
+        let list = match rest.strip_prefix('(') {
+            Some(lines) => lines.split(')').next(),
+            None => rest.lines().next(),
+        };
+        names.extend(list.unwrap_or_default().split([',', '\n']).map(str::trim).filter(|name| !name.is_empty()));
+    }
+    names
+}
