@@ -44,7 +44,7 @@ pub type Source = Scan<KeptImage, KeptMesh, Shared<PointCloud>, Later>;
 #[derive(Clone)]
 pub enum Later {
     /// As it was in its set when it was added.
-    File(Box<import::Scan>),
+    File(Box<import::FileScan>),
     Made(MadeScan),
 }
 
@@ -98,7 +98,7 @@ pub fn of_source(
     MadeScan::of(source, world_from_sensor, name).map(|made| Source::Read(Later::Made(made)))
 }
 
-fn file(scan: &import::Scan) -> Source {
+fn file(scan: &import::FileScan) -> Source {
     Source::Read(Later::File(scan.clone().into()))
 }
 

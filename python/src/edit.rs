@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::DAffine3;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use surfrecon::import::Scan as CoreScan;
+use surfrecon::import::FileScan as CoreScan;
 use surfrecon::select::{self, Mask, Region, Selection};
 use surfrecon::{PointCloud, Progress, RangeImage, TriMesh};
 

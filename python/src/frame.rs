@@ -28,7 +28,7 @@ use crate::similarity::Given;
 /// path of its file and what is not in it.
 #[pyclass(frozen, subclass, module = "surfrecon")]
 pub struct Scan {
-    pub scan: import::Scan,
+    pub scan: import::FileScan,
 }
 
 #[pymethods]
@@ -141,7 +141,7 @@ pub fn content_object(py: Python<'_>, content: import::Content) -> PyResult<Boun
 ///
 /// # Errors
 /// None but of Python itself.
-pub fn to_object(py: Python<'_>, scan: import::Scan) -> PyResult<Py<Scan>> {
+pub fn to_object(py: Python<'_>, scan: import::FileScan) -> PyResult<Py<Scan>> {
     if !scan.is_frame() {
         return Py::new(py, Scan { scan });
     }
@@ -152,14 +152,14 @@ pub fn to_object(py: Python<'_>, scan: import::Scan) -> PyResult<Py<Scan>> {
 /// Reads something of a frame without the interpreter lock.
 fn read<T: Send>(
     frame: &PyRef<'_, Frame>,
-    read: impl FnOnce(&import::Scan, &Progress<'_>) -> surfrecon::Result<T> + Send,
+    read: impl FnOnce(&import::FileScan, &Progress<'_>) -> surfrecon::Result<T> + Send,
 ) -> PyResult<T> {
     let scan = &frame.as_super().scan;
     Watch::new(None).run(frame.py(), |progress| read(scan, progress))
 }
 
 /// The whole frame.
-fn whole(scan: &import::Scan, progress: &Progress<'_>) -> surfrecon::Result<Core> {
+fn whole(scan: &import::FileScan, progress: &Progress<'_>) -> surfrecon::Result<Core> {
     Ok(scan.frame(progress)?.expect("a Frame is made of frames alone"))
 }
 
@@ -174,7 +174,7 @@ impl Frame {
     /// (rows, cols, 3) uint8 sRGB, the colour image at its own size, or ``None``.
     #[getter]
     fn colour<'py>(slf: PyRef<'py, Self>) -> PyResult<Option<Bound<'py, PyAny>>> {
-        let Some(image) = read(&slf, import::Scan::colour)? else { return Ok(None) };
+        let Some(image) = read(&slf, import::FileScan::colour)? else { return Ok(None) };
         let [cols, rows] = image.size();
         let flat = PyArray1::from_vec(slf.py(), image.pixels.into_flattened());
         Ok(Some(flat.reshape([rows, cols, 3])?.into_any()))
@@ -184,7 +184,7 @@ impl Frame {
     /// level are left out of ``image``.
     #[getter]
     fn confidence<'py>(slf: PyRef<'py, Self>) -> PyResult<Option<Bound<'py, PyAny>>> {
-        let Some(image) = read(&slf, import::Scan::confidence)? else { return Ok(None) };
+        let Some(image) = read(&slf, import::FileScan::confidence)? else { return Ok(None) };
         let [cols, rows] = image.size;
         Ok(Some(PyArray1::from_vec(slf.py(), image.levels).reshape([rows, cols])?.into_any()))
     }
@@ -193,7 +193,7 @@ impl Frame {
     #[getter]
     fn camera(slf: PyRef<'_, Self>) -> PyResult<Camera> {
         let world_from_sensor = slf.as_super().scan.world_from_sensor;
-        let camera = match read(&slf, import::Scan::colour)? {
+        let camera = match read(&slf, import::FileScan::colour)? {
             Some(image) => {
                 let [cols, rows] = image.size();
                 let projection = image.camera.projection(DepthKind::Planar);
@@ -226,7 +226,7 @@ impl Frame {
     /// one.
     #[getter]
     fn image(slf: PyRef<'_, Self>) -> PyResult<RangeImage> {
-        match read(&slf, import::Scan::read_with)? {
+        match read(&slf, import::FileScan::read_with)? {
             import::Content::RangeImage(image) => Ok(image.into()),
             _ => unreachable!("a frame is a range image"),
         }

@@ -2,7 +2,7 @@
 
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
-use surfrecon::import::{Kept, Scan as CoreScan};
+use surfrecon::import::{FileScan as CoreScan, Kept};
 use surfrecon::mesh::Crs;
 
 use crate::errors::to_python;

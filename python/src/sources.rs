@@ -19,7 +19,7 @@ use crate::point_cloud::PointCloud;
 use crate::range_image::RangeImage;
 
 /// One scan, owned: the caller's objects may change or vanish while the work runs.
-pub type Source = HandedScan<Arc<CoreImage>, Arc<TriMesh>, Arc<CoreCloud>, import::Scan>;
+pub type Source = HandedScan<Arc<CoreImage>, Arc<TriMesh>, Arc<CoreCloud>, import::FileScan>;
 
 /// The scans as the core takes them.
 pub fn as_dyn<S: Borrow<Source>>(sources: &[S]) -> Vec<&dyn ScanSource> {

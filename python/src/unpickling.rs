@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use glam::DVec3;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use surfrecon::import::{Kept, Scan as CoreScan};
+use surfrecon::import::{FileScan as CoreScan, Kept};
 use surfrecon::mesh::{Attribute, AttributeData, Crs};
 use surfrecon::range_image::Projection;
 use surfrecon::{PointCloud as CoreCloud, RangeImage as CoreImage, TriMesh};

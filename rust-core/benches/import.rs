@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use glam::DVec3;
 use surfrecon::export::{PlyEncoding, write_ply, write_range_grid_ply};
-use surfrecon::import::{self, Content, Scan};
+use surfrecon::import::{self, Content, FileScan};
 use surfrecon::range_image::Viewing;
 use surfrecon::{Progress, RangeImage, TriMesh};
 
@@ -16,7 +16,7 @@ fn size(path: &Path) -> u64 {
     std::fs::metadata(path).unwrap().len()
 }
 
-fn read(scan: &Scan) -> usize {
+fn read(scan: &FileScan) -> usize {
     match scan.read().unwrap() {
         Content::RangeImage(image) => image.len(),
         Content::Mesh(mesh) => mesh.triangles.len(),
@@ -60,7 +60,7 @@ fn reading(c: &mut Criterion) {
         let scans = import::open(&conf).unwrap().scans;
         group.throughput(Throughput::Bytes(scans.iter().map(|scan| size(&scan.path)).sum()));
         group.bench_function("ten bunny scans, text", |b| b.iter(|| scans.iter().map(read).sum::<usize>()));
-        let zipper = Scan::new(&data.join("stanford_bunny/bun_zipper.ply"));
+        let zipper = FileScan::new(&data.join("stanford_bunny/bun_zipper.ply"));
         group.throughput(Throughput::Bytes(size(&zipper.path)));
         group.bench_function("bun_zipper, text mesh", |b| b.iter(|| read(&zipper)));
     } else {
@@ -76,12 +76,12 @@ fn reading(c: &mut Criterion) {
         let path = folder.path().join(format!("grid_{name}.ply"));
         write_range_grid_ply(&path, &range_image(), encoding, &Progress::none()).unwrap();
         group.throughput(Throughput::Bytes(size(&path)));
-        let scan = Scan::new(&path);
+        let scan = FileScan::new(&path);
         group.bench_function(format!("range grid, {name}"), |b| b.iter(|| read(&scan)));
         let path = folder.path().join(format!("mesh_{name}.ply"));
         write_ply(&path, &mesh(), encoding, &Progress::none()).unwrap();
         group.throughput(Throughput::Bytes(size(&path)));
-        let scan = Scan::new(&path);
+        let scan = FileScan::new(&path);
         group.bench_function(format!("million triangles, {name}"), |b| b.iter(|| read(&scan)));
     }
 }

@@ -6,7 +6,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 use surfrecon::export::{PlyEncoding, write_ply, write_range_grid_ply};
-use surfrecon::import::{Content, ReadOptions, Scan, open_with};
+use surfrecon::import::{Content, FileScan, ReadOptions, open_with};
 use surfrecon::range_image::Viewing;
 use surfrecon::{Progress, RangeImage, TriMesh};
 
@@ -55,7 +55,7 @@ fn memory_follows_the_file_and_the_result() {
 
 /// Theorem: what a header claims costs nothing; only bytes that are there do.
 fn hostile(path: &Path) {
-    let scan = Scan::new(path);
+    let scan = FileScan::new(path);
     let header = |format: &str, counts: [&str; 2], lists: &str| {
         format!(
             "ply\nformat {format} 1.0\nobj_info num_cols 1000000\nobj_info num_rows 1000000\nelement vertex {}\n\
@@ -144,7 +144,7 @@ fn claims(folder: &Path) {
 
 /// Theorem: reading takes the result, one list of vertices for a grid, and a fixed amount.
 fn reading(path: &Path) {
-    let scan = Scan::new(path);
+    let scan = FileScan::new(path);
     let (rows, cols) = (800, 1000);
     let points = (0..rows * cols).map(|i| if i % 3 == 0 { [i as f32, 0.5, -1.5] } else { [f32::NAN; 3] });
     let image = RangeImage::from_points(rows, cols, points.collect(), Viewing::ALONG_MINUS_Z).unwrap();

@@ -30,6 +30,10 @@ pub mod sink;
 pub mod srgb;
 
 pub use check::{CheckReport, OPERATION as CHECK_OPERATION, check, check_welded, try_check, try_check_welded};
+
+/// The former name of [`CheckReport`].
+#[deprecated(since = "0.2.0", note = "called CheckReport")]
+pub type MeshReport = CheckReport;
 pub use crs::Crs;
 pub use extent::Extent;
 pub use point_cloud::PointCloud;

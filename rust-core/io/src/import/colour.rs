@@ -50,7 +50,7 @@ impl Count {
 mod tests {
     use std::path::Path;
 
-    use super::super::{Content, Scan, damage, obj, open};
+    use super::super::{Content, FileScan, damage, obj, open};
     use super::*;
 
     #[test]
@@ -69,7 +69,7 @@ mod tests {
     fn read(rows: &[[f64; 3]]) -> [Vec<[u8; 4]>; 2] {
         let line = |[r, g, b]: &[f64; 3]| format!("0 0 0 {r} {g} {b}\n");
         let obj: String = rows.iter().map(|row| format!("v {}", line(row))).collect();
-        let Content::Points(cloud) = damage::read(obj::parse, obj.as_bytes(), &Scan::new(Path::new("x"))).unwrap()
+        let Content::Points(cloud) = damage::read(obj::parse, obj.as_bytes(), &FileScan::new(Path::new("x"))).unwrap()
         else {
             panic!("no points")
         };

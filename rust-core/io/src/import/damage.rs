@@ -7,7 +7,7 @@ use std::io::{self, Read, Seek, SeekFrom};
 #[cfg(test)]
 use super::file::Input;
 use super::file::Parse;
-use super::{Content, Scan};
+use super::{Content, FileScan};
 use base::error::{Error, Result};
 use base::progress::Progress;
 
@@ -39,7 +39,7 @@ impl Seek for Failing<'_> {
 }
 
 /// What was read is valid; what was refused says where.
-pub(super) fn sound(outcome: &Result<Content>, scan: &Scan) {
+pub(super) fn sound(outcome: &Result<Content>, scan: &FileScan) {
     match outcome {
         Ok(Content::RangeImage(image)) => assert!(image.validate().is_ok() && image.world_from_sensor.is_finite()),
         Ok(Content::Mesh(mesh)) => assert!(mesh.validate().is_ok(), "{:?}", mesh.validate()),
@@ -57,13 +57,13 @@ pub(super) fn sound(outcome: &Result<Content>, scan: &Scan) {
 }
 
 /// Reads bytes as a scan.
-pub(super) fn read(parse: Parse, bytes: &[u8], scan: &Scan) -> Result<Content> {
+pub(super) fn read(parse: Parse, bytes: &[u8], scan: &FileScan) -> Result<Content> {
     parse(&mut Cursor::new(bytes), bytes.len() as u64, scan, &Progress::none())
 }
 
 #[cfg(test)]
 /// Tries all damage on a file that can be read; whether a file cut short must be refused is the format's.
-pub(super) fn endure(parse: Parse, bytes: &[u8], scan: &Scan) {
+pub(super) fn endure(parse: Parse, bytes: &[u8], scan: &FileScan) {
     let good = read(parse, bytes, scan);
     sound(&good, scan);
     assert!(good.is_ok(), "{good:?}");

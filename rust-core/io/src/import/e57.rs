@@ -15,7 +15,7 @@ use glam::{DAffine3, DQuat, DVec3};
 
 use super::file::{self, Input, decoding_error, watched};
 use super::grid::PointGrid;
-use super::{Content, ReadOptions, Scan, ScanSet};
+use super::{Content, FileScan, ReadOptions, ScanSet};
 use base::error::{Error, Result, known_as};
 use base::progress::Progress;
 use mesh::point_cloud::PointCloud;
@@ -40,11 +40,11 @@ pub(super) fn sniff(start: &[u8]) -> bool {
 /// Lists the scans.
 pub(super) fn open(path: &Path, options: &Arc<ReadOptions>) -> Result<ScanSet> {
     let (mut file, _) = file::open(path)?;
-    let scan = Scan::with(path, options);
+    let scan = FileScan::with(path, options);
     list(&mut file, &scan)
 }
 
-fn list(input: &mut dyn Input, scan: &Scan) -> Result<ScanSet> {
+fn list(input: &mut dyn Input, scan: &FileScan) -> Result<ScanSet> {
     let stored = watched(input, &scan.path, |input| {
         Ok(E57Reader::new(input).map_err(|e| decoding_error(scan, &e))?.pointclouds())
     })?;
@@ -53,7 +53,7 @@ fn list(input: &mut dyn Input, scan: &Scan) -> Result<ScanSet> {
     }
     let (mut scans, mut notes) = (Vec::with_capacity(stored.len()), Vec::new());
     for (part, one) in stored.iter().enumerate() {
-        let mut scan = Scan { part, world_from_sensor: pose(one, &scan.path, part)?, ..scan.clone() };
+        let mut scan = FileScan { part, world_from_sensor: pose(one, &scan.path, part)?, ..scan.clone() };
         if let Some(name) =
             one.name.as_deref().map(str::trim).filter(|name| !name.is_empty() && name.len() < LONGEST_NAME)
         {
@@ -90,7 +90,7 @@ fn pose(stored: &Stored, path: &Path, part: usize) -> Result<DAffine3> {
 }
 
 /// Reads one scan.
-pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, _: &Progress<'_>) -> Result<Content> {
+pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &FileScan, _: &Progress<'_>) -> Result<Content> {
     watched(input, &scan.path, |input| {
         let mut reader = E57Reader::new(input).map_err(|e| decoding_error(scan, &e))?;
         let at = format!("scan {}", scan.part);
@@ -128,7 +128,7 @@ pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, _: &Progres
 fn points<'a, T: Read + Seek>(
     reader: &'a mut E57Reader<T>,
     stored: &'a Stored,
-    scan: &'a Scan,
+    scan: &'a FileScan,
 ) -> Result<impl Iterator<Item = Result<::e57::Point>> + 'a> {
     let mut points = reader.pointcloud_simple(stored).map_err(|e| decoding_error(scan, &e))?;
     points.apply_pose(false);
@@ -176,7 +176,7 @@ fn used_indices(points: impl Iterator<Item = Result<::e57::Point>>) -> Result<Op
 }
 
 /// First row and column and their numbers; `None` for what is no grid but a line.
-fn grid_size(rows: Range, cols: Range, stored: &Stored, scan: &Scan) -> Result<Option<[i64; 4]>> {
+fn grid_size(rows: Range, cols: Range, stored: &Stored, scan: &FileScan) -> Result<Option<[i64; 4]>> {
     let count = |(min, max): (i64, i64)| max.checked_sub(min)?.checked_add(1).filter(|count| *count > 0);
     let size = count(rows).zip(count(cols));
     let pixels = size.and_then(|(rows, cols)| (rows as u64).checked_mul(cols as u64));
@@ -214,7 +214,7 @@ fn grid(
     points: impl Iterator<Item = Result<::e57::Point>>,
     [first_row, first_col, rows, cols]: [i64; 4],
     stored: &Stored,
-    scan: &Scan,
+    scan: &FileScan,
 ) -> Result<Content> {
     let (rows, cols) = (rows as usize, cols as usize);
     let mut grid = PointGrid::new(rows, cols, stored.has_intensity(), stored.has_color(), &scan.path)?;
@@ -241,7 +241,7 @@ fn grid(
     grid.into_content(DVec3::ZERO, scan)
 }
 
-fn cloud(points: impl Iterator<Item = Result<::e57::Point>>, stored: &Stored, scan: &Scan) -> Result<Content> {
+fn cloud(points: impl Iterator<Item = Result<::e57::Point>>, stored: &Stored, scan: &FileScan) -> Result<Content> {
     let mut cloud = PointCloud {
         world_from_cloud: scan.world_from_sensor,
         intensity: stored.has_intensity().then(Vec::new),
@@ -362,7 +362,7 @@ mod tests {
         }
         let error = write(&[&images[1]]).unwrap_err().to_string();
         assert!(error.ends_with("set.e57: whole file: the scan has no valid points"), "{error}");
-        let error = Scan::new(&path).read().unwrap_err().to_string();
+        let error = FileScan::new(&path).read().unwrap_err().to_string();
         assert!(error.ends_with("set.e57: scan 0: the scan has no valid points"), "{error}");
         let error = write(&[&images[1], &images[1]]).unwrap_err().to_string();
         assert!(error.ends_with("none of 2 scans has valid points"), "{error}");
@@ -371,10 +371,10 @@ mod tests {
     #[test]
     fn endures_all_damage() {
         for part in 0..2 {
-            let scan = Scan { part, ..Scan::new(Path::new("x.e57")) };
+            let scan = FileScan { part, ..FileScan::new(Path::new("x.e57")) };
             damage::endure(parse, &file(), &scan);
         }
-        let scan = Scan { part: 2, ..Scan::new(Path::new("x.e57")) };
+        let scan = FileScan { part: 2, ..FileScan::new(Path::new("x.e57")) };
         let error = damage::read(parse, &file(), &scan).unwrap_err().to_string();
         assert_eq!(error, "x.e57: scan 2: there is no such scan");
     }

@@ -11,7 +11,7 @@ use base::error::Result;
 use base::progress::Progress;
 use image::select::{Selection, Similarity, scale_cloud, scale_image, scale_mesh};
 
-use super::{Content, Scan};
+use super::{Content, FileScan};
 
 /// In the order in which they were asked for.
 #[derive(Clone, Debug, Default)]
@@ -41,7 +41,7 @@ impl Edits {
     }
 }
 
-impl Scan {
+impl FileScan {
     /// Keeps or removes samples, whenever the scan is read from now on. The region is of the world as the scan lies in it now; a scan
     /// that is placed elsewhere afterwards takes its selections along. Of what was selected before what is left counts.
     pub fn select(&mut self, selection: Selection) {

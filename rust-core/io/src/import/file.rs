@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use super::{Content, ReadOptions, Scan, ScanSet};
+use super::{Content, FileScan, ReadOptions, ScanSet};
 use crate::memory_folder::{Reading, explained, place_of};
 use base::error::{Error, Result, known_as};
 use base::memory;
@@ -296,7 +296,7 @@ pub(super) fn watched<T>(
 }
 
 /// What a decoding crate says about the file's content.
-pub(super) fn decoding_error(scan: &Scan, error: &dyn std::fmt::Display) -> Error {
+pub(super) fn decoding_error(scan: &FileScan, error: &dyn std::fmt::Display) -> Error {
     // The standard library's words for an end of the file that comes too early.
     let text = error.to_string().replace("failed to fill whole buffer", "the file ends too early");
     Error::format(&scan.path, "while decoding", text)
@@ -325,15 +325,15 @@ pub(super) fn too_deep(path: &Path, error: &serde_json::Error) -> Option<Error> 
 }
 
 /// Reads a scan out of an input of so many bytes, whose path is the scan's.
-pub(super) type Parse = fn(&mut dyn Input, u64, &Scan, &Progress<'_>) -> Result<Content>;
+pub(super) type Parse = fn(&mut dyn Input, u64, &FileScan, &Progress<'_>) -> Result<Content>;
 
 /// Opens a file of one scan without looking into it.
 pub(super) fn single(path: &Path, options: &Arc<ReadOptions>) -> Result<ScanSet> {
-    Ok(ScanSet { scans: vec![Scan::with(path, options)], notes: Vec::new() })
+    Ok(ScanSet { scans: vec![FileScan::with(path, options)], notes: Vec::new() })
 }
 
 /// Reads a scan with `parse`.
-pub(super) fn parsed(scan: &Scan, progress: &Progress<'_>, parse: Parse) -> Result<Content> {
+pub(super) fn parsed(scan: &FileScan, progress: &Progress<'_>, parse: Parse) -> Result<Content> {
     let (mut file, length) = counted(&scan.path, progress)?;
     parse(&mut file, length, scan, progress)
 }
@@ -368,7 +368,7 @@ impl Seek for Counted<'_, '_> {
 }
 
 /// About `count` points of a scan, spread over it, by reading all of it.
-pub(super) fn thinned(scan: &Scan, parse: Parse, count: usize) -> Result<Vec<DVec3>> {
+pub(super) fn thinned(scan: &FileScan, parse: Parse, count: usize) -> Result<Vec<DVec3>> {
     fn every<T>(all: impl Iterator<Item = T>, length: usize, count: usize) -> Vec<T> {
         all.step_by((length / count.max(1)).max(1)).collect()
     }

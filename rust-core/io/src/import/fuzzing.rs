@@ -30,7 +30,7 @@ pub fn scan(bytes: &[u8]) {
     ];
     // Little, so that what unpacks to much is refused.
     let options = ReadOptions { max_decoded_gib: 0.125, ..ReadOptions::default() };
-    let scan = Scan { options: Arc::new(options), ..Scan::new(Path::new("fuzz/scan.bin")) };
+    let scan = FileScan { options: Arc::new(options), ..FileScan::new(Path::new("fuzz/scan.bin")) };
     for (sniff, parse) in formats {
         if sniff(bytes) {
             damage::sound(&damage::read(parse, bytes, &scan), &scan);
@@ -44,7 +44,7 @@ fn named(bytes: &[u8]) {
     use super::*;
     let folder = crate::memory_folder::MemoryFolder::new();
     let Ok(path) = folder.put("scan.bin", bytes.to_vec()) else { return };
-    let outcome = crs::of_file(&Scan::new(&path));
+    let outcome = crs::of_file(&FileScan::new(&path));
     assert!(matches!(outcome, Ok(_) | Err(Error::Format { .. })), "{outcome:?}");
     // UTF-16 is refused.
     let outcome = provenance(&path);

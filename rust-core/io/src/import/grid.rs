@@ -5,7 +5,7 @@ use std::path::Path;
 use glam::{DAffine3, DVec3};
 
 use super::file::reserve;
-use super::{Content, Scan};
+use super::{Content, FileScan};
 use base::error::{Error, Result};
 use image::range_image::{RangeImage, Viewing};
 
@@ -80,7 +80,7 @@ impl PointGrid {
     }
 
     /// The range image, seen from `eye` in the frame of the points.
-    pub(super) fn into_content(mut self, eye: DVec3, scan: &Scan) -> Result<Content> {
+    pub(super) fn into_content(mut self, eye: DVec3, scan: &FileScan) -> Result<Content> {
         let origin = DVec3::from_array(self.origin.map(|o| o.unwrap_or(0.0)));
         let zero = (-origin).as_vec3().to_array();
         for point in self.points.iter_mut().filter(|point| **point == zero) {
@@ -101,7 +101,7 @@ mod tests {
     use super::*;
 
     fn image(points: &[[f64; 3]]) -> RangeImage {
-        let scan = Scan::new(Path::new("x"));
+        let scan = FileScan::new(Path::new("x"));
         let mut grid = PointGrid::new(1, points.len(), false, false, &scan.path).unwrap();
         for (pixel, point) in points.iter().enumerate() {
             for (axis, &value) in point.iter().enumerate() {

@@ -9,7 +9,7 @@ use glam::DAffine3;
 use serde_json::{Value as Json, json};
 
 use super::edits::{Edit, Edits, Placed};
-use super::{Begin, Camera, ReadOptions, Scan, listed, open_listed};
+use super::{Begin, Camera, FileScan, ReadOptions, listed, open_listed};
 use crate::memory_folder::MemoryFolder;
 use base::error::{Error, Result, known_as};
 use base::params::{Params as _, Value};
@@ -28,7 +28,7 @@ pub struct Kept {
     pub text: String,
 }
 
-impl Scan {
+impl FileScan {
     /// What another process that sees the same files makes the scan again from.
     ///
     /// # Errors
@@ -63,11 +63,11 @@ impl Scan {
     /// The scan that was kept. Of a frame the recording is opened again, unless `known` is a frame of it.
     ///
     /// # Errors
-    /// A text that [`Scan::kept`] did not write; a recording that can't be opened, or lists the frame otherwise now.
-    pub fn of_kept(kept: &Kept, known: Option<&Scan>, progress: &Progress<'_>) -> Result<Scan> {
+    /// A text that [`FileScan::kept`] did not write; a recording that can't be opened, or lists the frame otherwise now.
+    pub fn of_kept(kept: &Kept, known: Option<&FileScan>, progress: &Progress<'_>) -> Result<FileScan> {
         let told: Json = serde_json::from_str(&kept.text).map_err(|_| damaged())?;
         let options = Arc::new(options_of(&told["options"])?);
-        let mut scan = Scan {
+        let mut scan = FileScan {
             name: told["name"].as_str().ok_or_else(damaged)?.to_owned(),
             part: whole(&told["part"])? as usize,
             world_from_sensor: pose_of(&told["pose"])?,
@@ -75,11 +75,11 @@ impl Scan {
             left_crs: told["left_crs"].as_bool().ok_or_else(damaged)?,
             edits: Edits(list(&told["edits"])?.iter().map(edit_of).collect::<Result<_>>()?),
             _memory: MemoryFolder::of(&kept.path),
-            ..Scan::with(&kept.path, &options)
+            ..FileScan::with(&kept.path, &options)
         };
         let Some(opened) = &kept.recording else { return Ok(scan) };
         let print = Some(whole(&told["frame"])?);
-        let is_it = |frame: &Scan| frame.recording.as_ref().is_some_and(|all| all.print_of(scan.part) == print);
+        let is_it = |frame: &FileScan| frame.recording.as_ref().is_some_and(|all| all.print_of(scan.part) == print);
         let known = known.filter(|known| known.opened.as_deref() == Some(opened.as_path()) && known.options == options);
         let frame = match known.filter(|known| is_it(known)) {
             Some(known) => known.clone(),
@@ -220,10 +220,10 @@ mod tests {
     use super::*;
 
     /// A scan with all that may be said of one, none of it a short number.
-    fn told_much() -> Scan {
+    fn told_much() -> FileScan {
         let mut options = ReadOptions { invalid: Some(-1e300), step: Some(1.0 / 3.0), ..Default::default() };
         options.camera = Some(Camera::sized([500.1, 499.9], [1.0 / 3.0, 240.0], [640, 480]));
-        let mut scan = Scan::with(Path::new("scan.png"), &Arc::new(options));
+        let mut scan = FileScan::with(Path::new("scan.png"), &Arc::new(options));
         scan.world_from_sensor =
             DAffine3::from_rotation_translation(DQuat::from_rotation_y(0.7), DVec3::new(0.1, -1e-300, 4e6));
         (scan.name, scan.part, scan.begin) = ("σ \"1\"".to_owned(), 3, Begin { byte: 1 << 40, line: 7 });
@@ -242,12 +242,12 @@ mod tests {
 
     #[test]
     fn a_scan_is_made_again_to_the_bit() {
-        for scan in [told_much(), Scan::new(Path::new("plain.ply"))] {
+        for scan in [told_much(), FileScan::new(Path::new("plain.ply"))] {
             let kept = scan.kept().unwrap();
             assert!(kept.path.is_absolute());
-            let again = Scan::of_kept(&kept, None, &Progress::none()).unwrap();
+            let again = FileScan::of_kept(&kept, None, &Progress::none()).unwrap();
             // Debug writes each number as it is.
-            assert_eq!(format!("{again:?}"), format!("{:?}", Scan { path: kept.path.clone(), ..scan }));
+            assert_eq!(format!("{again:?}"), format!("{:?}", FileScan { path: kept.path.clone(), ..scan }));
             assert_eq!(again.kept().unwrap(), kept);
         }
     }
@@ -261,11 +261,11 @@ mod tests {
         {
             assert!(text.contains(from), "{text}");
             let changed = Kept { text: text.replace(from, to), ..kept.clone() };
-            assert!(matches!(Scan::of_kept(&changed, None, &Progress::none()), Err(Error::Input(_))), "{from}");
+            assert!(matches!(FileScan::of_kept(&changed, None, &Progress::none()), Err(Error::Input(_))), "{from}");
         }
         for cut in (0..text.len()).filter(|&cut| text.is_char_boundary(cut)) {
             let changed = Kept { text: text[..cut].to_owned(), ..kept.clone() };
-            assert!(Scan::of_kept(&changed, None, &Progress::none()).is_err(), "{cut}");
+            assert!(FileScan::of_kept(&changed, None, &Progress::none()).is_err(), "{cut}");
         }
     }
 }

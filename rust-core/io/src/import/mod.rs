@@ -88,13 +88,17 @@ pub use options::{CameraAxes, PixelMeaning, PoseSense, ReadOptions, SCHEMA};
 pub use registry::{Format, formats};
 use registry::{Role, format_of, is_known_by_content};
 pub(crate) use scan::Begin;
-pub use scan::{Content, Scan};
+pub use scan::{Content, FileScan};
+
+/// The former name of [`FileScan`].
+#[deprecated(since = "0.2.0", note = "called FileScan")]
+pub type Scan = FileScan;
 
 /// Scans opened together: from one file, or from a side file that places several.
 #[derive(Clone, Debug, Default)]
 pub struct ScanSet {
     /// The scans, each loaded on demand.
-    pub scans: Vec<Scan>,
+    pub scans: Vec<FileScan>,
     /// What a person should know about how the files were understood, for example the quaternion convention used.
     pub notes: Vec<String>,
 }
@@ -256,7 +260,7 @@ fn open_listed(listed: &[Listed], options: &ReadOptions, progress: &Progress<'_>
 }
 
 /// Which coordinate reference systems the files of scans name, and what of them can't be used.
-fn notes_on_crs(scans: &[Scan], progress: &Progress<'_>) -> Result<Vec<String>> {
+fn notes_on_crs(scans: &[FileScan], progress: &Progress<'_>) -> Result<Vec<String>> {
     let (mut notes, mut known) = (Vec::new(), Vec::<Crs>::new());
     let mut last = None;
     for scan in scans.iter().filter(|scan| !scan.is_frame()) {
@@ -316,7 +320,7 @@ fn open_named(
     path: &Path,
     options: &Arc<ReadOptions>,
     notes: &mut Vec<String>,
-) -> Result<Scan> {
+) -> Result<FileScan> {
     let fail = |problem: String| Err(Error::format(list, format!("line {line}"), problem));
     // A list within a list could name itself.
     let Role::Scans { open, .. } = format_of(path)?.role else {
@@ -333,9 +337,9 @@ fn open_named(
 
 /// Numbers scans of the same name. The order is that of their paths and places, not of their arrival: a name is the same
 /// whatever order the files are opened in.
-fn make_names_unique(scans: &mut [Scan]) {
+fn make_names_unique(scans: &mut [FileScan]) {
     let mut order: Vec<usize> = (0..scans.len()).collect();
-    let pose = |scan: &Scan| scan.world_from_sensor.to_cols_array().map(f64::to_bits);
+    let pose = |scan: &FileScan| scan.world_from_sensor.to_cols_array().map(f64::to_bits);
     order.sort_by(|&a, &b| {
         let (a, b) = (&scans[a], &scans[b]);
         (&a.name, &a.path, a.part).cmp(&(&b.name, &b.path, b.part)).then_with(|| pose(a).cmp(&pose(b)))
@@ -401,7 +405,7 @@ mod tests {
         for (name, text) in [("a.ply", format!("{head}{line}")), ("a.xyz", line.clone())] {
             let path = folder.path().join(name);
             std::fs::write(&path, text).unwrap();
-            let scan = Scan::new(&path);
+            let scan = FileScan::new(&path);
             let progress = Progress::none();
             assert!(
                 matches!(scan.read_with(&progress), Ok(Content::Points(cloud)) if cloud.positions.len() == 200_000)
@@ -433,7 +437,7 @@ mod tests {
         assert!(refused(&file("cut.ply", "ply\nformat ascii 1.0\n")).contains("the file ends before `end_header`"));
         assert!(open_many::<&Path>(&[]).is_err());
         let list = file("s.conf", "bmesh p.ply 0 0 0 0 0 0 1");
-        let error = Scan::new(&list).read().unwrap_err().to_string();
+        let error = FileScan::new(&list).read().unwrap_err().to_string();
         assert!(error.ends_with("lists scans and isn't one itself; open it instead"), "{error}");
         // The content decides, not the name.
         assert_eq!(open(&file("scan.dat", POINT)).unwrap().scans[0].name, "scan");

@@ -8,7 +8,7 @@ use super::colour::Count;
 use super::file::Input;
 use super::polygons::Polygons;
 use super::text::{Lines, lines_of, whole_lines};
-use super::{Content, Scan};
+use super::{Content, FileScan};
 use base::error::{Result, known_as};
 use base::memory;
 use base::progress::Progress;
@@ -48,7 +48,7 @@ pub(super) fn sniff(start: &[u8]) -> bool {
 /// Of the length of the file, which the mesh takes; measured.
 const SHARE_OF_TEXT: f64 = 0.8;
 
-pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, progress: &Progress<'_>) -> Result<Content> {
+pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &FileScan, progress: &Progress<'_>) -> Result<Content> {
     memory::expect(
         length as f64 * SHARE_OF_TEXT,
         || format!("reading {}", known_as(&scan.path)),
@@ -172,8 +172,8 @@ mod tests {
     const TEXT: &str = "# cube corner\nmtllib a.mtl\no part\nv 0 0 0 1 0 0\nv 1 0 0 0 1 0.5\r\nv 1 1 0\nv 0 1 0\n\
         vt 0 0\nvn 0 0 1\nf 1/1/1 2//1 3/1 4\ns off\nf -4 -3 5\nv 4000000.25 0 1\n";
 
-    fn scan() -> Scan {
-        Scan::new(std::path::Path::new("x.obj"))
+    fn scan() -> FileScan {
+        FileScan::new(std::path::Path::new("x.obj"))
     }
 
     #[test]

@@ -7,7 +7,7 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use super::Scan;
+use super::FileScan;
 use base::error::Result;
 use base::progress::Progress;
 use geom::neighbours::KdTree;
@@ -57,7 +57,7 @@ impl Convention {
 
 /// The convention and a sentence that says why. `pose` places scan `i` in the world under a convention.
 pub(super) fn decide(
-    scans: &[Scan],
+    scans: &[FileScan],
     pose: &dyn Fn(usize, Convention) -> DAffine3,
     progress: &Progress<'_>,
 ) -> Result<(Convention, String)> {
@@ -156,7 +156,7 @@ mod tests {
     use glam::DQuat;
 
     /// Points of a lopsided body (no two orientations of it look alike), as scan files with their poses.
-    fn scans(folder: &std::path::Path, rotations: &[DQuat]) -> (Vec<Scan>, Vec<(DVec3, DQuat)>) {
+    fn scans(folder: &std::path::Path, rotations: &[DQuat]) -> (Vec<FileScan>, Vec<(DVec3, DQuat)>) {
         let mut scans = Vec::new();
         let mut poses = Vec::new();
         for (i, rotation) in rotations.iter().enumerate() {
@@ -172,7 +172,7 @@ mod tests {
             }
             let path = folder.join(format!("{i}.ply"));
             std::fs::write(&path, text).unwrap();
-            scans.push(Scan::new(&path));
+            scans.push(FileScan::new(&path));
             poses.push((translation, *rotation));
         }
         (scans, poses)

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use super::{Scan, file};
+use super::{FileScan, file};
 use base::error::{Error, Result};
 
 /// Longest file of a pose.
@@ -20,7 +20,7 @@ const LONGEST: u64 = 1 << 14;
 const ROUNDED: f64 = 1e-6;
 
 /// Places a scan if there is a file of its pose beside it; a note that says so.
-pub(super) fn beside(scan: &mut Scan) -> Result<Option<String>> {
+pub(super) fn beside(scan: &mut FileScan) -> Result<Option<String>> {
     let Some(path) = candidates(&scan.path).into_iter().find(|path| file::is_file(path)) else { return Ok(None) };
     let (file, length) = file::open(&path)?;
     if length > LONGEST {

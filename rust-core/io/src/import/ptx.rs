@@ -28,7 +28,7 @@ use super::file::{self, Input};
 use super::grid::PointGrid;
 use super::pose::{self, Order};
 use super::text::{Lines, lines_of};
-use super::{Content, ReadOptions, Scan, ScanSet};
+use super::{Content, FileScan, ReadOptions, ScanSet};
 use base::error::{Error, Result};
 use base::progress::Progress;
 
@@ -108,7 +108,7 @@ fn order(axes: &[f64], matrix: &[f64; 16]) -> Order {
 pub(super) fn open(path: &Path, options: &Arc<ReadOptions>) -> Result<ScanSet> {
     let (file, length) = file::open(path)?;
     let mut lines = Lines::new(file, length, path);
-    let mut scans: Vec<Scan> = Vec::new();
+    let mut scans: Vec<FileScan> = Vec::new();
     loop {
         let begin = lines.begin();
         if !lines.next_content()? {
@@ -121,7 +121,7 @@ pub(super) fn open(path: &Path, options: &Arc<ReadOptions>) -> Result<ScanSet> {
             }
         }
         let part = scans.len();
-        scans.push(Scan { part, begin, world_from_sensor: header.pose, ..Scan::with(path, options) });
+        scans.push(FileScan { part, begin, world_from_sensor: header.pose, ..FileScan::with(path, options) });
     }
     if scans.is_empty() {
         return Err(lines.fail("there is no scan"));
@@ -134,7 +134,7 @@ fn ends(lines: &Lines<'_>, point: usize, header: &Header) -> Error {
 }
 
 /// Reads one scan.
-pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, _: &Progress<'_>) -> Result<Content> {
+pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &FileScan, _: &Progress<'_>) -> Result<Content> {
     input.seek(SeekFrom::Start(scan.begin.byte)).map_err(|e| Error::io(&scan.path, e))?;
     let mut lines = Lines::new(input, length.saturating_sub(scan.begin.byte), &scan.path);
     lines.continue_from(scan.begin);
@@ -277,7 +277,7 @@ mod tests {
 
     #[test]
     fn endures_all_damage() {
-        let scan = Scan::new(Path::new("x.ptx"));
+        let scan = FileScan::new(Path::new("x.ptx"));
         damage::endure(parse, two_scans().as_bytes(), &scan);
         assert!(sniff(two_scans().as_bytes()) && !sniff(b"1\n2\n3 4 5\n") && !sniff(b"ply\n"));
     }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use super::{Camera, Content, ReadOptions, Scan, ScanSet, file, stl, trajectory};
+use super::{Camera, Content, FileScan, ReadOptions, ScanSet, file, stl, trajectory};
 use base::error::{Error, Result, known_as};
 use base::progress::Progress;
 
@@ -30,9 +30,9 @@ pub(super) enum Role {
         /// Lists the scans; reads headers, no more.
         open: fn(&Path, &Arc<ReadOptions>) -> Result<ScanSet>,
         /// Reads one scan.
-        read: fn(&Scan, &Progress<'_>) -> Result<Content>,
+        read: fn(&FileScan, &Progress<'_>) -> Result<Content>,
         /// Some points of a scan, cheaply if that can be, in its own frame.
-        preview: fn(&Scan, usize) -> Result<Vec<DVec3>>,
+        preview: fn(&FileScan, usize) -> Result<Vec<DVec3>>,
     },
     /// Names and places of scans that lie in other files.
     List(fn(&Path, &Arc<ReadOptions>, &Progress<'_>) -> Result<ScanSet>),

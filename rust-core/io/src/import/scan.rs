@@ -26,9 +26,9 @@ use image::triangulate::TriangulateParams;
 use mesh::point_cloud::PointCloud;
 use mesh::{Crs, TriMesh};
 
-/// One scan of a [`ScanSet`](super::ScanSet): where it is and where it stands; its samples stay on disk until [`Scan::read`].
+/// One scan of a [`ScanSet`](super::ScanSet): where it is and where it stands; its samples stay on disk until [`FileScan::read`].
 #[derive(Clone, Debug)]
-pub struct Scan {
+pub struct FileScan {
     /// Name for people, unique within the set.
     pub name: String,
     /// The file that holds the samples.
@@ -72,10 +72,10 @@ pub enum Content {
     Points(PointCloud),
 }
 
-impl Scan {
+impl FileScan {
     /// The only scan of a file, where the file's own frame is the world; named like the file.
     pub fn new(path: &Path) -> Self {
-        Scan {
+        FileScan {
             name: path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned(),
             path: path.to_owned(),
             part: 0,
@@ -92,7 +92,7 @@ impl Scan {
 
     /// The only scan of a file that is understood as `options` say.
     pub(super) fn with(path: &Path, options: &Arc<ReadOptions>) -> Self {
-        Scan { options: options.clone(), ..Scan::new(path) }
+        FileScan { options: options.clone(), ..FileScan::new(path) }
     }
 
     /// Reads the samples: those that are kept, in their true size.
@@ -103,10 +103,10 @@ impl Scan {
         self.read_with(&Progress::none())
     }
 
-    /// As [`Scan::read`]; `progress` counts the bytes of the file.
+    /// As [`FileScan::read`]; `progress` counts the bytes of the file.
     ///
     /// # Errors
-    /// As [`Scan::read`]; [`Error::Cancelled`].
+    /// As [`FileScan::read`]; [`Error::Cancelled`].
     pub fn read_with(&self, progress: &Progress<'_>) -> Result<Content> {
         self.read_as(Damage::Refused, progress)
     }
@@ -115,7 +115,7 @@ impl Scan {
         let mut content = if self.edits.is_empty() {
             self.whole(damage, progress)?
         } else {
-            let local = Scan { world_from_sensor: DAffine3::IDENTITY, edits: Edits::default(), ..self.clone() };
+            let local = FileScan { world_from_sensor: DAffine3::IDENTITY, edits: Edits::default(), ..self.clone() };
             self.edited(local.whole(damage, progress)?, progress)?
         };
         let crs = self.crs()?;
@@ -140,7 +140,7 @@ impl Scan {
         }
     }
 
-    /// As [`Scan::crs`]; what is named and is none is an error.
+    /// As [`FileScan::crs`]; what is named and is none is an error.
     pub(super) fn named_crs(&self) -> Result<Option<Crs>> {
         if self.left_crs {
             return Ok(None);
@@ -189,7 +189,7 @@ impl Scan {
     /// The colour image of a frame, with its own camera; `None` where it has none, and for other scans.
     ///
     /// # Errors
-    /// As [`Scan::read_with`].
+    /// As [`FileScan::read_with`].
     pub fn colour(&self, progress: &Progress<'_>) -> Result<Option<ColourImage>> {
         let Some(recording) = &self.recording else { return Ok(None) };
         let mut image = progress.watch(|| recording.colour(self.part, &self.options, progress))?;
@@ -202,7 +202,7 @@ impl Scan {
     /// How far the sensor of a frame trusts its depths; `None` where it does not say, and for other scans.
     ///
     /// # Errors
-    /// As [`Scan::read_with`].
+    /// As [`FileScan::read_with`].
     pub fn confidence(&self, progress: &Progress<'_>) -> Result<Option<ConfidenceImage>> {
         let Some(recording) = &self.recording else { return Ok(None) };
         progress.watch(|| recording.confidence(self.part, &self.options, progress))
@@ -211,7 +211,7 @@ impl Scan {
     /// The frame of a recording as it was recorded, nothing left out, in its true size; `None` for other scans.
     ///
     /// # Errors
-    /// As [`Scan::read_with`].
+    /// As [`FileScan::read_with`].
     pub fn frame(&self, progress: &Progress<'_>) -> Result<Option<Frame>> {
         let Some(mut frame) = self.recorded(Damage::Refused, progress)? else { return Ok(None) };
         scale_frame(&mut frame, self.scale()).map_err(|error| self.says(error))?;
@@ -291,7 +291,7 @@ enum Damage {
     LeftOut,
 }
 
-impl image::source::Read for Scan {
+impl image::source::Read for FileScan {
     fn as_source(&self) -> &dyn ScanSource {
         self
     }
@@ -301,13 +301,13 @@ impl image::source::Read for Scan {
     }
 }
 
-impl ScanSource for Scan {
+impl ScanSource for FileScan {
     fn name(&self) -> &str {
         &self.name
     }
 
     fn crs(&self) -> Result<Option<Crs>> {
-        Scan::crs(self)
+        FileScan::crs(self)
     }
 
     fn file(&self) -> Option<&Path> {
@@ -410,7 +410,7 @@ mod tests {
     fn depth_images_are_taken_in_the_order_of_their_numbers() {
         let at = |name: &str, camera: Option<Camera>| {
             let options = Arc::new(ReadOptions { camera, ..ReadOptions::default() });
-            let scan = Scan::with(Path::new(name), &options);
+            let scan = FileScan::with(Path::new(name), &options);
             scan.moment().map(|moment| (moment.recording.to_owned(), moment.at))
         };
         let camera = Some(Camera::new([1.0; 2], [0.5; 2]));

@@ -7,7 +7,7 @@ use rustc_hash::FxHashMap;
 use super::file::Input;
 use super::text::Lines;
 use super::window::Window;
-use super::{Content, Scan};
+use super::{Content, FileScan};
 use base::error::{Error, Result};
 use base::memory;
 use base::progress::Progress;
@@ -63,7 +63,7 @@ impl Welder {
     }
 }
 
-pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, progress: &Progress<'_>) -> Result<Content> {
+pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &FileScan, progress: &Progress<'_>) -> Result<Content> {
     let mut window = Window::new(input, length);
     let (binary, count) = match window.ensure(HEADER as usize) {
         true => {
@@ -109,7 +109,7 @@ pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, progress: &
     Ok(Content::Mesh(welder.mesh))
 }
 
-fn text(mut lines: Lines<'_>, welder: &mut Welder, scan: &Scan) -> Result<()> {
+fn text(mut lines: Lines<'_>, welder: &mut Welder, scan: &FileScan) -> Result<()> {
     let mut corners = [DVec3::ZERO; 3];
     // Corners of the facet so far; `None` outside of one.
     let mut count: Option<usize> = None;
@@ -170,7 +170,7 @@ mod tests {
 
     #[test]
     fn both_kinds_are_the_same_and_welded() {
-        let scan = Scan::new(std::path::Path::new("x.stl"));
+        let scan = FileScan::new(std::path::Path::new("x.stl"));
         for bytes in [TEXT.as_bytes(), &binary()] {
             let Content::Mesh(mesh) = damage::read(parse, bytes, &scan).unwrap() else { panic!("no mesh") };
             assert_eq!((mesh.positions.len(), mesh.triangles.as_slice()), (4, &[[0, 1, 2], [0, 2, 3]][..]));

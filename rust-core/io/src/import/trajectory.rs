@@ -17,7 +17,7 @@ use glam::{DAffine3, DMat3, DQuat, DVec3};
 
 use super::options::{CameraAxes, PoseSense};
 use super::text::{Lines, lines_of, whole_lines};
-use super::{ReadOptions, Scan, file, pose};
+use super::{FileScan, ReadOptions, file, pose};
 use base::error::{Error, Result};
 use image::frame::TURNED;
 
@@ -286,7 +286,7 @@ impl Trajectory {
     }
 
     /// Places scans, by the times in their names or in their order; a note that says so. Scans without a pose are passed over.
-    pub(super) fn place(&self, scans: &mut Vec<Scan>, path: &Path) -> Result<Option<String>> {
+    pub(super) fn place(&self, scans: &mut Vec<FileScan>, path: &Path) -> Result<Option<String>> {
         let (name, count, all) = (file::name(path), self.poses.len(), scans.len());
         if self.times.is_some()
             && let Some(taken) = scans.iter().map(|scan| scan.name.parse::<f64>().ok()).collect::<Option<Vec<f64>>>()
@@ -341,10 +341,11 @@ mod tests {
         assert_eq!(log.poses[1].transform_point3(DVec3::X), DVec3::Y);
         let tum = read(TUM).unwrap();
         assert_eq!(tum.poses[1].transform_point3(DVec3::X), DVec3::new(0.0, 1.0, 1.0));
-        let scan = |name: &str| Scan { name: name.to_owned(), ..Scan::new(Path::new("x")) };
+        let scan = |name: &str| FileScan { name: name.to_owned(), ..FileScan::new(Path::new("x")) };
         let mut scans = vec![scan("10.049"), scan("10.011"), scan("10.04")];
         assert!(tum.place(&mut scans, Path::new("t")).unwrap().unwrap().contains("placed 3 scans by the times"));
-        let are_second = |scans: &[Scan]| scans.iter().map(|s| s.world_from_sensor == tum.poses[1]).collect::<Vec<_>>();
+        let are_second =
+            |scans: &[FileScan]| scans.iter().map(|s| s.world_from_sensor == tum.poses[1]).collect::<Vec<_>>();
         assert_eq!(are_second(&scans), [true, false, true]);
         scans.insert(1, scan("12"));
         let note = tum.place(&mut scans, Path::new("t")).unwrap().unwrap();

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::export::{PlacedFile, write_conf};
-use crate::import::{self, Content, Scan};
+use crate::import::{self, Content, FileScan};
 use image::range_image::DepthKind;
 
 const ENCODINGS: [PlyEncoding; 3] = [PlyEncoding::BinaryLittleEndian, PlyEncoding::BinaryBigEndian, PlyEncoding::Ascii];
@@ -30,7 +30,7 @@ fn mesh(vertices: usize) -> TriMesh {
 }
 
 fn read_mesh(path: &Path) -> TriMesh {
-    let Content::Mesh(mesh) = Scan::new(path).read().unwrap() else { panic!("no mesh") };
+    let Content::Mesh(mesh) = FileScan::new(path).read().unwrap() else { panic!("no mesh") };
     mesh
 }
 
@@ -91,10 +91,10 @@ fn points_survive() {
     };
     for encoding in ENCODINGS {
         write_points_ply(&path, &cloud, encoding, &Progress::none()).unwrap();
-        let Content::Points(read) = Scan::new(&path).read().unwrap() else { panic!() };
+        let Content::Points(read) = FileScan::new(&path).read().unwrap() else { panic!() };
         assert_eq!(read, cloud);
         write_points_ply(&path, &PointCloud::default(), encoding, &Progress::none()).unwrap();
-        assert!(matches!(Scan::new(&path).read().unwrap(), Content::Points(read) if read.positions.is_empty()));
+        assert!(matches!(FileScan::new(&path).read().unwrap(), Content::Points(read) if read.positions.is_empty()));
     }
     let short = PointCloud { colour: Some(vec![]), ..cloud };
     let error = write_points_ply(&path, &short, PlyEncoding::Ascii, &Progress::none()).unwrap_err().to_string();
@@ -145,7 +145,7 @@ fn range_grids_survive_for_every_sensor() {
     for image in images() {
         for encoding in ENCODINGS {
             write_range_grid_ply(&first, &image, encoding, &Progress::none()).unwrap();
-            let mut scan = Scan::new(&first);
+            let mut scan = FileScan::new(&first);
             let sensor_from_grid = range_grid_frame(&image).unwrap();
             scan.world_from_sensor = image.world_from_sensor * sensor_from_grid;
             let Content::RangeImage(read) = scan.read().unwrap() else { panic!("no range image") };

@@ -23,7 +23,7 @@ use mesh::crs::LONGEST;
 
 use super::file::watched;
 use super::raster::tiff;
-use super::{Scan, e57, file};
+use super::{FileScan, e57, file};
 use crate::export::Provenance;
 use base::error::{Error, Result};
 
@@ -37,7 +37,7 @@ type Named = Result<Option<Crs>, String>;
 ///
 /// # Errors
 /// [`Error::Io`]; [`Error::Format`] for what can't be taken for the text of a system.
-pub(super) fn of_file(scan: &Scan) -> Result<Option<Crs>> {
+pub(super) fn of_file(scan: &FileScan) -> Result<Option<Crs>> {
     let own = named(&scan.path, own(scan)?)?;
     if own.is_some() || scan.options.camera.is_some() { Ok(own) } else { beside(&scan.path) }
 }
@@ -46,7 +46,7 @@ fn named(path: &Path, named: Named) -> Result<Option<Crs>> {
     named.map_err(|problem| Error::format(path, "coordinate reference system", problem))
 }
 
-fn own(scan: &Scan) -> Result<Named> {
+fn own(scan: &FileScan) -> Result<Named> {
     let path = &scan.path;
     let (start, _) = file::read_start(path, START)?;
     if start.starts_with(b"LASF") {

@@ -190,14 +190,14 @@ fn maps_name_theirs_where_they_say_where_they_lie() {
     // Depth images lie in no system.
     let camera = super::super::Camera::new([1.0; 2], [0.5; 2]);
     let options = ReadOptions { camera: Some(camera), ..ReadOptions::default() };
-    let scan = Scan { options: Arc::new(options), ..Scan::new(&path) };
+    let scan = FileScan { options: Arc::new(options), ..FileScan::new(&path) };
     assert_eq!(scan.crs().unwrap(), None);
     let damaged = tiff(&utm, true);
     for at in 0..damaged.len() {
         for value in [0, 0xFF, damaged[at] ^ 0x80] {
             let mut damaged = damaged.clone();
             damaged[at] = value;
-            let _ = Scan::new(&folder.file("damaged.tif", damaged)).crs();
+            let _ = FileScan::new(&folder.file("damaged.tif", damaged)).crs();
         }
     }
 }

@@ -12,7 +12,7 @@ use zune_core::options::DecoderOptions;
 use zune_jpeg::JpegDecoder;
 
 use super::super::raster::{self, Numbers, Raster};
-use super::super::{ReadOptions, Scan, file};
+use super::super::{FileScan, ReadOptions, file};
 use base::error::{Error, Result};
 use base::progress::Progress;
 
@@ -55,7 +55,7 @@ pub(super) fn numbers(
             {
                 return Ok(raster);
             }
-            let scan = Scan { options: options.clone(), ..Scan::new(path) };
+            let scan = FileScan { options: options.clone(), ..FileScan::new(path) };
             raster::numbers(bytes, &scan, progress)?
         }
         Coding::LzfseFloats(size) => raster(size, floats(&unpacked_lzfse(bytes, size, 4, most, path)?), Numbers::Real),

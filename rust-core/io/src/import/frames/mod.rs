@@ -49,7 +49,7 @@ mod tests;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::{ReadOptions, Scan, ScanSet, file};
+use super::{FileScan, ReadOptions, ScanSet, file};
 use base::error::{Error, Result};
 use base::log::{self, Level};
 use base::progress::Progress;
@@ -203,13 +203,13 @@ fn scans(mut recording: Recording, asked: &Asked<'_, '_>) -> Result<ScanSet> {
     let recording = Arc::new(recording);
     let scan = |part: usize| {
         let entry = &recording.entries[part];
-        Scan {
+        FileScan {
             name: entry.name.to_string(),
             part,
             world_from_sensor: entry.world_from_sensor,
             options: options.clone(),
             recording: Some(recording.clone()),
-            ..Scan::new(&recording.path_of(part))
+            ..FileScan::new(&recording.path_of(part))
         }
     };
     let scans = (0..count).map(scan).collect();

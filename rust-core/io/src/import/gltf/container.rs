@@ -5,11 +5,11 @@ use std::collections::BTreeMap;
 use serde_json::Value;
 use serde_json::value::RawValue;
 
-use crate::import::Scan;
+use crate::import::FileScan;
 use base::error::{Error, Result};
 
 /// The JSON of a file and the buffer in it.
-pub(super) fn chunks<'a>(bytes: &'a [u8], scan: &Scan) -> Result<(&'a [u8], &'a [u8])> {
+pub(super) fn chunks<'a>(bytes: &'a [u8], scan: &FileScan) -> Result<(&'a [u8], &'a [u8])> {
     if !bytes.starts_with(b"glTF") {
         return Ok((bytes, &[]));
     }
@@ -56,7 +56,7 @@ pub(super) fn named_nodes(members: &mut Members) -> serde_json::Result<Option<St
 }
 
 /// Refuses versions that are not read. What says none and has names instead of numbers is older than those that say it.
-pub(super) fn check_version(members: &Members, scan: &Scan) -> Result<()> {
+pub(super) fn check_version(members: &Members, scan: &FileScan) -> Result<()> {
     let asset = members.get("asset").and_then(|asset| serde_json::from_str::<Value>(asset.get()).ok());
     let version = asset.as_ref().and_then(|asset| asset.get("version")?.as_str());
     let major = version.and_then(|version| version.split('.').next()?.parse::<u32>().ok());
@@ -68,7 +68,7 @@ pub(super) fn check_version(members: &Members, scan: &Scan) -> Result<()> {
     }
 }
 
-fn other_version(version: &str, scan: &Scan) -> Error {
+fn other_version(version: &str, scan: &FileScan) -> Error {
     let problem = format!("this is glTF {version}; glTF 2.0 is read: write it anew as glTF 2.0");
     Error::format(&scan.path, "asset", problem)
 }

@@ -7,13 +7,13 @@ use gltf::json::accessor::{ComponentType, Type};
 use gltf::json::validation::Checked;
 use gltf::json::{Accessor, Index, Root};
 
-use crate::import::Scan;
+use crate::import::FileScan;
 use crate::import::file::reserve;
 use base::error::{Error, Result};
 
 /// What accessors look into.
 pub(super) struct Accessors<'a> {
-    pub scan: &'a Scan,
+    pub scan: &'a FileScan,
     pub root: &'a Root,
     pub buffers: Vec<Cow<'a, [u8]>>,
 }

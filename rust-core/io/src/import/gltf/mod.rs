@@ -26,7 +26,7 @@ use std::io::Read;
 use gltf::json::{Root, deserialize};
 
 use super::file::{Input, reserve, too_deep};
-use super::{Content, Scan};
+use super::{Content, FileScan};
 use base::error::{Error, Result, known_as};
 use base::progress::Progress;
 
@@ -40,7 +40,7 @@ pub(super) fn sniff(start: &[u8]) -> bool {
     text.trim_start().starts_with('{') && (has("asset") || has("accessors") || has("bufferViews"))
 }
 
-pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, progress: &Progress<'_>) -> Result<Content> {
+pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &FileScan, progress: &Progress<'_>) -> Result<Content> {
     let size =
         usize::try_from(length).map_err(|_| Error::OutOfMemory(format!("{}: {length} bytes", known_as(&scan.path))))?;
     let mut bytes = reserve(size, &scan.path)?;

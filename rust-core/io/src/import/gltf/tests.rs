@@ -23,8 +23,8 @@ fn glb() -> Vec<u8> {
     std::fs::read(&path).unwrap()
 }
 
-fn scan() -> Scan {
-    Scan::new(Path::new("x.glb"))
+fn scan() -> FileScan {
+    FileScan::new(Path::new("x.glb"))
 }
 
 #[test]

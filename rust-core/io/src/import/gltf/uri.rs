@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use crate::import::{Scan, conf, file};
+use crate::import::{FileScan, conf, file};
 use base::error::{Error, Result};
 
 /// The bytes that a URI names.
-pub(super) fn outside(uri: &str, scan: &Scan) -> Result<Vec<u8>> {
+pub(super) fn outside(uri: &str, scan: &FileScan) -> Result<Vec<u8>> {
     let shown: String = uri.chars().take(60).collect();
     let fail = |problem: &str| Err(Error::format(&scan.path, format!("buffer {shown}"), problem));
     if let Some(data) = uri.strip_prefix("data:") {

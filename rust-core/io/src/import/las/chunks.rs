@@ -12,7 +12,7 @@ use laz::{LazItem, LazItemType, LazVlr};
 use rayon::prelude::*;
 
 use super::{Points, fail, read_exact, seek, u32_at, u64_at};
-use crate::import::Scan;
+use crate::import::FileScan;
 use crate::import::file::{Input, reserve};
 use base::error::{Error, Result};
 use base::memory;
@@ -37,7 +37,7 @@ pub(super) fn read(
     [begin, length]: [u64; 2],
     packing: &LazVlr,
     points: &mut Points,
-    scan: &Scan,
+    scan: &FileScan,
 ) -> Result<()> {
     let (count, size) = (points.header.count, points.header.size);
     check_items(packing.items(), size, scan)?;
@@ -88,7 +88,7 @@ fn kind(packing: &LazVlr) -> Kind {
 }
 
 /// Whether the items make up a point of `size` bytes.
-fn check_items(items: &[LazItem], size: usize, scan: &Scan) -> Result<()> {
+fn check_items(items: &[LazItem], size: usize, scan: &FileScan) -> Result<()> {
     let total: u64 = items.iter().map(|item| u64::from(item.size())).sum();
     let extra: u64 = items.iter().filter(|item| is_extra(item)).map(|item| u64::from(item.size())).sum();
     let starts = matches!(items.first().map(LazItem::item_type), Some(LazItemType::Point10 | LazItemType::Point14));
@@ -129,7 +129,7 @@ fn table(
     [begin, length]: [u64; 2],
     packing: &LazVlr,
     points: &Points,
-    scan: &Scan,
+    scan: &FileScan,
 ) -> Result<Vec<(u64, u64, u64)>> {
     let (count, size) = (points.header.count, points.header.size);
     let missing = "the table of chunks is missing; the file was cut short or never finished";
@@ -191,7 +191,7 @@ fn table(
 }
 
 /// The records of a chunk, one after the other.
-fn decode(chunk: &Chunk, items: &Vec<LazItem>, size: usize, scan: &Scan) -> Result<Vec<u8>> {
+fn decode(chunk: &Chunk, items: &Vec<LazItem>, size: usize, scan: &FileScan) -> Result<Vec<u8>> {
     let at = || format!("points {} to {}", chunk.first, chunk.first + chunk.count as u64);
     if chunk.count == 0 {
         return Ok(Vec::new());
@@ -228,7 +228,7 @@ fn stumbled<T>(panic: &(dyn Any + Send), damaged: impl FnOnce() -> Result<T>) ->
 }
 
 /// Whether the layers that a chunk claims are in it: a whole point, the number of points, the size of each layer, these.
-fn check_layers(chunk: &Chunk, items: &[LazItem], size: usize, scan: &Scan) -> Result<()> {
+fn check_layers(chunk: &Chunk, items: &[LazItem], size: usize, scan: &FileScan) -> Result<()> {
     let layers: usize = items
         .iter()
         .map(|item| match item.item_type() {

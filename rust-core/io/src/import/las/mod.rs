@@ -20,7 +20,7 @@ use laz::LazVlr;
 
 use super::file::{Input, reserve};
 use super::window::Window;
-use super::{Content, Scan};
+use super::{Content, FileScan};
 use base::error::{Error, Result, counted, known_as};
 use base::log::{self, Level};
 use base::progress::Progress;
@@ -60,7 +60,7 @@ struct Header {
     packing: Option<LazVlr>,
 }
 
-fn fail<T>(scan: &Scan, at: impl Into<String>, problem: impl Into<String>) -> Result<T> {
+fn fail<T>(scan: &FileScan, at: impl Into<String>, problem: impl Into<String>) -> Result<T> {
     Err(Error::format(&scan.path, at, problem))
 }
 
@@ -77,7 +77,7 @@ fn u64_at(bytes: &[u8], at: usize) -> u64 {
 }
 
 /// Fills `bytes`; the file ending is the file's fault, everything else the disk's.
-fn read_exact(input: &mut dyn Input, bytes: &mut [u8], scan: &Scan, what: &str) -> Result<()> {
+fn read_exact(input: &mut dyn Input, bytes: &mut [u8], scan: &FileScan, what: &str) -> Result<()> {
     input.read_exact(bytes).map_err(|error| match error.kind() {
         std::io::ErrorKind::UnexpectedEof => Error::format(&scan.path, what, "the file ends"),
         _ => Error::io(&scan.path, error),
@@ -89,7 +89,7 @@ fn seek(input: &mut dyn Input, to: u64, path: &Path) -> Result<()> {
 }
 
 impl Header {
-    fn read(input: &mut dyn Input, length: u64, scan: &Scan) -> Result<Header> {
+    fn read(input: &mut dyn Input, length: u64, scan: &FileScan) -> Result<Header> {
         let mut bytes = [0; HEADER_1_4];
         let known = usize::try_from(length).unwrap_or(usize::MAX).min(HEADER_1_4);
         if known < HEADER {
@@ -136,7 +136,7 @@ impl Header {
 }
 
 /// The record that says how the points are compressed, among those between header and points.
-fn packing(input: &mut dyn Input, first: u64, end: u64, records: u32, scan: &Scan) -> Result<LazVlr> {
+fn packing(input: &mut dyn Input, first: u64, end: u64, records: u32, scan: &FileScan) -> Result<LazVlr> {
     let mut at = first;
     for _ in 0..records {
         if at + RECORD > end {
@@ -173,7 +173,7 @@ struct Points {
 
 impl Points {
     /// For points whose number was checked against the file or the limit.
-    fn new(header: Header, scan: &Scan) -> Result<Points> {
+    fn new(header: Header, scan: &FileScan) -> Result<Points> {
         let count = header.count as usize;
         let cloud = PointCloud {
             positions: reserve(count, &scan.path)?,
@@ -229,7 +229,7 @@ impl Points {
     }
 }
 
-pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, _: &Progress<'_>) -> Result<Content> {
+pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &FileScan, _: &Progress<'_>) -> Result<Content> {
     let mut header = Header::read(input, length, scan)?;
     let (count, size) = (header.count, header.size);
     if let Some(packing) = header.packing.take() {

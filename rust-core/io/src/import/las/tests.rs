@@ -89,7 +89,7 @@ fn file(format: usize, wide: bool, chunk: Option<u32>) -> Vec<u8> {
 }
 
 fn cloud(bytes: &[u8]) -> PointCloud {
-    match damage::read(parse, bytes, &Scan::new(Path::new("x.las"))) {
+    match damage::read(parse, bytes, &FileScan::new(Path::new("x.las"))) {
         Ok(Content::Points(cloud)) => cloud,
         other => panic!("{other:?}"),
     }
@@ -126,7 +126,7 @@ fn colours_turn_out_to_have_16_bits_late() {
 
 #[test]
 fn what_is_wrong_is_said() {
-    let scan = Scan::new(Path::new("x.las"));
+    let scan = FileScan::new(Path::new("x.las"));
     let told = |change: &dyn Fn(&mut Vec<u8>), chunk: Option<u32>| {
         let mut bytes = file(7, true, chunk);
         change(&mut bytes);
@@ -147,9 +147,9 @@ fn what_is_wrong_is_said() {
 
 #[test]
 fn endures_all_damage() {
-    let scan = Scan::new(Path::new("x.las"));
+    let scan = FileScan::new(Path::new("x.las"));
     let little = super::super::ReadOptions { max_decoded_gib: 1e-4, ..Default::default() };
-    let scan = Scan { options: std::sync::Arc::new(little), ..scan };
+    let scan = FileScan { options: std::sync::Arc::new(little), ..scan };
     for (format, chunk) in [(3, None), (7, None), (3, Some(50_000)), (7, Some(50_000))] {
         damage::endure(parse, &file(format, true, chunk), &scan);
     }
@@ -169,7 +169,7 @@ fn withheld_points_are_counted_aloud() {
         .set_log(Log::To(Arc::new(move |level, text: &str| listener.lock().unwrap().push((level, text.to_owned())))));
     choose(Some(context));
     for chunk in [None, Some(16)] {
-        let read = || damage::read(parse, &file(6, false, chunk), &Scan::new(Path::new("x.las")));
+        let read = || damage::read(parse, &file(6, false, chunk), &FileScan::new(Path::new("x.las")));
         base::memory::guarded(read).unwrap();
     }
     choose(None);

@@ -3,7 +3,7 @@
 use super::header::{Header, Target};
 use super::lzf::{self, Lzf};
 use super::sink::Sink;
-use crate::import::Scan;
+use crate::import::FileScan;
 use crate::import::text::Lines;
 use crate::import::window::Window;
 use base::error::{Error, Result};
@@ -19,7 +19,7 @@ pub(super) struct Points<'a> {
     pub count: u64,
     /// Bytes that follow the header.
     pub left: u64,
-    pub scan: &'a Scan,
+    pub scan: &'a FileScan,
 }
 
 impl Points<'_> {

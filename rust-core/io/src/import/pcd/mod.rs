@@ -23,7 +23,7 @@ mod sink;
 
 use super::file::{self, Input};
 use super::text::{Lines, lines_of};
-use super::{Content, Scan};
+use super::{Content, FileScan};
 use base::error::Result;
 use base::progress::Progress;
 use header::Data;
@@ -38,7 +38,7 @@ pub(super) fn sniff(start: &[u8]) -> bool {
     let begins = |word: &str| first.is_some_and(|line| line.split_ascii_whitespace().next() == Some(word));
     begins("VERSION") && (text.contains("FIELDS") || text.contains("COLUMNS")) || begins("FIELDS")
 }
-pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, _: &Progress<'_>) -> Result<Content> {
+pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &FileScan, _: &Progress<'_>) -> Result<Content> {
     let mut lines = Lines::new(input, length, &scan.path);
     let header = header::header(&mut lines)?;
     let sum = |of: fn(&header::Field) -> usize| header.fields.iter().map(|field| of(field) as u64).sum();

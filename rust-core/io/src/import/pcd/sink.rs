@@ -7,7 +7,7 @@ use glam::{DAffine3, DVec3};
 use super::header::{Header, Target};
 use crate::import::file::reserve;
 use crate::import::grid::PointGrid;
-use crate::import::{Content, Scan};
+use crate::import::{Content, FileScan};
 use base::error::Result;
 use mesh::point_cloud::PointCloud;
 
@@ -70,7 +70,7 @@ impl Sink {
         }
     }
 
-    pub fn into_content(self, header: &Header, scan: &Scan) -> Result<Content> {
+    pub fn into_content(self, header: &Header, scan: &FileScan) -> Result<Content> {
         let (mut positions, mut normals, mut colour, mut intensity) = match self {
             Sink::Grid(grid) => return grid.into_content(header.viewpoint, scan),
             Sink::Cloud { positions, normals, colour, intensity } => (positions, normals, colour, intensity),

@@ -80,8 +80,8 @@ fn compressed(height: usize) -> Vec<u8> {
     bytes
 }
 
-fn scan() -> Scan {
-    Scan::new(Path::new("x.pcd"))
+fn scan() -> FileScan {
+    FileScan::new(Path::new("x.pcd"))
 }
 
 #[test]

@@ -45,7 +45,7 @@ use self::problem::{Parsed, Problem};
 use self::source::{Ascii, NO_VERTEX, Source};
 use super::polygons::Polygons;
 use super::window::Window;
-use super::{Content, ReadOptions, Scan, ScanSet, file};
+use super::{Content, FileScan, ReadOptions, ScanSet, file};
 use base::error::{Error, Result};
 use base::progress::Progress;
 use image::range_image::{RangeImage, Viewing};
@@ -66,17 +66,17 @@ pub(super) fn open(path: &Path, options: &Arc<ReadOptions>) -> Result<ScanSet> {
     let (mut file, length) = file::open(path)?;
     let header = read_header(&mut file, length, path)?;
     let notes = header.notes.iter().map(|note| format!("{}: {note}", file::name(path))).collect();
-    Ok(ScanSet { scans: vec![Scan::with(path, options)], notes })
+    Ok(ScanSet { scans: vec![FileScan::with(path, options)], notes })
 }
 
 /// Reads a scan.
-pub(super) fn read(scan: &Scan, progress: &Progress<'_>) -> Result<Content> {
+pub(super) fn read(scan: &FileScan, progress: &Progress<'_>) -> Result<Content> {
     let (mut file, length) = file::counted(&scan.path, progress)?;
     parse(&mut file, length, scan, progress).map_err(|problem| located(problem, &scan.path))
 }
 
 /// About `count` points of a scan, in its own frame.
-pub(super) fn preview(scan: &Scan, count: usize) -> Result<Vec<DVec3>> {
+pub(super) fn preview(scan: &FileScan, count: usize) -> Result<Vec<DVec3>> {
     let (mut file, length) = file::open(&scan.path)?;
     preview::points(&mut file, length, &scan.path, count)
 }
@@ -116,11 +116,11 @@ fn header_in(window: &mut Window<'_>) -> Parsed<Header> {
 }
 
 /// Parses a whole file of `length` bytes.
-fn parse(file: &mut dyn Read, length: u64, scan: &Scan, progress: &Progress<'_>) -> Parsed<Content> {
+fn parse(file: &mut dyn Read, length: u64, scan: &FileScan, progress: &Progress<'_>) -> Parsed<Content> {
     parse_in(Window::new(file, length), scan, progress)
 }
 
-fn parse_in(mut window: Window<'_>, scan: &Scan, progress: &Progress<'_>) -> Parsed<Content> {
+fn parse_in(mut window: Window<'_>, scan: &FileScan, progress: &Progress<'_>) -> Parsed<Content> {
     let header = header_in(&mut window)?;
     let content = match header.encoding {
         Encoding::Ascii => content(&mut Ascii { window: &mut window }, &header, scan, progress),
@@ -131,7 +131,7 @@ fn parse_in(mut window: Window<'_>, scan: &Scan, progress: &Progress<'_>) -> Par
     window.failure().map_or(content, |error| Err(Problem::io(error)))
 }
 
-fn content<S: Source>(source: &mut S, header: &Header, scan: &Scan, progress: &Progress<'_>) -> Parsed<Content> {
+fn content<S: Source>(source: &mut S, header: &Header, scan: &FileScan, progress: &Progress<'_>) -> Parsed<Content> {
     let (element, plan) = vertex_plan(header)?;
     if let Some(grid) = header.element("range_grid") {
         let (rows, cols) = grid_size(header, grid)?;
@@ -267,7 +267,7 @@ fn range_image(
     grid: Cells,
     [rows, cols]: [usize; 2],
     origin: DVec3,
-    scan: &Scan,
+    scan: &FileScan,
 ) -> Parsed<Content> {
     let (points, cells) = match grid {
         Cells::Points(points) => (points, Vec::new()),
@@ -322,7 +322,7 @@ fn mesh(mut parts: Parts<DVec3>, element: &Element, progress: &Progress<'_>) -> 
     }))
 }
 
-fn point_cloud(vertices: Vertices<DVec3>, scan: &Scan) -> Content {
+fn point_cloud(vertices: Vertices<DVec3>, scan: &FileScan) -> Content {
     let mut attributes = vertices.attributes;
     let mut cloud = PointCloud {
         positions: vertices.positions,
@@ -355,7 +355,7 @@ fn retain<T>(list: &mut Vec<T>, kept: &[bool]) {
 /// window, and what it gives must be valid.
 #[cfg(any(test, fuzzing))]
 pub(super) fn examine(bytes: &[u8]) {
-    let scan = Scan::new(Path::new("scan.ply"));
+    let scan = FileScan::new(Path::new("scan.ply"));
     let outcome =
         |window| match parse_in(window, &scan, &Progress::none()).map_err(|problem| problem.locate(&mut &bytes[..])) {
             Ok(content) => {

@@ -18,7 +18,7 @@ const MESH: &str = "ply\nformat ascii 1.0\ncomment a square, a triangle\nelement
     0 0 0 1\n1 0 0 2\n1 1 0 3\n0 1 0 4\n2 2 2 5\n4 0 1 2 3 1\n3 1 4 2 0\n";
 
 fn parse_bytes(bytes: &[u8]) -> Parsed<Content> {
-    parse(&mut &bytes[..], bytes.len() as u64, &Scan::new(Path::new("test.ply")), &Progress::none())
+    parse(&mut &bytes[..], bytes.len() as u64, &FileScan::new(Path::new("test.ply")), &Progress::none())
         .map_err(|problem| problem.locate(&mut &bytes[..]))
 }
 
@@ -178,7 +178,7 @@ fn coordinates_far_out_keep_their_precision() {
     let text = "ply\nformat ascii 1.0\nobj_info num_cols 2\nobj_info num_rows 1\nelement vertex 2\nproperty double x\n\
         property double y\nproperty double z\nelement range_grid 2\nproperty list uchar int vertex_indices\nend_header\n\
         4512345.123 512345.5 100.25\n4512346.123 512345.5 101.25\n1 0\n1 1\n";
-    let mut scan = Scan::new(Path::new("far.ply"));
+    let mut scan = FileScan::new(Path::new("far.ply"));
     scan.world_from_sensor = DAffine3::from_rotation_z(1.0);
     let Content::RangeImage(image) = parse(&mut text.as_bytes(), text.len() as u64, &scan, &Progress::none()).unwrap()
     else {
@@ -327,7 +327,7 @@ fn previews_are_points_of_the_file() {
         let path = folder.path().join(format!("{i}.ply"));
         std::fs::File::create(&path).unwrap().write_all(bytes).unwrap();
         for wanted in [0, 1, 10, 500, 10_000] {
-            let points = Scan::new(&path).preview_points(wanted).unwrap();
+            let points = FileScan::new(&path).preview_points(wanted).unwrap();
             assert!(points.len() <= wanted + wanted / 4 + 1, "{} for {wanted}", points.len());
             assert!(points.len() * 2 >= wanted.min(5000), "{} for {wanted} of file {i}", points.len());
             for p in &points {

@@ -26,7 +26,7 @@ use glam::DVec3;
 use self::columns::{Columns, MOST};
 use self::lines::{Line, Lines};
 use super::text::whole_lines;
-use super::{Content, ReadOptions, Scan, ScanSet, file};
+use super::{Content, FileScan, ReadOptions, ScanSet, file};
 use base::error::{Error, Result, known_as};
 use base::memory;
 use base::progress::Progress;
@@ -78,14 +78,14 @@ pub(super) fn open(path: &Path, options: &Arc<ReadOptions>) -> Result<ScanSet> {
     let columns = layout(if head.len() < HEAD { &head } else { whole_lines(&head) })
         .map_err(|problem| problem.into_error(path))?;
     let notes = columns.iter().flat_map(|c| &c.notes).map(|note| format!("{}: {note}", file::name(path))).collect();
-    Ok(ScanSet { scans: vec![Scan::with(path, options)], notes })
+    Ok(ScanSet { scans: vec![FileScan::with(path, options)], notes })
 }
 
 /// Reads a scan.
 /// Of the length of the file, which the points take while their arrays grow; measured.
 const SHARE_OF_TEXT: f64 = 1.3;
 
-pub(super) fn read(scan: &Scan, progress: &Progress<'_>) -> Result<Content> {
+pub(super) fn read(scan: &FileScan, progress: &Progress<'_>) -> Result<Content> {
     let (file, length) = file::counted(&scan.path, progress)?;
     let what = || format!("reading {}", known_as(&scan.path));
     memory::expect(SHARE_OF_TEXT * length as f64, what, "use fewer points, or raise the limit")?;
@@ -95,7 +95,7 @@ pub(super) fn read(scan: &Scan, progress: &Progress<'_>) -> Result<Content> {
 }
 
 /// About `count` points of a scan, in its own frame, from a few places of the file.
-pub(super) fn preview(scan: &Scan, count: usize) -> Result<Vec<DVec3>> {
+pub(super) fn preview(scan: &FileScan, count: usize) -> Result<Vec<DVec3>> {
     use std::io::{Seek, SeekFrom};
     const CHUNK: u64 = 1 << 12;
     let (mut file, length) = file::open(&scan.path)?;

@@ -2,7 +2,7 @@ use std::path::Path;
 
 use glam::{DQuat, DVec2, DVec3};
 
-use super::super::{Content, Scan, damage, obj};
+use super::super::{Content, FileScan, damage, obj};
 use super::*;
 
 /// An arrow of area 2.5, whose fan around the first corner has triangles of 2, -0.5 and 1.
@@ -221,7 +221,7 @@ fn what_crosses_itself_ends() {
 fn readers_of_polygons_cut_them() {
     let vertices: Vec<String> = ARROW.iter().map(|[x, y]| format!("{x} {y} 0")).collect();
     let text = format!("v {}\nf 5 4 2\nf 1 2 3 4 5\nf 1 2 3\nf 1 2 3 5\n", vertices.join("\nv "));
-    let scan = Scan::new(Path::new("x.obj"));
+    let scan = FileScan::new(Path::new("x.obj"));
     let Content::Mesh(mesh) = damage::read(obj::parse, text.as_bytes(), &scan).unwrap() else { panic!("no mesh") };
     check_read(&mesh);
     let folder = tempfile::tempdir().unwrap();

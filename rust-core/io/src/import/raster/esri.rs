@@ -3,7 +3,7 @@
 
 use super::super::file::{Input, reserve};
 use super::super::text::Lines;
-use super::super::{Content, Scan};
+use super::super::{Content, FileScan};
 use super::{Numbers, Place, Raster, stored_pixels};
 use base::error::Result;
 use base::progress::Progress;
@@ -17,7 +17,12 @@ pub(in super::super) fn sniff(start: &[u8]) -> bool {
     begins(b"ncols") || begins(b"nrows")
 }
 
-pub(in super::super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, _: &Progress<'_>) -> Result<Content> {
+pub(in super::super) fn parse(
+    input: &mut dyn Input,
+    length: u64,
+    scan: &FileScan,
+    _: &Progress<'_>,
+) -> Result<Content> {
     let mut lines = Lines::new(input, length, &scan.path);
     let (mut size, mut first, mut step, mut no_data) = ([None; 2], [None; 2], [None; 2], -9999.0);
     loop {

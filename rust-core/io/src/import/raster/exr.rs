@@ -12,7 +12,7 @@ use ::exr::meta::attribute::SampleType;
 use ::exr::prelude::f16;
 
 use super::super::file::{Input, Watched, decoding_error, reserve, watched};
-use super::super::{Content, Scan};
+use super::super::{Content, FileScan};
 use super::{DEFLATED, Numbers, Raster, can_be_in, packed_pixels};
 use base::error::{Error, Result};
 use base::progress::Progress;
@@ -31,13 +31,18 @@ pub(in super::super) fn sniff(start: &[u8]) -> bool {
 pub(in super::super) fn parse(
     input: &mut dyn Input,
     length: u64,
-    scan: &Scan,
+    scan: &FileScan,
     progress: &Progress<'_>,
 ) -> Result<Content> {
     watched(input, &scan.path, |input| read(input, length, scan, progress))?.into_content(scan)
 }
 
-pub(super) fn read(input: BufReader<Watched<'_>>, length: u64, scan: &Scan, progress: &Progress<'_>) -> Result<Raster> {
+pub(super) fn read(
+    input: BufReader<Watched<'_>>,
+    length: u64,
+    scan: &FileScan,
+    progress: &Progress<'_>,
+) -> Result<Raster> {
     let wrong = |e: ::exr::error::Error| decoding_error(scan, &e);
     let fail = |problem: String| Err(Error::format(&scan.path, "header", problem));
     let reader = ::exr::block::read(input, false).map_err(wrong)?;

@@ -3,7 +3,7 @@
 
 use super::super::file::{Input, reserve};
 use super::super::window::Window;
-use super::super::{Content, Scan};
+use super::super::{Content, FileScan};
 use super::{Numbers, Place, Raster};
 use base::error::{Error, Result};
 use base::progress::Progress;
@@ -13,7 +13,12 @@ pub(in super::super) fn sniff(_: &[u8]) -> bool {
     false
 }
 
-pub(in super::super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, _: &Progress<'_>) -> Result<Content> {
+pub(in super::super) fn parse(
+    input: &mut dyn Input,
+    length: u64,
+    scan: &FileScan,
+    _: &Progress<'_>,
+) -> Result<Content> {
     let side = (length / 2).isqrt();
     if !length.is_multiple_of(2) || side * side * 2 != length || side < 2 {
         let problem = format!("{length} bytes are no square of 2-byte heights (1201 x 1201 or 3601 x 3601)");

@@ -34,7 +34,7 @@ use glam::{DAffine3, DVec3};
 
 use super::file::watched;
 use super::window::Window;
-use super::{Content, ReadOptions, Scan};
+use super::{Content, FileScan, ReadOptions};
 use base::error::{Error, Result};
 use base::log::{self, Level};
 use base::progress::Progress;
@@ -72,7 +72,7 @@ pub(super) struct Place {
 }
 
 /// The numbers of an image of a frame, in any of the formats that cameras write.
-pub(super) fn numbers(bytes: &[u8], scan: &Scan, progress: &Progress<'_>) -> Result<Raster> {
+pub(super) fn numbers(bytes: &[u8], scan: &FileScan, progress: &Progress<'_>) -> Result<Raster> {
     let length = bytes.len() as u64;
     let input = &mut Cursor::new(bytes);
     if png::sniff(bytes) {
@@ -93,7 +93,7 @@ pub(super) fn numbers(bytes: &[u8], scan: &Scan, progress: &Progress<'_>) -> Res
 
 impl Raster {
     /// The image as the scan's options understand it.
-    fn into_content(mut self, scan: &Scan) -> Result<Content> {
+    fn into_content(mut self, scan: &FileScan) -> Result<Content> {
         let options: &ReadOptions = &scan.options;
         let fail = |problem: String| Err(Error::format(&scan.path, "whole image", problem));
         let whole = matches!(self.numbers, Numbers::Whole(_));
@@ -173,7 +173,7 @@ fn metres_per_degree(latitude: f64) -> [f64; 2] {
 }
 
 /// The pixels of an image, refused where a file of so many bytes can't hold them, each of `bytes`.
-fn stored_pixels(rows: u64, cols: u64, bytes: u64, left: u64, scan: &Scan, at: &str) -> Result<usize> {
+fn stored_pixels(rows: u64, cols: u64, bytes: u64, left: u64, scan: &FileScan, at: &str) -> Result<usize> {
     let needed = rows.checked_mul(cols).and_then(|pixels| pixels.checked_mul(bytes));
     match needed {
         Some(needed) if needed <= left && needed > 0 => Ok((needed / bytes) as usize),
@@ -186,7 +186,7 @@ fn stored_pixels(rows: u64, cols: u64, bytes: u64, left: u64, scan: &Scan, at: &
 }
 
 /// The pixels of a compressed image, refused where they unpack to more than the options allow.
-fn packed_pixels(rows: u64, cols: u64, scan: &Scan) -> Result<usize> {
+fn packed_pixels(rows: u64, cols: u64, scan: &FileScan) -> Result<usize> {
     let limit = scan.options.max_decoded_bytes();
     let bytes = rows.checked_mul(cols).and_then(|pixels| pixels.checked_mul(8));
     match bytes {
@@ -206,7 +206,7 @@ fn packed_pixels(rows: u64, cols: u64, scan: &Scan) -> Result<usize> {
 
 /// Refuses an image that can't be in a file of so many bytes: `most` is what one of them can become by the compression, and
 /// `bytes` what the pixels take unpacked.
-fn can_be_in(length: u64, bytes: u64, most: u64, scan: &Scan) -> Result<()> {
+fn can_be_in(length: u64, bytes: u64, most: u64, scan: &FileScan) -> Result<()> {
     if bytes <= length.saturating_mul(most) {
         return Ok(());
     }

@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::super::file::{Input, reserve};
 use super::super::window::Window;
-use super::super::{Content, Scan};
+use super::super::{Content, FileScan};
 use super::{Numbers, Raster, stored_pixels};
 use base::error::{Error, Result};
 use base::progress::Progress;
@@ -20,14 +20,19 @@ pub(in super::super) fn sniff(start: &[u8]) -> bool {
     start.starts_with(b"\x93NUMPY")
 }
 
-pub(in super::super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, _: &Progress<'_>) -> Result<Content> {
+pub(in super::super) fn parse(
+    input: &mut dyn Input,
+    length: u64,
+    scan: &FileScan,
+    _: &Progress<'_>,
+) -> Result<Content> {
     let mut window = Window::new(input, length);
     let content = read(&mut window, scan);
     window.failure().map_or(content, |error| Err(Error::io(&scan.path, error)))
 }
 
 /// Reads an array of two dimensions as the image that it is.
-pub(super) fn raster(window: &mut Window<'_>, scan: &Scan) -> Result<Raster> {
+pub(super) fn raster(window: &mut Window<'_>, scan: &FileScan) -> Result<Raster> {
     let array = array(window, scan)?;
     let (&[rows, cols] | &[rows, cols, 1] | &[1, rows, cols]) = array.shape.as_slice() else {
         let problem = format!("an image of depths has shape (rows, cols), not {:?}", array.shape);
@@ -39,7 +44,7 @@ pub(super) fn raster(window: &mut Window<'_>, scan: &Scan) -> Result<Raster> {
 }
 
 /// What the header says, with the window behind it.
-fn array(window: &mut Window<'_>, scan: &Scan) -> Result<Array> {
+fn array(window: &mut Window<'_>, scan: &FileScan) -> Result<Array> {
     let header = header(window, scan)?;
     Array::parse(&header).ok_or_else(|| {
         let problem = match descr(&header) {
@@ -59,7 +64,7 @@ fn array(window: &mut Window<'_>, scan: &Scan) -> Result<Array> {
 /// The numbers of an image, row by row.
 fn values(
     window: &mut Window<'_>,
-    scan: &Scan,
+    scan: &FileScan,
     array: &Array,
     [rows, cols]: [usize; 2],
     count: usize,
@@ -78,7 +83,7 @@ fn values(
     Ok(values)
 }
 
-fn read(window: &mut Window<'_>, scan: &Scan) -> Result<Content> {
+fn read(window: &mut Window<'_>, scan: &FileScan) -> Result<Content> {
     let fail = |problem: String| Err(Error::format(&scan.path, "header", problem));
     let array = array(window, scan)?;
     let (rows, cols, depth) = match *array.shape.as_slice() {
@@ -141,7 +146,7 @@ fn read(window: &mut Window<'_>, scan: &Scan) -> Result<Content> {
 }
 
 /// The header's text.
-fn header(window: &mut Window<'_>, scan: &Scan) -> Result<String> {
+fn header(window: &mut Window<'_>, scan: &FileScan) -> Result<String> {
     let fail = |problem: &str| Err(Error::format(&scan.path, "header", problem));
     if !window.ensure(12) || !sniff(window.rest()) {
         return fail("a NumPy array starts with \\x93NUMPY and the length of its header");
@@ -166,7 +171,13 @@ fn header(window: &mut Window<'_>, scan: &Scan) -> Result<String> {
 }
 
 /// Calls `take` for so many numbers.
-fn numbers(window: &mut Window<'_>, scan: &Scan, item: Item, count: usize, mut take: impl FnMut(f64)) -> Result<()> {
+fn numbers(
+    window: &mut Window<'_>,
+    scan: &FileScan,
+    item: Item,
+    count: usize,
+    mut take: impl FnMut(f64),
+) -> Result<()> {
     let size = item.size();
     let mut done = 0;
     while done < count {

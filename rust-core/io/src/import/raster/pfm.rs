@@ -2,7 +2,7 @@
 
 use super::super::file::{Input, reserve};
 use super::super::text::Lines;
-use super::super::{Content, Scan};
+use super::super::{Content, FileScan};
 use super::{Numbers, Raster, stored_pixels};
 use base::error::{Error, Result};
 use base::progress::Progress;
@@ -11,7 +11,12 @@ pub(in super::super) fn sniff(start: &[u8]) -> bool {
     matches!(start, [b'P', b'f' | b'F', next, ..] if next.is_ascii_whitespace())
 }
 
-pub(in super::super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, _: &Progress<'_>) -> Result<Content> {
+pub(in super::super) fn parse(
+    input: &mut dyn Input,
+    length: u64,
+    scan: &FileScan,
+    _: &Progress<'_>,
+) -> Result<Content> {
     let path = &scan.path;
     let mut lines = Lines::new(input, length, path);
     // Word after word: they may share lines.

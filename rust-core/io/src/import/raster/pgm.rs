@@ -2,7 +2,7 @@
 
 use super::super::file::{Input, reserve};
 use super::super::window::Window;
-use super::super::{Content, Scan};
+use super::super::{Content, FileScan};
 use super::{Numbers, Raster, stored_pixels};
 use base::error::{Error, Result};
 use base::progress::Progress;
@@ -11,13 +11,18 @@ pub(in super::super) fn sniff(start: &[u8]) -> bool {
     matches!(start, [b'P', b'5' | b'2', next, ..] if next.is_ascii_whitespace() || *next == b'#')
 }
 
-pub(in super::super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, _: &Progress<'_>) -> Result<Content> {
+pub(in super::super) fn parse(
+    input: &mut dyn Input,
+    length: u64,
+    scan: &FileScan,
+    _: &Progress<'_>,
+) -> Result<Content> {
     let mut window = Window::new(input, length);
     let raster = read(&mut window, scan);
     window.failure().map_or(raster, |error| Err(Error::io(&scan.path, error)))?.into_content(scan)
 }
 
-pub(super) fn read(window: &mut Window<'_>, scan: &Scan) -> Result<Raster> {
+pub(super) fn read(window: &mut Window<'_>, scan: &FileScan) -> Result<Raster> {
     if !window.ensure(3) || !sniff(window.rest()) {
         return Err(Error::format(&scan.path, "start of file", "a grey map starts with P5 or P2"));
     }
@@ -60,7 +65,7 @@ pub(super) fn read(window: &mut Window<'_>, scan: &Scan) -> Result<Raster> {
 }
 
 /// The next whole number, past blanks and comments.
-fn whole(window: &mut Window<'_>, scan: &Scan, what: &str) -> Result<u64> {
+fn whole(window: &mut Window<'_>, scan: &FileScan, what: &str) -> Result<u64> {
     let mut in_comment = false;
     loop {
         if !window.ensure(1) {
@@ -85,6 +90,6 @@ fn whole(window: &mut Window<'_>, scan: &Scan, what: &str) -> Result<u64> {
     Ok(value)
 }
 
-fn fail(window: &Window<'_>, scan: &Scan, problem: &str) -> Error {
+fn fail(window: &Window<'_>, scan: &FileScan, problem: &str) -> Error {
     Error::format(&scan.path, format!("byte {}", window.offset(window.at)), problem)
 }

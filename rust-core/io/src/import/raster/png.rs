@@ -6,7 +6,7 @@ use std::path::Path;
 use ::png::{BitDepth, ColorType, Decoder, Limits, Transformations};
 
 use super::super::file::{Input, Watched, decoding_error, reserve, watched};
-use super::super::{Content, PixelMeaning, Scan};
+use super::super::{Content, FileScan, PixelMeaning};
 use super::{DEFLATED, Numbers, Raster, can_be_in, packed_pixels};
 use base::error::{Error, Result};
 use base::progress::Progress;
@@ -21,13 +21,18 @@ pub(in super::super) fn sniff(start: &[u8]) -> bool {
 pub(in super::super) fn parse(
     input: &mut dyn Input,
     length: u64,
-    scan: &Scan,
+    scan: &FileScan,
     progress: &Progress<'_>,
 ) -> Result<Content> {
     watched(input, &scan.path, |input| read(input, length, scan, progress))?.into_content(scan)
 }
 
-pub(super) fn read(input: BufReader<Watched<'_>>, length: u64, scan: &Scan, progress: &Progress<'_>) -> Result<Raster> {
+pub(super) fn read(
+    input: BufReader<Watched<'_>>,
+    length: u64,
+    scan: &FileScan,
+    progress: &Progress<'_>,
+) -> Result<Raster> {
     let fail = |problem: String| Err(Error::format(&scan.path, "header", problem));
     let mut decoder = Decoder::new_with_limits(input, Limits { bytes: 48 << 20 });
     decoder.set_transformations(Transformations::IDENTITY);

@@ -6,8 +6,8 @@ use super::super::{Camera, PixelMeaning};
 use super::*;
 use base::progress::Progress;
 
-fn scan(options: ReadOptions) -> Scan {
-    Scan { options: Arc::new(options), ..Scan::new(std::path::Path::new("N37E014.x")) }
+fn scan(options: ReadOptions) -> FileScan {
+    FileScan { options: Arc::new(options), ..FileScan::new(std::path::Path::new("N37E014.x")) }
 }
 
 fn image(parse: Parse, bytes: &[u8], options: ReadOptions) -> RangeImage {

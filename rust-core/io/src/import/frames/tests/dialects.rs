@@ -14,7 +14,7 @@ const KINECT: Camera = Camera { focal: [525.0, 525.0], centre: [319.5, 239.5], s
 
 fn read_with(path: &Path, options: &ReadOptions) -> Vec<RangeImage> {
     let set = open_with(&[path], options, &Progress::none()).unwrap_or_else(|error| panic!("{error}"));
-    let read = |scan: &crate::import::Scan| match scan.read().unwrap_or_else(|error| panic!("{error}")) {
+    let read = |scan: &crate::import::FileScan| match scan.read().unwrap_or_else(|error| panic!("{error}")) {
         Content::RangeImage(mut image) => {
             image.name.clear();
             image

@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex};
 
 use super::twin::{FRAMES, Files, Twin, grey16};
 use super::writers;
-use crate::import::{Content, Scan, faults, open};
+use crate::import::{Content, FileScan, faults, open};
 use base::context::{Context, choose};
 use base::error::Result;
 use base::log::Log;
@@ -104,7 +104,7 @@ fn damage_within_is_left_out_of_many() {
         let (_keep, path) = writers::scanner_app(&Twin::phone()).folder();
         let set = open(&path).unwrap();
         assert_eq!(set.scans.len(), FRAMES);
-        let image = |scan: &Scan| -> Result<(usize, bool)> {
+        let image = |scan: &FileScan| -> Result<(usize, bool)> {
             let image = scan.image(&Progress::none())?.unwrap();
             Ok((image.valid_count(), image.colour.is_some()))
         };

@@ -11,7 +11,7 @@ use ::tiff::tags::Tag;
 
 use super::overlay::{As, Overlay, read_as};
 use super::zstd::Packed;
-use crate::import::Scan;
+use crate::import::FileScan;
 use crate::import::file::decoding_error;
 use base::error::{Error, Result};
 use base::log::{self, Level};
@@ -30,7 +30,7 @@ pub(super) fn apply<R: Read + Seek>(
     decoder: &mut Decoder<Overlay<R>>,
     values: &mut [f64],
     cols: usize,
-    scan: &Scan,
+    scan: &FileScan,
     progress: &Progress<'_>,
 ) -> Result<()> {
     let mut is_behind_a_page = false;
@@ -78,7 +78,7 @@ fn cut_out<R: Read + Seek>(
     decoder: &mut Decoder<Overlay<R>>,
     values: &mut [f64],
     [cols, image]: [usize; 2],
-    scan: &Scan,
+    scan: &FileScan,
     progress: &Progress<'_>,
 ) -> Result<()> {
     let wrong = |error: ::tiff::TiffError| decoding_error(scan, &error);

@@ -16,7 +16,7 @@ use self::overlay::Overlay;
 use self::zstd::Packed;
 use super::super::crs::geo_keys::GeoKeys;
 use super::super::file::{self, Input, Watched, decoding_error, reserve, watched};
-use super::super::{Content, Scan};
+use super::super::{Content, FileScan};
 use super::{Numbers, Place, Raster, can_be_in, packed_pixels};
 use base::error::{Error, Result, known_as};
 use base::memory;
@@ -30,7 +30,7 @@ pub(in super::super) fn sniff(start: &[u8]) -> bool {
 pub(in super::super) fn parse(
     input: &mut dyn Input,
     length: u64,
-    scan: &Scan,
+    scan: &FileScan,
     progress: &Progress<'_>,
 ) -> Result<Content> {
     watched(input, &scan.path, |input| read(input, length, scan, progress))?.into_content(scan)
@@ -41,7 +41,12 @@ const LITTLE: usize = 32 << 20;
 /// What one byte can become by any of the compressions: LZW makes 4,096 bytes of twelve bits.
 const MOST: u64 = 2731;
 
-pub(super) fn read(input: BufReader<Watched<'_>>, length: u64, scan: &Scan, progress: &Progress<'_>) -> Result<Raster> {
+pub(super) fn read(
+    input: BufReader<Watched<'_>>,
+    length: u64,
+    scan: &FileScan,
+    progress: &Progress<'_>,
+) -> Result<Raster> {
     let wrong = |e: ::tiff::TiffError| decoding_error(scan, &e);
     let fail = |problem: String| Err(Error::format(&scan.path, "header", problem));
     let mut limits = Limits::default();
@@ -186,7 +191,7 @@ impl Iterator for Opaque<'_> {
 impl ExactSizeIterator for Opaque<'_> {}
 
 /// Where a GeoTIFF lies, if it says so plainly.
-fn place<R: Read + Seek>(decoder: &mut Decoder<R>, scan: &Scan) -> Option<Place> {
+fn place<R: Read + Seek>(decoder: &mut Decoder<R>, scan: &FileScan) -> Option<Place> {
     if scan.options.camera.is_some() {
         return None;
     }
@@ -207,7 +212,7 @@ fn place<R: Read + Seek>(decoder: &mut Decoder<R>, scan: &Scan) -> Option<Place>
 ///
 /// # Errors
 /// The file can't be read.
-pub(in super::super) fn named(scan: &Scan) -> Result<std::result::Result<Option<Crs>, String>> {
+pub(in super::super) fn named(scan: &FileScan) -> Result<std::result::Result<Option<Crs>, String>> {
     watched(&mut file::open(&scan.path)?.0, &scan.path, |input| {
         let Ok(mut decoder) = Decoder::new(input) else { return Ok(Ok(None)) };
         let Some(place) = place(&mut decoder, scan) else { return Ok(Ok(None)) };

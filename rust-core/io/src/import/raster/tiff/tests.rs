@@ -8,7 +8,7 @@ use ::tiff::encoder::{TiffEncoder, TiffKind, colortype};
 use ::tiff::tags::Tag;
 
 use super::super::super::damage::{endure, read};
-use super::super::super::{Content, Scan};
+use super::super::super::{Content, FileScan};
 use super::*;
 use base::context::{Context, choose};
 use base::log::Log;
@@ -17,8 +17,8 @@ const NAN: f64 = f64::NAN;
 const DEFLATE: u16 = 8;
 const ZSTD: u16 = 50000;
 
-fn scan() -> Scan {
-    Scan::new(Path::new("x.tif"))
+fn scan() -> FileScan {
+    FileScan::new(Path::new("x.tif"))
 }
 
 fn values(bytes: &[u8]) -> Vec<f64> {

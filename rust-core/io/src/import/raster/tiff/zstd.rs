@@ -9,7 +9,7 @@ use ::tiff::tags::Tag;
 use ruzstd::decoding::StreamingDecoder;
 
 use super::overlay::{As, Overlay, read_as};
-use crate::import::Scan;
+use crate::import::FileScan;
 use crate::import::file::{decoding_error, reserve};
 use base::error::{Error, Result};
 
@@ -34,7 +34,7 @@ impl Packed {
         decoder: &mut Decoder<Overlay<R>>,
         image: usize,
         colour: ColorType,
-        scan: &Scan,
+        scan: &FileScan,
     ) -> Result<Option<Packed>> {
         if decoder.find_tag_unsigned::<u16>(Tag::Compression).ok().flatten() != Some(ZSTD) {
             return Ok(None);
@@ -78,7 +78,7 @@ impl Packed {
         &self,
         decoder: &mut Decoder<Overlay<R>>,
         chunk: usize,
-        scan: &Scan,
+        scan: &FileScan,
     ) -> Result<()> {
         let fail = |problem: String| Err(Error::format(&scan.path, format!("tile or strip {chunk}"), problem));
         let file = decoder.inner();
