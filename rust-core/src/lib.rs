@@ -19,19 +19,21 @@ pub mod params;
 pub mod reports;
 
 #[doc(inline)]
-pub use align;
-#[doc(inline)]
-pub use cluster;
-#[doc(inline)]
 pub use geom;
 #[doc(inline)]
 pub use image::{frame, range_image, rigid, select, source, triangulate, vertices};
 #[doc(inline)]
 pub use io::{export, import, memory_folder};
 #[doc(inline)]
-pub use merge;
-#[doc(inline)]
 pub use mesh::{self, point_cloud};
+
+// operations
+#[doc(inline)]
+pub use align;
+#[doc(inline)]
+pub use cluster;
+#[doc(inline)]
+pub use merge;
 #[doc(inline)]
 pub use plane;
 #[doc(inline)]
@@ -42,6 +44,7 @@ pub use reconstruct;
 pub use scan;
 #[doc(inline)]
 pub use sculpt;
+// end
 
 /// What the caller got wrong and what to do.
 pub mod error {

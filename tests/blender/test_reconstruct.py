@@ -166,7 +166,7 @@ def test_points_that_are_no_numbers_are_counted():
     add_points("points", points)
     bpy.ops.surfrecon.reconstruct()
     figures = bpy.context.object["surfrecon_reconstruct"].to_dict()
-    assert (figures["not_finite"], figures["duplicate"], figures["used"], figures["outside"]) == (2, 7, 300, 1)
+    assert (figures["not_finite"], figures["duplicates"], figures["used"], figures["outside"]) == (2, 7, 300, 1)
     assert check(bpy.context.object)["is_closed"]
 
 

@@ -231,6 +231,8 @@ def names_and_tooltips(extension):
         (folder / "operators" / "import_scans.py", r'header.label\(text="([^"]+)"'),
     ):
         texts |= set(re.findall(pattern, path.read_text()))
+    told = (folder / "reports.py").read_text()
+    texts |= {figure.label for figure in surfrecon.figures() if f'"{figure.name}"' in told}
     return operators_, texts - BLENDER_S_OWN
 
 

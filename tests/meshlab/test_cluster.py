@@ -20,7 +20,7 @@ def test_it_is_the_library_s_mesh(dense):
     assert np.array_equal(dense.current.face_matrix(), expected.mesh.triangles)
     assert dense.current.label() == "dense clustered" and len(dense) == 2
     assert out["vertices"] == 300 and out["triangles"] == 600
-    assert out["smallest_angle"] == expected.report["after"]["smallest_angle"]
+    assert out["after_smallest_angle"] == expected.report["after"]["smallest_angle"]
 
 
 def test_a_tenth_by_default_and_a_largest_error(dense):

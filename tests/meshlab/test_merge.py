@@ -56,7 +56,7 @@ def test_the_surface_is_the_torus(loaded, surfaces):
     assert check["is_manifold"] and check["components"] == 1 and check["genus"] == 1
     distance = np.abs(torus_distance(layer.vertex_matrix()))
     assert np.quantile(distance, 0.99) < 0.01 and distance.max() < VOXEL
-    assert out["layers"] == len(surfaces) and out["triangles"] == layer.face_number()
+    assert out["scans"] == len(surfaces) and out["triangles"] == layer.face_number()
     assert out["voxel"] == pytest.approx(VOXEL) and out["holes_open"] == check["boundary_loops"]
 
 
@@ -119,7 +119,7 @@ def test_hidden_layers_take_no_part(loaded, surfaces):
     loaded.named(name)
     loaded.set.set_current_mesh_visibility(False)
     out = loaded.run(MERGE, voxel=length(VOXEL))
-    assert out["layers"] == len(surfaces) - 1
+    assert out["scans"] == len(surfaces) - 1
     assert np.array_equal(loaded.current.vertex_matrix(), by_the_library(surfaces[1:]).mesh.positions)
 
 
@@ -200,7 +200,7 @@ def test_a_parameter_that_does_not_exist_is_refused(loaded, refused):
 def test_duplicate_labels_are_two_layers(document, surfaces):
     for _, positions, triangles in surfaces:
         document.add(positions, triangles, "scan")
-    assert document.run(MERGE, voxel=length(VOXEL))["layers"] == len(surfaces)
+    assert document.run(MERGE, voxel=length(VOXEL))["scans"] == len(surfaces)
 
 
 def test_non_manifold_and_unoriented_layers_do_no_harm(document):

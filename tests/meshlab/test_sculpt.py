@@ -167,13 +167,13 @@ def test_a_copy_of_the_layer(loaded, expected, refused):
 
 
 def test_deleted_vertices_are_holes(loaded):
-    full = loaded.run(SCULPT, tolerance=length(0))["samples"]
+    full = loaded.run(SCULPT, tolerance=length(0))["covered_pixels"]
     loaded.named(loaded.layers()[0].label())
     rows = scalars(loaded.current, "range_row")
     middle = float(np.median(rows))
     loaded.run("compute_selection_by_condition_per_vertex", condselect=f"range_row > {middle}")
     loaded.run("meshing_remove_selected_vertices")
-    left = loaded.run(SCULPT, tolerance=length(0))["samples"]
+    left = loaded.run(SCULPT, tolerance=length(0))["covered_pixels"]
     assert 0.3 * full < left < 0.7 * full
 
 
@@ -187,7 +187,7 @@ def test_any_layer_that_knows_its_pixels_is_a_range_image(document):
     layer.add_vertex_custom_scalar_attribute(row, "range_row")
     layer.add_vertex_custom_scalar_attribute(column, "range_col")
     out = document.run(SCULPT, tolerance=length(0.125))
-    assert out["samples"] == 1200 and out["max_error"] <= 0.125
+    assert out["covered_pixels"] == 1200 and out["max_error"] <= 0.125
     assert out["triangles"] < 500
     normals = document.current.face_normal_matrix()
     assert (normals[:, 2] > 0).all()

@@ -68,7 +68,7 @@ def test_range_images_stay_range_images(imported):
         assert (plane.height(world(layer)) > -1e-6).all()
         assert len(scalars(layer, "range_row")) == layer.vertex_number()
     out = imported.run(MERGE, voxel=length(0.08))
-    assert whole > 0 and out["noise"] == pytest.approx(whole, rel=0.4) and out["layers"] <= count
+    assert whole > 0 and out["noise"] == pytest.approx(whole, rel=0.4) and out["scans"] <= count
 
 
 def test_layers_of_few_vertices_stay_range_images(document, tmp_path):
@@ -80,7 +80,7 @@ def test_layers_of_few_vertices_stay_range_images(document, tmp_path):
     alone[tuple(np.argwhere(images[2].valid)[1000])] = True
     images[1], images[2] = images[1].keep(in_row), images[2].keep(alone)
     document.run(IMPORT, file=str(write_set(tmp_path, images)))
-    assert document.run(MERGE, voxel=length(0.08))["layers"] >= len(images) - 2
+    assert document.run(MERGE, voxel=length(0.08))["scans"] >= len(images) - 2
     document.set.delete_current_mesh()
     # A slab that leaves a vertex or a few of many layers.
     heights = np.concatenate([world(layer)[:, 2] for layer in document.layers()])
