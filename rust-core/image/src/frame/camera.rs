@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use crate::range_image::{DepthKind, Projection};
-use base::error::Result;
+use base::error::{Error, Result, Shown};
 
 /// A pinhole camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,12 +32,19 @@ impl Camera {
         Projection::Pinhole { focal: self.focal, centre: self.centre, depth }
     }
 
-    /// Checks that the parameters can be computed with.
+    /// Checks that the parameters can be computed with, and that columns run to the right. Rows may run up: those of rendered data sets do.
     ///
     /// # Errors
-    /// [`base::Error::Input`] naming the parameter.
+    /// [`base::Error::Input`] naming the parameter and its value.
     pub fn validate(&self) -> Result<()> {
-        self.projection(DepthKind::Planar).validate()
+        self.projection(DepthKind::Planar).validate()?;
+        if self.focal[0] < 0.0 {
+            return Err(Error::input(format!(
+                "the camera's focal length fx must be above 0, got {}: the images would be mirrored (fy may be below 0, where y runs up)",
+                Shown(self.focal[0])
+            )));
+        }
+        Ok(())
     }
 
     /// The same camera for its image at another size, which shows the same: c' = (c + 1/2) w'/w - 1/2. A camera of

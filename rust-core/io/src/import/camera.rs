@@ -13,7 +13,6 @@ use serde_json::Value;
 use super::file;
 use base::error::{Error, Result};
 use image::frame::Camera;
-use image::range_image::DepthKind;
 
 /// Longest file of intrinsics.
 const LONGEST: u64 = 1 << 16;
@@ -57,8 +56,10 @@ pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Camera> {
         numbers(text).and_then(|numbers| from_numbers(&numbers))
     };
     match camera {
-        Some(camera) if camera.projection(DepthKind::Planar).validate().is_ok() => Ok(camera),
-        Some(_) => fail("whole file".to_owned(), "the focal lengths must be finite and not zero"),
+        Some(camera) => match camera.validate() {
+            Ok(()) => Ok(camera),
+            Err(problem) => fail("whole file".to_owned(), &problem.to_string()),
+        },
         None => fail(
             "whole file".to_owned(),
             "no intrinsics found; known are `intrinsic_matrix` (nine numbers, column by column), `fx`, `fy`, `cx`, `cy`, \
@@ -155,7 +156,9 @@ mod tests {
         let huge = parse(br#"{"fx": 1e400, "fy": 1, "cx": 1, "cy": 1}"#, Path::new("c")).unwrap_err().to_string();
         assert!(huge.contains("a number is too large: at most 1.8e308 is read"), "{huge}");
         let zero = r#"{"fx": 0, "fy": 1, "cx": 1, "cy": 1}"#;
-        assert!(parse(zero.as_bytes(), Path::new("c")).unwrap_err().to_string().contains("focal lengths"));
+        assert!(parse(zero.as_bytes(), Path::new("c")).unwrap_err().to_string().contains("focal length fx must be"));
+        let mirrored = parse(b"-525 526 319.5 239.5", Path::new("c")).unwrap_err().to_string();
+        assert!(mirrored.contains("focal length fx must be above 0, got -525"), "{mirrored}");
         let deep = "[".repeat(100_000);
         assert!(parse(format!("{{\"fx\": {deep}").as_bytes(), Path::new("c")).is_err());
         assert!(!sniff(b"0.5 0.5 0.5 10\n") && !sniff(b"ply\n") && !sniff(br#"{"asset": {}}"#));

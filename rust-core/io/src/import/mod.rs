@@ -251,9 +251,13 @@ fn open_listed(listed: &[Listed], options: &ReadOptions, progress: &Progress<'_>
         all.scans.append(&mut set.scans);
         all.notes.append(&mut set.notes);
     }
+    let is_of_no_poses = |note: &String| note.ends_with(frames::WITHOUT_POSES);
     if let Some((path, poses)) = &poses {
         all.notes.extend(poses.place(&mut all.scans, path)?);
+        all.notes.retain(|note| !is_of_no_poses(note));
     }
+    all.notes.iter().filter(|note| is_of_no_poses(note)).for_each(|note| log::tell(Level::Warning, note));
+    all.notes.extend(raster::note_without_camera(&all.scans)?);
     make_names_unique(&mut all.scans);
     all.notes.extend(notes_on_crs(&all.scans, progress)?);
     Ok(all)

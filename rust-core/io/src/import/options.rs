@@ -81,7 +81,7 @@ base::params! {
 
 impl ReadOptions {
     fn camera_is_usable(&self) -> Result<()> {
-        self.camera.map_or(Ok(()), |camera| camera.projection(self.depth).validate())
+        self.camera.map_or(Ok(()), |camera| camera.validate())
     }
 
     /// Bytes that one file may unpack to.

@@ -164,6 +164,9 @@ fn open(layout: &Layout, store: Store, asked: &Asked<'_, '_>) -> Result<ScanSet>
     scans((layout.list)(store, layout.name, asked)?, asked)
 }
 
+/// The end of the note on a recording without poses.
+pub(super) const WITHOUT_POSES: &str = "the frames have no poses: align them before they are merged";
+
 /// The frames of a recording as scans.
 fn scans(mut recording: Recording, asked: &Asked<'_, '_>) -> Result<ScanSet> {
     let &Asked { options, progress } = asked;
@@ -181,10 +184,11 @@ fn scans(mut recording: Recording, asked: &Asked<'_, '_>) -> Result<ScanSet> {
     if options.depth == DepthKind::Ray {
         recording.depth.kind = DepthKind::Ray;
     }
+    let mut without_poses = None;
     let found = match &recording.no_poses {
         None => axes::check(&mut recording, options, progress)?,
         Some(why) => {
-            doubts.push(format!("{why}, so the frames have no poses: align them before they are merged"));
+            without_poses = Some(format!("{why}, so {WITHOUT_POSES}"));
             axes::Found::default()
         }
     };
@@ -198,6 +202,8 @@ fn scans(mut recording: Recording, asked: &Asked<'_, '_>) -> Result<ScanSet> {
         log::tell(Level::Warning, &format!("{name}: {doubt}"));
         notes.push(doubt);
     }
+    // Not told the log: a list that is opened with the recording may have them.
+    notes.extend(without_poses);
     notes.append(&mut recording.notes);
     notes.extend(found.notes);
     let recording = Arc::new(recording);

@@ -44,6 +44,11 @@ pub(super) fn listed(store: &Store, name: &str, asked: &Asked<'_, '_>) -> Result
             .ok_or_else(|| fail("expected numbers"))?;
         poses.push(one_line(&numbers).map_err(|problem| fail(&problem))?);
     }
+    if poses.is_empty() {
+        let problem =
+            "the list has no pose: fill it, or take it out of the folder, so that the frames open without poses";
+        return Err(Error::format(&store.path_of(name), "whole file", problem));
+    }
     Ok((poses, false))
 }
 

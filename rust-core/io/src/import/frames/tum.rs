@@ -34,6 +34,10 @@ pub(super) fn recognize(store: &Store) -> bool {
 pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) -> Result<Recording> {
     let (camera, note) = camera(&store, layout, asked)?;
     let (depths, gone) = listed(&store, DEPTHS, asked)?;
+    if depths.is_empty() && gone == 0 {
+        let problem = "the list names no image: fill it with lines of a time and the name of a depth image";
+        return Err(Error::format(&store.path_of(DEPTHS), "whole file", problem));
+    }
     let colours = if store.has(COLOURS) { listed(&store, COLOURS, asked)?.0 } else { Vec::new() };
     let path = store.path_of(POSES);
     let poses = match store.has(POSES) {

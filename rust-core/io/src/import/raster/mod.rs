@@ -32,7 +32,7 @@ use std::io::Cursor;
 
 use glam::{DAffine3, DVec3};
 
-use super::file::watched;
+use super::file::{self, watched};
 use super::window::Window;
 use super::{Content, FileScan, ReadOptions};
 use base::error::{Error, Result};
@@ -69,6 +69,44 @@ pub(super) struct Place {
     step: [f64; 2],
     /// Whether they are degrees.
     degrees: bool,
+}
+
+/// Bytes of an image that say how many bits it has.
+const HEADER: usize = 256;
+
+/// A note where images of 16 bits, as depth cameras write them, were opened without a camera; one alone is a height map more often.
+pub(super) fn note_without_camera(scans: &[Scan]) -> Result<Option<String>> {
+    let of_kind = |ending: &str| -> Vec<&Scan> {
+        let is_one = |scan: &&Scan| {
+            let own = scan.path.extension().is_some_and(|own| own.eq_ignore_ascii_case(ending));
+            own && scan.options.camera.is_none() && !scan.is_frame()
+        };
+        scans.iter().filter(is_one).collect()
+    };
+    for ending in ["png", "pgm"] {
+        let images = of_kind(ending);
+        if let [first, _, ..] = images.as_slice()
+            && has_sixteen_bits(&file::read_start(&first.path, HEADER)?.0)
+        {
+            return Ok(Some(format!(
+                "{} images of 16 bits are read as height maps, since no camera is given: depth images need one; give it as \
+                 camera = (fx, fy, cx, cy), or put a camera.json with fx, fy, cx, cy beside them",
+                images.len()
+            )));
+        }
+    }
+    Ok(None)
+}
+
+/// Whether the start of a PNG or PGM is of grey of 16 bits.
+fn has_sixteen_bits(start: &[u8]) -> bool {
+    if png::sniff(start) {
+        return start.get(24..26) == Some(&[16, 0]);
+    }
+    let text = String::from_utf8_lossy(start);
+    let lines = text.lines().map(|line| line.split('#').next().unwrap_or_default());
+    let most = lines.flat_map(str::split_ascii_whitespace).nth(3).and_then(|most| most.parse::<u32>().ok());
+    text.starts_with("P5") && most.is_some_and(|most| most > 255)
 }
 
 /// The numbers of an image of a frame, in any of the formats that cameras write.

@@ -124,6 +124,29 @@ fn sixteen_bits_are_heights_or_millimetres() {
     endure(pgm::parse, text, &scan(ReadOptions::default()));
 }
 
+/// Depth images whose camera nobody gave are height maps, with a hint.
+#[test]
+fn images_of_sixteen_bits_without_a_camera_are_noted() {
+    let data: Vec<u8> = (0..4_u16).flat_map(u16::to_be_bytes).collect();
+    let png = png_file(::png::ColorType::Grayscale, ::png::BitDepth::Sixteen, [2, 2], &data);
+    let eight = png_file(::png::ColorType::Grayscale, ::png::BitDepth::Eight, [2, 2], &[0, 1, 2, 3]);
+    let pgm = [b"P5 # by hand\n2\t2\n65535\n".to_vec(), data].concat();
+    let camera = br#"{"fx": 2, "fy": 2, "cx": 0.5, "cy": 0.5}"#.to_vec();
+    for (files, is_noted) in [
+        (vec![("0.png", &png), ("1.png", &png)], true),
+        (vec![("0.pgm", &pgm), ("1.pgm", &pgm), ("2.pgm", &pgm)], true),
+        (vec![("0.png", &png)], false),
+        (vec![("0.png", &eight), ("1.png", &eight)], false),
+        (vec![("0.png", &png), ("1.png", &png), ("camera.json", &camera)], false),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        files.iter().for_each(|(name, bytes)| std::fs::write(folder.path().join(name), bytes).unwrap());
+        let notes = crate::import::open(folder.path()).unwrap().notes;
+        let said = format!("{} images of 16 bits are read as height maps, since no camera is given", files.len());
+        assert_eq!(notes.iter().any(|note| note.starts_with(&said)), is_noted, "{notes:?}");
+    }
+}
+
 #[test]
 fn colours_are_heights_only_where_they_say_so() {
     let ground = [1, 134, 160, 255, 1, 200, 0, 255, 2, 0, 5, 0, 1, 134, 161, 255];

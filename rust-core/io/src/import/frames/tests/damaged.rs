@@ -46,6 +46,14 @@ fn what_is_missing_is_named_with_the_remedy() {
     let mut poses = writers::record3d(&twin);
     poses.change("metadata", |json| *json = String::from_utf8_lossy(json).replace("poses", "other").into_bytes());
     refused(&poses, "there are no poses: only recordings with the LiDAR have them");
+    for (mut files, list, problem) in [
+        (writers::redwood(&twin), "trajectory.log", "the list has no pose: fill it, or take it out of the folder"),
+        (writers::tum(&twin), "groundtruth.txt", "there is no pose"),
+        (writers::tum(&twin), "depth.txt", "the list names no image: fill it"),
+    ] {
+        files.change(list, |text| *text = b"# nothing\n".to_vec());
+        refused(&files, problem);
+    }
     let (_keep, path) = writers::redwood(&twin).without("camera_").folder();
     let camera = image::frame::Camera::new([525.0, 525.0], [319.5, 239.5]);
     let options = ReadOptions { camera: Some(camera), ..ReadOptions::default() };

@@ -6,7 +6,7 @@ use glam::{DAffine3, DVec3};
 
 use super::twin::{FRAMES, Files, Twin, colour};
 use super::writers;
-use crate::import::{Content, ScanSet, open};
+use crate::import::{Content, ScanSet, open, open_many};
 use base::progress::Progress;
 use image::frame::{Camera, LeftOut};
 use image::range_image::RangeImage;
@@ -155,6 +155,20 @@ fn redwood() {
         check(set, &twin, &Expected { colour: 120, ..PLAIN });
         assert_eq!(set.scans[2].name, "10-000000066000");
     });
+}
+
+/// A list that is opened with a recording places its frames: then they have poses.
+#[test]
+fn a_recording_with_its_list_of_poses_has_poses() {
+    let twin = Twin::kinect(KINECT);
+    let mut files = writers::tum(&twin).without("groundtruth.txt");
+    let line = |k: usize| format!("{:.6} 0 0 {k} 0 0 0 1\n", 1_305_031_453.0 + k as f64);
+    files.put("list.tum", (0..FRAMES).map(line).collect::<String>());
+    let (_keep, path) = files.folder();
+    let set = open_many(&[&path, &path.join("list.tum")]).unwrap();
+    assert_eq!(set.scans.len(), FRAMES);
+    assert_eq!(set.scans[2].world_from_sensor.translation.z, 2.0);
+    assert!(!set.notes.iter().any(|note| note.contains("no poses")), "{:?}", set.notes);
 }
 
 /// Kinects' and RealSenses' folders without poses are recordings to align: with times, scale and colours.
