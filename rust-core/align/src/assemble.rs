@@ -133,15 +133,23 @@ pub(crate) fn assemble(
         }
     }
     order.sort_by(|x, y| y.0.cmp(&x.0).then(y.1.total_cmp(&x.1)).then(x.2.cmp(&y.2)));
-    assembly.join_all(&order);
     let mut weak: Vec<(f64, usize)> = (0..pairs.len())
         .filter(|&k| (pairs[k].finding == Finding::Weak || doubted[k]) && !is_trusted(&pairs[k]))
         .map(|k| (pairs[k].modes[0].verdict.score(), k))
         .collect();
     weak.sort_by(|x, y| y.0.total_cmp(&x.0).then(x.1.cmp(&y.1)));
     let weak: Vec<usize> = weak.into_iter().map(|(_, k)| k).collect();
-    while let Some(k) = assembly.confirmed(&weak) {
-        assembly.join(k, false);
+    loop {
+        assembly.join_all(&order);
+        let before = assembly.joined();
+        while let Some(k) = assembly.confirmed(&weak) {
+            assembly.join(k, false);
+        }
+        // What waited may wait for these.
+        if limit.steps.is_none() || assembly.joined() == before {
+            break;
+        }
+        assembly.wait_no_more(&weak);
     }
     for &k in &weak {
         if assembly.are_together(k) {
@@ -211,15 +219,28 @@ impl Assembly<'_> {
     /// Joins by pairs, each with whether it is trusted, the best first; those that wait for others again, until none joins.
     fn join_all(&mut self, order: &[(bool, f64, usize)]) {
         loop {
-            let joined = |standings: &[Standing]| standings.iter().filter(|s| **s == Standing::Joins).count();
-            let before = joined(&self.standings);
+            let before = self.joined();
             for &(trusted, _, k) in order {
                 if matches!(self.standings[k], Standing::Unused | Standing::Waits) {
                     self.join(k, trusted);
                 }
             }
-            if self.limit.steps.is_none() || joined(&self.standings) == before {
+            if self.limit.steps.is_none() || self.joined() == before {
                 return;
+            }
+        }
+    }
+
+    /// How many pairs have joined groups.
+    fn joined(&self) -> usize {
+        self.standings.iter().filter(|standing| **standing == Standing::Joins).count()
+    }
+
+    /// Lets those of the pairs that wait be tried again.
+    fn wait_no_more(&mut self, pairs: &[usize]) {
+        for &k in pairs {
+            if self.standings[k] == Standing::Waits {
+                self.standings[k] = Standing::Unused;
             }
         }
     }
@@ -320,4 +341,51 @@ pub(crate) fn apart_at_first(views: &[View], is_fixed: &[bool]) -> Vec<Group> {
     }
     groups.extend((0..views.len()).filter(|&k| !is_fixed[k]).map(|k| Group { members: vec![(k, DAffine3::IDENTITY)] }));
     groups
+}
+
+#[cfg(test)]
+mod tests {
+    use image::range_image::{Projection, RangeImage};
+    use image::source::ScanSource;
+
+    use super::*;
+    use crate::constraints::Ordered;
+    use crate::judge::Mode;
+    use crate::params::AlignParams;
+    use base::progress::Progress;
+
+    const FRAMES: usize = 8;
+
+    /// The same bowl again and again: a sensor that stands still.
+    fn views() -> Vec<View> {
+        let bowl = |k: usize| 0.01 * (((k / 40) as f64 - 20.0).powi(2) + ((k % 40) as f64 - 17.0).powi(2));
+        let projection = Projection::Orthographic { first: [0.0; 2], step: [1.0; 2] };
+        let image = RangeImage::from_values(40, 40, (0..1600).map(bowl).collect(), projection).unwrap();
+        let sources = [&image as &dyn ScanSource; FRAMES];
+        crate::read(&sources, &Progress::none()).unwrap().0
+    }
+
+    /// A piece of a recording that waits for one between is joined once that has its place by pairs that are weak.
+    #[test]
+    fn what_waits_is_tried_again_after_weak_pairs_joined() {
+        let views = views();
+        let pair = |a: usize, b: usize, finding: Finding| {
+            let mode = Mode { a_from_b: DAffine3::IDENTITY, verdict: Verdict::default() };
+            Pair { a, b, modes: vec![mode], finding, beyond: None }
+        };
+        let sure = [[0, 1], [2, 3], [3, 4], [4, 5], [6, 7]].map(|[a, b]| pair(a, b, Finding::Sure));
+        let weak = [[1, 2], [0, 2]].map(|[a, b]| pair(a, b, Finding::Weak));
+        let followed: Vec<Pair> = sure.into_iter().chain(weak).collect();
+        let order = Ordered { frames: (0..FRAMES).collect(), places: (0..FRAMES as u64).collect(), is_told: true };
+        let steps = Steps::new(&views, &order, &followed);
+        let mut pairs = followed;
+        pairs.push(pair(1, 6, Finding::Sure));
+        let params = AlignParams::default();
+        let is_fixed = [false; FRAMES];
+        let inside = crate::Constraints::default().renumbered(&params, &order.frames, &views, None);
+        let limit = Limit { bound: &Bound::of(&views, &params, &inside), steps: Some(&steps), is_fixed: &is_fixed };
+        let (groups, standings) = assemble(&views, &pairs, apart_at_first(&views, &is_fixed), limit, |_| false);
+        assert_eq!(groups.len(), 1, "{standings:?}");
+        assert_eq!(standings.last(), Some(&Standing::Joins));
+    }
 }

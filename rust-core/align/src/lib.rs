@@ -133,7 +133,8 @@ impl Prepared {
             progress.stage(0, sources.len() as u64);
             read(sources, progress)
         });
-        let (views, order) = read.or_else(|error| progress.check().and(Err(error)))?;
+        // Also where the work was done before it heard of it.
+        let (views, order) = progress.check().and(read)?;
         let name = |&number: &usize| match sources[number].name() {
             "" => format!("scan {number}"),
             name => name.to_owned(),
@@ -175,7 +176,7 @@ impl Prepared {
             let solved = solve::solve(&self.views, params, &inside, progress)?;
             summary::alignment(&self.names, &self.views, &self.order, solved, progress)
         });
-        alignment.or_else(|error| progress.check().and(Err(error)))
+        progress.check().and(alignment)
     }
 
     /// Draws one scan, from a rough pose, to others, which stay: for placing by hand. `world_from_scan` has a pose for each scan that it

@@ -22,7 +22,13 @@ const LEVER: f64 = 1.5;
 pub(crate) struct Bound {
     /// By the numbers inside, 0 for scans that are fixed; `None` where nothing is known of poses.
     reaches: Option<Vec<f64>>,
+    /// Whether poses are said to be rough, but all sensors stand at the origin and look the same way: nobody has placed the scans.
+    is_without_poses: bool,
 }
+
+/// Why scans have no place where rough poses were said to be there.
+const NO_POSES: &str = "no scan has a pose, and with start = \"rough\" places are looked for near poses alone: say \"unknown\" instead, or \"sequence\" \
+                        for frames in their order, or give the poses";
 
 /// How far a scan lies from where it was given, by the corner of its box that moves most.
 pub(crate) fn moved(view: &View, world_from_local: &DAffine3) -> f64 {
@@ -49,7 +55,17 @@ impl Bound {
             );
             log::tell(Level::Warning, &words);
         }
-        Bound { reaches: is_rough.then(|| views.iter().enumerate().map(reach).collect()) }
+        let is_unplaced =
+            |view: &View| view.reduced.eye == Some(DVec3::ZERO) && view.reduced.world_from_scan == DAffine3::IDENTITY;
+        Bound {
+            reaches: is_rough.then(|| views.iter().enumerate().map(reach).collect()),
+            is_without_poses: is_rough && !inside.is_fixed.contains(&true) && views.iter().all(is_unplaced),
+        }
+    }
+
+    /// Says that no scan has a pose, where rough poses were said to be there.
+    pub fn no_poses(&self) -> Option<&'static str> {
+        self.is_without_poses.then_some(NO_POSES)
     }
 
     /// Whether there is one.

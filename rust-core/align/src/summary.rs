@@ -15,7 +15,7 @@ use crate::report::{
 };
 use crate::solve::{Looked, Solved, SolvedGroup, residual};
 use crate::view::View;
-use crate::words::{reason, say};
+use crate::words::{Reason, reason, say};
 use base::error::Result;
 use base::progress::Progress;
 
@@ -72,7 +72,10 @@ pub(crate) fn alignment(
     }
     for k in 0..scans.len() {
         if matches!(scans[k].state, ScanState::Unplaced | ScanState::Apart) {
-            let why = reason(views, &solved, &names, &scans, k, progress)?;
+            let why = match solved.bound.no_poses().filter(|_| views[k].reduced.area > 0.0) {
+                Some(text) => Reason { text: text.to_owned(), is_open: false },
+                None => reason(views, &solved, &names, &scans, k, progress)?,
+            };
             scans[k].reason = why.text;
             if solved.bound.binds() && why.is_open {
                 scans[k].stays(&views[k], solved.bound.reach(k));

@@ -13,6 +13,9 @@ mod sequence;
 mod told;
 mod turntable;
 
+use std::ops::ControlFlow;
+use std::time::Duration;
+
 use base::error::Error;
 use base::progress::Progress;
 use geom::bvh::Bvh;
@@ -343,6 +346,18 @@ fn cancelling_ends_it() {
         let outcome = run(&sources(&images), &AlignParams::default(), &Constraints::default(), &progress);
         assert!(matches!(outcome, Err(Error::Cancelled)), "after {checks}");
     }
+    // Also where the work is done before the answer is there.
+    let mut calls = 0;
+    let late = Progress::new(|_| {
+        calls += 1;
+        if calls < 2 {
+            return ControlFlow::Continue(());
+        }
+        std::thread::sleep(Duration::from_secs(4));
+        ControlFlow::Break(())
+    });
+    let outcome = run(&sources(&images), &AlignParams::default(), &Constraints::default(), &late);
+    assert!(matches!(outcome, Err(Error::Cancelled)), "{outcome:?}");
 }
 
 proptest! {

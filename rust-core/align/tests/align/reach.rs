@@ -129,6 +129,16 @@ fn what_nothing_decides_stays_where_it_was_given_and_is_said() {
     assert_eq!(alignment.report.placed(), 11, "{said}");
 }
 
+/// Frames that nobody has placed, and said to be near their poses.
+#[test]
+fn that_no_scan_has_a_pose_is_said() {
+    let all = tour(&room(11, 14), 24, (48, 60), 0.004);
+    let images: Vec<RangeImage> = [0, 6, 12].iter().map(|&k| placed(&all[k], DAffine3::IDENTITY)).collect();
+    let said = lines(&rough(&images, Some(0.3), &Constraints::default()));
+    assert!(said.contains("no scan has a pose, and with start = \"rough\""), "{said}");
+    assert!(!said.contains("check its pose"), "{said}");
+}
+
 #[test]
 fn a_scan_given_too_far_off_is_left_out_and_said() {
     let images = around(statue(), 5, 0.0);
