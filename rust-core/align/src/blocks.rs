@@ -95,44 +95,72 @@ pub(crate) struct Factor {
     columns: Vec<Vec<(usize, Matrix6)>>,
 }
 
+/// Right sides that are solved at once, number by number beside each other.
+pub(crate) const LANES: usize = 4;
+/// A block of each.
+pub(crate) type Rows = [[f64; LANES]; 6];
+
 impl Factor {
     pub fn solve(&self, right: &[Vector6]) -> Vec<Vector6> {
-        let mut x: Vec<Vector6> = self.order.iter().map(|&scan| right[scan]).collect();
+        let wide: Vec<Rows> = right.iter().map(|row| row.map(|x| [x, 0.0, 0.0, 0.0])).collect();
+        self.solve_all(&wide).into_iter().map(|row| row.map(|x| x[0])).collect()
+    }
+
+    /// Solves for several right sides, each as it would be by itself.
+    pub fn solve_all(&self, right: &[Rows]) -> Vec<Rows> {
+        let mut x: Vec<Rows> = self.order.iter().map(|&scan| right[scan]).collect();
         for k in 0..x.len() {
+            let mut here = x[k];
+            // Most right sides have few blocks, and fill in late.
+            if here.iter().flatten().all(|x| *x == 0.0) {
+                continue;
+            }
             let root = &self.diagonal[k];
             for i in 0..6 {
                 for j in 0..i {
-                    x[k][i] -= root[i][j] * x[k][j];
+                    let done = here[j];
+                    subtract_lanes(&mut here[i], root[i][j], &done);
                 }
-                x[k][i] /= root[i][i];
+                here[i].iter_mut().for_each(|x| *x /= root[i][i]);
             }
-            let done = x[k];
+            x[k] = here;
             for (i, block) in &self.columns[k] {
                 for (to, row) in x[*i].iter_mut().zip(block) {
-                    *to -= row.iter().zip(&done).map(|(a, b)| a * b).sum::<f64>();
+                    let mut sum = [0.0; LANES];
+                    for (a, done) in row.iter().zip(&here) {
+                        sum.iter_mut().zip(done).for_each(|(sum, x)| *sum += a * x);
+                    }
+                    to.iter_mut().zip(sum).for_each(|(to, sum)| *to -= sum);
                 }
             }
         }
         for k in (0..x.len()).rev() {
             let mut here = x[k];
             for (i, block) in &self.columns[k] {
-                for (row, of) in block.iter().zip(x[*i]) {
-                    here.iter_mut().zip(row).for_each(|(to, a)| *to -= a * of);
+                let of = x[*i];
+                for (row, of) in block.iter().zip(&of) {
+                    here.iter_mut().zip(row).for_each(|(to, a)| subtract_lanes(to, *a, of));
                 }
             }
             let root = &self.diagonal[k];
             for i in (0..6).rev() {
                 for j in i + 1..6 {
-                    here[i] -= root[j][i] * here[j];
+                    let done = here[j];
+                    subtract_lanes(&mut here[i], root[j][i], &done);
                 }
-                here[i] /= root[i][i];
+                here[i].iter_mut().for_each(|x| *x /= root[i][i]);
             }
             x[k] = here;
         }
-        let mut out = vec![[0.0; 6]; x.len()];
+        let mut out = vec![[[0.0; LANES]; 6]; x.len()];
         self.order.iter().zip(x).for_each(|(&scan, x)| out[scan] = x);
         out
     }
+}
+
+#[inline(always)]
+fn subtract_lanes(to: &mut [f64; LANES], factor: f64, of: &[f64; LANES]) {
+    to.iter_mut().zip(of).for_each(|(to, x)| *to -= factor * x);
 }
 
 fn transposed(block: &Matrix6) -> Matrix6 {

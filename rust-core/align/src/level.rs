@@ -23,6 +23,8 @@ pub(crate) struct Level {
     pub areas: Vec<f64>,
     /// Whether the surface ends here.
     pub is_border: Vec<bool>,
+    /// The others, rising.
+    inside: Vec<u32>,
     /// How far points lie off the surface, as a standard deviation: by noise, and by what bends between samples.
     pub noise: f64,
     pub near: Near,
@@ -46,6 +48,7 @@ impl Level {
             level.areas.push(areas[k].length());
         }
         level.points = points;
+        level.inside = (0..level.len() as u32).filter(|&k| !level.is_border[k as usize]).collect();
         level.noise = level.own_distance(&grid);
         if let Some(tints) = tints {
             level.tints = Tints::new(tints, &level.points, &level.normals, cell, &grid);
@@ -80,10 +83,9 @@ impl Level {
 
     /// Indices of about `count` of the points inside the surface, spread evenly; of all where there are fewer.
     pub fn spread(&self, count: usize) -> Vec<u32> {
-        let inside: Vec<u32> = (0..self.len() as u32).filter(|&k| !self.is_border[k as usize]).collect();
-        let step = (inside.len() as f64 / count as f64).max(1.0);
-        let picked = (inside.len() as f64 / step) as usize;
-        (0..picked).map(|k| inside[((k as f64 + 0.5) * step) as usize]).collect()
+        let step = (self.inside.len() as f64 / count as f64).max(1.0);
+        let picked = (self.inside.len() as f64 / step) as usize;
+        (0..picked).map(|k| self.inside[((k as f64 + 0.5) * step) as usize]).collect()
     }
 }
 

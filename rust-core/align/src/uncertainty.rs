@@ -5,9 +5,10 @@
 //! inverse normal matrices around the sum over pieces (Liang & Zeger 1986); white noise, which others assume, gives far too little.
 
 use glam::{DVec3, IVec3};
+use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-use crate::blocks::{BlockSystem, Factor};
+use crate::blocks::{BlockSystem, Factor, LANES};
 use crate::judge::PIECE;
 use crate::linear::{Matrix6, Vector6};
 use crate::relax::{NARROW, Net, Tie, Use, contacts, weight_of};
@@ -70,13 +71,25 @@ pub(crate) fn covariances(net: &Net<'_>, progress: &Progress<'_>) -> Result<Vec<
     }
     let count = unknowns.iter().flatten().count();
     let mut of_unknown = vec![[[0.0; 6]; 6]; count];
-    for piece in &pieces {
-        progress.check()?;
-        let mut right = vec![[0.0; 6]; count];
-        piece.iter().for_each(|&(unknown, push)| right[unknown] = push);
-        for (sum, shift) in of_unknown.iter_mut().zip(factor.solve(&right)) {
-            for (row, x) in sum.iter_mut().zip(&shift) {
-                row.iter_mut().zip(&shift).for_each(|(to, y)| *to += x * y);
+    for some in pieces.chunks(AT_ONCE * LANES) {
+        let solved = some.par_chunks(LANES).map(|some| {
+            progress.check()?;
+            let mut right = vec![[[0.0; LANES]; 6]; count];
+            for (lane, piece) in some.iter().enumerate() {
+                for &(unknown, push) in piece {
+                    right[unknown].iter_mut().zip(push).for_each(|(row, x)| row[lane] = x);
+                }
+            }
+            Ok(factor.solve_all(&right))
+        });
+        // One piece after the other, so that sums are the same for any number of threads.
+        for shifts in solved.collect::<Result<Vec<_>>>()? {
+            for lane in 0..LANES {
+                for (sum, shift) in of_unknown.iter_mut().zip(&shifts) {
+                    for (row, x) in sum.iter_mut().zip(shift) {
+                        row.iter_mut().zip(shift).for_each(|(to, y)| *to += x[lane] * y[lane]);
+                    }
+                }
             }
         }
     }
@@ -86,6 +99,9 @@ pub(crate) fn covariances(net: &Net<'_>, progress: &Progress<'_>) -> Result<Vec<
     of_unknown.iter_mut().flatten().flatten().for_each(|x| *x *= correction.min(MOST_CORRECTION));
     Ok(unknowns.iter().map(|unknown| unknown.map_or([[0.0; 6]; 6], |unknown| of_unknown[unknown])).collect())
 }
+
+/// So many times as many pieces as are solved together have their solutions in memory.
+const AT_ONCE: usize = 16;
 
 /// Returns the factor of a system. One in which something may slide gets the least spring that makes it definite: poses move far where that
 /// alone holds them. `None` if no spring does.
