@@ -24,7 +24,8 @@ fn of_rust() {
         let list: String = files(folder).iter().map(|name| format!("mod {name};\n")).collect();
         compare(file, &between(file, "// modules\n", "// end\n", &list));
     }
-    let crates = std::fs::read_dir(root().join("rust-core")).expect("the crates").map(|entry| entry.expect("an entry").path());
+    let crates =
+        std::fs::read_dir(root().join("rust-core")).expect("the crates").map(|entry| entry.expect("an entry").path());
     let mut names: Vec<String> = crates
         .filter(|folder| folder.join("src/operation.rs").is_file())
         .map(|folder| folder.file_name().expect("a name").to_string_lossy().into_owned())

@@ -75,9 +75,9 @@ pub(super) struct Place {
 const HEADER: usize = 256;
 
 /// A note where images of 16 bits, as depth cameras write them, were opened without a camera; one alone is a height map more often.
-pub(super) fn note_without_camera(scans: &[Scan]) -> Result<Option<String>> {
-    let of_kind = |ending: &str| -> Vec<&Scan> {
-        let is_one = |scan: &&Scan| {
+pub(super) fn note_without_camera(scans: &[FileScan]) -> Result<Option<String>> {
+    let of_kind = |ending: &str| -> Vec<&FileScan> {
+        let is_one = |scan: &&FileScan| {
             let own = scan.path.extension().is_some_and(|own| own.eq_ignore_ascii_case(ending));
             own && scan.options.camera.is_none() && !scan.is_frame()
         };
