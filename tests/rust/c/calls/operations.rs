@@ -39,12 +39,12 @@ pub(super) fn an_image_is_sculpted_to_one_tolerance_after_the_other() {
         let core = surfrecon::sculpt::Sculptor::prepare(&core, &Default::default(), &none).unwrap();
         let core = core.refine(surfrecon::sculpt::Tolerance::Absolute(0.05), &none).unwrap().certificate;
         sculpt(0.05);
-        assert_eq!((certificate.f64(2), certificate.f64(11)), (core.max_error, core.max_error_single));
+        assert_eq!([MAX_ERROR, MAX_ERROR_SINGLE].map(|place| certificate.f64(place)), [core.max_error, core.max_error_single]);
         let mut sculpt = |tolerance: f64| {
             let mut mesh = Handle::NULL;
             api.ok((api.srf_sculptor_refine)(sculptor, tolerance, std::ptr::null(), &mut mesh, &mut certificate));
             api.ok((api.srf_mesh_free)(mesh));
-            certificate.numbers[10]
+            certificate.numbers[TRIANGLES]
         };
         let (exact, by_default) = (sculpt(0.0), sculpt(-1.0));
         assert!(exact <= 2 * 63 * 63 && by_default < exact, "{exact} {by_default}");
@@ -287,7 +287,7 @@ pub(super) fn a_mesh_is_clustered_and_so_is_a_chain() {
         let points = Array::of(&positions, F64, 3);
         api.ok((api.srf_cloud_create)(&points, none, none, none, std::ptr::null(), &mut cloud));
         api.ok((api.srf_cloud_cluster)(cloud, &params, std::ptr::null(), &mut mesh, &mut report));
-        assert_eq!((report.numbers[1], report.numbers[8]), (100, 0), "{report:?}");
+        assert_eq!((report.numbers[VERTICES], report.numbers[OFF_SURFACE]), (100, 0), "{report:?}");
         api.ok((api.srf_mesh_free)(mesh));
         let (out, watch) = (chain.as_mut_ptr(), std::ptr::null());
         api.ok((api.srf_cloud_cluster_levels)(cloud, wanted.as_ptr(), 2, std::ptr::null(), watch, out));
