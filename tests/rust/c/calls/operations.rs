@@ -39,7 +39,10 @@ pub(super) fn an_image_is_sculpted_to_one_tolerance_after_the_other() {
         let core = surfrecon::sculpt::Sculptor::prepare(&core, &Default::default(), &none).unwrap();
         let core = core.refine(surfrecon::sculpt::Tolerance::Absolute(0.05), &none).unwrap().certificate;
         sculpt(0.05);
-        assert_eq!([MAX_ERROR, MAX_ERROR_SINGLE].map(|place| certificate.f64(place)), [core.max_error, core.max_error_single]);
+        assert_eq!(
+            [MAX_ERROR, MAX_ERROR_SINGLE].map(|place| certificate.f64(place)),
+            [core.max_error, core.max_error_single]
+        );
         let mut sculpt = |tolerance: f64| {
             let mut mesh = Handle::NULL;
             api.ok((api.srf_sculptor_refine)(sculptor, tolerance, std::ptr::null(), &mut mesh, &mut certificate));
