@@ -284,6 +284,7 @@ GERMAN_TEXTS = {
     "Scans disagree by": "Scans weichen ab um",
     "Scans placed": "Scans am Platz",
     "Stray parts dropped, triangles": "Lose Teile entfernt, Dreiecke",
+    "Noise of the points": "Rauschen der Punkte",
     "Noise of the samples": "Rauschen der Messpunkte",
     "Chosen as": "Gewählt als",
     "Across the rays": "Quer zum Strahl",

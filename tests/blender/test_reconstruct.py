@@ -228,8 +228,8 @@ def test_noisy_points_are_smoothed_unless_the_surface_is_to_go_through_them():
         assert min(figures["noise"], figures["spacing"]) > 0
         assert (figures["smoothing"] > 0) == (figures["moved"] > 0) == ("noisy_points" not in options)
         assert (figures["smoothing"] == radius) == ("smooth" in options)
-        assert figures["outlier"] == len(expected.dropped["outlier"])
-        assert (figures["outlier"] > 100) == (options != {"noisy_points": "as_clean"})
+        assert figures["outliers"] == len(expected.dropped["outlier"])
+        assert (figures["outliers"] > 100) == (options != {"noisy_points": "as_clean"})
         assert np.array_equal(places(made), expected.mesh.positions.astype(np.float32))
 
 

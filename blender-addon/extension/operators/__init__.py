@@ -8,7 +8,7 @@ import bpy
 
 from ..translations import in_our_words
 
-MODULES = [importlib.import_module(f"{__name__}.{module.name}") for module in pkgutil.iter_modules(__path__)]
+MODULES = [importlib.import_module(f".{module.name}", __package__) for module in pkgutil.iter_modules(__path__)]
 
 
 def _classes():
