@@ -99,6 +99,7 @@ Outputs run(Job &job)
 
     job.log("Merged " + std::to_string(report.scans) + " layers, " + std::to_string(report.input_triangles) +
             " triangles, into " + std::to_string(surface.triangles().size()) + " triangles");
+    if (report.in_files != 0) job.log("Memory was short, so the merge worked in temporary files");
     log_figures(job, merge_figures, &report);
     Outputs out = values(merge_figures, &report);
     out["triangles"] = static_cast<int>(surface.triangles().size());

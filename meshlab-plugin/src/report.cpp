@@ -99,10 +99,18 @@ Outputs values(const Figures &figures, const void *report)
 void log_figures(const Job &job, const Figures &figures, const void *report)
 {
     std::string line;
-    for (const Figure &figure : figures) {
-        if (!is_there(figure, report) || is_nothing(figure, report)) continue;
-        line += (line.empty() ? "" : "; ") + std::string(figure.label) + ": ";
-        for (std::size_t place = 0; place < figure.size; ++place) line += (place > 0 ? ", " : "") + told(figure, report, place);
+    for (auto first = figures.begin(); first != figures.end();) {
+        // Parts of one figure follow each other under its label.
+        auto last = first;
+        std::string values;
+        bool is_anything = false;
+        for (; last != figures.end() && std::strcmp(last->label, first->label) == 0; ++last) {
+            if (!is_there(*last, report)) continue;
+            is_anything = is_anything || !is_nothing(*last, report);
+            for (std::size_t place = 0; place < last->size; ++place) values += (values.empty() ? "" : ", ") + told(*last, report, place);
+        }
+        if (is_anything) line += (line.empty() ? "" : "; ") + std::string(first->label) + ": " + values;
+        first = last;
     }
     job.log(line);
 }
