@@ -43,7 +43,7 @@ def calls(folder, pixels):
         "Sculpt Scan, preparing": lambda: job.sculptor(large),
         "Sculpt Scan": lambda: job.refine(sculptor, relative_tolerance=0.0005),
         "Quad Grid": lambda: job.adaptive_quads(large, rows=60, columns=60),
-        "Cluster Surface": lambda: job.cluster(coarse, vertices=pixels * pixels // 40),
+        "Remesh": lambda: job.cluster(coarse, vertices=pixels * pixels // 40),
         "Error Map": lambda: job.distances(points, mesh),
         "Measure Distance": lambda: job.surface_distance(mesh, shape, signed=True),
     }

@@ -197,7 +197,7 @@ def main():
         }
 
     select_only([merged])
-    bpy.ops.surfrecon.cluster(vertices=20_000)
+    bpy.ops.surfrecon.remesh(vertices=20_000)
     points = convert.positions(bpy.context.object.data)
     cloud = bpy.data.objects.new("Points", convert.new_mesh("Points", points.reshape(-1), np.empty(0, np.int32)))
     bpy.context.scene.collection.objects.link(cloud)
@@ -209,11 +209,11 @@ def main():
     told["reconstruct"] = told_of(studio, "reconstruct", "Surface from Points", points_told, through, merged, 0.0002)
 
     select_only([merged])
-    bpy.ops.surfrecon.cluster(vertices=5000)
+    bpy.ops.surfrecon.remesh(vertices=5000)
     even = bpy.context.object
     studio.picture("cluster-input", [in_clay(merged)], "OBJECT")
     dense_told = {"Triangles": f"{len(merged.data.polygons):,}"}
-    told["cluster"] = told_of(studio, "cluster", "Cluster Surface", dense_told, even, merged, 0.0003)
+    told["cluster"] = told_of(studio, "cluster", "Remesh", dense_told, even, merged, 0.0003)
     ramp = sys.modules[f"{MODULE}.operators.error_map"].RAMP
     (out / "gallery.json").write_text(json.dumps({"rows": told, "ramp": ramp, "size": (WIDTH, HEIGHT)}, indent=1))
     sys.stdout.flush()

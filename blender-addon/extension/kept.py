@@ -13,6 +13,31 @@ import numpy as np
 LOOK_SECONDS = 10.0
 
 
+def look_later(look, seconds):
+    """Calls `look` from time to time, in a window: it returns when to look again, or `None`."""
+    if not bpy.app.background and not bpy.app.timers.is_registered(look):
+        bpy.app.timers.register(look, first_interval=seconds, persistent=True)
+
+
+def listeners(kept, look):
+    """What a module registers and unregisters by: `kept` forgets when another file is read, and at the end."""
+
+    @bpy.app.handlers.persistent
+    def forget(*_):
+        kept.forget()
+
+    def register():
+        bpy.app.handlers.load_pre.append(forget)
+
+    def unregister():
+        bpy.app.handlers.load_pre.remove(forget)
+        if bpy.app.timers.is_registered(look):
+            bpy.app.timers.unregister(look)
+        kept.forget()
+
+    return register, unregister
+
+
 class Kept:
     """The one thing, its key and the operator it belongs to."""
 
@@ -35,8 +60,7 @@ class Kept:
     def keep(cls, owner, key, value):
         """Keeps a thing, and returns it."""
         cls.owner, cls.key, cls.value = owner, key, value
-        if not bpy.app.background and not bpy.app.timers.is_registered(look):
-            bpy.app.timers.register(look, first_interval=LOOK_SECONDS, persistent=True)
+        look_later(look, LOOK_SECONDS)
         return value
 
     @classmethod
@@ -67,20 +91,4 @@ def look():
     return None if Kept.owner is None else LOOK_SECONDS
 
 
-@bpy.app.handlers.persistent
-def forget(*_):
-    """Another file is read."""
-    Kept.forget()
-
-
-def register():
-    """Listens for other files."""
-    bpy.app.handlers.load_pre.append(forget)
-
-
-def unregister():
-    """Forgets, and listens no more."""
-    bpy.app.handlers.load_pre.remove(forget)
-    if bpy.app.timers.is_registered(look):
-        bpy.app.timers.unregister(look)
-    Kept.forget()
+register, unregister = listeners(Kept, look)

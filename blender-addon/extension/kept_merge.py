@@ -9,10 +9,9 @@ last merge.
 
 import time
 
-import bpy
 import surfrecon
 
-from .kept import fingerprint
+from .kept import fingerprint, listeners, look_later
 
 LOOK_SECONDS = 60.0
 
@@ -50,8 +49,7 @@ class KeptMerge:
                 cls.merger.add(scan)
                 cls.keys.append(key)
         cls.used = time.monotonic()
-        if not bpy.app.background and not bpy.app.timers.is_registered(look):
-            bpy.app.timers.register(look, first_interval=LOOK_SECONDS, persistent=True)
+        look_later(look, LOOK_SECONDS)
         return cls.merger
 
     @classmethod
@@ -89,20 +87,4 @@ def look():
     return None if KeptMerge.merger is None else LOOK_SECONDS
 
 
-@bpy.app.handlers.persistent
-def forget(*_):
-    """Another file is read."""
-    KeptMerge.forget()
-
-
-def register():
-    """Listens for other files."""
-    bpy.app.handlers.load_pre.append(forget)
-
-
-def unregister():
-    """Forgets, and listens no more."""
-    bpy.app.handlers.load_pre.remove(forget)
-    if bpy.app.timers.is_registered(look):
-        bpy.app.timers.unregister(look)
-    KeptMerge.forget()
+register, unregister = listeners(KeptMerge, look)

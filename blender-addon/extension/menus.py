@@ -19,7 +19,7 @@ OBJECT = (
     ("surfrecon.tint_scans", "surfrecon.true_size", "surfrecon.ground"),
     ("surfrecon.clean", "surfrecon.select_region", "surfrecon.remove_background"),
     ("surfrecon.align", "surfrecon.merge", "surfrecon.merge_to_file", "surfrecon.reconstruct"),
-    ("surfrecon.sculpt", "surfrecon.quads", "surfrecon.cluster"),
+    ("surfrecon.sculpt", "surfrecon.quads", "surfrecon.remesh"),
     ("surfrecon.error_map", "surfrecon.error_hide", "surfrecon.measure"),
 )
 
@@ -27,9 +27,14 @@ OBJECT = (
 def groups():
     """The groups of the menu; operators that no group names come last."""
     named = {*FILES, *(name for group in OBJECT for name in group)}
-    others = [cls.bl_idname for cls in operators.CLASSES if issubclass(cls, bpy.types.Operator)]
+    others = [cls.bl_idname for cls in operators.CLASSES if issubclass(cls, bpy.types.Operator) and not hidden(cls)]
     rest = tuple(name for name in others if name not in named)
     return (*OBJECT, rest) if rest else OBJECT
+
+
+def hidden(cls):
+    """Whether no menu and no search has the operator: a former name."""
+    return "INTERNAL" in getattr(cls, "bl_options", ())
 
 
 class SURFRECON_MT_object(bpy.types.Menu):

@@ -155,7 +155,7 @@ class SURFRECON_PT_reduce(ScansPanel, bpy.types.Panel):
             self.layout,
             ("surfrecon.sculpt", "MOD_DECIM"),
             ("surfrecon.quads", "MESH_GRID"),
-            ("surfrecon.cluster", "MOD_TRIANGULATE"),
+            ("surfrecon.remesh", "MOD_TRIANGULATE"),
         )
         # The slider of an object with levels of detail.
         obj = context.object

@@ -24,18 +24,18 @@ def scan(tmp_path):
 
 def test_a_shorter_chain_is_the_beginning_of_the_longer_one(extension):
     dense = add_mesh("torus", torus())
-    bpy.ops.surfrecon.cluster(vertices=400, levels=3)
+    bpy.ops.surfrecon.remesh(vertices=400, levels=3)
     long = [[v.co[:] for v in level.mesh.vertices] for level in bpy.context.object.surfrecon_levels]
     kept = extension.kept.Kept.value["chain"]
     bpy.context.view_layer.objects.active = dense
-    bpy.ops.surfrecon.cluster(vertices=400, levels=2)
+    bpy.ops.surfrecon.remesh(vertices=400, levels=2)
     assert extension.kept.Kept.value["chain"] is kept
     short = [[v.co[:] for v in level.mesh.vertices] for level in bpy.context.object.surfrecon_levels]
     assert short == long[:2]
     # And it is what the library makes of the shorter list.
     extension.kept.Kept.forget()
     bpy.context.view_layer.objects.active = dense
-    bpy.ops.surfrecon.cluster(vertices=400, levels=2)
+    bpy.ops.surfrecon.remesh(vertices=400, levels=2)
     assert [[v.co[:] for v in level.mesh.vertices] for level in bpy.context.object.surfrecon_levels] == short
 
 
@@ -59,7 +59,7 @@ def test_each_face_has_the_material_of_the_nearest_one():
         dense.data.materials.append(material)
     for face in dense.data.polygons:
         face.material_index = int(face.center.x > 0)
-    bpy.ops.surfrecon.cluster(vertices=500)
+    bpy.ops.surfrecon.remesh(vertices=500)
     made = bpy.context.object.data
     assert list(made.materials) == [left, right]
     wrong = [f for f in made.polygons if f.material_index != int(f.center.x > 0) and abs(f.center.x) > 0.05]
@@ -111,7 +111,7 @@ def test_a_coarse_surface_keeps_the_shape(extension):
     assert np.allclose(np.ptp(positions, axis=0), np.ptp(mesh.positions, axis=0), atol=0.1)
 
 
-LONG = {"sculpt": {}, "quads": {"rows": 8, "columns": 8}, "cluster": {"vertices": 100}, "reconstruct": {}}
+LONG = {"sculpt": {}, "quads": {"rows": 8, "columns": 8}, "remesh": {"vertices": 100}, "reconstruct": {}}
 
 
 @pytest.mark.parametrize("name", LONG)

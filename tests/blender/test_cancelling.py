@@ -24,7 +24,7 @@ LONG = {
     "reconstruct": {},
     "sculpt": {"relative_tolerance": 0.0001},
     "quads": {"rows": 20, "columns": 20},
-    "cluster": {"vertices": 10000},
+    "remesh": {"vertices": 10000},
     "error_map": {},
     "measure": {},
 }
@@ -75,12 +75,12 @@ def call(scans_file, extension, tmp_path):
     def run(name, *mode):
         for obj in bpy.context.selected_objects:
             obj.select_set(False)
-        active = shape if name in {"cluster", "error_map", "measure", "reproject", "virtual_scan"} else scans[0]
+        active = shape if name in {"remesh", "error_map", "measure", "reproject", "virtual_scan"} else scans[0]
         chosen = {
             "sculpt": scans[:1],
             "quads": scans[:1],
             "reconstruct": scans[:1],
-            "cluster": [shape],
+            "remesh": [shape],
             "reproject": [shape],
             "virtual_scan": [shape],
         }.get(name, [*scans, shape])

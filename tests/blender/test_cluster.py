@@ -24,7 +24,7 @@ def world_positions(obj):
 def test_as_many_vertices_as_asked_for_with_the_same_topology(dense):
     dense.matrix_world = Matrix.Translation((5, 0, 0)) @ Matrix.Rotation(1, 4, "X")
     bpy.context.view_layer.update()
-    assert bpy.ops.surfrecon.cluster(vertices=300) == {"FINISHED"}
+    assert bpy.ops.surfrecon.remesh(vertices=300) == {"FINISHED"}
     made = bpy.context.object
     assert made is not dense and bpy.context.selected_objects == [made]
     assert len(made.data.vertices) == 300 == made["surfrecon_cluster"]["vertices"]
@@ -44,7 +44,7 @@ def test_points_get_a_surface():
     made.data = points
     made.location = (1, 2, 3)
     bpy.context.view_layer.update()
-    assert bpy.ops.surfrecon.cluster(vertices=300) == {"FINISHED"}
+    assert bpy.ops.surfrecon.remesh(vertices=300) == {"FINISHED"}
     result = bpy.context.object
     assert len(result.data.vertices) == 300 and result.location[:] == (1, 2, 3)
     check = surface(result).check()
@@ -57,22 +57,22 @@ def test_point_clouds_get_a_surface():
     bpy.context.object.select_set(True)
     bpy.ops.object.convert(target="POINTCLOUD")
     assert bpy.context.object.type == "POINTCLOUD"
-    assert bpy.ops.surfrecon.cluster(vertices=300) == {"FINISHED"}
+    assert bpy.ops.surfrecon.remesh(vertices=300) == {"FINISHED"}
     assert len(bpy.context.object.data.vertices) == 300
 
 
 def test_zero_takes_a_tenth(dense):
-    bpy.ops.surfrecon.cluster()
+    bpy.ops.surfrecon.remesh()
     assert len(bpy.context.object.data.vertices) == len(dense.data.vertices) // 10
     bpy.context.view_layer.objects.active = dense
-    bpy.ops.surfrecon.cluster(resolution="PATCHES", patches=40)
+    bpy.ops.surfrecon.remesh(resolution="PATCHES", patches=40)
     assert bpy.context.object["surfrecon_cluster"]["patches"] >= 40
 
 
 def test_a_largest_error_holds_in_the_scene_s_unit(dense):
     dense.scale = (2, 2, 3)
     bpy.context.view_layer.update()
-    bpy.ops.surfrecon.cluster(resolution="ERROR", max_error=0.05)
+    bpy.ops.surfrecon.remesh(resolution="ERROR", max_error=0.05)
     made = bpy.context.object
     found = surfrecon.Mesh(world_positions(made), surface(made).triangles)
     assert len(made.data.vertices) < len(dense.data.vertices)
@@ -80,7 +80,7 @@ def test_a_largest_error_holds_in_the_scene_s_unit(dense):
 
 
 def test_a_chain_is_one_object_with_a_slider(dense):
-    bpy.ops.surfrecon.cluster(vertices=400, levels=3)
+    bpy.ops.surfrecon.remesh(vertices=400, levels=3)
     made = bpy.context.object
     assert [len(level.mesh.vertices) for level in made.surfrecon_levels] == [400, 100, 25]
     assert len(made.data.vertices) == 400
@@ -96,7 +96,7 @@ def test_a_chain_is_one_object_with_a_slider(dense):
 
 
 def test_levels_that_are_not_shown_are_saved(dense, tmp_path):
-    bpy.ops.surfrecon.cluster(vertices=400, levels=2)
+    bpy.ops.surfrecon.remesh(vertices=400, levels=2)
     name = bpy.context.object.name
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "levels.blend"))
     bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "levels.blend"))
@@ -106,7 +106,7 @@ def test_levels_that_are_not_shown_are_saved(dense, tmp_path):
 
 
 def test_a_chain_may_be_separate_objects(dense):
-    bpy.ops.surfrecon.cluster(vertices=400, levels=3, separate=True)
+    bpy.ops.surfrecon.remesh(vertices=400, levels=3, separate=True)
     assert sorted(len(obj.data.vertices) for obj in bpy.context.selected_objects) == [25, 100, 400]
     assert len(bpy.context.object.data.vertices) == 400
 
@@ -116,28 +116,28 @@ def test_a_scan_is_clustered_in_its_place(tmp_path):
     bpy.ops.surfrecon.import_scans(filepath=str(write_set(tmp_path, [image])))
     scan = bpy.data.objects[image.name]
     bpy.context.view_layer.objects.active = scan
-    bpy.ops.surfrecon.cluster(vertices=200)
+    bpy.ops.surfrecon.remesh(vertices=200)
     made = bpy.context.object
     assert np.abs(torus_distance(world_positions(made))).max() < 0.05
 
 
 def test_what_can_not_be_clustered_is_named(dense):
     with pytest.raises(RuntimeError, match='Set "Max error"'):
-        bpy.ops.surfrecon.cluster(resolution="ERROR")
+        bpy.ops.surfrecon.remesh(resolution="ERROR")
     points = bpy.data.objects.new("points", bpy.data.meshes.new("points"))
     points.data.from_pydata([(0, 0, 0), (1, 0, 0)], [], [])
     bpy.context.collection.objects.link(points)
     bpy.context.view_layer.objects.active = points
     with pytest.raises(RuntimeError, match="at least 3 different points"):
-        bpy.ops.surfrecon.cluster()
+        bpy.ops.surfrecon.remesh()
     bpy.context.view_layer.objects.active = None
     with pytest.raises(RuntimeError, match="Make a mesh or a point cloud the active object"):
-        bpy.ops.surfrecon.cluster()
+        bpy.ops.surfrecon.remesh()
     assert len(bpy.data.objects) == 2
 
 
 def test_the_operator_has_the_library_s_options(extension):
-    operator = import_module(f"{extension.__name__}.operators.cluster").SURFRECON_OT_cluster
+    operator = import_module(f"{extension.__name__}.operators.cluster").SURFRECON_OT_remesh
     assert operator.bl_options == {"REGISTER", "UNDO", "PRESET"}
     names = {p.name for p in surfrecon.parameters("cluster")}
-    assert names <= set(bpy.ops.surfrecon.cluster.get_rna_type().properties.keys())
+    assert names <= set(bpy.ops.surfrecon.remesh.get_rna_type().properties.keys())

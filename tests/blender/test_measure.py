@@ -173,4 +173,4 @@ def test_instances_count_where_they_are_seen_and_are_refused_elsewhere(kind, tmp
             getattr(bpy.ops.surfrecon, name)()
     bpy.context.view_layer.objects.active = host
     with pytest.raises(RuntimeError, match="shows instances|has no vertices"):
-        bpy.ops.surfrecon.cluster(vertices=50)
+        bpy.ops.surfrecon.remesh(vertices=50)

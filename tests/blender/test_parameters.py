@@ -18,7 +18,7 @@ OTHERS = {
     "merge": {"voxel": 0.05},
     "sculpt": {"relative_tolerance": 0.05},
     "quads": {"rows": 6, "columns": 6},
-    "cluster": {"vertices": 100},
+    "remesh": {"vertices": 100},
 }
 FLOATS = (float("nan"), float("inf"), -1e30, 1e30, 1e-30)
 INTEGERS = (-(2**31), 0, 1, 2**31 - 1)
@@ -55,7 +55,7 @@ def prepare(folder):
 def select(name, scan, shape):
     for obj in bpy.context.selected_objects:
         obj.select_set(False)
-    on_shape = name in {"cluster", "error_map", "measure", "reproject", "virtual_scan"}
+    on_shape = name in {"remesh", "error_map", "measure", "reproject", "virtual_scan"}
     chosen = [shape] if on_shape else [scan]
     if name in {"align", "error_map", "measure"}:
         chosen = [shape, scan]
@@ -98,7 +98,7 @@ def test_undo_and_redo_back_and_forth(tmp_path):
     _, scan, shape = prepare(tmp_path)
     bpy.ops.ed.undo_push(message="start")
     counts = [len(bpy.data.objects)]
-    for name in ("sculpt", "quads", "cluster", "error_map", "merge"):
+    for name in ("sculpt", "quads", "remesh", "error_map", "merge"):
         select(name, bpy.data.objects[scan.name], bpy.data.objects["torus"])
         assert getattr(bpy.ops.surfrecon, name)(**OTHERS.get(name, {})) == {"FINISHED"}
         bpy.ops.ed.undo_push(message=name)

@@ -32,7 +32,7 @@ def test_writing_the_file_of_this_version(tmp_path):
     bpy.ops.surfrecon.import_scans(filepath=str(write_set(tmp_path, images())))
     bpy.ops.surfrecon.merge(voxel=VOXEL)
     bpy.ops.surfrecon.error_map()
-    bpy.ops.surfrecon.cluster(vertices=100, levels=2)
+    bpy.ops.surfrecon.remesh(vertices=100, levels=2)
     bpy.context.object.name = "Levels"
     saved = tmp_path / "saved.blend"
     bpy.ops.wm.save_as_mainfile(filepath=str(saved), copy=True, relative_remap=False)

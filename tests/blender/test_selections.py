@@ -18,7 +18,7 @@ OPERATORS = {
     "reconstruct": {},
     "sculpt": {"relative_tolerance": 0.01},
     "quads": {"rows": 8, "columns": 8},
-    "cluster": {"vertices": 100},
+    "remesh": {"vertices": 100},
     "error_map": {},
     "error_hide": {},
     "measure": {},

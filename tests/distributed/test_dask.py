@@ -112,7 +112,7 @@ def test_errors_come_back_as_they_are(client, scans, workspace, tmp_path):
         distributed.merge(surfrecon.open(scans), tmp_path / "surface.ply", **given)
     with pytest.raises(surfrecon.InputError, match="s3://bucket/surface.ply: the surface is a file"):
         distributed.merge(scans, "s3://bucket/surface.ply", **given)
-    with pytest.raises(surfrecon.InputError, match="which only .ply is"):
+    with pytest.raises(surfrecon.InputError, match="only .ply is written piece by piece"):
         distributed.merge(scans, tmp_path / "surface.obj", **given)
     with pytest.raises(surfrecon.FileError, match="nowhere"):
         distributed.merge(tmp_path / "nowhere.ply", tmp_path / "surface.ply", **given)

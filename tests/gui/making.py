@@ -122,7 +122,7 @@ def adjusting_long():
     select([bpy.data.objects["Merged"]])
     run(bpy.ops.ed.undo_push, "EXEC_DEFAULT", message="select")
     count = len(bpy.data.objects)
-    run(bpy.ops.surfrecon.cluster, vertices=3000)
+    run(bpy.ops.surfrecon.remesh, vertices=3000)
     yield from until(lambda: running.job is None)
     first = len(bpy.context.object.data.vertices)
     check("the surface is clustered", len(bpy.data.objects) == count + 1)

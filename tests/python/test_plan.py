@@ -329,7 +329,7 @@ def test_bad_plans_are_refused(scans, tmp_path):
         with pytest.raises(kind, match=text):
             planned(tmp_path, scans, **given)
     for output, text in [
-        ("surface.obj", r"which only \.ply is"),
+        ("surface.obj", r"only \.ply is written piece by piece"),
         ("nowhere/surface.ply", "there is no folder .*nowhere"),
         (next(scans.parent.glob("*.ply")), "is a scan: give the surface another name"),
     ]:

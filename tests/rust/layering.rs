@@ -19,7 +19,7 @@ const FLOORS: &[&[&str]] = &[
 /// The folders of the merge, in the order in which data go through them: each knows those before it, and `pipeline`, `run`,
 /// `reference` and `dump` know all.
 const MERGE: &[&str] = &["crossings", "intake", "field", "visibility", "surface", "colour", "finish"];
-const OVER_THE_MERGE: &[&str] = &["pipeline", "run", "reference", "dump", "types", "operation"];
+const OVER_THE_MERGE: &[&str] = &["pipeline", "run", "reference", "dump", "operation", "params", "report"];
 /// Names that declarations of parameters, reports and operations use each in a sense of its own.
 const SAME_NAMES: &[&str] = &["Content", "Field", "Kind", "Measured", "Schema", "Shape"];
 /// What stands on the core, and knows its roof and the allocator alone.

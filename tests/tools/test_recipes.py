@@ -34,8 +34,12 @@ def test_each_crate_has_the_usual_skeleton(operation):
 
 @pytest.mark.parametrize("operation", OPERATIONS)
 def test_lists_that_are_found_name_no_operation(operation):
-    """What would be a further file by hand: a list that has the operation and is neither generated nor in the recipe."""
-    for path in ("blender-addon/extension/operators/__init__.py", "meshlab-plugin/src/plugin.cpp", "c-api/src/params.rs"):
+    """A list that has the operation, and is neither generated nor in the recipe, would be a further file by hand."""
+    for path in (
+        "blender-addon/extension/operators/__init__.py",
+        "meshlab-plugin/src/plugin.cpp",
+        "c-api/src/params.rs",
+    ):
         text = (ROOT / path).read_text("utf-8")
         by_hand = re.sub(r"// modules\n.*?// end\n", "", text, flags=re.S)
         assert not re.search(rf"\b{operation}(_filter)?\b", by_hand), path

@@ -34,7 +34,7 @@ class Level(bpy.types.PropertyGroup):
 
 
 @declared.operator("cluster")
-class SURFRECON_OT_cluster(JobOperator, bpy.types.Operator):
+class SURFRECON_OT_remesh(JobOperator, bpy.types.Operator):
     """Runs the operation `cluster`."""
 
     bl_options = {"REGISTER", "UNDO", "PRESET"}
@@ -160,6 +160,35 @@ class SURFRECON_OT_cluster(JobOperator, bpy.types.Operator):
         angle = math.degrees(chain[0].report["after"]["mean_smallest_angle"])
         counts = ", ".join(f"{len(level.mesh.positions):,}" for level in chain)
         self.report({"INFO"}, f"{counts} vertices; mean smallest angle {angle:.1f} degrees")
+
+
+class SURFRECON_OT_cluster(bpy.types.Operator):
+    """The former name of Remesh, for scripts"""
+
+    bl_idname = "surfrecon.cluster"
+    bl_label = "Remesh"
+    bl_options = {"UNDO", "INTERNAL"}
+
+    __annotations__ = dict(SURFRECON_OT_remesh.__annotations__)
+
+    @classmethod
+    def poll(cls, context):
+        """As of Remesh."""
+        return bpy.ops.surfrecon.remesh.poll()
+
+    def execute(self, context):
+        """Remeshes, and tells the name."""
+        return self.remesh("EXEC_DEFAULT")
+
+    def invoke(self, context, event):
+        """For keys that call it."""
+        return self.remesh("INVOKE_DEFAULT")
+
+    def remesh(self, how):
+        """Calls Remesh with what was given."""
+        self.report({"WARNING"}, "surfrecon.cluster is called surfrecon.remesh now")
+        given = {name: getattr(self, name) for name in self.__annotations__ if self.properties.is_property_set(name)}
+        return bpy.ops.surfrecon.remesh(how, **given)
 
 
 def dense(obj, depsgraph):

@@ -18,8 +18,8 @@ pub const OPERATION: Operation = Operation {
         text: "Replaces a dense mesh by a coarse one of well-shaped triangles, or by a chain of levels of detail.",
     }),
     blender: Some(Operator {
-        id: "cluster",
-        label: "Cluster Surface",
+        id: "remesh",
+        label: "Remesh",
         text: "Make a coarser mesh of well-shaped triangles from the active surface or points, or a chain of levels of detail",
     }),
     meshlab: Some(Filter {

@@ -34,13 +34,15 @@ pub mod reference;
 
 mod dump;
 
-mod types;
+mod params;
+mod report;
 
 pub use finish::deviation::deviation;
 pub use image::source::{Loading, OrientedSurface, PlacedMesh, ScanSource, common_crs};
 pub use operation::OPERATION;
+pub use params::{MergeParams, SCHEMA};
+pub use report::{MergeReport, Merged, VoxelReason, Warning, WarningKind};
 pub use run::{Reuse, Run, Store, incremental, merge, out_of_core};
-pub use types::{MergeParams, MergeReport, Merged, SCHEMA, VoxelReason, Warning, WarningKind};
 
 use base::error::Result;
 use base::progress::Progress;

@@ -36,7 +36,8 @@
 
 // what goes in and out
 mod operation;
-mod types;
+mod params;
+mod report;
 
 // 0. samples
 mod isolated;
@@ -105,10 +106,8 @@ pub use operation::OPERATION;
 pub use reconstructor::PLAN;
 pub use reconstructor::Reconstructor;
 
-pub use types::{
-    Closure, Dropped, NoisyPoints, Reason, ReconstructParams, ReconstructReport, Reconstructed, SCHEMA, Threshold,
-    Topology,
-};
+pub use params::{Closure, NoisyPoints, ReconstructParams, SCHEMA, Threshold, Topology};
+pub use report::{Dropped, Reason, ReconstructReport, Reconstructed};
 
 use base::error::Result;
 use base::progress::{Pace, Progress};

@@ -8,7 +8,7 @@
 //! ```
 
 use super::folds;
-use super::rays::Sight;
+use super::rays::Rays;
 use base::error::{Error, Result};
 use base::progress::Progress;
 use image::range_image::{Projection, RangeImage};
@@ -75,10 +75,10 @@ impl Domain {
         progress.check()?;
         let seen_triangles = over_pixels.len();
         if folds::possible(image) {
-            let hidden = match Sight::new(image, domain.mirrored) {
-                Sight::Parallel(view) => folds::hidden(&view, &over_pixels, progress)?,
-                Sight::Central(view) => folds::hidden(&view, &over_pixels, progress)?,
-                Sight::Flat(_) | Sight::Pinhole(_) => vec![false; over_pixels.len()],
+            let hidden = match Rays::new(image, domain.mirrored) {
+                Rays::Parallel(view) => folds::hidden(&view, &over_pixels, progress)?,
+                Rays::Central(view) => folds::hidden(&view, &over_pixels, progress)?,
+                Rays::Flat(_) | Rays::Pinhole(_) => vec![false; over_pixels.len()],
             };
             let mut hidden = hidden.into_iter();
             over_pixels.retain(|_| !hidden.next().unwrap_or(false));

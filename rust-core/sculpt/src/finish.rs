@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::domain::Domain;
 use super::pieces::Pieces;
-use super::rays::Sight;
+use super::rays::Rays;
 use base::error::Result;
 use base::progress::Progress;
 use image::range_image::RangeImage;
@@ -22,11 +22,11 @@ pub(super) fn mesh(image: &RangeImage, domain: &Domain, pieces: &Pieces, progres
         positions.extend(block?.iter().map(|&p| image.point_in_sensor(p as usize)));
     }
     if !pieces.moved.is_empty() {
-        let (sight, values) = (Sight::new(image, domain.mirrored), pieces.values(image.len()));
+        let (rays, values) = (Rays::new(image, domain.mirrored), pieces.values(image.len()));
         for (position, &p) in positions.iter_mut().zip(&pixels) {
             let value = values[p as usize];
             if !value.is_nan() {
-                *position = sight.point(image, p, value);
+                *position = rays.point(image, p, value);
             }
         }
     }

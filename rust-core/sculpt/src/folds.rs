@@ -148,7 +148,7 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::rays::Sight;
+    use crate::rays::Rays;
     use crate::view::CentralSite;
     use crate::windows::Window;
     use image::range_image::Viewing;
@@ -161,9 +161,9 @@ mod tests {
             .into_iter()
             .map(|viewing| {
                 let image = RangeImage::from_points(1, points.len(), points.clone(), viewing).unwrap();
-                match Sight::new(&image, false) {
-                    Sight::Parallel(view) => hidden(&view, &corners, &Progress::none()).unwrap(),
-                    Sight::Central(view) => hidden(&view, &corners, &Progress::none()).unwrap(),
+                match Rays::new(&image, false) {
+                    Rays::Parallel(view) => hidden(&view, &corners, &Progress::none()).unwrap(),
+                    Rays::Central(view) => hidden(&view, &corners, &Progress::none()).unwrap(),
                     _ => unreachable!("point grids are seen along parallel rays or from a point"),
                 }
             })
@@ -190,7 +190,7 @@ mod tests {
         let side = 9;
         let points = (0..side * side).map(|i| [(i % side) as f32, (i / side) as f32, 0.0]).collect();
         let image = RangeImage::from_points(side, side, points, Viewing::Parallel(-DVec3::Z)).unwrap();
-        let Sight::Parallel(view) = Sight::new(&image, false) else { unreachable!("parallel rays") };
+        let Rays::Parallel(view) = Rays::new(&image, false) else { unreachable!("parallel rays") };
         let cell = |i: usize| (i / (side - 1) * side + i % (side - 1)) as u32;
         let down = side as u32;
         let triangles: Vec<[u32; 3]> = (0..(side - 1) * (side - 1))
@@ -216,9 +216,9 @@ mod tests {
             let down = side as u32;
             let triangles: Vec<[u32; 3]> =
                 cells.flat_map(|a| [[a, a + 1, a + down + 1], [a, a + down + 1, a + down]]).collect();
-            let windows: Vec<Window> = match Sight::new(&image, false) {
-                Sight::Parallel(view) => windows_of(&view, &triangles),
-                Sight::Central(view) => windows_of(&view, &triangles),
+            let windows: Vec<Window> = match Rays::new(&image, false) {
+                Rays::Parallel(view) => windows_of(&view, &triangles),
+                Rays::Central(view) => windows_of(&view, &triangles),
                 _ => unreachable!("a point grid"),
             };
             let mut grid = Grid::new(&windows, eye.is_some());
@@ -274,7 +274,7 @@ mod tests {
             let points: Vec<[f32; 3]> = points.map(|p| p.as_vec3().to_array()).collect();
             let image = RangeImage::from_points(2, 9, points, Viewing::From(DVec3::ZERO)).unwrap();
             for mirrored in [false, true] {
-                let Sight::Central(view) = Sight::new(&image, mirrored) else { unreachable!("rays from a point") };
+                let Rays::Central(view) = Rays::new(&image, mirrored) else { unreachable!("rays from a point") };
                 let turned = |[a, b, c]: [u32; 3]| {
                     let turn = CentralSite::turn(&view.site(a), &view.site(b), &view.site(c));
                     if turn > 0.0 { [a, b, c] } else { [a, c, b] }

@@ -20,7 +20,7 @@ pub const OPERATION: Operation = Operation {
     blender: Some(Operator {
         id: "sculpt",
         label: "Sculpt Scan",
-        text: "Make a mesh of few triangles from the active scan that stays within a tolerance of every sample",
+        text: "Simplify the active scan to a mesh of few triangles that stays within a tolerance of every sample",
     }),
     meshlab: Some(Filter {
         label: "Surface Reconstruction: Range Image Sculpting",

@@ -1,12 +1,12 @@
-//! Which of the four kinds of sight an image has, and points on its rays.
+//! The four kinds of rays that an image has, and points on them.
 
 use glam::DVec3;
 
 use super::view::{CentralView, FlatView, ParallelView, PinholeView, View};
 use image::range_image::{Projection, RangeImage, Samples, Viewing};
 
-/// The sight of an image.
-pub(super) enum Sight<'a> {
+/// The rays of an image.
+pub(super) enum Rays<'a> {
     /// Orthographic.
     Flat(FlatView<'a>),
     /// Pinhole.
@@ -17,37 +17,37 @@ pub(super) enum Sight<'a> {
     Central(CentralView<'a>),
 }
 
-impl<'a> Sight<'a> {
+impl<'a> Rays<'a> {
     /// `mirrored`: triangles that turn like columns toward rows turn clockwise seen from the sensor.
     pub fn new(image: &'a RangeImage, mirrored: bool) -> Self {
         let cols = image.cols() as u32;
         let sign = if mirrored { -1.0 } else { 1.0 };
         match (image.projection(), image.samples()) {
-            (Projection::Orthographic { .. }, Samples::Values(values)) => Sight::Flat(FlatView { values, cols }),
+            (Projection::Orthographic { .. }, Samples::Values(values)) => Rays::Flat(FlatView { values, cols }),
             (&Projection::Pinhole { focal, centre, depth }, Samples::Values(values)) => {
-                Sight::Pinhole(PinholeView { values, cols, focal, centre, depth })
+                Rays::Pinhole(PinholeView { values, cols, focal, centre, depth })
             }
             (Projection::PointGrid(Viewing::Parallel(direction)), _) => {
                 // Along an axis this is a signed permutation: the points keep every digit.
                 let toward = -direction.normalize();
                 let (right, up) = across(toward);
-                Sight::Parallel(ParallelView { image, right: right * sign, up, toward })
+                Rays::Parallel(ParallelView { image, right: right * sign, up, toward })
             }
-            (Projection::PointGrid(Viewing::From(eye)), _) => Sight::Central(CentralView { image, eye: *eye, sign }),
-            _ => Sight::Central(CentralView { image, eye: DVec3::ZERO, sign }),
+            (Projection::PointGrid(Viewing::From(eye)), _) => Rays::Central(CentralView { image, eye: *eye, sign }),
+            _ => Rays::Central(CentralView { image, eye: DVec3::ZERO, sign }),
         }
     }
 }
 
-impl Sight<'_> {
+impl Rays<'_> {
     /// The point on the ray of pixel `index` whose [`Site::value`] is `value`, in the sensor's frame.
     pub fn point(&self, image: &RangeImage, index: u32, value: f64) -> DVec3 {
         let sample = image.point_in_sensor(index as usize);
         match self {
-            Sight::Flat(_) => sample.with_z(value),
-            Sight::Pinhole(view) => sample * (view.site(index).inverse / value),
-            Sight::Parallel(view) => sample + view.toward * (value - view.site(index).height),
-            Sight::Central(view) => view.eye + (sample - view.eye) / value,
+            Rays::Flat(_) => sample.with_z(value),
+            Rays::Pinhole(view) => sample * (view.site(index).inverse / value),
+            Rays::Parallel(view) => sample + view.toward * (value - view.site(index).height),
+            Rays::Central(view) => view.eye + (sample - view.eye) / value,
         }
     }
 }

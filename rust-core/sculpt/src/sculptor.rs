@@ -7,7 +7,7 @@ use super::domain::Domain;
 use super::ladder::Ladder;
 use super::mend::{self, Bound};
 use super::pieces::Pieces;
-use super::rays::{Sight, aspect};
+use super::rays::{Rays, aspect};
 use super::search::Search;
 use super::star::Rules;
 use super::view::{LatticeSite, View};
@@ -225,11 +225,11 @@ impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
     pub(super) fn dig(&self, tolerance: f64, dug: &(dyn Fn() + Sync), progress: &Progress<'_>) -> Result<Dug> {
         let [nearest, farthest] = self.domain.range;
         let bound = Bound::new(tolerance, nearest.abs().max(farthest.abs()));
-        match Sight::new(self.image.borrow(), self.domain.mirrored) {
-            Sight::Flat(view) => self.dig_tiles(&view, bound, dug, progress),
-            Sight::Pinhole(view) => self.dig_tiles(&view, bound, dug, progress),
-            Sight::Parallel(view) => self.peel(&view, bound, dug, progress),
-            Sight::Central(view) => self.peel(&view, bound, dug, progress),
+        match Rays::new(self.image.borrow(), self.domain.mirrored) {
+            Rays::Flat(view) => self.dig_tiles(&view, bound, dug, progress),
+            Rays::Pinhole(view) => self.dig_tiles(&view, bound, dug, progress),
+            Rays::Parallel(view) => self.peel(&view, bound, dug, progress),
+            Rays::Central(view) => self.peel(&view, bound, dug, progress),
         }
     }
 
@@ -375,11 +375,11 @@ impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
     }
 
     fn mend(&self, pieces: &Pieces, errors: &[f64], bound: &Bound, progress: &Progress<'_>) -> Result<Option<Pieces>> {
-        match Sight::new(self.image.borrow(), self.domain.mirrored) {
-            Sight::Flat(view) => mend::mend(&view, pieces, errors, bound, progress),
-            Sight::Pinhole(view) => mend::mend(&view, pieces, errors, bound, progress),
-            Sight::Parallel(view) => mend::mend(&view, pieces, errors, bound, progress),
-            Sight::Central(view) => mend::mend(&view, pieces, errors, bound, progress),
+        match Rays::new(self.image.borrow(), self.domain.mirrored) {
+            Rays::Flat(view) => mend::mend(&view, pieces, errors, bound, progress),
+            Rays::Pinhole(view) => mend::mend(&view, pieces, errors, bound, progress),
+            Rays::Parallel(view) => mend::mend(&view, pieces, errors, bound, progress),
+            Rays::Central(view) => mend::mend(&view, pieces, errors, bound, progress),
         }
     }
 }

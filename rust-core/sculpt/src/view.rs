@@ -1,10 +1,10 @@
 //! What a pixel is to the digging: where the sensor sees it, and how far away its sample lies.
 //!
 //! Seen from the sensor a straight edge is straight, whatever the projection; so the mesh is a planar triangulation of
-//! what the sensor sees, and a triangle gives every ray that it covers one range. The four kinds of sight differ in two
+//! what the sensor sees, and a triangle gives every ray that it covers one range. The four kinds of rays differ in two
 //! things only: the exact sign that says on which side of an edge a pixel is seen, and the formula of that range.
 //!
-//! | sight | seen at | range of a triangle along a ray |
+//! | rays | seen at | range of a triangle along a ray |
 //! |---|---|---|
 //! | flat: orthographic | pixel lattice | linear in column and row |
 //! | pinhole | pixel lattice | its inverse is linear in column and row |

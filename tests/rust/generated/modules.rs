@@ -27,7 +27,10 @@ fn of_rust() {
     let crates =
         std::fs::read_dir(root().join("rust-core")).expect("the crates").map(|entry| entry.expect("an entry").path());
     let mut names: Vec<String> = crates
-        .filter(|folder| folder.join("src/operation.rs").is_file())
+        .filter(|folder| {
+            std::fs::read_to_string(folder.join("src/operation.rs"))
+                .is_ok_and(|text| text.contains("pub const OPERATION:"))
+        })
         .map(|folder| folder.file_name().expect("a name").to_string_lossy().into_owned())
         .collect();
     names.sort_unstable();

@@ -1,7 +1,8 @@
 """The command line: ``surfrecon --help``.
 
 ======================== =======================================================================
-``program``              runs a command; exit codes
+``program``              runs a command line, and what becomes of errors
+``performing``           one command from reading to writing; exit codes
 ``parser``, ``options``  the command line; options out of the table of parameters
 ``commands``             what each command takes and writes
 ``operations``           what each command does

@@ -16,7 +16,7 @@ from . import inputs, record, streams
 from .conflicts import of_others, refuse_conflicts
 from .files import refuse_unwritable, write_text
 from .manifest import Job, read_jobs
-from .program import DONE, FAILED, perform, problem_of, show
+from .performing import DONE, FAILED, perform, problem_of, show
 from .progress import Shown
 from .requests import UsageError
 from .stops import Stops

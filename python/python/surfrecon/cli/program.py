@@ -1,27 +1,22 @@
-"""Runs a command; what becomes of errors, and exit codes."""
+"""Runs a command line; what becomes of errors."""
 
 from __future__ import annotations
 
 import argparse
-import os
-import time
 from collections.abc import Sequence
-from typing import Any
 
 from .. import _native
-from .._errors import Cancelled, ParameterError, SurfreconError
-from . import inputs, progress, record, streams
-from .commands import COMMANDS
-from .files import is_same, refuse_unwritable, write_text
+from .._errors import ParameterError, SurfreconError
+from . import progress, streams
+from .files import is_same, refuse_unwritable
 from .parser import BadCommandLine, parser, requested
+from .performing import CLOSED_PIPE, DONE, FAILED, WRONG_USE, perform, problem_of, show
 from .progress import Shown
 from .requests import UsageError
 from .stops import Stopped, Stops
-from .work import Made, Work
+from .work import Work
 
-__all__ = ["perform", "problem_of", "run"]
-
-DONE, FAILED, WRONG_USE, CLOSED_PIPE = 0, 1, 2, 141
+__all__ = ["run"]
 
 
 def run(arguments: Sequence[str]) -> int:
@@ -98,13 +93,6 @@ def _line(command: str, problem: object) -> str:
     return f"{': '.join(command.split())}: {' '.join(str(problem).split(chr(10)))}"
 
 
-def problem_of(problem: BaseException) -> str:
-    """What an error says, with the file's name where that is not in its text."""
-    if isinstance(problem, OSError) and not isinstance(problem, SurfreconError):
-        return f"{os.fsdecode(problem.filename or '')}: {problem.strerror}".removeprefix(": ")
-    return str(problem) or "out of memory"
-
-
 def _dispatch(given: argparse.Namespace, stops: Stops) -> int:
     if given.command == "completion":
         from .completion import script
@@ -151,53 +139,3 @@ def _tell_notes(given: argparse.Namespace, work: Work) -> None:
     if not given.quiet:
         for note in work.notes:
             streams.tell(f"surfrecon: {given.command}: {note}")
-
-
-def show(given: argparse.Namespace, document: dict[str, Any]) -> None:
-    """Hands out a report, where that was asked for."""
-    if given.report is not None:
-        write_text(given.report, record.text(document) + "\n")
-    if given.json:
-        streams.say(record.text(document))
-
-
-def perform(work: Work) -> tuple[dict[str, Any], Made]:
-    """Runs what is asked, from reading to writing; returns the report.
-
-    From when its result is written on, signals are deferred: a command that was stopped has left nothing.
-
-    Raises:
-        UsageError, ParameterError: it can't be asked.
-        SurfreconError, OSError: a file, or what it holds, can't be used.
-        Stopped: that was asked for.
-    """
-    try:
-        with work.listening():
-            return _performed(work)
-    except Cancelled:
-        # By progress, which knows that a signal came.
-        work.stops.resume()
-        raise
-
-
-def _performed(work: Work) -> tuple[dict[str, Any], Made]:
-    request, began = work.request, time.monotonic()
-    command = COMMANDS[request.command]
-    command.check(request)
-    is_file = request.output is not None and command.is_file(request.output)
-    if request.output is not None and is_file:
-        refuse_unwritable(request.output)
-    made = command.run(work)
-    written: list[str] = []
-    if request.output is not None and made.write is not None:
-        written = [request.output, *made.beside(request.output)]
-        work.refuse(written)
-        work.refuse_beside(written[1:])
-    work.stops.check()
-    work.stops.defer()
-    if request.output is not None and made.write is not None:
-        with work.showing() as shown:
-            made.write(request.output, shown, record.provenance(work))
-    hashes = work.hashes and is_file
-    outputs = [inputs.hashed(path) if hashes else inputs.named(path) for path in written]
-    return record.finished(work, made, outputs, time.monotonic() - began), made

@@ -9,7 +9,7 @@ from typing import Any
 from .. import _native
 from ..distributed import Plan
 from . import streams
-from .program import DONE, show
+from .performing import DONE, show
 from .progress import Shown
 from .requests import UsageError
 from .stops import Stops

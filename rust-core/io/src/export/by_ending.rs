@@ -130,9 +130,10 @@ pub fn write_mesh(
 /// As [`check_mesh_file`]; [`Error::Input`] for anything but binary PLY.
 pub fn check_file_in_pieces(path: &Path, options: &WriteOptions) -> Result<()> {
     let shown = known_as(path);
-    if check_mesh_file(path, options)? != "ply" {
+    if !matches!(ending_for(path, Holding::Mesh), Ok("ply")) {
         return Err(Error::input(format!("{shown}: only .ply is written piece by piece: choose such a name")));
     }
+    check_mesh_file(path, options)?;
     if options.encoding == Encoding::Ascii {
         let encoding = options.encoding.name();
         return Err(Error::input(format!(

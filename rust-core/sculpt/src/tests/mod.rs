@@ -4,7 +4,7 @@ use glam::DVec3;
 use proptest::prelude::*;
 
 use super::domain::Domain;
-use super::rays::Sight;
+use super::rays::Rays;
 use super::view::{Site, View};
 use super::*;
 use image::range_image::test_images::{ahead, as_point_grid, plane, projections, render, sphere};
@@ -117,11 +117,11 @@ fn assert_sound(image: &RangeImage, params: &SculptParams, sculpted: &Sculpted) 
     let turned = |t: [u32; 3]| if domain.mirrored { [t[0], t[2], t[1]] } else { t };
     for triangle in &mesh.triangles {
         let [a, b, c] = turned(*triangle).map(|v| pixels[v as usize]);
-        let turn = match Sight::new(image, domain.mirrored) {
-            Sight::Flat(view) => turn_of(&view, [a, b, c]),
-            Sight::Pinhole(view) => turn_of(&view, [a, b, c]),
-            Sight::Parallel(view) => turn_of(&view, [a, b, c]),
-            Sight::Central(view) => turn_of(&view, [a, b, c]),
+        let turn = match Rays::new(image, domain.mirrored) {
+            Rays::Flat(view) => turn_of(&view, [a, b, c]),
+            Rays::Pinhole(view) => turn_of(&view, [a, b, c]),
+            Rays::Parallel(view) => turn_of(&view, [a, b, c]),
+            Rays::Central(view) => turn_of(&view, [a, b, c]),
         };
         assert!(turn > 0.0);
     }
