@@ -1,5 +1,6 @@
 """Checks the files of the tree: no paths of somebody's machine, no large files, citations with a reference,
-dependencies and long files with a reason, licences where they belong, workflows that call what there is.
+dependencies and long files with a reason, licences where they belong, workflows that call what there is, guides
+that are easy to read and promise nothing that is not published.
 """
 
 import re
@@ -8,6 +9,7 @@ import sys
 import tomllib
 from pathlib import Path
 
+import plain_words
 import platforms
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -19,6 +21,12 @@ BARE_CITATION = re.compile(r"^\s*//[/!].*(?<!\\)\[[A-Z][A-Za-z]{0,5}[0-9]{2}\]")
 # Lines of a file of code, unless ARCHITECTURE.md says why it has more.
 MOST_LINES = 1_000
 CODE = {".rs", ".py", ".c", ".cpp", ".h", ".hpp", ".sh"}
+# The first screen and more; the rest belongs into guides.
+README_BYTES = 8_000
+# What leads somewhere from the first release on, and before to nothing or to whoever takes the name.
+PUBLISHED = re.compile(
+    r"pip install (?:--?\S+ )*['\"]?surfrecon\b|cargo (?:add|install) surfrecon|/surfrecon/releases\b"
+)
 LICENCES = [
     "LICENSE-MIT",
     "LICENSE-APACHE",
@@ -103,8 +111,43 @@ def architecture_section(title):
     return rest.partition("\n## ")[0]
 
 
+def guides():
+    """README.md and the guides."""
+    return [ROOT / "README.md", *sorted((ROOT / "docs" / "site" / "guide").glob("*.md"))]
+
+
+def word_problems():
+    """Yields what makes a guide hard to read, and what README.md has that belongs elsewhere."""
+    size = (ROOT / "README.md").stat().st_size
+    if size > README_BYTES:
+        yield f"README.md: {size} bytes, at most {README_BYTES}: move text into a guide"
+    for path in guides():
+        for problem in plain_words.markdown(path.read_text("utf-8")).problems():
+            yield f"{path.relative_to(ROOT)}: {problem}"
+
+
+def unpublished(changelog, text):
+    """Lines that lead somewhere only once there is a release, with their numbers; none once there is one."""
+    heading = re.search(r"^## (.+)$", changelog, re.M)
+    if heading is None or "unreleased" not in heading[1] or re.search(r"^## (?!.*unreleased)", changelog, re.M):
+        return []
+    return [(number, line) for number, line in enumerate(text.splitlines(), 1) if PUBLISHED.search(line)]
+
+
+def publishing_problems():
+    """Yields lines of pages for users that name what is not published yet."""
+    changelog = (ROOT / "CHANGELOG.md").read_text("utf-8")
+    pages = [*guides(), *sorted((ROOT / "docs" / "site").glob("*.md"))]
+    pages += [ROOT / folder / "README.md" for folder in ("blender-addon", "meshlab-plugin", "python")]
+    for path in pages:
+        for number, line in unpublished(changelog, path.read_text("utf-8")):
+            yield f"{path.relative_to(ROOT)}:{number}: nothing is published yet: {line.strip()[:80]}"
+
+
 def problems():
     """Yields one sentence for each thing wrong."""
+    yield from word_problems()
+    yield from publishing_problems()
     yield from dependency_problems()
     yield from workflow_problems()
     yield from long_files()

@@ -46,12 +46,12 @@ by_pkg_config() {
         c++ -std=c++17 c-api/examples/cpp/live_tolerance.cpp -o "$scratch/live_tolerance" $flags
 }
 
-# The program of the header's beginning, by the lines of the README.
-by_readme() {
-    local folder=$scratch/readme lines
+# The program of the header's beginning, by the lines of the guide.
+by_guide() {
+    local folder=$scratch/guide lines
     mkdir "$folder" && sed -n 's|^ \*     ||p; /^#ifndef/q' c-api/include/surfrecon.h >"$folder/app.c" || return 1
-    lines=$(grep '^cc app\.c ' README.md) && [ "$(wc -l <<<"$lines")" = 2 ] || return 1
-    { echo 'cmake_minimum_required(VERSION 3.16)'; echo 'project(app C)'; echo 'add_executable(app app.c)'; sed -n '/^```cmake$/,/^```$/p' README.md | sed '/^```/d'; } \
+    lines=$(grep '^cc app\.c ' docs/site/guide/c.md) && [ "$(wc -l <<<"$lines")" = 2 ] || return 1
+    { echo 'cmake_minimum_required(VERSION 3.16)'; echo 'project(app C)'; echo 'add_executable(app app.c)'; sed -n '/^```cmake$/,/^```$/p' docs/site/guide/c.md | sed '/^```/d'; } \
         >"$folder/CMakeLists.txt"
     export PKG_CONFIG_PATH=$prefix/lib/pkgconfig
     (cd "$folder" && bash -euc "$lines") && cmake -S "$folder" -B "$folder/build" -DCMAKE_PREFIX_PATH="$prefix" && cmake --build "$folder/build" &&
@@ -169,7 +169,7 @@ check "C example that lists scans, built by CMake, reads LAZ" lists_a_file "$scr
 check "C++ example built by CMake runs" "$scratch/build/live_tolerance"
 check "C++ example with the static library runs" env -u LD_LIBRARY_PATH "$scratch/build/live_tolerance_static"
 check "examples build with pkg-config" by_pkg_config
-check "the lines of the README build the program of the header" by_readme
+check "the lines of the guide build the program of the header" by_guide
 check "C example built with pkg-config runs" says_how_to_use "$scratch/merge_scans"
 check "C example that lists scans, built with pkg-config, reads LAZ" lists_a_file "$scratch/list_scans"
 check "C++ example built with pkg-config runs" "$scratch/live_tolerance"

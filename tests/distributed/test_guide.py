@@ -1,4 +1,4 @@
-"""What README.md and docs/site/guide/cluster.md show runs, as it stands there, and makes what one process makes.
+"""What docs/site/guide/cluster.md shows runs, as it stands there, and makes what one process makes.
 
 SLURM and Kubernetes are not there: `schedulers` stands in for their programs. Workers, tasks and dask-jobqueue are
 real.
@@ -95,13 +95,13 @@ def without_comments(content):
 
 
 def test_dask_on_one_machine(here, expected):
-    (text,) = texts("README.md", "python", "Merges on a cluster")
+    (text,) = texts(GUIDE, "python", "On a cluster")
     run(text)
     assert (here / "surface.ply").read_bytes() == expected
 
 
 def test_tasks_by_number(here, cluster, expected):
-    (text,) = texts("README.md", "sh", "Merges on a cluster")
+    (text,) = texts(GUIDE, "sh", "On a cluster")
     shell(f"set -e\n{text}")
     assert without_comments((here / "surface.ply").read_bytes()) == without_comments(expected)
 

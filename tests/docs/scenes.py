@@ -44,20 +44,60 @@ class Scenes:
         recordings.write_transforms(folder, 6, subject=subject, finer=4)
         return folder
 
+    def heap(self, folder):
+        """A folder of scans without poses."""
+        shutil.copytree(self.scans[0], folder / "folder of scans")
+        return {}
+
     def python(self, folder):
-        """`In Python`: scans without poses, points, and what a person picks."""
+        """The same elsewhere, and what a person picks."""
         scans, truth = self.scans
         (folder / "folder").mkdir()
         shutil.copytree(scans, folder / "folder" / "of" / "scans")
-        return {"points": torus().positions} | picked(truth)
+        return picked(truth)
+
+    def turn(self, folder):
+        """Scans of a whole turn of a table, in its order, without poses."""
+        shape, turn = surfrecon.sculpture(cell=4.0), np.arange(8) * np.pi / 4
+        first = len(shape.positions)
+        edge = np.stack([160 * np.cos(turn), 160 * np.sin(turn), 0 * turn], axis=1)
+        top = [(first, first + k, first + k + 1) for k in range(1, 7)]
+        both = surfrecon.Mesh(np.vstack([shape.positions, edge]), np.vstack([shape.triangles, top]))
+        cameras = surfrecon.turntable(both, around=0, above=8, below=0, elevation=0.6, pixels=130)
+        (folder / "turn").mkdir()
+        for k, image in enumerate(surfrecon.virtual_scan(both, cameras)):
+            image.write(folder / "turn" / f"view{k}.ply")
+        return {}
+
+    def jobs(self, folder):
+        """A folder of scans without poses, named by their views."""
+        (folder / "scans").mkdir()
+        for image in look():
+            image.write(folder / "scans" / f"{image.name}.ply")
+        return {}
+
+    def heights(self, folder):
+        """A height map."""
+        row, col = np.mgrid[:60, :80]
+        np.save(folder / "heights.npy", np.sin(row / 9) * np.cos(col / 7))
+        return {}
+
+    def surface(self, folder):
+        """A dense surface."""
+        surfrecon.merge(look()).mesh.write(folder / "surface.ply")
+        return {}
+
+    def points(self, folder):
+        """Scattered points."""
+        return {"points": torus().positions}
 
     def recording(self, folder):
-        """`Recordings`, `What to keep`."""
+        """A phone's recording."""
         shutil.copytree(self.phone, folder / "export of a phone")
         return {}
 
     def survey(self, folder):
-        """`Surveys`: scans seen from points far from the origin, in a system."""
+        """Scans seen from points far from the origin, in a system."""
         row, col = np.mgrid[-20:20, -20:20] / 20.0
         points = np.stack([col, row, 3 + 0.1 * np.cos(3 * col)], axis=-1)
         images = [surfrecon.RangeImage.from_points(points, viewing=("from", (0, 0, 0)), name=name) for name in "ab"]
@@ -69,13 +109,13 @@ class Scenes:
         return {}
 
     def again(self, folder):
-        """`Merged again`: scans, and one that was moved."""
+        """Scans, and one that was moved."""
         moved = look()[3]
         moved.world_from_sensor = np.array(moved.world_from_sensor) + 0.01 * np.eye(4, k=3)
         return {"scans": look(), "moved": moved}
 
     def large(self, folder):
-        """`More scans than memory holds`: a list of scans, and a folder to work in."""
+        """A list of scans, and a folder to work in."""
         surfrecon.write_scans(folder / "placed.conf", look())
         (folder / "fast disk").mkdir()
         return {}
@@ -87,11 +127,11 @@ class Scenes:
         return {}
 
     def host(self, folder):
-        """`Range images inside a host`."""
+        """One range image."""
         return {"image": look()[0]}
 
     def memory(self, folder):
-        """`Files in memory`: bytes that came from somewhere, and somebody who takes them."""
+        """Bytes that came from somewhere, and somebody who takes them."""
         sent = []
         received = (self.placed / "view0.ply").read_bytes()
         return {"received": received, "images": look(), "mesh": torus(), "send": sent.append}

@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 from command_line import run
 from conftest import ROOT
-from heaps import look
 from pages import blocks_of, every_block
+from sections import blocks
 
 LIBRARY = os.environ.get("SURFRECON_LIBRARY")
 INCLUDE = ROOT / "c-api" / "include"
@@ -30,7 +30,7 @@ RUN_BY = {
 # Programs of lines that no test calls as they stand there: they take minutes, or what a user has.
 CALLED = {"cargo", "cmake", "perf", "pip"}
 
-# What the lines of README.md use and do not make.
+# What the lines of the guide use and do not make.
 CPP = r"""
 #include <surfrecon.hpp>
 #include <cstdio>
@@ -74,18 +74,43 @@ SHOWN
 """
 
 
-def test_the_readme_does_what_it_says(tmp_path):
-    lines, jobs = (blocks_of("README.md", kind, "On the command line") for kind in ("sh", "toml"))
-    (tmp_path / "scans").mkdir()
-    for image in look():
-        image.write(tmp_path / "scans" / f"{image.name}.ply")
-    (tmp_path / "jobs.toml").write_text(jobs, "utf-8")
-    commands = [shlex.split(line, comments=True) for line in lines.splitlines() if line.startswith("surfrecon ")]
-    assert {line[1] for line in commands} >= {"info", "align", "merge", "cluster", "sculpt", "measure", "batch"}
-    for _, *arguments in commands:
+# What commands of a page find, and the files that they make.
+SHELL = {
+    "README.md": ("heap", {"placed.conf", "surface.glb"}),
+    "docs/site/guide/heaps.md": ("python", {"placed.conf", "surface.ply"}),
+    "docs/site/guide/large.md": ("large", {"surface.ply"}),
+    "docs/site/guide/merging.md": ("large", {"surface.ply"}),
+    "docs/site/guide/recordings.md": ("recording", {"model.glb", "poses.tum", "surface.ply"}),
+    "docs/site/guide/remeshing.md": ("surface", {"surface.glb"}),
+    "docs/site/guide/terrain.md": ("heights", {"terrain.glb"}),
+    "docs/site/guide/turntable.md": ("turn", {"placed.conf", "surface.glb"}),
+    "docs/site/guide/command_line.md": (
+        "jobs",
+        {"placed.conf", "surface.ply", "surface.glb", "light.stl", "merged.ply", "merged.ply.json", "distance.json"},
+    ),
+}
+
+
+def commands_of(name):
+    """The calls of `surfrecon` of a page, in their order."""
+    text = "".join(
+        block.text for block in every_block() if (str(block.path.relative_to(ROOT)), block.language) == (name, "sh")
+    )
+    parts = [part for line in text.splitlines() for part in line.split(" && ")]
+    return [shlex.split(part, comments=True) for part in parts if part.startswith("surfrecon ")]
+
+
+@pytest.mark.parametrize("name", sorted(SHELL))
+def test_commands_do_what_the_page_says(name, scenes, tmp_path):
+    found, made = SHELL[name]
+    getattr(scenes, found)(tmp_path)
+    if found == "jobs":
+        (tmp_path / "jobs.toml").write_text(blocks_of(name, "toml", "Many jobs: a manifest"), "utf-8")
+        shown = {line[1] for line in commands_of(name)}
+        assert shown >= {"info", "align", "merge", "cluster", "sculpt", "measure", "batch"}
+    for _, *arguments in commands_of(name):
         done = run(*arguments, cwd=tmp_path)
         assert done.returncode == 0, (arguments, done.stderr)
-    made = {"placed.conf", "surface.ply", "surface.glb", "light.stl", "merged.ply", "merged.ply.json", "distance.json"}
     assert made <= {path.name for path in tmp_path.iterdir()}
 
 
@@ -122,17 +147,22 @@ def test_the_program_of_the_header_runs(scenes, tmp_path):
     assert (tmp_path / "out.ply").stat().st_size > 10_000
 
 
+def cpp_of(name):
+    """All lines of C++ of a page."""
+    return "".join(block.text for block in blocks(ROOT / name) if block.language == "cpp")
+
+
 def test_the_lines_of_cpp_run(scenes, tmp_path):
     scenes.listed(tmp_path / "bunny")
     (tmp_path / "scan.ply").write_bytes((tmp_path / "bunny" / "view0.ply").read_bytes())
-    (tmp_path / "program.cpp").write_text(CPP.replace("SHOWN", blocks_of("README.md", "cpp", "In C and C++")), "utf-8")
+    (tmp_path / "program.cpp").write_text(CPP.replace("SHOWN", cpp_of("docs/site/guide/c.md")), "utf-8")
     started(built("c++", "c++17", tmp_path / "program.cpp", tmp_path), folder=tmp_path)
     assert (tmp_path / "bunny.glb").stat().st_size > 10_000
 
 
 def test_the_lines_of_a_merge_that_is_run_again_do(scenes, tmp_path):
     scenes.listed(tmp_path)
-    text = AGAIN.replace("SHOWN", blocks_of("README.md", "cpp", "Merged again"))
+    text = AGAIN.replace("SHOWN", cpp_of("docs/site/guide/merged_again.md"))
     (tmp_path / "program.cpp").write_text(text, "utf-8")
     started(built("c++", "c++17", tmp_path / "program.cpp", tmp_path), folder=tmp_path)
 
@@ -144,7 +174,7 @@ def test_every_block_is_run_by_a_test(block):
         # Those of Python test_python_examples.py finds by itself.
         return
     if block.language == "cpp":
-        assert name == "README.md" and block.heading in ("In C and C++", "Merged again")
+        assert name in ("docs/site/guide/c.md", "docs/site/guide/merged_again.md")
     elif block.language == "sh":
         for line in re.sub(r"\\\n", " ", block.text).splitlines():
             assert is_known(line, name), f"no test runs: {line}"
@@ -162,9 +192,10 @@ def is_known(line, name):
     if words[0] == "make":
         return re.search(rf"^{words[1]}:", (ROOT / "Makefile").read_text("utf-8"), re.M) is not None
     if words[0] == "cc":
-        return name == "README.md" and words[0] in (ROOT / "tests/c/installed.sh").read_text("utf-8")
+        return name == "docs/site/guide/c.md" and words[0] in (ROOT / "tests/c/installed.sh").read_text("utf-8")
     if words[0] == "eval":
         return words[1] == "$(surfrecon completion bash)"
     if words[0] == "surfrecon":
-        return name == "README.md"
+        by_tasks = name == "docs/site/guide/cluster.md" and words[1] in ("plan", "task")
+        return name in SHELL or by_tasks
     return words[0] in CALLED or words[0].startswith("target/")

@@ -98,7 +98,7 @@ def test_a_section_that_is_not_there_is_told(page, said, tmp_path):
 def test_sections_take_their_links_and_pictures_along(tmp_path):
     (tmp_path / "pages" / "deep").mkdir(parents=True)
     pages = {
-        "deep/a.md": "# A\n\n## B\n\n<!-- from README.md: In Blender -->\n",
+        "deep/a.md": "# A\n\n## B\n\n<!-- from README.md: surfrecon, alone -->\n",
         "b.md": "# Blender\n\n<!-- from blender-addon/README.md -->\n",
         "c.md": "# Tour\n\n<!-- from rust-core/src/tour.md -->\n",
     }
@@ -106,11 +106,23 @@ def test_sections_take_their_links_and_pictures_along(tmp_path):
         (tmp_path / "pages" / name).write_text(text, "utf-8")
     sections.Composer(tmp_path / "pages", tmp_path / "made").compose()
     made = (tmp_path / "made" / "deep" / "a.md").read_text("utf-8")
-    assert "](/pictures/blender-addon_pictures_gallery.webp)](/b.md)" in made
-    assert (tmp_path / "made" / "pictures" / "blender-addon_pictures_gallery.webp").is_file()
+    assert "](/pictures/docs_pictures_heap.jpg)" in made and "[In Blender](/b.md)" in made
+    assert (tmp_path / "made" / "pictures" / "docs_pictures_heap.jpg").is_file()
+    # README.md says where the guides are; the pages that are made here are others.
+    assert "](https://github.com/surfrecon/surfrecon/blob/main/docs/site/guide/c.md)" in made
     tour = (tmp_path / "made" / "c.md").read_text("utf-8")
     assert (
         "```rust\nuse surfrecon" in tour
         and "\n# Ok::" not in tour
         and "```rust" not in tour.replace("```rust\nuse", "")
     )
+
+
+def test_pages_link_files_of_the_tree_by_their_paths(tmp_path):
+    (tmp_path / "pages").mkdir()
+    named = f"![p]({ROOT}/docs/pictures/room.jpg) [q]({ROOT}/PARAMETERS.md) [n](later.md) [c]({ROOT}/Cargo.toml)"
+    (tmp_path / "pages" / "a.md").write_text(f"# A\n\n{named}\n", "utf-8")
+    sections.Composer(tmp_path / "pages", tmp_path / "made").compose()
+    made = (tmp_path / "made" / "a.md").read_text("utf-8")
+    assert "(/pictures/docs_pictures_room.jpg) [q](/reference/parameters.rst) [n](later.md)" in made
+    assert "[c](https://github.com/surfrecon/surfrecon/blob/main/Cargo.toml)" in made

@@ -204,7 +204,10 @@ def write(root, folder):
     ]
     (folder / "index.rst").write_text("\n".join(text), "utf-8")
     for name, (says, _) in parts.items():
-        (folder / f"{name}.rst").write_text(_page(says, pages[name], known), "utf-8")
+        page = folder / f"{name}.rst"
+        # A chapter of a file in a folder has its page in one.
+        page.parent.mkdir(exist_ok=True)
+        page.write_text(_page(says, pages[name], known), "utf-8")
     return known
 
 

@@ -3,7 +3,7 @@
 In a page of `docs/site` a line `<!-- from FILE: HEADING -->` stands for what FILE has below that heading, and
 `<!-- from FILE: HEADING, alone -->` for that without its own sections; `<!-- from FILE -->` for the whole file without
 its title. Links to what another page shows lead there, pictures are taken along, other files are links to the
-repository.
+repository. Pages link files of the tree likewise, by their paths, so that they can be read in the repository too.
 """
 
 import re
@@ -18,6 +18,9 @@ HEADING = re.compile(r"^(#{1,6}) (.+)$")
 FENCE = re.compile(r"^\s*(```+)(.*)$")
 PICTURES = (".webp", ".jpg", ".png")
 LINK = re.compile(r"(\]\()([^)\s]+)(\))")
+# Pages that are made out of files: where these are shown.
+MADE = {ROOT / "PARAMETERS.md": "/reference/parameters.rst"}
+MADE |= {path: f"/guide/{path.stem}.md" for path in (ROOT / "notebooks").glob("*.ipynb")}
 
 
 class SiteError(Exception):
@@ -138,7 +141,7 @@ class Composer:
             mark = None if line.code else MARK.match(line.text)
             if mark is None:
                 level = line.level or level
-                made.append(line.text)
+                made.append(line.text if line.code else self._own(line.text, page))
                 continue
             path = ROOT / mark[1]
             shown, of = section(path, mark[2], bool(mark[3]))
@@ -165,6 +168,15 @@ class Composer:
     def _linked(self, text, path, page):
         return LINK.sub(lambda found: found[1] + self._target(found[2], path, page) + found[3], text)
 
+    def _own(self, text, page):
+        # Sphinx looks at links between pages, some of which are not made yet.
+        def led(found):
+            file = (page.parent / found[2].partition("#")[0]).resolve()
+            inside = not file.is_file() or file.is_relative_to(self.base)
+            return found[0] if inside else found[1] + self._target(found[2], page, page) + found[3]
+
+        return LINK.sub(led, text)
+
     def _target(self, target, path, page):
         if re.match(r"[a-z]+:", target):
             return target
@@ -174,6 +186,8 @@ class Composer:
             raise SiteError(f"{path.relative_to(ROOT)}: there is no {target}")
         if file.suffix in PICTURES:
             return self._picture(file)
+        if file in MADE and not anchor:
+            return MADE[file]
         if anchor and anchor not in {slug(line.text.lstrip("# ")) for line in lines(file) if line.level}:
             raise SiteError(f"{path.relative_to(ROOT)}: {name or path.name} has no heading for #{anchor}")
         if (file, anchor) in self.places:

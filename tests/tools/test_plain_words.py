@@ -1,0 +1,65 @@
+"""Figures of texts are those of known texts; what is not published is kept out of guides until it is."""
+
+import check_tree
+import plain_words
+import pytest
+
+PLAIN = "A scan is placed only if four checks pass. The report says which failed.\n"
+RIDDLE = "What could lie in several places, or nowhere, is left out; the reason is named.\n"
+
+
+def test_plain_sentences_have_no_problems():
+    text = plain_words.markdown(PLAIN)
+    assert [len(plain_words.WORD.findall(sentence)) for sentence in text.sentences] == [9, 5]
+    assert text.figures()["words per sentence"] == 7
+    assert not list(text.problems())
+
+
+def test_riddles_are_told_with_the_sentence():
+    found = list(plain_words.markdown(RIDDLE).problems())
+    assert any("inverted" in problem and "What could lie" in problem for problem in found)
+    assert any("semicolons" in problem for problem in found) and any("commas" in problem for problem in found)
+
+
+@pytest.mark.parametrize(
+    "around",
+    [
+        "# What, a heading; is none\n\n{}",
+        "| a, b | c; d |\n|---|---|\n\n{}",
+        "{}\n```python\na, b, c = d; e\n```\n",
+        "{}\n![What, a picture; shows](a.png)\n",
+        "{}\n<!-- from README.md: A, alone -->\n",
+    ],
+)
+def test_what_is_no_prose_does_not_count(around):
+    assert plain_words.markdown(around.format(PLAIN)).figures() == plain_words.markdown(PLAIN).figures()
+
+
+def test_items_of_a_list_are_sentences_of_their_own():
+    text = plain_words.markdown("It does three things:\n\n- it reads the scans\n- it places the scans\n  in a frame\n")
+    assert len(text.sentences) == 3
+
+
+def test_long_sentences_count_from_the_limit():
+    long, short = (" ".join(["word"] * n) + "." for n in (plain_words.LONG + 1, plain_words.LONG))
+    assert plain_words.markdown(f"{long}\n\n{short}").figures()["% of sentences over 25 words"] == 50
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "pip install surfrecon",
+        "run `pip install 'surfrecon[cli]'` first",
+        "cargo add surfrecon",
+        "https://github.com/surfrecon/surfrecon/releases/latest/download/index.json",
+    ],
+)
+def test_what_is_not_published_is_kept_out_until_it_is(line):
+    before, after = "# Changelog\n\n## 0.2.0 (unreleased)\n", "# Changelog\n\n## 0.2.0\n"
+    assert check_tree.unpublished(before, f"a\n{line}\n") == [(2, line)]
+    assert not check_tree.unpublished(after, line)
+    assert not check_tree.unpublished("## 0.3.0 (unreleased)\n\n## 0.2.0\n", line)
+
+
+def test_what_is_built_here_may_be_said():
+    assert not check_tree.unpublished("## 0.2.0 (unreleased)\n", "pip install target/wheels/surfrecon-*.whl")

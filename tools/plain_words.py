@@ -1,0 +1,91 @@
+"""How hard a text is to read: plain_words.py FILE... prints the figures of Markdown files and their limits.
+
+Code, tables, headings and pictures do not count. CONTRIBUTING.md has the rules, `make check` holds README.md and the
+guides to the limits.
+"""
+
+import re
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+LONG = 25
+# The most of each figure; CONTRIBUTING.md says them too.
+LIMITS = {
+    "commas per 1,000 words": 55,
+    "semicolons per 1,000 words": 3,
+    f"% of sentences over {LONG} words": 10,
+    "% of sentences that are inverted": 1,
+    "words per sentence": 15,
+}
+WORD = re.compile(r"[\w`'/.-]+")
+# "What lies outside, is removed": the reader waits for the subject's verb.
+INVERTED = re.compile(r"(What|Who|Whoever|Whatever|Which|Where|That)\b[^.?!]*,")
+
+
+@dataclass
+class Text:
+    """The sentences of a text, and all of it."""
+
+    whole: str
+    sentences: list
+
+    def figures(self):
+        """The figures by name, as LIMITS has them."""
+        words = max(1, len(WORD.findall(self.whole)))
+        many = max(1, len(self.sentences))
+        lengths = [len(WORD.findall(sentence)) for sentence in self.sentences]
+        values = (
+            1000 * self.whole.count(",") / words,
+            1000 * self.whole.count(";") / words,
+            100 * sum(length > LONG for length in lengths) / many,
+            100 * len(self.inverted()) / many,
+            sum(lengths) / many,
+        )
+        return dict(zip(LIMITS, values, strict=True))
+
+    def inverted(self):
+        """The sentences that begin with what they do not speak of."""
+        return [sentence for sentence in self.sentences if INVERTED.match(sentence)]
+
+    def problems(self):
+        """Yields a sentence for each figure beyond its limit, with what to mend first."""
+        for name, value in self.figures().items():
+            if value > LIMITS[name]:
+                worst = self.inverted() if "inverted" in name else sorted(self.sentences, key=len, reverse=True)
+                yield f"{value:.1f} {name}, at most {LIMITS[name]}: begin with {worst[0][:80]!r}"
+
+
+def markdown(text):
+    """The prose of a Markdown text."""
+    text = re.sub(r"^( *)(```+).*?^ *\2`*$", "", text, flags=re.S | re.M)
+    text = re.sub(r"<[^>]+>|!\[[^\]]*\]\([^)]*\)", "", text)
+    text = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", text)
+    lines = [line for line in text.splitlines() if not line.lstrip().startswith(("|", "#"))]
+    # Each item of a list is a paragraph of its own.
+    paragraphs = re.split(r"\n\s*\n|\n(?=\s*(?:[-*]|\d+\.)\s)", "\n".join(lines))
+    paragraphs = [" ".join(paragraph.split()) for paragraph in paragraphs]
+    sentences = [
+        sentence
+        for paragraph in paragraphs
+        for sentence in re.split(r"(?<=[.!?])\s+(?=[A-Z`*\[])", paragraph)
+        if len(WORD.findall(sentence)) > 2
+    ]
+    return Text("\n".join(paragraphs), sentences)
+
+
+def main():
+    """Prints the figures; ends with status 1 if one is beyond its limit."""
+    found = False
+    for name in sys.argv[1:]:
+        text = markdown(Path(name).read_text("utf-8"))
+        figures = ", ".join(f"{value:.1f} {figure}" for figure, value in text.figures().items())
+        print(f"{name}: {figures}")
+        for problem in text.problems():
+            found = True
+            print(f"  {problem}")
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
