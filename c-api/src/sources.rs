@@ -75,7 +75,7 @@ pub fn of_cloud(cloud: *const srf_cloud, name: *const c_char) -> Result<Source, 
 /// All scans of a set.
 pub fn of_scans(scans: *const srf_scans) -> Result<Vec<Source>, Failure> {
     let set = handle::get("scans", scans)?;
-    Ok(set.set.scans.iter().map(|scan| file(scan)).collect())
+    Ok(set.set.scans.iter().map(file).collect())
 }
 
 /// A scan of a set; `name` is the argument's that says which.

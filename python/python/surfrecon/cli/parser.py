@@ -104,7 +104,7 @@ def _add_command(to: argparse.ArgumentParser, command: Command) -> None:
 
 
 def _add_batch(to: argparse.ArgumentParser) -> None:
-    to.add_argument("manifest", metavar="MANIFEST", help="a file in TOML; README.md has an example")
+    to.add_argument("manifest", metavar="MANIFEST", help="a file in TOML; the guide On the command line has an example")
     to.add_argument("--dry-run", action="store_true", help="say what would run, and run nothing")
     to.add_argument("--force", action="store_true", help="run all jobs, those that are done too")
     to.add_argument("--stop", action="store_true", help="stop at the first job that fails")
