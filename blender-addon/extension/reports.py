@@ -166,14 +166,15 @@ def merge_lines(context, report):
 def cluster_lines(context, figures):
     """The figures of a clustered surface as (name, value) texts."""
     figures = figures.to_dict()
-    yield from Told("cluster", context, figures)("vertices", "triangles")
+    told = Told("cluster", context, figures)
+    yield from told("vertices", "triangles")
     yield "Mean smallest angle", f"{math.degrees(figures['mean_smallest_angle']):.1f}°"
     yield "Smallest angle", f"{math.degrees(figures['smallest_angle']):.1f}°"
-    yield from Told("cluster", context, figures)("max_error")
+    yield from told("max_error")
     if figures["kept_input"]:
         yield "Result", "the input: nothing coarser found that near"
     if figures["cut_edges"]:
-        yield from Told("cluster", context, figures)("cut_edges")
+        yield from told("cut_edges")
 
 
 def measure_lines(context, figures):

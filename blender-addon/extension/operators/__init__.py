@@ -2,6 +2,7 @@
 """The operators, a file each. What is in a file here is found and registered."""
 
 import importlib
+import inspect
 import pkgutil
 
 import bpy
@@ -17,7 +18,7 @@ def _classes():
         item
         for module in MODULES
         for item in vars(module).values()
-        if isinstance(item, type) and item.__module__ == module.__name__ and "bl_idname" in vars(item)
+        if isinstance(item, type) and inspect.getmodule(item) is module and "bl_idname" in vars(item)
     ]
     return sorted(found, key=lambda item: (not issubclass(item, bpy.types.Operator), item.bl_idname))
 
