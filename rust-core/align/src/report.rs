@@ -94,7 +94,7 @@ pub struct AlignedScan {
     /// Root mean square of how far it lies from the others where noise is averaged out: what no rigid pose explains, such as warp.
     /// Bending within a few samples counts as well, so that some of it is always there.
     pub misfit: f64,
-    /// Median distance of its samples; where a depth camera has very many, of the blocks of them that are read.
+    /// Median distance of its samples.
     pub spacing: f64,
     /// Why it is not placed, or stays undecided, and what to do; empty if it is placed.
     pub reason: String,

@@ -18,8 +18,6 @@ use image::oriented::OrientedPoints;
 use image::range_image::is_rigid;
 use image::source::ScanSource;
 
-/// Samples of a scan that are enough: depth cameras that have four times as many and more are read by blocks of pixels.
-const SAMPLES: usize = 25_000;
 /// Points of a scan's finer level.
 const FINE: f64 = 8000.0;
 /// Points of the coarser level of the median scan.
@@ -62,7 +60,7 @@ impl Reduced {
     /// What reading can meet; cancelled.
     pub fn read(source: &dyn ScanSource, progress: &Progress<'_>) -> Result<Self> {
         let OrientedPoints { mut positions, areas, viewing, spacing, world_from_points, colour, intensity } =
-            source.oriented_blocks(SAMPLES, progress)?;
+            source.oriented_points(progress)?;
         let tints = tints(colour.as_deref(), intensity.as_deref());
         if !is_rigid(&world_from_points) {
             return Err(Error::input(format!(

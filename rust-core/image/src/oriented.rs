@@ -2,10 +2,9 @@
 
 use glam::{DAffine3, DVec3};
 
-use crate::range_image::noise::Noise;
 use crate::range_image::samples::SampleGrid;
 use crate::range_image::spacing::{EdgeLimit, Spacing};
-use crate::range_image::{Projection, RangeImage, Viewing, blocks, repeats};
+use crate::range_image::{RangeImage, Viewing, repeats};
 use base::error::{Error, Result};
 use base::magnitude;
 use base::progress::Progress;
@@ -43,28 +42,7 @@ impl OrientedPoints {
     pub fn of_image(image: &RangeImage, progress: &Progress<'_>) -> Result<Self> {
         image.validate()?;
         let own_size = repeats::undone(image);
-        Self::of_pixels(own_size.as_ref().unwrap_or(image), progress)
-    }
-
-    /// Like [`OrientedPoints::of_image`], by fewer points with less noise where a depth camera has many pixels: of blocks of pixels that lie
-    /// on one surface their means, as long as the image has `least` samples for each pixel of a block, and of blocks of 4 x 4 pixels at most. O(pixels).
-    ///
-    /// # Errors
-    /// Those of [`OrientedPoints::of_image`].
-    pub fn of_blocks(image: &RangeImage, least: usize, progress: &Progress<'_>) -> Result<Self> {
-        image.validate()?;
-        let own_size = repeats::undone(image);
         let image = own_size.as_ref().unwrap_or(image);
-        let side = (image.valid_count() / least.max(1)).isqrt().min(LARGEST);
-        // Other sensors are precise, and blocks have no intensity.
-        if side < 2 || !matches!(image.projection(), Projection::Pinhole { .. }) || image.intensity.is_some() {
-            return Self::of_pixels(image, progress);
-        }
-        let noise = Noise::measure(image, progress)?;
-        Self::of_pixels(&blocks::averaged(image, &noise, side, progress)?, progress)
-    }
-
-    fn of_pixels(image: &RangeImage, progress: &Progress<'_>) -> Result<Self> {
         let grid = SampleGrid::new(image, progress)?;
         magnitude::points("sample", &grid.positions)?;
         let spacing = Spacing::of(image, &grid, progress)?;
@@ -167,9 +145,6 @@ impl OrientedPoints {
     }
 }
 
-/// Largest side of a block, in pixels.
-const LARGEST: usize = 4;
-
 /// One in so many points looks for its nearest neighbour among the others.
 const LOOKING: usize = 20;
 
@@ -181,49 +156,4 @@ fn cloud_spacing(points: &[DVec3]) -> f64 {
     let mut distances: Vec<f64> = nearest.collect();
     distances.sort_by(f64::total_cmp);
     distances.get(distances.len() / 2).copied().unwrap_or(0.0)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::range_image::DepthKind;
-
-    /// A wall 2 m ahead and one 3 m ahead beside it, with noise that does not repeat.
-    fn walls(rows: usize, cols: usize) -> RangeImage {
-        let noise =
-            |k: usize| ((k as u64 * 2 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 11) as f64 / (1_u64 << 53) as f64;
-        let depth = |k: usize| if k % cols < cols / 2 - 1 { 2.0 } else { 3.0 } + 0.02 * (noise(k) - 0.5);
-        let (focal, centre) = ([0.9 * cols as f64; 2], [0.5 * cols as f64, 0.5 * rows as f64]);
-        let projection = Projection::Pinhole { focal, centre, depth: DepthKind::Planar };
-        RangeImage::from_values(rows, cols, (0..rows * cols).map(depth).collect(), projection).unwrap()
-    }
-
-    /// Root mean square distance from the walls.
-    fn off(points: &OrientedPoints) -> f64 {
-        let squares = points.positions.iter().map(|p| (p.z - 2.0).abs().min((p.z - 3.0).abs()).powi(2));
-        (squares.sum::<f64>() / points.positions.len() as f64).sqrt()
-    }
-
-    #[test]
-    fn blocks_have_less_noise_and_nothing_between_surfaces() {
-        let (image, none) = (walls(300, 400), Progress::none());
-        let pixels = OrientedPoints::of_image(&image, &none).unwrap();
-        let blocks = OrientedPoints::of_blocks(&image, 13_000, &none).unwrap();
-        assert!(blocks.positions.len() > 12_000, "{}", blocks.positions.len());
-        assert!(off(&blocks) < 0.4 * off(&pixels), "{} {}", off(&blocks), off(&pixels));
-        assert!(blocks.positions.iter().all(|p| (p.z - 2.0).abs().min((p.z - 3.0).abs()) < 0.03));
-        let area = |points: &OrientedPoints| points.areas.iter().map(|area| area.z).sum::<f64>();
-        assert!((area(&blocks) / area(&pixels) - 1.0).abs() < 0.04, "{} {}", area(&blocks), area(&pixels));
-    }
-
-    #[test]
-    fn images_of_few_pixels_are_read_pixel_by_pixel() {
-        let (image, none) = (walls(60, 80), Progress::none());
-        let pixels = OrientedPoints::of_image(&image, &none).unwrap();
-        assert_eq!(OrientedPoints::of_blocks(&image, 1201, &none).unwrap(), pixels);
-        let mut image = image;
-        image.intensity = Some(vec![0.5; image.len()]);
-        let pixels = OrientedPoints::of_image(&image, &none).unwrap();
-        assert_eq!(OrientedPoints::of_blocks(&image, 100, &none).unwrap(), pixels);
-    }
 }

@@ -87,17 +87,6 @@ pub trait ScanSource: Sync {
         named(self.name(), OrientedPoints::of_mesh(&mesh, surface.world_from_surface))
     }
 
-    /// The scan as points of its surface, in its own frame; of many pixels of a depth camera by means of blocks ([`OrientedPoints::of_blocks`]).
-    ///
-    /// # Errors
-    /// Those of [`ScanSource::load`].
-    fn oriented_blocks(&self, least: usize, progress: &Progress<'_>) -> Result<OrientedPoints> {
-        match self.image(progress)? {
-            Some(image) => named(self.name(), OrientedPoints::of_blocks(&image, least, progress)),
-            None => self.oriented_points(progress),
-        }
-    }
-
     /// The file that it is read from whenever it is loaded; `None` if it is in memory.
     fn file(&self) -> Option<&Path> {
         None
