@@ -111,7 +111,7 @@ pub struct MergeCall {
     incremental: Option<Incremental>,
     params: MergeParams,
     measure: bool,
-    /// Where it works, in how many bytes of memory.
+    /// The store that it works in, and its most bytes of memory.
     store: (Store, Option<u64>),
 }
 

@@ -21,7 +21,7 @@ impl Operation {
         self.operation.name
     }
 
-    /// What it does, in a sentence.
+    /// Its effect, in a sentence.
     #[getter]
     fn text(&self) -> &'static str {
         self.operation.text
@@ -33,13 +33,13 @@ impl Operation {
         self.operation.since
     }
 
-    /// What it takes, in words.
+    /// Sorts of content that it takes, in words.
     #[getter]
     fn takes(&self) -> Vec<&'static str> {
         words(self.operation.takes)
     }
 
-    /// What it gives, in words.
+    /// Sorts of content that it gives, in words.
     #[getter]
     fn gives(&self) -> Vec<&'static str> {
         words(self.operation.gives)

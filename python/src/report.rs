@@ -68,7 +68,7 @@ impl Figure {
         }
     }
 
-    /// What it may be, of a choice or a warning: ``(name, name for people, text)`` each.
+    /// Allowed values of a choice or a warning: ``(name, name for people, text)`` each.
     #[getter]
     fn choices(&self) -> Vec<(&'static str, &'static str, &'static str)> {
         self.figure.choices().iter().map(|&Choice { name, label, text }| (name, label, text)).collect()

@@ -12,7 +12,7 @@ use crate::operations::OPERATIONS;
 pub struct Reported {
     /// The operation, as it is called in every language.
     pub operation: &'static str,
-    /// What is declared, as one report: the first gives name and text.
+    /// Its parts, as one report: the first gives name and text.
     pub schemas: &'static [Schema],
 }
 
@@ -33,7 +33,7 @@ impl Reported {
         self.schemas[0].name
     }
 
-    /// What its figures are of.
+    /// The subject of its figures.
     pub const fn text(&self) -> &'static str {
         self.schemas[0].text
     }

@@ -1,8 +1,8 @@
-//! What hosts need to know of the operation.
+//! Names and texts for hosts, of the operation.
 
 use base::operation::{Command, Content, Filter, Operation, Operator};
 
-/// What is declared of the operation.
+/// The declaration of the operation.
 pub const OPERATION: Operation = Operation {
     name: "align",
     text: "Finds where scans lie that have no poses, or rough ones.",

@@ -49,11 +49,11 @@ impl Content {
 /// An operation as the command line has it: the command of its name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Command {
-    /// What its files are called.
+    /// Name of its files, such as SCANS.
     pub files: &'static str,
-    /// What it does, in a line without a verb.
+    /// Its effect, in a line without a verb.
     pub summary: &'static str,
-    /// What it does, in full.
+    /// Its effect, in full.
     pub text: &'static str,
 }
 
@@ -64,7 +64,7 @@ pub struct Operator {
     pub id: &'static str,
     /// Its name for people.
     pub label: &'static str,
-    /// What its tip says, without a full stop.
+    /// Its tip, without a full stop.
     pub text: &'static str,
 }
 
@@ -75,7 +75,7 @@ pub struct Filter {
     pub label: &'static str,
     /// Its name in pymeshlab.
     pub id: &'static str,
-    /// What it does, in HTML.
+    /// Its effect, in HTML.
     pub text: &'static str,
     /// The menus that it is in, as MeshLab's `FilterClass` names them.
     pub menus: &'static [&'static str],
@@ -83,18 +83,18 @@ pub struct Filter {
     pub layers: &'static str,
 }
 
-/// What is declared of an operation.
+/// All that is declared of an operation.
 #[derive(Clone, Copy, Debug)]
 pub struct Operation {
     /// Its name in every language.
     pub name: &'static str,
-    /// What it does, in a sentence.
+    /// Its effect, in a sentence.
     pub text: &'static str,
     /// The version it came with.
     pub since: &'static str,
-    /// What it takes.
+    /// Sorts of content that it takes.
     pub takes: &'static [Content],
-    /// What it gives.
+    /// Sorts of content that it gives.
     pub gives: &'static [Content],
     /// Its parameters.
     pub params: Option<params::Schema>,

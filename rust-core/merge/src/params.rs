@@ -1,4 +1,4 @@
-//! What a merge is asked for.
+//! The parameters of a merge.
 
 use base::params::{flag, length, ratio};
 use image::triangulate::TriangulateParams;

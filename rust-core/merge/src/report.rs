@@ -1,4 +1,4 @@
-//! What a merge gives.
+//! The result of a merge.
 
 use base::error::counted;
 use base::log::{self, Level};

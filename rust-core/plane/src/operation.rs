@@ -1,8 +1,8 @@
-//! What hosts need to know of the operation.
+//! Names and texts for hosts, of the operation.
 
 use base::operation::{Content, Filter, Operation, Operator};
 
-/// What is declared of the operation.
+/// The declaration of the operation.
 pub const OPERATION: Operation = Operation {
     name: "plane",
     text: "Finds the plane that most samples of scans lie on: a table, or the ground.",

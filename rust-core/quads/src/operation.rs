@@ -1,9 +1,9 @@
-//! What hosts need to know of the operation.
+//! Names and texts for hosts, of the operation.
 
 use base::operation::{Command, Content, Filter, Operation, Operator};
 use base::report::Report as _;
 
-/// What is declared of the operation.
+/// The declaration of the operation.
 pub const OPERATION: Operation = Operation {
     name: "quads",
     text: "Makes a regular grid of quads of a range image, dense where the surface bends.",

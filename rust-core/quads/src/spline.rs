@@ -19,7 +19,7 @@ use mesh::QuadMesh;
 /// Of the mesh while its arrays grow.
 const BYTES_A_SAMPLE: f64 = 72.0;
 
-/// What is declared of the operation.
+/// The declaration of the operation.
 pub const OPERATION: Operation = Operation {
     name: "spline",
     text: "Fits a tensor-product B-spline surface to a quad grid.",

@@ -1,4 +1,4 @@
-//! What goes in, but for points.
+//! The input, but for points.
 
 use base::params::{choice, length, ratio};
 

@@ -1,4 +1,4 @@
-//! What comes out.
+//! The results.
 
 use base::progress::Seconds;
 use mesh::TriMesh;

@@ -1,8 +1,8 @@
-//! What hosts need to know of the operation.
+//! Names and texts for hosts, of the operation.
 
 use base::operation::{Content, Operation, Operator};
 
-/// What is declared of the operation.
+/// The declaration of the operation.
 pub const OPERATION: Operation = Operation {
     name: "scan",
     text: "Makes range images of any mesh, with the errors that a scanner makes.",

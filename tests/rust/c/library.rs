@@ -124,7 +124,7 @@ macro_rules! functions {
     };
 }
 
-/// What an argument is, by its name in the header: outputs are called as what they are, poses by what they place.
+/// The sort of an argument, by its name in the header: outputs are called as what they are, poses by what they place.
 fn kind_of(name: &str) -> &str {
     match name {
         "world_from_scan" => "poses",

@@ -120,7 +120,7 @@ fn default_of(row: &ParamSpec) -> String {
     }
 }
 
-/// What an operation's struct holds besides parameters: name, type, default, text of each.
+/// Fields of an operation's struct besides parameters: name, type, default, text of each.
 pub fn beside(schema: &Schema) -> &'static [(&'static str, &'static str, &'static str, &'static str)] {
     BESIDE.iter().find(|beside| beside.operation == schema.operation).map_or(&[], |beside| beside.fields)
 }

@@ -1,6 +1,6 @@
 //! Lists of what files declare: the modules of the C library and of the Python module, and the names that Python has of it.
 //!
-//! What stands between `// modules` and `// end`, or `# native` and `# end`, is written by `make generate`.
+//! Lines between `// modules` and `// end`, or `# native` and `# end`, are written by `make generate`.
 
 use std::fmt::Write as _;
 
@@ -47,7 +47,7 @@ fn of_rust() {
     compare(name, &between(name, "    // exports\n", "    // end\n", &exports));
 }
 
-/// What each file of the Python module exports: names in Rust, names in Python.
+/// Exports of each file of the Python module: names in Rust, names in Python.
 fn exported() -> Vec<(String, Vec<(String, String)>)> {
     let mut all = Vec::new();
     for file in files("python/src") {

@@ -7,7 +7,7 @@ use super::{Figure, Found, Kind, Shape};
 pub struct Schema {
     /// Name of its type in every language that has types.
     pub name: &'static str,
-    /// What its figures are of.
+    /// The subject of its figures.
     pub text: &'static str,
     /// The rows, in the order in which people read them.
     pub figures: &'static [Figure],
@@ -18,7 +18,7 @@ pub type Values<'a> = Vec<(&'static Figure, Found<'a>)>;
 
 /// A report that [`report!`](crate::report!) declares.
 pub trait Report {
-    /// What is declared of it.
+    /// Its declaration.
     const SCHEMA: Schema;
 
     /// The values of its figures, in the order of the rows.

@@ -1,4 +1,4 @@
-//! What a report has of one figure, and the words that its row is declared with.
+//! The row of a figure, and the words that it is declared with.
 
 use super::Schema;
 use crate::params::Choice;

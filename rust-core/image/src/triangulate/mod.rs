@@ -27,7 +27,7 @@ use mesh::{Attribute, TriMesh};
 /// At the peak; measured.
 const BYTES_A_SAMPLE: f64 = 82.0;
 
-/// What is declared of the operation.
+/// The declaration of the operation.
 pub const OPERATION: Operation = Operation {
     name: "triangulate",
     text: "Makes triangles of a range image, without those across jumps.",

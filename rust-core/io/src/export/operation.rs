@@ -1,8 +1,8 @@
-//! What hosts need to know of writing files.
+//! Names and texts for hosts, of writing files.
 
 use base::operation::{Content, Operation, Operator};
 
-/// What is declared of the operation.
+/// The declaration of the operation.
 pub const OPERATION: Operation = Operation {
     name: "write",
     text: "Writes meshes into files.",

@@ -1,8 +1,8 @@
-//! What hosts need to know of reading files.
+//! Names and texts for hosts, of reading files.
 
 use base::operation::{Content, Filter, Operation, Operator};
 
-/// What is declared of the operation.
+/// The declaration of the operation.
 pub const OPERATION: Operation = Operation {
     name: "open",
     text: "Opens files of scans, lists of them and recordings.",

@@ -27,12 +27,12 @@ use out_of_core::{LEAST, Workspace};
 /// How a merge runs: nothing of it changes the result, but where cells have to grow for memory.
 #[derive(Default)]
 pub struct Run<'a> {
-    /// Where stages keep what they leave for each other.
+    /// The place where stages keep what they leave for each other.
     pub store: Store,
     /// Most bytes of memory that are taken, beside scans that are being read, and in files the surface; by default, and at most, what the
     /// limit allows or what is free.
     pub memory: Option<u64>,
-    /// What a run before has found out.
+    /// Findings of a run before.
     pub reuse: Option<Reuse<'a>>,
 }
 
@@ -55,7 +55,7 @@ pub enum Store {
     },
 }
 
-/// What merges of scans that change leave for each other. A merge in files neither takes nor leaves anything of it.
+/// Findings that merges of scans that change leave for each other. A merge in files neither takes nor leaves anything of it.
 pub struct Reuse<'a> {
     /// Keeps it.
     pub merger: &'a mut Merger,

@@ -12,7 +12,7 @@ use base::operation::{Content, Operation};
 use base::progress::Progress;
 use base::report::Report as _;
 
-/// What is declared of the operation.
+/// The declaration of the operation.
 pub const OPERATION: Operation = Operation {
     name: "check",
     text: "Checks whether a mesh is what a surface must be, and finds its topology.",
