@@ -1,6 +1,6 @@
 """Checks the files of the tree: no paths of somebody's machine, no large files, citations with a reference,
-dependencies and long files with a reason, licences where they belong, workflows that call what there is, guides
-that are easy to read and promise nothing that is not published.
+dependencies and long files with a reason, licences where they belong, workflows that call what there is, pages
+that are easy to read, guides that promise nothing that is not published.
 """
 
 import re
@@ -23,6 +23,8 @@ MOST_LINES = 1_000
 CODE = {".rs", ".py", ".c", ".cpp", ".h", ".hpp", ".sh"}
 # The first screen and more; the rest belongs into guides.
 README_BYTES = 8_000
+# PARAMETERS.md is made of the texts of parameters.
+NOT_PLAIN = {"CHANGELOG.md", "PARAMETERS.md"}
 # What leads somewhere from the first release on, and before to nothing or to whoever takes the name.
 PUBLISHED = re.compile(
     r"pip install (?:--?\S+ )*['\"]?surfrecon\b|cargo (?:add|install) surfrecon|/surfrecon/releases\b"
@@ -116,12 +118,17 @@ def guides():
     return [ROOT / "README.md", *sorted((ROOT / "docs" / "site" / "guide").glob("*.md"))]
 
 
+def plain_pages():
+    """The pages that are to be easy to read: all of them, but for those that are NOT_PLAIN."""
+    return [path for path in files() if path.suffix == ".md" and str(path.relative_to(ROOT)) not in NOT_PLAIN]
+
+
 def word_problems():
     """Yields what makes a guide hard to read, and what README.md has that belongs elsewhere."""
     size = (ROOT / "README.md").stat().st_size
     if size > README_BYTES:
         yield f"README.md: {size} bytes, at most {README_BYTES}: move text into a guide"
-    for path in guides():
+    for path in plain_pages():
         for problem in plain_words.markdown(path.read_text("utf-8")).problems():
             yield f"{path.relative_to(ROOT)}: {problem}"
 

@@ -1,7 +1,7 @@
 """How hard a text is to read: plain_words.py FILE... prints the figures of Markdown files and their limits.
 
-Code, tables, headings and pictures do not count. CONTRIBUTING.md has the rules, `make check` holds README.md and the
-guides to the limits.
+Code, tables, headings and pictures do not count. CONTRIBUTING.md has the rules, `make check` holds the pages of the
+tree to the limits (`plain_pages` in `tools/check_tree.py`).
 """
 
 import re

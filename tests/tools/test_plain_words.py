@@ -63,3 +63,23 @@ def test_what_is_not_published_is_kept_out_until_it_is(line):
 
 def test_what_is_built_here_may_be_said():
     assert not check_tree.unpublished("## 0.2.0 (unreleased)\n", "pip install target/wheels/surfrecon-*.whl")
+
+
+def test_all_pages_are_held_to_the_limits(monkeypatch, tmp_path):
+    (tmp_path / "deep").mkdir()
+    for name in ("README.md", "CHANGELOG.md", "deep/new.md", "deep/code.py"):
+        (tmp_path / name).write_text(RIDDLE, "utf-8")
+    monkeypatch.setattr(check_tree, "ROOT", tmp_path)
+    monkeypatch.setattr(check_tree, "files", lambda: sorted(path for path in tmp_path.rglob("*") if path.is_file()))
+    told = {problem.partition(":")[0] for problem in check_tree.word_problems()}
+    assert told == {"README.md", "deep/new.md"}
+
+
+def test_decisions_begin_with_their_verdict_and_are_in_the_index():
+    folder = check_tree.ROOT / "docs" / "decisions"
+    index = (folder / "README.md").read_text("utf-8")
+    for path in folder.glob("*.md"):
+        if path.name != "README.md":
+            assert path.read_text("utf-8").splitlines()[2].startswith("**Verdict: "), path.name
+            assert f"]({path.name})" in index
+            assert (check_tree.ROOT / "docs" / "site" / "project" / "decisions" / path.name).is_file(), path.name
