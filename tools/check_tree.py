@@ -24,7 +24,7 @@ CODE = {".rs", ".py", ".c", ".cpp", ".h", ".hpp", ".sh"}
 # The first screen and more; the rest belongs into guides.
 README_BYTES = 8_000
 # PARAMETERS.md is made of the texts of parameters.
-NOT_PLAIN = {"CHANGELOG.md", "PARAMETERS.md"}
+NOT_PLAIN = {"PARAMETERS.md"}
 # What leads somewhere from the first release on, and before to nothing or to whoever takes the name.
 PUBLISHED = re.compile(
     r"pip install (?:--?\S+ )*['\"]?surfrecon\b|cargo (?:add|install) surfrecon|/surfrecon/releases\b"
@@ -119,7 +119,7 @@ def guides():
 
 
 def plain_pages():
-    """The pages that are to be easy to read: all of them, but for those that are NOT_PLAIN."""
+    """The pages that are to be easy to read: all of them but those that are NOT_PLAIN."""
     return [path for path in files() if path.suffix == ".md" and str(path.relative_to(ROOT)) not in NOT_PLAIN]
 
 

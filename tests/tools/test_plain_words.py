@@ -67,7 +67,7 @@ def test_what_is_built_here_may_be_said():
 
 def test_all_pages_are_held_to_the_limits(monkeypatch, tmp_path):
     (tmp_path / "deep").mkdir()
-    for name in ("README.md", "CHANGELOG.md", "deep/new.md", "deep/code.py"):
+    for name in ("README.md", "PARAMETERS.md", "deep/new.md", "deep/code.py"):
         (tmp_path / name).write_text(RIDDLE, "utf-8")
     monkeypatch.setattr(check_tree, "ROOT", tmp_path)
     monkeypatch.setattr(check_tree, "files", lambda: sorted(path for path in tmp_path.rglob("*") if path.is_file()))
