@@ -10,7 +10,7 @@ use crate::error::{Error, Result};
 
 /// Nobody has the account.
 const FREE: usize = 0;
-/// It is being opened or closed; beyond, so many have it.
+/// It is being opened or closed. A larger number is one more than its holders.
 const BUSY: usize = 1;
 
 /// Of each account how many have it.
@@ -35,7 +35,7 @@ impl ContextAccount {
         Ok(ContextAccount(number))
     }
 
-    /// That of the call which this thread works for, or of none.
+    /// The account of the call that this thread works for, or that of none.
     pub fn of_this_thread() -> Self {
         // Somebody has it as long as the thread works for it.
         Self::shared(current())
@@ -88,7 +88,7 @@ impl Drop for Entered {
     }
 }
 
-/// What lives on after the call that made it, and keeps that call's account.
+/// A value that lives on after the call that made it, and keeps that call's account.
 pub struct Owned<T> {
     // Dropped in this order.
     value: T,
@@ -106,7 +106,7 @@ impl<T> Owned<T> {
         self.account.number() == current()
     }
 
-    /// What is owned no longer.
+    /// The value, which is owned no longer.
     pub fn into_inner(self) -> T {
         self.value
     }

@@ -1,4 +1,4 @@
-//! What memory calls may take: the limits that were set, by account, and the address space that the system gives the process.
+//! The memory that calls may take: the limits that were set, by account, and the address space that the system gives the process.
 
 use std::sync::atomic::{AtomicBool, AtomicIsize, AtomicU32, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -7,17 +7,17 @@ use surfrecon_allocator::{ACCOUNTS, current, set_ceiling};
 
 use crate::fork::{self, Prevented};
 
-/// What is known of the calls that work for one account.
+/// State of the calls that work for one account.
 pub(crate) struct Calls {
     /// Whether they have a limit of their own.
     is_limited: AtomicBool,
-    /// That, in bytes.
+    /// This limit, in bytes.
     limit: AtomicU64,
     /// Calls that are running.
     pub(crate) running: AtomicUsize,
     /// The process that the first of them began in.
     pub(crate) process: AtomicU32,
-    /// What the account held when the first of them began.
+    /// Bytes that the account held when the first of them began.
     pub(crate) before: AtomicIsize,
     /// The largest estimate since then, in bytes beyond that.
     pub(crate) foreseen: AtomicU64,
@@ -54,8 +54,8 @@ pub(crate) fn calls() -> &'static Calls {
     &CALLS[current()]
 }
 
-/// Sets the most memory that the calls of an account may take together; those of the process's and of all without a limit, for number 0.
-/// 0 bytes are no limit.
+/// Sets the most memory that the calls of an account may take together. Number 0 is for the process's calls and for all without a limit. 0
+/// bytes are no limit.
 pub(crate) fn set_limit_of(account: usize, bytes: Option<u64>) {
     let bytes = bytes.filter(|&bytes| bytes > 0);
     if let Some(bytes) = bytes {
@@ -72,7 +72,7 @@ pub(crate) fn set_limit_of(account: usize, bytes: Option<u64>) {
     }
 }
 
-/// What an account may hold while calls are running.
+/// The most that an account may hold while calls are running.
 pub(crate) fn ceiling(account: usize) -> isize {
     let limit = limit_for(account).map_or(isize::MAX, |limit| isize::try_from(limit).unwrap_or(isize::MAX));
     CALLS[account].before.load(Ordering::Relaxed).saturating_add(limit)
@@ -87,18 +87,18 @@ pub(crate) fn receive(bytes: isize) {
     }
 }
 
-/// What was set for an account itself.
+/// The limit of an account itself.
 pub(crate) fn limit_of(account: usize) -> Option<u64> {
     let calls = &CALLS[account];
     calls.is_limited.load(Ordering::SeqCst).then(|| calls.limit.load(Ordering::SeqCst))
 }
 
-/// What holds for an account.
+/// The limit that holds for an account.
 pub(crate) fn limit_for(account: usize) -> Option<u64> {
     limit_of(account).or_else(|| limit_of(0))
 }
 
-/// What holds for the call that this thread works for.
+/// The limit that holds for the call that this thread works for.
 pub(crate) fn limit_here() -> Option<u64> {
     limit_for(current())
 }
@@ -111,12 +111,12 @@ pub(crate) fn begin(account: usize) {
     CALLS[account].foreseen.store(0, Ordering::Relaxed);
 }
 
-/// What the limit is, as the end of a clause; nothing where there is none.
+/// The limit as the end of a clause. Nothing if there is none.
 pub(crate) fn in_words() -> String {
     limit_here().map_or_else(String::new, |limit| format!(", {} are allowed", size(limit as f64)))
 }
 
-/// What is said where the system, or who stands between, gave a file no memory.
+/// The reason and the remedy where the system, or who stands between, gave a file no memory.
 pub(crate) fn not_had_for_file() -> String {
     let remedy = if limit_here().is_some() { "raise the limit" } else { "close other programs" };
     format!("more could not be had{}; {remedy}", in_words())

@@ -1,9 +1,9 @@
-//! Who calls: parts of one program that share the library, each with threads, a limit on memory and pools of its own, so that none
-//! of them has to live with what another one set.
+//! Contexts: parts of one program that share the library. Each has threads, a limit on memory and pools of its own, so that none of them
+//! has to live with what another one set.
 //!
-//! A thread [chooses](choose) a context, and the calls that it makes from then on (`memory::guarded`) are that context's: what they take
-//! is on its account, and their workers are its own threads, which work for nobody else. A call keeps the context it began with. What lives
-//! on after a call keeps its account ([`Owned`]), and is taken off it by whatever thread gives it back.
+//! A thread [chooses](choose) a context, and the calls that it makes from then on (`memory::guarded`) are that context's. The memory that
+//! they take is on its account, and their workers are its own threads, which work for nobody else. A call keeps the context it began with.
+//! Values that live on after a call keep its account ([`Owned`]), and are taken off it by whatever thread gives them back.
 
 use std::cell::RefCell;
 use std::sync::Arc;
@@ -30,33 +30,33 @@ impl Context {
         Ok(Arc::new(Context { account }))
     }
 
-    /// A number that no other context has as long as this one lives, or anything that was made under it; less than 1024.
+    /// A number below 1024. No other context has it as long as this one lives, or anything that was made under it.
     pub fn number(&self) -> usize {
         self.account.number()
     }
 
-    /// Worker threads of calls whose parameters say 0; 0, the default, for the process's number.
+    /// Worker threads of calls whose parameters say 0. The default is 0: the process's number.
     pub fn set_threads(&self, threads: u32) {
         threads::set_default(self.number(), threads);
     }
 
-    /// What [`Self::set_threads`] set.
+    /// The number that [`Self::set_threads`] set.
     pub fn threads(&self) -> u32 {
         threads::default_of(self.number())
     }
 
-    /// The most memory that the calls of this context may take together, as `memory::set_limit` says it of the process; `None`, the
-    /// default, and 0 for as much as is said there.
+    /// The most memory that the calls of this context may take together. `memory::set_limit` says the same of the process. `None`, the
+    /// default, and 0 stand for as much as is said there.
     pub fn set_memory_limit(&self, bytes: Option<u64>) {
         allowed::set_limit_of(self.number(), bytes);
     }
 
-    /// What [`Self::set_memory_limit`] set.
+    /// The limit that [`Self::set_memory_limit`] set.
     pub fn memory_limit(&self) -> Option<u64> {
         allowed::limit_of(self.number())
     }
 
-    /// Who gets the messages of its calls.
+    /// Sets who gets the messages of its calls.
     pub fn set_log(&self, log: Log) {
         log::set_of(self.number(), log);
     }
@@ -74,7 +74,7 @@ impl Drop for Context {
     }
 }
 
-/// What a thread's calls are under.
+/// The context of a thread's calls.
 #[derive(Clone)]
 pub enum Chosen {
     /// As whoever this thread works for: nobody, or the call whose worker it is.
@@ -89,8 +89,8 @@ thread_local! {
     static CHOSEN: RefCell<Chosen> = const { RefCell::new(Chosen::Inherited) };
 }
 
-/// The calls that this thread makes from now on are those of `context`, or of none; that of those before. A call that is running, and
-/// calls its caller's function, goes on with what it began with.
+/// The calls that this thread makes from now on are those of `context`, or of none. Returns the choice before. A call that is running, and
+/// calls its caller's function, goes on with its first choice.
 pub fn choose(context: Option<Arc<Context>>) -> Option<Arc<Context>> {
     match exchange(context.map_or(Chosen::Process, Chosen::Context)) {
         Chosen::Context(former) => Some(former),
@@ -104,7 +104,7 @@ pub fn exchange(chosen: Chosen) -> Chosen {
     CHOSEN.try_with(|former| former.replace(chosen)).unwrap_or(Chosen::Inherited)
 }
 
-/// What was [chosen](choose) for this thread.
+/// The context that was [chosen](choose) for this thread.
 pub fn chosen() -> Option<Arc<Context>> {
     match CHOSEN.try_with(|chosen| chosen.borrow().clone()) {
         Ok(Chosen::Context(context)) => Some(context),

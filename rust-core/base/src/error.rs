@@ -1,4 +1,4 @@
-//! What went wrong, in words the caller can act on.
+//! Errors, in words the caller can act on.
 //!
 //! [`Error`] is for input and environment: it names the offending thing and, where there is one, the remedy. A broken
 //! invariant of our own is an assertion instead.
@@ -24,7 +24,7 @@ pub enum Error {
         /// Unit with a leading space, or empty.
         unit: &'static str,
     },
-    /// The data handed in can't be used; the text names the element and the remedy.
+    /// The data handed in can't be used. The text names the element and the remedy.
     #[error("{0}")]
     Input(String),
     /// A file does not hold what its format promises.
@@ -34,7 +34,7 @@ pub enum Error {
         path: PathBuf,
         /// Place in the file: a line, an element or a byte offset, in words.
         at: String,
-        /// What is wrong there and, if there is one, the remedy.
+        /// The fault there and, if there is one, the remedy.
         problem: String,
     },
     /// Reading or writing failed.
@@ -48,7 +48,7 @@ pub enum Error {
     /// The work would need more memory than is allowed or there is.
     #[error("not enough memory: {0}")]
     OutOfMemory(String),
-    /// The caller cancelled; nothing was left behind.
+    /// The caller cancelled. Nothing was left behind.
     #[error("cancelled")]
     Cancelled,
 }
@@ -69,7 +69,7 @@ impl Error {
         Error::Format { path: path.to_owned(), at: at.into(), problem: shown(problem.into()) }
     }
 
-    /// An [`Error::Io`] for a file; [`Error::OutOfMemory`] where memory is what was wanting.
+    /// An [`Error::Io`] for a file. [`Error::OutOfMemory`] if memory ran short.
     pub fn io(path: &Path, source: std::io::Error) -> Self {
         if source.kind() == std::io::ErrorKind::OutOfMemory {
             return Error::OutOfMemory(format!("{}: {}", known_as(path), crate::allowed::not_had_for_file()));
@@ -92,7 +92,7 @@ impl Shown {
 impl std::fmt::Display for Shown {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Shown(x) = *self;
-        // What comes from single precision is shown as it was given there: 0.1, not 0.10000000149011612.
+        // A number of single precision is shown as it was given there: 0.1, not 0.10000000149011612.
         let single = x as f32;
         if f64::from(single) == x && x.fract() != 0.0 && single.is_normal() {
             return if x.abs() >= 1e-6 { write!(f, "{single}") } else { write!(f, "{single:e}") };
@@ -101,7 +101,7 @@ impl std::fmt::Display for Shown {
     }
 }
 
-/// How the paths of all folders in memory begin; a number follows.
+/// Beginning of the paths of all folders in memory. A number follows.
 pub const IN_MEMORY: &str = "memory:";
 
 /// A path as people know it: of a file in a folder in memory the name that it was given there.

@@ -1,6 +1,6 @@
-//! Forks of a host's program. The child has none of the threads of its parent but the one that forked; a lock that another
-//! held would stay locked for ever. So locks that are held for a moment, of tables and lists, are held behind [`prevent`], and a fork waits
-//! until nobody is there: whoever knows of forks calls [`close`] before and [`open`] after each, on the thread that forks.
+//! Forks of a host's program. The child has none of the threads of its parent but the one that forked. A lock that another held would stay
+//! locked for ever. So locks that are held for a moment, of tables and lists, are held behind [`prevent`], and a fork waits until nobody is
+//! there. Whoever knows of forks calls [`close`] before and [`open`] after each, on the thread that forks.
 
 use std::cell::{Cell, RefCell};
 use std::sync::{PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};

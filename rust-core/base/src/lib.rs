@@ -1,5 +1,5 @@
-//! What every part of surfrecon stands on: errors, the types of parameters, how large numbers may be, progress and cancel as
-//! one value, who calls and who is told of it, the worker pools, memory that is found out before it is taken.
+//! The base of every part of surfrecon: errors, the types of parameters, the largest numbers, progress and cancel as one value, contexts,
+//! messages, the worker pools, and memory that is found out before it is taken.
 
 mod account;
 mod allowed;

@@ -1,5 +1,5 @@
-//! Who is told what a person may want to know of a call, or should look at: whom the context that it is made under has named, else whom
-//! the process has; at first nobody.
+//! Messages of calls: what a person may want to know of a call, or should look at. The log of the call's context gets them, else that of
+//! the process. At first nobody gets them.
 
 use std::sync::{Arc, PoisonError, RwLock};
 
@@ -10,19 +10,19 @@ use crate::fork;
 /// How important a message is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Level {
-    /// What a person may want to know, for example how a file was understood.
+    /// For people who want to know, for example how a file was understood.
     Info,
-    /// What a person should look at, for example a part of the input that was left out.
+    /// For people to look at, for example a part of the input that was left out.
     Warning,
 }
 
 /// Gets messages, on the thread of the call that has something to tell.
 pub type Listener = Arc<dyn Fn(Level, &str) + Send + Sync>;
 
-/// Who is told.
+/// Receiver of messages.
 #[derive(Clone, Default)]
 pub enum Log {
-    /// Whom the process has named; of the process itself nobody.
+    /// The one that the process has named. The process itself tells nobody.
     #[default]
     OfProcess,
     /// Somebody.
@@ -34,12 +34,12 @@ pub enum Log {
 /// By account.
 static LOGS: [RwLock<Log>; ACCOUNTS] = [const { RwLock::new(Log::OfProcess) }; ACCOUNTS];
 
-/// Who is told by calls in the whole process but for contexts with a log of their own.
+/// Sets who is told by calls in the whole process but for contexts with a log of their own.
 pub fn set(log: Log) {
     set_of(0, log);
 }
 
-/// Who is told by the calls of an account.
+/// Sets who is told by the calls of an account.
 pub(crate) fn set_of(account: usize, log: Log) {
     let former = {
         let _fork = fork::prevent();

@@ -1,5 +1,5 @@
-//! How large numbers may be. Geometry multiplies coordinates: to squares, areas, volumes and their products, which must
-//! stay finite. What is larger is refused where it comes in, by name; scans of real things, in any unit, are nowhere near.
+//! Limits of numbers. Geometry multiplies coordinates to squares, areas, volumes and their products, which must stay finite. Larger numbers
+//! are refused where they come in, by name. Scans of real things, in any unit, are nowhere near.
 
 use glam::DVec3;
 
@@ -7,14 +7,14 @@ use crate::error::{Error, Result, Shown};
 
 /// Largest size of a coordinate or a length: products of four stay finite.
 pub const LARGEST: f64 = 1e75;
-/// Smallest size of what is divided by: the longest component of a direction, a focal length; and of the largest coordinate
-/// of a set of points, unless all are zero.
+/// Smallest size of a divisor: the longest component of a direction, or a focal length. Also of the largest coordinate of a set of points,
+/// unless all are zero.
 pub const SMALLEST: f64 = 1e-75;
 
 /// A coordinate, a length or an angle that may have any sign.
 ///
 /// # Errors
-/// [`Error::Input`] for a number that is not finite or larger than [`LARGEST`]; `name` begins the sentence.
+/// [`Error::Input`] for a number that is not finite or larger than [`LARGEST`]. `name` begins the sentence.
 pub fn coordinate(name: &str, value: f64) -> Result<f64> {
     if value.abs() <= LARGEST {
         return Ok(value);
@@ -58,11 +58,11 @@ pub fn direction(name: &str, toward: DVec3) -> Result<DVec3> {
     )))
 }
 
-/// Checks points; `what` is one of them, "vertex" for example.
+/// Checks points. `what` is one of them, "vertex" for example.
 ///
 /// # Errors
-/// [`Error::Input`] naming the first with a coordinate that is not finite or larger than [`LARGEST`]; or where all of them
-/// are smaller than [`SMALLEST`] and not all zero.
+/// [`Error::Input`] naming the first with a coordinate that is not finite or larger than [`LARGEST`]. Or if all of them are smaller than
+/// [`SMALLEST`] and not all zero.
 pub fn points(what: &str, points: &[DVec3]) -> Result<()> {
     let Some(i) = points.iter().position(|p| !fits(*p)) else {
         let largest = points.iter().fold(DVec3::ZERO, |m, p| m.max(p.abs())).max_element();

@@ -1,9 +1,9 @@
-//! Memory that a call will take, found out before it is taken; and what follows where it can't be had all the same.
+//! Memory that a call will take, found out before it is taken. Also what follows if it can't be had all the same.
 //!
-//! Linux promises more memory than it has and ends somebody's process when it is asked to keep the promise: so work is
-//! refused before it begins. Estimates can err, and not everything is estimated: so hosts make the account of
-//! `surfrecon-allocator` their allocator and wrap each call in [`guarded`]. What calls take together then stays below the
-//! limit and below what was free, and a refused allocation ends the call with an error.
+//! Linux promises more memory than it has and ends somebody's process when it is asked to keep the promise, so work is refused before it
+//! begins. Estimates can err, and not everything is estimated: so hosts make the account of `surfrecon-allocator` their allocator and wrap
+//! each call in [`guarded`]. The sum of all calls then stays below the limit and below what was free, and a refused allocation ends the
+//! call with an error.
 
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
@@ -20,24 +20,25 @@ use crate::error::{Error, Result};
 /// Less is not worth asking the system, which takes a tenth of a millisecond.
 const ALWAYS_THERE: f64 = 16e6;
 
-/// What messages, buffers and jobs take beside what estimates count.
+/// Bytes of messages, buffers and jobs, beside those that estimates count.
 const SMALL: f64 = 1e5;
 const SHARE_OF_SMALL: f64 = 0.01;
 
-/// Sets the most memory that calls may take, in bytes: together, where several run at a time. `None`, the default, and 0 for all
-/// that is free. For the whole process but for contexts with a limit of their own, and from now on: also for what running calls go on to
-/// take. What a host makes and keeps meanwhile counts as theirs; what it was handed before does not, however much it is, unless another call
-/// was running all the time since.
+/// Sets the most memory that calls may take, in bytes: together, if several run at a time. `None`, the default, and 0 stand for all that is
+/// free. It is for the whole process but for contexts with a limit of their own. It holds from now on, also for memory that running calls
+/// go on to take. Memory that a host takes and keeps meanwhile counts as theirs. Memory that it had before does not, however much it is,
+/// unless another call was running all the time since.
 pub fn set_limit(bytes: Option<u64>) {
     allowed::set_limit_of(0, bytes);
 }
 
-/// What [`set_limit`] set; `None` for no limit.
+/// The limit that [`set_limit`] set. `None` for no limit.
 pub fn limit() -> Option<u64> {
     allowed::limit_of(0)
 }
 
-/// Bytes that the last call, or those that are running, were estimated to take, of the context that this thread works for or chose; 0 where nothing was worth an estimate.
+/// Bytes that the last call, or those that are running, were estimated to take, of the context that this thread works for or chose. 0 if
+/// nothing was worth an estimate.
 pub fn foreseen() -> u64 {
     let _context = context::Call::begin();
     calls().foreseen.load(Ordering::Relaxed)
@@ -47,12 +48,12 @@ pub fn foreseen() -> u64 {
 /// where `surfrecon_allocator::Account` is the program's allocator. Other panics go on.
 ///
 /// # Errors
-/// What `call` returns; [`Error::OutOfMemory`].
+/// The result of `call`, or [`Error::OutOfMemory`].
 pub fn guarded<R, E: From<Error>>(call: impl FnOnce() -> Result<R, E>) -> Result<R, E> {
     surfrecon_allocator::install();
     let _context = context::Call::begin();
     let running = Running::begin();
-    // Whatever the panic left half done is dropped with the closure, or its owner looks after it.
+    // All that the panic left half done is dropped with the closure, or its owner looks after it.
     let outcome = catch_unwind(AssertUnwindSafe(call));
     drop(running);
     outcome.unwrap_or_else(|panic| match refused(&*panic) {
@@ -182,7 +183,7 @@ pub fn note(bytes: f64) {
     calls().foreseen.fetch_max((bytes * (1.0 + SHARE_OF_SMALL) + SMALL) as u64, Ordering::Relaxed);
 }
 
-/// The limit on what the calls take together that work for the same as this thread, whatever they have taken; `None` where none was set.
+/// The limit on the memory of all calls that work for the same as this thread, however much they have taken. `None` if none was set.
 pub fn limit_of_calls() -> Option<u64> {
     limit_here()
 }
@@ -198,7 +199,7 @@ pub fn available() -> (f64, &'static str) {
 /// An empty vector with room for `count` entries.
 ///
 /// # Errors
-/// [`Error::OutOfMemory`] where there is less, or the system refuses it; `what` names it and begins the sentence.
+/// [`Error::OutOfMemory`] if there is less, or the system refuses it. `what` names it and begins the sentence.
 pub fn reserved<T>(count: usize, what: impl Fn() -> String) -> Result<Vec<T>> {
     let bytes = size_of::<T>() as f64 * count as f64;
     expect(bytes, &what, "use less, or raise the limit")?;

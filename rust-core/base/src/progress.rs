@@ -1,9 +1,10 @@
 //! How a long call runs, as one value: its stages with their shares of the time, how far it is, what each stage took, and whether
 //! it is to stop.
 //!
-//! A long call gets a [`Progress`]. Its driver names the stages ([`crate::stages`]); its workers count what they have done ([`Progress::advance`], an atomic add); the
-//! **calling** thread looks at the counts before the work begins and every 30 ms from then on, and hands them to the
-//! caller's function, which answers whether to go on. So a host's callback never runs on a foreign thread, and counting costs next to nothing.
+//! A long call gets a [`Progress`]. Its driver names the stages ([`crate::stages`]). Its workers count what they have done
+//! ([`Progress::advance`], an atomic add). The **calling** thread looks at the counts before the work begins and every 30 ms from then on.
+//! It hands them to the caller's function, which answers whether to go on. So a host's callback never runs on a foreign thread, and
+//! counting costs next to nothing.
 
 use std::ops::{ControlFlow, Range};
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
@@ -23,7 +24,7 @@ struct Clock {
 /// How often the caller's function is asked.
 const POLL: Duration = Duration::from_millis(30);
 
-/// Where a long call stands.
+/// State of a long call.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tick {
     /// Name of the running stage, for people.
@@ -32,7 +33,7 @@ pub struct Tick {
     pub fraction: f64,
 }
 
-/// The stages of a call with their shares of its time; shares are relative to each other.
+/// The stages of a call with their shares of its time. Shares are relative to each other.
 pub type Plan = &'static [(&'static str, f64)];
 
 /// Wall-clock seconds by what they were spent on, in the order in which that was first done.
@@ -79,7 +80,7 @@ pub struct Progress<'a> {
     cancelled: AtomicBool,
     /// Whether a check has answered that.
     heard: AtomicBool,
-    /// Checks left before the call is cancelled; `u64::MAX` for no limit.
+    /// Checks left before the call is cancelled. `u64::MAX` for no limit.
     checks_left: AtomicU64,
     clock: Mutex<Clock>,
     /// The largest share that the caller's function was told: a call may begin its work anew.
@@ -103,8 +104,7 @@ impl Progress<'static> {
 }
 
 impl<'a> Progress<'a> {
-    /// `report` is called on the calling thread before the work begins and about every 30 ms; `ControlFlow::Break`
-    /// cancels.
+    /// `report` is called on the calling thread before the work begins and about every 30 ms. `ControlFlow::Break` cancels.
     pub fn new(report: impl FnMut(Tick) -> ControlFlow<()> + Send + 'a) -> Self {
         Self::with_sink(Some(Box::new(report)))
     }
@@ -130,7 +130,7 @@ impl<'a> Progress<'a> {
         Progress { whole: Some(self), ..Progress::with_sink(None) }
     }
 
-    /// Sets the stages of the call, and starts its clock. Called by the driver before the first stage; again where it begins anew.
+    /// Sets the stages of the call, and starts its clock. The driver calls it before the first stage, and again if the work begins anew.
     pub fn plan(&self, plan: Plan) {
         *lock(&self.plan) = plan;
         self.stage(0, 1);
@@ -142,7 +142,7 @@ impl<'a> Progress<'a> {
         *lock(&self.clock) = Clock { last: Instant::now(), seconds: before };
     }
 
-    /// The time since the last lap was spent on `work`; it may come again.
+    /// The time since the last lap was spent on `work`, which may come again.
     pub fn lap(&self, work: &'static str) {
         let mut clock = lock(&self.clock);
         let now = Instant::now();
@@ -153,7 +153,7 @@ impl<'a> Progress<'a> {
         }
     }
 
-    /// What the laps so far took.
+    /// Times of the laps so far.
     pub fn seconds(&self) -> Seconds {
         lock(&self.clock).seconds.clone()
     }
@@ -165,7 +165,7 @@ impl<'a> Progress<'a> {
         self.stage.store(index, Ordering::Relaxed);
     }
 
-    /// Counts `n` more units of the running stage as done. Cheap; call it at least every few milliseconds.
+    /// Counts `n` more units of the running stage as done. Cheap. Call it at least every few milliseconds.
     ///
     /// # Errors
     /// [`Error::Cancelled`] once the caller has cancelled: return it at once.
@@ -204,12 +204,12 @@ impl<'a> Progress<'a> {
         self.heard.load(Ordering::Relaxed)
     }
 
-    /// Asks the call to stop; it answers with [`Error::Cancelled`] within a tenth of a second.
+    /// Asks the call to stop. It answers with [`Error::Cancelled`] within a tenth of a second.
     pub fn cancel(&self) {
         self.cancelled.store(true, Ordering::Relaxed);
     }
 
-    /// Where the call stands now.
+    /// State of the call now.
     pub fn tick(&self) -> Tick {
         let plan = *lock(&self.plan);
         let index = self.stage.load(Ordering::Relaxed).min(plan.len() - 1);
@@ -222,7 +222,7 @@ impl<'a> Progress<'a> {
     /// Runs `work` while this thread reports to the caller's function, if there is one: for work of a single thread.
     ///
     /// # Errors
-    /// What `work` returns; [`Error::OutOfMemory`] if the system refuses a thread.
+    /// The result of `work`, or [`Error::OutOfMemory`] if the system refuses a thread.
     pub fn watch<R: Send>(&self, work: impl FnOnce() -> Result<R> + Send) -> Result<R> {
         // Within a pool somebody outside is reporting already.
         if rayon::current_thread_index().is_some() || lock(&self.sink).is_none() {
@@ -231,8 +231,8 @@ impl<'a> Progress<'a> {
         self.run(&*crate::threads::pool(1)?, work)
     }
 
-    /// Runs `work` on `pool` while this thread reports to the caller's function. On a thread of a pool, where a caller's function that
-    /// makes a scan calls us again, it runs on as many threads of its own: that thread waits, and might be who is waited for.
+    /// Runs `work` on `pool` while this thread reports to the caller's function. A caller's function that makes a scan may call us again on
+    /// a thread of a pool. The work then runs on as many threads of its own: that thread waits, and might be who is waited for.
     pub fn run<R: Send>(&self, pool: &rayon::ThreadPool, work: impl FnOnce() -> R + Send) -> R {
         if rayon::current_thread_index().is_none() {
             return self.run_on(pool, work);
@@ -271,8 +271,8 @@ impl<'a> Progress<'a> {
         result.expect("the scope returns only after its work")
     }
 
-    /// Tells who watches, and has not cancelled, that all is done; what is answered changes nothing. For who began the call, once it has
-    /// succeeded.
+    /// Tells a watcher that has not cancelled that all is done. The answer changes nothing. It is called by whoever began the call, once it
+    /// has succeeded.
     pub fn finish(&self) {
         let stage = lock(&self.plan).last().map_or("", |stage| stage.0);
         if let Some(report) = &mut *lock(&self.sink)
@@ -284,7 +284,7 @@ impl<'a> Progress<'a> {
 
     fn report(&self, sink: &mut Option<Sink<'a>>) {
         let Some(report) = sink else { return };
-        // Who has said no is not asked again while the work winds up.
+        // A caller that has said no is not asked again while the work winds up.
         if self.cancelled.load(Ordering::Relaxed) {
             return;
         }

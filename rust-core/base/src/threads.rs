@@ -1,8 +1,8 @@
 //! Our own thread pools: we live inside other people's programs and leave the global pool alone.
 //!
-//! Such a program may fork. The child has the memory of its parent as it was at that moment, but of its threads only the
-//! one that forked: a pool that came along has no workers, and a lock that another thread held stays locked for ever. So
-//! a process has pools of its own, and nothing here waits for a lock whose holder may have been left behind.
+//! Such a program may fork. The child has the memory of its parent as it was at that moment, but of its threads only the one that forked. A
+//! pool that came along has no workers. A lock that another thread held stays locked for ever. So a process has pools of its own, and
+//! nothing here waits for a lock whose holder may have been left behind.
 
 use std::cell::Cell;
 use std::fmt::Display;
@@ -68,7 +68,7 @@ impl<T> Exclusive<T> {
         Err(Taken::LeftBehind)
     }
 
-    /// The value once it is free, for values that are taken for a moment only; `None` where it was left behind.
+    /// The value once it is free, for values that are taken for a moment only. `None` if it was left behind.
     pub fn wait(&self) -> Option<MutexGuard<'_, T>> {
         loop {
             match self.take() {
@@ -105,7 +105,7 @@ impl Turns {
 /// Address space that a thread takes to start: its stack, and what it keeps for itself.
 const ROOM_OF_A_THREAD: f64 = (3 << 20) as f64;
 
-/// Worker threads where a call does not say how many, by account; 0 for none said.
+/// Worker threads if a call does not say how many, by account. 0 if none is said.
 static DEFAULTS: [AtomicU32; ACCOUNTS] = [const { AtomicU32::new(0) }; ACCOUNTS];
 
 /// Worker threads of calls that ask for 0: 0, the default, for one a core, or, of an account other than the process's, for that one's number.
@@ -113,17 +113,18 @@ pub(crate) fn set_default(account: usize, threads: u32) {
     DEFAULTS[account].store(threads, Ordering::Relaxed);
 }
 
-/// What was set for an account.
+/// The number that was set for an account.
 pub(crate) fn default_of(account: usize) -> u32 {
     DEFAULTS[account].load(Ordering::Relaxed)
 }
 
-/// Worker threads of calls that ask for 0, in the whole process but for contexts with a number of their own; 0, the default, for one a core.
+/// Worker threads of calls that ask for 0, in the whole process but for contexts with a number of their own. The default is 0: one per
+/// core.
 pub fn set_threads(threads: u32) {
     set_default(0, threads);
 }
 
-/// What [`set_threads`] set.
+/// The number that [`set_threads`] set.
 pub fn threads() -> u32 {
     default_of(0)
 }
@@ -143,7 +144,7 @@ struct Pools {
 
 static POOLS: Exclusive<Pools> = Exclusive::new(Pools { process: 0, list: Vec::new() });
 
-/// The pools of this process; `None` where they can't be kept for later calls.
+/// The pools of this process. `None` if they can't be kept for later calls.
 fn pools() -> Option<MutexGuard<'static, Pools>> {
     let mut pools = POOLS.wait()?;
     let here = std::process::id();
@@ -162,8 +163,8 @@ impl Pools {
     }
 }
 
-/// The pool of `threads` threads of the context that this thread works for, 0 for the number that was set or one a core; pools are kept for
-/// later calls of the same process.
+/// The pool of `threads` threads of the context that this thread works for. 0 stands for the number that was set, or one per core. Pools
+/// are kept for later calls of the same process.
 ///
 /// # Errors
 /// [`Error::OutOfMemory`] if the system refuses the threads.
@@ -202,12 +203,12 @@ thread_local! {
     static OF_WORKER: Cell<usize> = const { Cell::new(0) };
 }
 
-/// The account of the context whose worker this thread is; 0 for threads that are none's.
+/// The account of the context whose worker this thread is. 0 for threads that are none's.
 pub fn of_worker() -> usize {
     OF_WORKER.get()
 }
 
-/// A pool of so many threads that nobody else has; they work for whom this thread works for.
+/// A pool of so many threads that nobody else has. They work for whom this thread works for.
 ///
 /// # Errors
 /// [`Error::OutOfMemory`] if the system refuses the threads.

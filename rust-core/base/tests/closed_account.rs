@@ -1,4 +1,5 @@
-//! What a context leaves behind that is closed while calls of the program run: in a process of its own, whose memory nobody else takes.
+//! Memory that a context leaves behind when it is closed while calls of the program run. In a process of its own, whose memory nobody else
+//! takes.
 #![allow(clippy::unwrap_used)]
 
 use std::alloc::System;

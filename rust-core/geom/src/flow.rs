@@ -11,7 +11,7 @@ use base::progress::{Pace, Progress};
 pub struct Network {
     /// From the source to a node if positive, from the node to the sink if negative: what both have in common flows at once.
     terminals: Vec<i64>,
-    /// What flowed at once.
+    /// Units that flowed at once.
     flow: i64,
     edges: Vec<Edge>,
 }
@@ -63,7 +63,7 @@ impl Network {
         self.edges.push(Edge { nodes, capacities });
     }
 
-    /// Of each node what its capacity from the source exceeds that to the sink by; negative where that is the larger.
+    /// Capacity of each node from the source, less that to the sink. Negative if the sink's is the larger.
     pub fn terminals(&self) -> &[i64] {
         &self.terminals
     }
@@ -88,7 +88,7 @@ impl Network {
         self.flow + at_terminals.sum::<i64>() + at_edges.sum::<i64>()
     }
 
-    /// The smallest cut. O(n^2 m) at most for n nodes and m edges; near m times the length of ways in practice.
+    /// The smallest cut. O(n^2 m) at most for n nodes and m edges. Near m times the length of ways in practice.
     ///
     /// # Errors
     /// [`base::error::Error::Cancelled`].
@@ -108,7 +108,7 @@ struct Search {
     terminals: Vec<i64>,
     flow: i64,
     edges: Vec<Edge>,
-    /// Where each node's arcs begin; twice an edge, plus one if the node is its second.
+    /// First arc of each node. An arc's number is twice an edge's, plus one if the node is its second.
     first: Vec<u32>,
     arcs: Vec<u32>,
     /// Steps from the source.
@@ -146,13 +146,13 @@ impl Search {
         Ok(Search { terminals, flow, edges, first, arcs, levels, next, queue, end: NONE })
     }
 
-    /// What an arc leads to, and how much may still flow along it.
+    /// The end of an arc, and how much may still flow along it.
     fn arc(&self, arc: u32) -> (u32, u32) {
         let (edge, side) = (&self.edges[arc as usize / 2], arc as usize % 2);
         (edge.nodes[1 - side], edge.capacities[side])
     }
 
-    /// Finds the levels of what flow can reach from the source, up to that where the sink is met; whether it is.
+    /// Finds the levels of the nodes that flow can reach from the source, up to that at which the sink is met. Returns whether it is.
     fn measure(&mut self, pace: &mut Pace<'_>) -> Result<bool> {
         self.levels.fill(NONE);
         self.queue.clear();
@@ -232,7 +232,7 @@ impl Search {
         None
     }
 
-    /// Lets flow along a way what can, and shortens it to where it can be left for another; gives that place.
+    /// Lets flow along a way as much as can, and shortens the way to where it can be left for another. Returns that place.
     fn push(&mut self, source: u32, sink: u32, way: &mut Vec<u32>) -> u32 {
         let room = self.terminals[source as usize].min(-self.terminals[sink as usize]);
         let amount = way.iter().map(|&arc| i64::from(self.arc(arc).1)).fold(room, i64::min);

@@ -1,6 +1,6 @@
 //! Small dense systems of linear equations and eigenvalue problems.
 
-/// Solves `matrix * x = right` for a symmetric positive definite matrix; `None` if it isn't.
+/// Solves `matrix * x = right` for a symmetric positive definite matrix. `None` if it isn't.
 pub fn solve<const N: usize>(matrix: &[[f64; N]; N], right: &[f64; N]) -> Option<[f64; N]> {
     let mut factor = [[0.0; N]; N];
     for i in 0..N {

@@ -11,8 +11,8 @@ const LEAF: usize = 12;
 /// Points below which a range is arranged on one thread.
 const ONE_THREAD: usize = 1 << 13;
 
-/// A balanced k-d tree over a fixed set of points. Building costs O(n log n), a query O(log n) for points that aren't
-/// crowded; memory 29 bytes a point.
+/// A balanced k-d tree over a fixed set of points. Building costs O(n log n), a query O(log n) for points that aren't crowded. Memory 29
+/// bytes a point.
 #[derive(Clone, Debug, Default)]
 pub struct KdTree {
     /// Points in the order of the tree: the middle of each range splits it.
@@ -80,8 +80,8 @@ impl KdTree {
         &self.points
     }
 
-    /// The point nearest to `query`: its place in the list given and its distance. `None` without points, or if
-    /// `query` isn't finite. Which of several equally near points is found is not said, but always the same.
+    /// The point nearest to `query`: its place in the list given and its distance. `None` without points, or if `query` isn't finite. Of
+    /// several equally near points always the same is found, but it is not said which.
     pub fn nearest(&self, query: DVec3) -> Option<(u32, f64)> {
         self.nearest_within(query, f64::INFINITY)
     }
@@ -175,7 +175,7 @@ pub struct Few {
     /// Squared distances, whose bits compare as they do, and indices: while searching some more than asked for.
     found: Vec<(u64, u32)>,
     count: usize,
-    /// Squared; none further away is taken.
+    /// Squared. None further away is taken.
     limit: f64,
     /// Whether the limit is the distance of one found.
     is_full: bool,
@@ -201,7 +201,7 @@ impl Few {
         self.found.iter().map(|&(squared, index)| (index, f64::from_bits(squared)))
     }
 
-    /// Squared distance of the furthest; `None` without any.
+    /// Squared distance of the furthest. `None` without any.
     pub fn furthest(&self) -> Option<f64> {
         self.found.iter().max().map(|&(squared, _)| f64::from_bits(squared))
     }

@@ -1,8 +1,8 @@
 //! Signs of determinants, exact: the one place where topology is decided.
 //!
-//! A sign is 1, 0 or -1. The floating-point arithmetic is that of the crate `robust` (adaptive precision behind a filter,
-//! after Shewchuk 1997), exact for coordinates whose products of five neither overflow nor underflow. [`Arithmetic`]
-//! says which arithmetic a set of points needs; big integers take the rest.
+//! A sign is 1, 0 or -1. The floating-point arithmetic is that of the crate `robust` (adaptive precision behind a filter, after Shewchuk
+//! 1997), exact for coordinates whose products of five neither overflow nor underflow. [`Arithmetic`] says which arithmetic a set of points
+//! needs. Big integers take the rest.
 
 use glam::{DVec2, DVec3, Vec3Swizzles};
 use num_bigint::{BigInt, Sign};
@@ -31,9 +31,8 @@ pub fn orient3d(a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> i8 {
 pub enum Arithmetic {
     /// Plain doubles: points of so small a lattice that no determinant is ever rounded.
     Double,
-    /// Integers of 320 bits where the differences of the coordinates, multiplied by `scale`, have at most 62 bits, as in
-    /// range images, single precision and wherever the points of one sign are close to each other; sums of doubles
-    /// elsewhere.
+    /// Integers of 320 bits if the differences of the coordinates, multiplied by `scale`, have at most 62 bits. They have in range images,
+    /// in single precision and wherever the points of one sign are close to each other. Sums of doubles elsewhere.
     Adaptive {
         /// A power of two that makes all coordinates integers.
         scale: f64,
@@ -49,7 +48,7 @@ pub enum Arithmetic {
 const LEAST_BIT: i32 = -200;
 
 impl Arithmetic {
-    /// What `points` need, none of which is NaN or infinite; and by which power of two to multiply them first.
+    /// The arithmetic that `points` need, none of which is NaN or infinite, and the power of two to multiply them by first.
     pub fn of(points: impl IntoIterator<Item = DVec3>) -> (Self, f64) {
         let (mut lowest, mut highest, mut largest) = (DVec3::INFINITY, DVec3::NEG_INFINITY, 0.0_f64);
         let mut least_bit = i32::MAX;
@@ -82,8 +81,8 @@ impl Arithmetic {
     }
 }
 
-/// Sign of the volume of the tetrahedron a, b, c, d: 1 if a, b, c turn counter-clockwise seen from d's other side, that is
-/// if det(b - a, c - a, d - a) > 0.
+/// Sign of the volume of the tetrahedron a, b, c, d. It is 1 if a, b, c turn counter-clockwise seen from d's other side, that is if det(b -
+/// a, c - a, d - a) > 0.
 pub fn volume_sign(points: [DVec3; 4], arithmetic: Arithmetic) -> i8 {
     let [a, b, c, d] = points;
     match arithmetic {
@@ -138,7 +137,7 @@ fn insphere(points: [DVec3; 5]) -> i8 {
     -sign(robust::insphere(a, b, c, d, p))
 }
 
-/// `points - origin` in steps of the lattice, exact; `None` if that takes more than 62 bits.
+/// `points - origin` in steps of the lattice, exact. `None` if that takes more than 62 bits.
 fn integers<const N: usize>(points: [DVec3; N], origin: DVec3, scale: f64) -> Option<[wide::Vector; N]> {
     const LIMIT: f64 = (1_i64 << (wide::BITS - 1)) as f64;
     let mut largest = 0.0_f64;

@@ -1,4 +1,4 @@
-//! What points span: nothing, a point, a line, a plane or space. By exact signs.
+//! Span of points: nothing, a point, a line, a plane or space. By exact signs.
 
 use glam::DVec3;
 

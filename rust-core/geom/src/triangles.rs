@@ -4,10 +4,9 @@ use glam::{DVec2, DVec3};
 
 use super::predicates::{orient2d, orient3d};
 
-/// Whether two closed triangles have a point in common beyond the corners and the edge they share. Corners are shared
-/// if they are at the same place. So triangles that only touch cross, unless they touch in shared corners; two triangles
-/// over a shared edge cross if they lie on top of each other. A triangle whose corners lie on a line crosses nothing.
-/// Exact; see [`super::predicates`].
+/// Whether two closed triangles have a point in common beyond the corners and the edge they share. Corners are shared if they are at the
+/// same place. So triangles that only touch cross, unless they touch in shared corners. Two triangles over a shared edge cross if they lie
+/// on top of each other. A triangle whose corners lie on a line crosses nothing. Exact. See [`super::predicates`].
 pub fn cross(s: [DVec3; 3], t: [DVec3; 3]) -> bool {
     // Turns shared corners to the front, in the same order in both.
     let (mut s, mut t, mut shared) = (s, t, 0);
@@ -49,12 +48,12 @@ fn apart(s: [DVec3; 3], t: [DVec3; 3]) -> bool {
         let (s, t) = (flat.project(s), flat.project(t));
         return (0..3).any(|i| segment_meets(s[i], s[(i + 1) % 3], t)) || contains(s, t[0]);
     }
-    // Where the planes differ, an edge of one goes through the other. One that lies in the other's plane needs no test:
-    // its neighbours, or the other's edges, meet the same points.
+    // If the planes differ, an edge of one goes through the other. One that lies in the other's plane needs no test: its neighbours, or the
+    // other's edges, meet the same points.
     (0..3).any(|i| pierces(s, i, s_beside_t, t)) || (0..3).any(|i| pierces(t, i, t_beside_s, s))
 }
 
-/// Whether edge `i` of `s` goes through the plane of `t` within `t`; `sides` are those of the corners of `s`.
+/// Whether edge `i` of `s` goes through the plane of `t` within `t`. `sides` are those of the corners of `s`.
 fn pierces(s: [DVec3; 3], i: usize, sides: [i8; 3], t: [DVec3; 3]) -> bool {
     let j = (i + 1) % 3;
     if sides[i] * sides[j] > 0 || (sides[i] == 0 && sides[j] == 0) {
@@ -96,7 +95,7 @@ fn share_edge(s: [DVec3; 3], t: [DVec3; 3]) -> bool {
 struct Flat(usize);
 
 impl Flat {
-    /// The plane that shows most of the triangle; `None` if its corners lie on a line.
+    /// The plane that shows most of the triangle. `None` if its corners lie on a line.
     fn of(t: [DVec3; 3]) -> Option<Flat> {
         let normal = (t[1] - t[0]).cross(t[2] - t[0]).abs();
         let mut axes = [0, 1, 2];
@@ -252,7 +251,7 @@ mod tests {
         }
     }
 
-    /// First and last point of a segment in a triangle, by clipping; whole numbers up to 3 leave no doubt about signs.
+    /// First and last point of a segment in a triangle, by clipping. Whole numbers up to 3 leave no doubt about signs.
     fn ends_of_common_part(p: DVec3, q: DVec3, t: [DVec3; 3]) -> Vec<DVec3> {
         let normal = (t[1] - t[0]).cross(t[2] - t[0]);
         let (dp, dq) = ((p - t[0]).dot(normal), (q - t[0]).dot(normal));

@@ -9,7 +9,7 @@ use crate::error::{Error, Result};
 pub struct Schema {
     /// Name of the operation.
     pub operation: &'static str,
-    /// What the parameters are for.
+    /// Purpose of the parameters.
     pub text: &'static str,
     /// The rows, in the order in which people read them.
     pub rows: &'static [ParamSpec],
@@ -28,10 +28,10 @@ pub trait Params: Sized {
     /// Rows of which at most one may be given, a list each.
     fn alternatives() -> Vec<&'static [ParamSpec]>;
 
-    /// The value of a parameter; `None` if there is none of that name.
+    /// The value of a parameter. `None` if there is none of that name.
     fn get(&self, name: &str) -> Option<Value<'static>>;
 
-    /// Sets a parameter; absent sets its default. Says whether there is one of that name.
+    /// Sets a parameter. An absent value sets its default. Says whether there is one of that name.
     ///
     /// # Errors
     /// [`Error::Parameter`] for a value that is not allowed.
@@ -112,10 +112,9 @@ pub const fn joined<const ROWS: usize>(lists: &[&[ParamSpec]]) -> [ParamSpec; RO
 
 /// Declares the parameters of an operation: `PARAMS`, `SCHEMA` and the struct with its defaults and checks.
 ///
-/// A field with `= row` is a parameter; its comment is the row's text, for people in every language, so that it names no item
-/// of Rust. A field without is a part: a struct of other parameters, or [`alternatives!`](crate::alternatives!). `with threads`
-/// adds the worker threads as the last one. `besides` are fields that are in no table; `checked by` names a method that looks
-/// at what rows can't say.
+/// A field with `= row` is a parameter. Its comment is the row's text, for people in every language, so that it names no item of Rust. A
+/// field without is a part: a struct of other parameters, or [`alternatives!`](crate::alternatives!). `with threads` adds the worker
+/// threads as the last one. `besides` are fields that are in no table. `checked by` names a method that looks at what rows can't say.
 #[macro_export]
 macro_rules! params {
     // A row completed, a part's own rows.
@@ -193,7 +192,7 @@ macro_rules! params {
             &ALL
         };
 
-        /// What is declared of the operation's parameters.
+        /// The declaration of the operation's parameters.
         pub const SCHEMA: $crate::params::Schema = $crate::params::Schema {
             operation: $operation,
             text: concat!($($about),*).trim_ascii(),
@@ -253,8 +252,8 @@ macro_rules! params {
     };
 }
 
-/// Declares an enum that a parameter may be one of, the first by default. Each has its name in every language and its name for
-/// people; its comment is the text.
+/// Declares an enum that a parameter may be one of, the first by default. Each has its name in every language and its name for people. Its
+/// comment is the text.
 #[macro_export]
 macro_rules! choices {
     (
@@ -266,7 +265,7 @@ macro_rules! choices {
         pub enum $Enum { $( $(#[doc = $text])* $Variant ),* }
 
         impl $Enum {
-            /// What it may be, with names and texts.
+            /// Its values, with names and texts.
             pub const CHOICES: &[$crate::params::Choice] = &[$(
                 $crate::params::Choice { name: $name, label: $label, text: concat!($($text),*).trim_ascii() }
             ),*];
@@ -312,8 +311,7 @@ macro_rules! choices {
     };
 }
 
-/// Declares an enum of parameters of which one is given; `or` is what holds where none is, or else the parameter that has a
-/// plain default.
+/// Declares an enum of parameters of which one is given. `or` is what holds if none is, or else the parameter that has a plain default.
 #[macro_export]
 macro_rules! alternatives {
     (@spec $operation:literal $name:ident [$($text:expr),*] $row:expr) => {{

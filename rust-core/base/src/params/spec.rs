@@ -2,12 +2,12 @@
 
 use crate::error::{Error, Result, Shown};
 
-/// What a parameter is, which says its unit too.
+/// The sort of a parameter, which says its unit too.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Kind {
     /// A number in the unit of the scans' coordinates, whatever that is.
     Length,
-    /// Radians; hosts show degrees.
+    /// Radians. Hosts show degrees.
     Angle,
     /// A plain ratio or share.
     Ratio,
@@ -22,20 +22,20 @@ pub enum Kind {
 /// One of the things a parameter may be.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Choice {
-    /// Name, the same in every language. Where choices are numbers, it is the place in the list, counted from 1.
+    /// Name, the same in every language. For choices that are numbers it is the place in the list, counted from 1.
     pub name: &'static str,
     /// Name for people.
     pub label: &'static str,
-    /// What it means.
+    /// Its meaning.
     pub text: &'static str,
 }
 
-/// Where a parameter's value comes from when the caller gives none.
+/// Source of a parameter's value when the caller gives none.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Default {
     /// This value: of a flag 0 or 1, of a choice its place in the list.
     Value(f64),
-    /// Measured from the data, or nothing at all; the text says how.
+    /// Measured from the data, or nothing at all. The text says how.
     FromData(&'static str),
 }
 
@@ -61,21 +61,21 @@ pub struct ParamSpec {
     pub name: &'static str,
     /// Name for people.
     pub label: &'static str,
-    /// What it is, which says its unit.
+    /// Its sort, which says its unit.
     pub kind: Kind,
     /// Value when none is given.
     pub default: Default,
-    /// Smallest allowed number; minus infinity for none.
+    /// Smallest allowed number. Minus infinity for none.
     pub min: f64,
     /// Whether `min` itself is refused.
     pub min_excluded: bool,
-    /// Largest allowed number; infinity for none.
+    /// Largest allowed number. Infinity for none.
     pub max: f64,
     /// Whether all numbers are allowed, infinite ones and NaN too.
     pub any_number: bool,
-    /// What it does, and what smaller and larger values do: one or two sentences. Of a flag, what it does when it is on.
+    /// Its effect, and the effect of smaller and larger values: one or two sentences. Of a flag, the effect when it is on.
     pub text: &'static str,
-    /// What 0, or a flag that is off, does; empty where that is plain from the text.
+    /// The effect of 0, or of a flag that is off. Empty if that is plain from the text.
     pub off: &'static str,
     /// The version of the library it came with.
     pub since: &'static str,
@@ -176,7 +176,7 @@ impl ParamSpec {
         self
     }
 
-    /// What 0, or a flag that is off, does.
+    /// Sets the effect of 0, or of a flag that is off.
     pub const fn off(mut self, text: &'static str) -> Self {
         self.off = text;
         self
@@ -196,7 +196,7 @@ impl ParamSpec {
         self
     }
 
-    /// What a choice may be; empty for all other kinds.
+    /// The values of a choice. Empty for all other kinds.
     pub const fn choices(&self) -> &'static [Choice] {
         match self.kind {
             Kind::Choice(choices) => choices,
@@ -275,7 +275,7 @@ impl ParamSpec {
         }
     }
 
-    /// The default; absent where the data give it.
+    /// The default. Absent if the data give it.
     pub fn default_value(&self) -> Value<'static> {
         match (self.default, self.kind) {
             (Default::FromData(_), _) => Value::Absent,

@@ -1,4 +1,4 @@
-//! That calls are watched and cancelled.
+//! Calls are watched and cancelled.
 
 use super::*;
 use rayon::prelude::*;

@@ -103,7 +103,7 @@ pub(super) fn build(
     Ok((frame, nodes, slots))
 }
 
-/// The nodes over `items`, whose first will be slot `first`; links to nodes count from the subtree's own root.
+/// The nodes over `items`, whose first will be slot `first`. Links to nodes count from the subtree's own root.
 fn subtree(items: &mut [Item], first: u32, depth: usize, progress: &Progress<'_>) -> Result<Vec<Node>> {
     let mut nodes = Vec::new();
     if items.len() < PARALLEL {
@@ -161,7 +161,7 @@ fn extents(items: &[Item]) -> (Box3, Box3) {
     items.par_chunks(PARALLEL).map(of).reduce(|| (Box3::EMPTY, Box3::EMPTY), |a, b| (a.0.join(b.0), a.1.join(b.1)))
 }
 
-/// Splits the items in place and tells where; `None` for a leaf.
+/// Splits the items in place. Returns the place, or `None` for a leaf.
 fn split(items: &mut [Item], bounds: Box3, middles: Box3, depth: usize) -> Option<usize> {
     if items.len() <= 1 {
         return None;

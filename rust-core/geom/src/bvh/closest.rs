@@ -18,15 +18,15 @@ pub enum Feature {
 /// The point of a mesh closest to a query.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Closest {
-    /// Where it is.
+    /// Its place.
     pub point: DVec3,
     /// How far from the query, squared.
     pub distance_squared: f64,
-    /// The triangle; of several as near, the one of the smallest index.
+    /// The triangle. Of several as near, the one of the smallest index.
     pub triangle: u32,
-    /// Weights of its corners; not negative, their sum is 1 up to rounding.
+    /// Weights of its corners. Not negative, their sum is 1 up to rounding.
     pub barycentric: [f64; 3],
-    /// Where on the triangle.
+    /// Its place on the triangle.
     pub feature: Feature,
 }
 
@@ -36,7 +36,7 @@ impl Closest {
         self.distance_squared.sqrt()
     }
 
-    /// The point of one triangle closest to `query`; `triangle` is its number.
+    /// The point of one triangle closest to `query`. `triangle` is the triangle's number.
     pub fn on_triangle(query: DVec3, corners: &[DVec3; 3], triangle: u32) -> Closest {
         Self::of(query, corners, triangle)
     }
@@ -70,8 +70,8 @@ impl Closest {
 /// found lies on the triangle, so a generous value costs time only.
 const SLIVER: f64 = 1e-6;
 
-/// Weights of the corners at the point closest to `p`. Which region `p` is in is found by projections onto the edges, so a
-/// degenerate triangle is treated as the segment or the point that it is.
+/// Weights of the corners at the point closest to `p`. Projections onto the edges find the region of `p`, so a degenerate triangle is
+/// treated as the segment or the point that it is.
 fn weights(p: DVec3, &[a, b, c]: &[DVec3; 3]) -> ([f64; 3], Feature) {
     let (ab, ac, ap) = (b - a, c - a, p - a);
     let (d1, d2) = (ab.dot(ap), ac.dot(ap));
@@ -123,7 +123,7 @@ fn weights(p: DVec3, &[a, b, c]: &[DVec3; 3]) -> ([f64; 3], Feature) {
 }
 
 impl Bvh<'_> {
-    /// The point of the mesh closest to `query`; `None` for an empty mesh or a query that is not finite.
+    /// The point of the mesh closest to `query`. `None` for an empty mesh or a query that is not finite.
     pub fn closest_point(&self, query: DVec3) -> Option<Closest> {
         self.closest_point_from(query, None)
     }

@@ -7,9 +7,9 @@
 //! | `packet` | 64 rays at once: f32 filter in four lanes, decided by `ray` | \[ORM08\], \[WBW13\] |
 //! | `closest` | closest point of a triangle and of the whole hierarchy | \[Ericson05, sec. 5.1.5\] |
 //!
-//! Every answer is decided in f64 on the caller's coordinates. The f32 boxes only choose which triangles are looked at;
-//! they are grown by more than their own rounding and that of the rays, so they never hide a triangle. Answers therefore
-//! are those of a loop over all triangles, to the bit, and the same for single rays, packets and any thread count.
+//! Every answer is decided in f64 on the caller's coordinates. The f32 boxes only choose which triangles are looked at. They are grown by
+//! more than their own rounding and that of the rays, so they never hide a triangle. Answers therefore are those of a loop over all
+//! triangles, to the bit, and the same for single rays, packets and any thread count.
 
 // 1. the tree
 mod build;
@@ -31,16 +31,16 @@ use base::magnitude;
 use base::memory;
 use base::progress::Progress;
 
-/// At the peak; measured.
+/// At the peak. Measured.
 const BYTES_A_TRIANGLE: f64 = 115.0;
 
 /// How much boxes grow beyond their triangles, in the frame in which the whole mesh spans [-1, 1].
 ///
-/// It covers, with a factor of two to spare: rounding of a box to f32 (2^-24), of a ray's origin (|o| < 2, 2^-24), and
-/// five relative roundings of a slab distance of at most 2.75 (5 * 2.75 * 2^-24).
+/// It covers the following, with a factor of two to spare: rounding of a box to f32 (2^-24), of a ray's origin (|o| < 2, 2^-24), and five
+/// relative roundings of a slab distance of at most 2.75 (5 * 2.75 * 2^-24).
 const GROWTH: f64 = 1.0 / (1 << 19) as f64;
 
-/// Deepest level at which the surface area heuristic is followed; below it halving keeps the tree finite-stacked.
+/// Deepest level at which the surface area heuristic is followed. Below it, halving keeps the tree finite-stacked.
 const HEURISTIC_DEPTH: usize = 56;
 /// Entries of a traversal stack: `HEURISTIC_DEPTH` levels, and 32 halvings of at most 2^32 triangles.
 const STACK: usize = HEURISTIC_DEPTH + 34;
@@ -50,10 +50,10 @@ const STACK: usize = HEURISTIC_DEPTH + 34;
 #[repr(C)]
 struct Node {
     lo: [f32; 3],
-    /// Inner node: index of the right child; leaf: its first slot.
+    /// Index of the right child, for an inner node. First slot, for a leaf.
     link: u32,
     hi: [f32; 3],
-    /// Triangles of a leaf; 0 for an inner node.
+    /// Triangles of a leaf. 0 for an inner node.
     count: u32,
 }
 
@@ -94,11 +94,11 @@ impl Frame {
 /// # Guarantees
 /// * No ray slips through an edge or a vertex that triangles share by index or by equal coordinates.
 /// * Equal distances are decided by the smaller triangle index.
-/// * Triangles without area count as the segments or points they are for the closest point; rays pass them unless rounding
-///   gives them an area, and then meet them where they are.
+/// * Triangles without area count as the segments or points they are for the closest point. Rays pass them unless rounding gives them an
+///   area, and then meet them where they are.
 ///
 /// # Cost
-/// n triangles: O(n log n) time to build, about 80 bytes a triangle; queries O(log n) on ordinary meshes.
+/// n triangles: O(n log n) time to build, about 80 bytes a triangle. Queries O(log n) on ordinary meshes.
 #[derive(Clone, Debug)]
 pub struct Bvh<'a> {
     positions: &'a [DVec3],
@@ -111,15 +111,16 @@ impl<'a> Bvh<'a> {
     /// Builds the hierarchy with `threads` threads, 0 for one a core.
     ///
     /// # Errors
-    /// [`Error::Input`] for a coordinate that isn't finite or is larger than [`magnitude::LARGEST`], or a corner out of range; [`Error::OutOfMemory`].
+    /// [`Error::Input`] for a coordinate that isn't finite or is larger than [`magnitude::LARGEST`], or a corner out of range.
+    /// [`Error::OutOfMemory`].
     pub fn build(positions: &'a [DVec3], triangles: &[[u32; 3]], threads: usize) -> Result<Self> {
         Self::build_with(positions, triangles, threads, &Progress::none())
     }
 
-    /// [`Bvh::build`] that stops when it is cancelled; it counts nothing.
+    /// [`Bvh::build`] that stops when it is cancelled. It counts nothing.
     ///
     /// # Errors
-    /// As [`Bvh::build`]; [`Error::Cancelled`].
+    /// As [`Bvh::build`]. [`Error::Cancelled`].
     pub fn build_with(
         positions: &'a [DVec3],
         triangles: &[[u32; 3]],

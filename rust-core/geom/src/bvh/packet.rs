@@ -15,8 +15,8 @@ pub const PACKET: usize = 64;
 /// Vectors a packet.
 const GROUPS: usize = PACKET / 4;
 
-/// Loosening of the f32 triangle test relative to the triangle's size: an edge function of a triangle of size e, seen
-/// from at most 3.5 away in the frame, is off by at most about 20 * 2^-24 * e.
+/// Loosening of the f32 triangle test relative to the triangle's size. An edge function of a triangle of size e, seen from at most 3.5 away
+/// in the frame, is off by at most about 20 * 2^-24 * e.
 const LOOSE: f32 = 1.0 / (1 << 18) as f32;
 /// The same for what does not shrink with the triangle: the product of two roundings.
 const LOOSE_FLOOR: f32 = 1.0 / (1u64 << 40) as f32;
@@ -41,7 +41,7 @@ impl Group {
         to: Vec4::NEG_INFINITY,
     };
 
-    /// Which of the four rays meet the box, as a bit each.
+    /// The rays of the four that meet the box, as a bit each.
     #[inline]
     fn meets(&self, node: &Node) -> u32 {
         let (mut near, mut far) = (self.from, self.to);
@@ -58,7 +58,7 @@ impl Group {
 /// Bounds over all rays of the packet, to reject a box at once.
 struct Hull {
     origin: [Vec3; 2],
-    /// Bounds of the inverse directions; an axis on which they differ in sign is left unbounded.
+    /// Bounds of the inverse directions. An axis on which they differ in sign is left unbounded.
     inverse: [Vec3; 2],
     from: f32,
     bounded: [bool; 3],
@@ -114,7 +114,7 @@ impl Filter {
         }
     }
 
-    /// Which of the four rays may meet the triangle: never fewer than do.
+    /// The rays of the four that may meet the triangle: never fewer than do.
     #[inline]
     fn candidates(&self, g: &Group) -> u32 {
         // With s = origin - corner = b1 e1 + b2 e2 - t d and q = s x d: b1 D = q . e2, b2 D = -q . e1, D = -d . n.
@@ -284,7 +284,7 @@ fn up(t: f64) -> f32 {
 }
 
 impl Bvh<'_> {
-    /// [`Bvh::first_hit`] of many rays; fastest when rays that follow each other run close together, [`PACKET`] at a time.
+    /// [`Bvh::first_hit`] of many rays. Fastest when rays that follow each other run close together, [`PACKET`] at a time.
     ///
     /// `hits[i]` receives the hit of `rays[i]`, the same as from `first_hit`, to the bit.
     ///

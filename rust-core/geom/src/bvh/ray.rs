@@ -1,11 +1,11 @@
 //! One ray: watertight triangle test in f64. \[WBW13\]
 //!
-//! The ray is sheared so that it runs along an axis through the origin; a triangle is hit if the origin lies in its
-//! projection. Both triangles at an edge see the same two projected points, and the sign of the difference of two
-//! rounded products is the exact sign or zero. Zero counts as inside, hence no ray passes between them.
+//! The ray is sheared so that it runs along an axis through the origin. A triangle is hit if the origin lies in its projection. Both
+//! triangles at an edge see the same two projected points, and the sign of the difference of two rounded products is the exact sign or
+//! zero. Zero counts as inside, hence no ray passes between them.
 //!
-//! Ours: the origin is first moved along the ray to the point nearest the mesh's centre, so that a far sensor costs no
-//! precision beyond that of its own ray; differences that nearly vanish are taken exactly.
+//! Ours: the origin is first moved along the ray to the point nearest the mesh's centre. So a far sensor costs no precision beyond that of
+//! its own ray. Differences that nearly vanish are taken exactly.
 
 use glam::DVec3;
 use robust::{Coord, orient2d};
@@ -15,7 +15,7 @@ use super::{Bvh, Frame, Node, STACK};
 /// A ray, from its origin along its direction, which may have any length but zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
-    /// Where distances count from.
+    /// The point that distances count from.
     pub origin: DVec3,
     /// Distances are multiples of it.
     pub direction: DVec3,
@@ -28,7 +28,7 @@ pub struct Hit {
     pub t: f64,
     /// The triangle.
     pub triangle: u32,
-    /// Weights of its corners; not negative, their sum is 1 up to rounding.
+    /// Weights of its corners. They are not negative, and their sum is 1 up to rounding.
     pub barycentric: [f64; 3],
     /// Whether the triangle is seen from behind (its corners turn clockwise).
     pub from_behind: bool,
@@ -153,7 +153,7 @@ const CANCELLED: f64 = 1.0 / (1 << 22) as f64;
 
 #[cold]
 fn cross_precisely(p: &[f64; 3], q: &[f64; 3], a: f64, b: f64) -> f64 {
-    // What rounding took from the products.
+    // The parts of the products that rounding took.
     let (lost_a, lost_b) = (p[0].mul_add(q[1], -a), p[1].mul_add(q[0], -b));
     let difference = (a - b) + (lost_a - lost_b);
     if difference != 0.0 {
@@ -163,12 +163,12 @@ fn cross_precisely(p: &[f64; 3], q: &[f64; 3], a: f64, b: f64) -> f64 {
     orient2d(coord(p), coord(q), Coord { x: 0.0, y: 0.0 })
 }
 
-/// Smallest direction component in the frame that is told from zero: moving a point by it times the longest way through
-/// the mesh stays far below [`super::GROWTH`], and its inverse keeps all products finite.
+/// Smallest direction component in the frame that is told from zero. Moving a point by it times the longest way through the mesh stays far
+/// below [`super::GROWTH`], and its inverse keeps all products finite.
 pub(super) const FLAT: f64 = 1.0 / (1u64 << 40) as f64;
 
 impl Bvh<'_> {
-    /// The nearest triangle that the ray meets with `t_min <= t <= t_max`; both may be infinite.
+    /// The nearest triangle that the ray meets with `t_min <= t <= t_max`. Both may be infinite.
     ///
     /// A ray whose direction is zero or not finite meets nothing.
     pub fn first_hit(&self, ray: &Ray, t_min: f64, t_max: f64) -> Option<Hit> {
@@ -228,7 +228,7 @@ impl Bvh<'_> {
     }
 }
 
-/// Where the ray enters the node's box, if it does between `from` and `to`.
+/// The place where the ray enters the node's box, if it does between `from` and `to`.
 fn enter(node: &Node, origin: DVec3, inverse: DVec3, from: f64, to: f64) -> Option<f64> {
     let a = (node.lo().as_dvec3() - origin) * inverse;
     let b = (node.hi().as_dvec3() - origin) * inverse;

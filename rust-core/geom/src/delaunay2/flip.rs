@@ -12,7 +12,7 @@ use crate::predicates::{Arithmetic, sphere_sign};
 use base::error::Result;
 use base::progress::{Pace, Progress};
 
-/// What a sign counts beside an entry that is looked at.
+/// Cost of a sign beside that of looking at an entry.
 const COSTLY: usize = 32;
 
 /// Whether points are inside of circles in their plane.

@@ -7,9 +7,8 @@
 //! | edges turned until circles are empty in the plane itself | `flip` |
 //! | the inside of a polygon alone | `polygon` |
 //!
-//! Seen along an axis the plane is sheared, and what is Delaunay there is not in the plane; but which points turn
-//! counter-clockwise is the same, without any rounding. Turning the plane into an axis' would round, and tear apart what
-//! lies on a line or a circle.
+//! Seen along an axis the plane is sheared, so a triangulation that is Delaunay there is not Delaunay in the plane. But the same points
+//! turn counter-clockwise, without any rounding. Turning the plane into an axis' would round, and tear apart points on a line or a circle.
 
 mod flip;
 mod insert;
@@ -32,9 +31,9 @@ const OUTSIDE: u32 = u32::MAX;
 /// The Delaunay triangulation of points in one plane: no point is inside of the circle around any triangle. It fills their
 /// convex hull, every point is a vertex, and no triangle is without area.
 ///
-/// Where more than three points lie on a circle, the order of the points decides.
+/// If more than three points lie on a circle, the order of the points decides.
 ///
-/// Source: \[Law77\] for turning edges; the sign for circles is our own, see `flip`.
+/// Source: \[Law77\] for turning edges. The sign for circles is our own, see `flip`.
 #[derive(Clone, Debug, Default)]
 pub struct Delaunay2 {
     triangles: Vec<[u32; 3]>,
@@ -49,8 +48,8 @@ impl Delaunay2 {
     /// Cost: O(n log n) in practice, 200 bytes a point.
     ///
     /// # Errors
-    /// [`base::error::Error::Input`] for coordinates that differ so much in size that no product of them can be had in
-    /// doubles; [`base::error::Error::Cancelled`].
+    /// [`base::error::Error::Input`] for coordinates that differ so much in size that no product of them can be had in doubles.
+    /// [`base::error::Error::Cancelled`].
     pub fn new(points: &[DVec3], corners: [usize; 3], progress: &Progress<'_>) -> Result<Self> {
         let view = View::of(points, corners)?;
         let mut made = insert::triangulate(points, &view, progress)?;
@@ -63,8 +62,8 @@ impl Delaunay2 {
         Ok(made)
     }
 
-    /// All triangles, which are kept alone. They turn counter-clockwise seen from above; in a vertical plane, seen from where y is large; in one
-    /// along y, seen from where x is.
+    /// All triangles, which are kept alone. They turn counter-clockwise seen from above. In a vertical plane they do seen from large y, in
+    /// one along y seen from large x.
     pub fn into_triangles(self) -> Vec<[u32; 3]> {
         self.triangles
     }

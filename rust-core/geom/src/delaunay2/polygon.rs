@@ -10,10 +10,10 @@ use super::{Delaunay2, OUTSIDE, flip};
 use base::error::Result;
 use base::progress::Progress;
 
-/// The constrained Delaunay triangulation of the inside of a polygon that lies in the plane of those of its `points` at the three places
-/// `corners` ([`crate::span::of`]): no point that can be seen from inside of a triangle is inside of the circle around it, in the plane itself. The
-/// triangles run through the polygon's edges forward; there are two fewer than points. `None` if the polygon crosses or touches itself, or
-/// its coordinates differ so much in size that no product of them can be had in doubles.
+/// The constrained Delaunay triangulation of the inside of a polygon. The polygon lies in the plane of those of its `points` at the three
+/// places `corners` ([`crate::span::of`]). No point that can be seen from inside of a triangle is inside of the circle around it, in the
+/// plane itself. The triangles run through the polygon's edges forward. There are two fewer than points. `None` if the polygon crosses or
+/// touches itself, or its coordinates differ so much in size that no product of them can be had in doubles.
 ///
 /// Cost: O(n log n) in practice. Source: \[Law77\] for turning edges, which keep to the polygon's inside.
 ///
@@ -32,7 +32,7 @@ pub fn polygon(points: &[DVec3], corners: [usize; 3], progress: &Progress<'_>) -
     Ok(Some(made.triangles))
 }
 
-/// What is inside as it is seen: there, Delaunay.
+/// The triangulation of the inside, Delaunay as it is seen.
 fn inside(points: &[DVec3], view: &View, progress: &Progress<'_>) -> Result<Option<Delaunay2>> {
     let mut seen = ConstrainedDelaunayTriangulation::<Seen>::new();
     let mut handles = Vec::with_capacity(points.len());

@@ -45,7 +45,7 @@ impl View {
         Ok(view)
     }
 
-    /// Where a point is seen.
+    /// The place where a point is seen.
     pub(super) fn seen(&self, point: DVec3) -> DVec2 {
         DVec2::new(point[(self.axis + 1) % 3], point[(self.axis + 2) % 3]) * self.factor
     }

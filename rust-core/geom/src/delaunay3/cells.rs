@@ -1,7 +1,7 @@
 //! The tetrahedra: four vertices and four neighbours each, 32 bytes, no coordinates.
 //!
-//! Threads share the array; each changes only cells whose vertices lie in its own region (see `parallel`), so relaxed
-//! loads and stores, which cost no more than plain ones, are all it takes.
+//! Threads share the array. Each changes only cells whose vertices lie in its own region (see `parallel`), so relaxed loads and stores,
+//! which cost no more than plain ones, are all it takes.
 
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
@@ -35,7 +35,7 @@ pub(super) struct Cells {
 }
 
 impl Cells {
-    /// Room for `count` cells; memory is touched only as cells are used.
+    /// Room for `count` cells. Memory is touched only as cells are used.
     pub(super) fn with_room(count: usize) -> Result<Self> {
         let count = count.next_multiple_of(CHUNK).min(LIMIT);
         let data = bytemuck::try_zeroed_vec(count).map_err(|()| out_of_memory(count))?;
@@ -60,7 +60,7 @@ impl Cells {
         Ok(())
     }
 
-    /// Puts the numbers of unused cells into `free` until it holds `wanted`; false if there is no room.
+    /// Puts the numbers of unused cells into `free` until it holds `wanted`. Returns false if there is no room.
     #[inline]
     pub(super) fn supply(&self, free: &mut Vec<u32>, wanted: usize) -> bool {
         while free.len() < wanted {
@@ -76,7 +76,7 @@ impl Cells {
         true
     }
 
-    /// The vertices; the first with its mark.
+    /// The vertices. The first with its mark.
     #[inline(always)]
     pub(super) fn marked_vertices(&self, cell: u32) -> [u32; 4] {
         let c = &self.data[cell as usize];
@@ -267,7 +267,7 @@ fn out_of_memory(cells: usize) -> Error {
 mod tests {
     use super::*;
 
-    /// Wherever a few cells are not in use, also beside the borders of chunks that are passed at once.
+    /// Nothing stays of a few cells that are not in use, also beside the borders of chunks that are passed at once.
     #[test]
     fn what_is_not_in_use_is_gone() {
         let edges = [0, 1, 1022, 1023, 1024, 1025, 2046, 2047, 2048, 3070, 3071];

@@ -7,14 +7,14 @@ use super::{Delaunay3, INFINITE};
 use crate::predicates::{Arithmetic, sphere_sign, volume_sign};
 
 impl Delaunay3 {
-    /// Verifies that this is the Delaunay tetrahedralization of `points`: cells positively oriented, neighbours mutual
-    /// and sharing a facet, the hull convex, no vertex of a neighbour inside of a cell's sphere (which makes every sphere
-    /// empty, Delaunay 1934), and every point a vertex or listed as the copy of one.
+    /// Verifies that this is the Delaunay tetrahedralization of `points`. Checks: cells positively oriented, neighbours mutual and sharing
+    /// a facet, the hull convex, no vertex of a neighbour inside of a cell's sphere (which makes every sphere empty, Delaunay 1934), and
+    /// every point a vertex or listed as the copy of one.
     ///
     /// Cost: O(cells), about one exact sign each facet.
     ///
     /// # Errors
-    /// What is wrong first, in words.
+    /// Returns the first fault, in words.
     pub fn check(&self, points: &[DVec3]) -> Result<(), String> {
         let (arithmetic, factor) = Arithmetic::of(points.iter().copied());
         let at = |v: u32| points[v as usize] * factor;

@@ -8,17 +8,17 @@ use super::signs::{Seen, Signs, volumes};
 /// Most vertices around a point for which edges are found in a table: 16 KB, which stay in the cache.
 const SIDE: usize = 64;
 
-/// What became of a point.
+/// Outcome for a point.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Outcome {
     Inserted,
     /// It is equal to this vertex.
     Duplicate(u32),
-    /// Its cells belong to another thread; nothing has changed.
+    /// Its cells belong to another thread. Nothing has changed.
     Foreign,
-    /// Cells on the way to it do; nothing has changed.
+    /// Cells on the way to it do. Nothing has changed.
     Unreached,
-    /// There is no room for its cells; nothing has changed.
+    /// There is no room for its cells. Nothing has changed.
     Full,
 }
 
@@ -35,12 +35,12 @@ struct Wall {
     local: [u32; 3],
 }
 
-/// One thread's means to insert points; kept from point to point so that nothing is allocated on the way.
+/// One thread's means to insert points. They are kept from point to point so that nothing is allocated on the way.
 pub(super) struct Inserter {
-    /// Where the next walk starts.
+    /// Start of the next walk.
     pub(super) hint: u32,
     pub(super) free: Vec<u32>,
-    /// Cells in conflict; then the new ones, one a wall.
+    /// First the cells in conflict, then the new ones, one per wall.
     cavity: Vec<u32>,
     /// Of each cell in conflict, the local numbers of its vertices.
     cavity_local: Vec<[u32; 4]>,
@@ -73,7 +73,7 @@ impl Inserter {
         &self.cavity
     }
 
-    /// Inserts point `p`; all cells changed belong to `region`.
+    /// Inserts point `p`. All cells changed belong to `region`.
     pub(super) fn insert<R: Region>(&mut self, cells: &Cells, signs: &Signs<'_>, region: &R, p: u32) -> Outcome {
         let (start, planes) = match locate(cells, signs, region, self.hint, p) {
             Place::Cell { cell, planes } => (cell, planes),
@@ -257,8 +257,8 @@ impl Inserter {
     }
 }
 
-/// A ghost stands for all that lies beyond its facet, and in the facet's plane for what its circle holds, which is what
-/// the sphere of the cell behind it cuts out of that plane.
+/// A ghost stands for all that lies beyond its facet. In the facet's plane it stands for the inside of the facet's circle, which the sphere
+/// of the cell behind it cuts out of that plane.
 #[cold]
 #[inline(never)]
 fn ghost_is_in_conflict(cells: &Cells, signs: &Signs<'_>, ghost: u32, p: u32) -> bool {
@@ -280,7 +280,7 @@ fn ghost_is_in_conflict(cells: &Cells, signs: &Signs<'_>, ghost: u32, p: u32) ->
     }
 }
 
-/// The vertices met while one point is inserted, numbered as they are met; number 0 is the vertex at infinity.
+/// The vertices met while one point is inserted, numbered as they are met. Number 0 is the vertex at infinity.
 struct LocalVertices {
     ids: Vec<u32>,
     seen: Vec<Seen>,

@@ -4,9 +4,9 @@ use super::cells::{Cells, GHOST};
 use super::region::Region;
 use super::signs::{Seen, Signs, volumes};
 
-/// Where a walk ended.
+/// End of a walk.
 pub(super) enum Place {
-    /// In this cell, or beyond the facet of this ghost; the number of planes of the cell's facets the point lies in.
+    /// In this cell, or beyond the facet of this ghost. With the number of planes of the cell's facets the point lies in.
     Cell { cell: u32, planes: u32 },
     /// Before a cell that belongs to another thread.
     Foreign,

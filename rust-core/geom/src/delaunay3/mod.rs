@@ -38,7 +38,7 @@ use parallel::is_worth;
 use region::Everywhere;
 use signs::Signs;
 
-/// At the peak, without the copy of the points; measured.
+/// At the peak, without the copy of the points. Measured.
 const BYTES_A_POINT: f64 = 241.0;
 
 /// The vertex at infinity: it closes the cells outside of the convex hull, one for each facet of the hull.
@@ -59,8 +59,8 @@ const IN_VAIN: usize = 2;
 /// A tetrahedron, or one with the vertex at infinity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Cell {
-    /// Positively oriented: det(b - a, c - a, d - a) > 0; if there is one at infinity, it is the last, and the others
-    /// turn counter-clockwise seen from outside of the hull.
+    /// Positively oriented: det(b - a, c - a, d - a) > 0. A vertex at infinity is the last, and the others turn counter-clockwise seen from
+    /// outside of the hull.
     pub vertices: [u32; 4],
     /// The cell opposite to each vertex.
     pub neighbours: [u32; 4],
@@ -69,8 +69,8 @@ pub struct Cell {
 /// The Delaunay tetrahedralization of a set of points: no point is inside of the sphere around any cell. It fills their
 /// convex hull, and every point is a vertex but for exact copies.
 ///
-/// Where more than four points lie on a sphere, a symbolic perturbation by coordinates chooses: the cells are the same,
-/// but for their numbers, for any order of the points and any number of threads.
+/// If more than four points lie on a sphere, a symbolic perturbation by coordinates chooses. The cells are the same, but for their numbers,
+/// for any order of the points and any number of threads.
 ///
 /// Source: \[Bow81, Wat81\] for the insertion, \[ACR03\] for its order, \[DT11\] for the perturbation, \[MPR19\] for regions
 /// of threads.
@@ -84,12 +84,12 @@ pub struct Delaunay3 {
 impl Delaunay3 {
     /// Tetrahedralizes `points` on `threads` threads, 0 for one a core.
     ///
-    /// Cost: O(n log n) for points that fill a volume or a surface evenly, quadratic at worst (as the number of cells);
-    /// memory 32 bytes a cell, about 6.8 cells a point, and 48 bytes a point.
+    /// Cost: O(n log n) for points that fill a volume or a surface evenly, quadratic at worst (as the number of cells). Memory: 32 bytes
+    /// per cell, about 6.8 cells per point, and 48 bytes per point.
     ///
     /// # Errors
-    /// [`Error::Input`] for a coordinate that isn't finite, and for points that all lie in one plane;
-    /// [`Error::OutOfMemory`]; [`Error::Cancelled`].
+    /// [`Error::Input`] for a coordinate that isn't finite, and for points that all lie in one plane. [`Error::OutOfMemory`].
+    /// [`Error::Cancelled`].
     pub fn new(points: &[DVec3], threads: usize, progress: &Progress<'_>) -> Result<Self> {
         let pool = base::threads::pool(threads)?;
         pool.install(|| {
@@ -141,7 +141,7 @@ impl Delaunay3 {
 struct Order {
     /// Index of the point that comes at each place.
     ids: Vec<u32>,
-    /// Where each round of insertions starts.
+    /// First point of each round of insertions.
     rounds: Vec<usize>,
     arithmetic: Arithmetic,
     /// By which coordinates are multiplied: a power of two, exact both ways.

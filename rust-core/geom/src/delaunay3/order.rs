@@ -1,8 +1,8 @@
 //! The order in which points are inserted: randomized rounds, each about eight times the one before, along a Hilbert
 //! curve within each \[ACR03, Ham06\].
 //!
-//! Neighbours on the curve are neighbours in space, so the walk to the next point is short and its cells are in the
-//! cache; the rounds keep any input, however sorted, from building long slivers that later points must destroy.
+//! Neighbours on the curve are neighbours in space, so the walk to the next point is short and its cells are in the cache. The rounds keep
+//! any input, however sorted, from building long slivers that later points must destroy.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -51,7 +51,7 @@ fn random(i: u64) -> u64 {
     z ^ (z >> 31)
 }
 
-/// The place on the curve of a point of the cube of side `2^BITS`; what lies outside is taken to its border.
+/// The place on the curve of a point of the cube of side `2^BITS`. Points outside are taken to its border.
 fn hilbert(at: [f64; 3]) -> u64 {
     // A cast saturates, and takes NaN to 0.
     let [x, y, z] = at.map(|x| spread((x as u32).min((1 << BITS) - 1)));
@@ -72,7 +72,7 @@ const WAYS: usize = 24;
 /// For each way through a cube and each of its parts: that part's place along the curve, and above it the way through it.
 static STEPS: [[u16; 1 << (3 * LEVELS)]; WAYS] = steps();
 
-/// \[Ham06\], algorithm 2: the way is 3 corner + axis; octants along the curve differ in one bit, as in a Gray code.
+/// \[Ham06\], algorithm 2: the way is 3 corner + axis. Octants along the curve differ in one bit, as in a Gray code.
 const fn steps() -> [[u16; 1 << (3 * LEVELS)]; WAYS] {
     let mut steps = [[0; 1 << (3 * LEVELS)]; WAYS];
     let mut way = 0;

@@ -1,11 +1,10 @@
 //! Threads: each inserts what lies in a region of space of its own.
 //!
-//! A thread inserts a point only if every cell it would change has all its vertices in the thread's own region. Then no
-//! two threads write to one cell: a cell outside of a cavity whose neighbour changes shares three vertices with it, so
-//! at most one vertex of it is foreign, and no other thread can reach it. What can't be inserted is put off: to passes
-//! with other regions, then to one thread. The tetrahedralization of a set of points is unique, so the outcome
-//! does not depend on who inserted what when. Nearly all that was given up once was given up on the way there, not for its
-//! own cells: hence `starts`, and walks that turn aside.
+//! A thread inserts a point only if every cell it would change has all its vertices in the thread's own region. Then no two threads write
+//! to one cell. A cell outside of a cavity whose neighbour changes shares three vertices with it, so at most one vertex of it is foreign,
+//! and no other thread can reach it. Points that can't be inserted are put off: to passes with other regions, then to one thread. The
+//! tetrahedralization of a set of points is unique, so the outcome does not depend on who inserted what when. Most points that were given
+//! up once were given up on the way there, not for their own cells: hence `starts`, and walks that turn aside.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -70,7 +69,7 @@ fn cut(sample: &mut [DVec3], block: Block, count: usize, axis: usize, blocks: &m
     cut(right, above, count - half, axis, blocks);
 }
 
-/// What one thread inserts: the points of its block, from a place in the order on.
+/// Points that one thread inserts: those of its block, from a place in the order on.
 struct Worker {
     block: Block,
     inserter: Inserter,
@@ -79,7 +78,7 @@ struct Worker {
     threads: usize,
 }
 
-/// What a thread put off, and points that are copies, with their vertices.
+/// Points that a thread put off, and points that are copies, with their vertices.
 #[derive(Default)]
 struct Left {
     points: Vec<u32>,
@@ -153,7 +152,7 @@ impl Worker {
 }
 
 impl Build<'_, '_> {
-    /// Inserts what threads can insert each in a block of its own; returns the rest.
+    /// Inserts the points that threads can insert each in a block of its own. Returns the rest.
     pub(super) fn insert_in_parallel(&mut self, ids: &[u32], threads: usize, axis: usize) -> Result<Vec<u32>> {
         let mut left = Vec::new();
         let mut workers = Vec::new();

@@ -1,10 +1,10 @@
 //! The two signs that decide everything: on which side of a plane, inside or outside of a sphere.
 //!
-//! Each is decided by the first of three stages that can: a floating-point determinant of coordinates relative to the
-//! point being inserted, with a bound on its error; the same with a bound from the lengths involved; exact arithmetic
-//! (`geom::predicates`). Where five points lie on one sphere, a symbolic perturbation decides: each point is lifted a
-//! little off the paraboloid, the more the later it comes in the order of x, then y, then z \[DT11\]. It looks at coordinates only, so the tetrahedralization does not depend on how points
-//! are numbered.
+//! Each is decided by the first of three stages that can. The first is a floating-point determinant of coordinates relative to the point
+//! being inserted, with a bound on its error. The second is the same with a bound from the lengths involved. The third is exact arithmetic
+//! (`geom::predicates`). If five points lie on one sphere, a symbolic perturbation decides. Each point is lifted a little off the
+//! paraboloid, the more the later it comes in the order of x, then y, then z \[DT11\]. It looks at coordinates only, so the
+//! tetrahedralization does not depend on how points are numbered.
 
 use glam::DVec3;
 
@@ -112,8 +112,7 @@ impl<'a> Signs<'a> {
         self.orientation(replaced)
     }
 
-    /// Whether `p` is inside the sphere around a positively oriented cell; `determinant` is the value that the first
-    /// stage could not trust.
+    /// Whether `p` is inside the sphere around a positively oriented cell. `determinant` is the value that the first stage could not trust.
     #[cold]
     #[inline(never)]
     pub(super) fn is_inside(
@@ -170,7 +169,7 @@ impl<'a> Signs<'a> {
     }
 }
 
-/// Whether `a` comes after `b` in the order of x, then y, then z; without branches, which could not be foretold.
+/// Whether `a` comes after `b` in the order of x, then y, then z. Without branches, which could not be foretold.
 #[inline(always)]
 fn is_after(a: DVec3, b: DVec3) -> bool {
     (a.x > b.x) | ((a.x == b.x) & ((a.y > b.y) | ((a.y == b.y) & (a.z > b.z))))

@@ -1,5 +1,5 @@
-//! Where the walks of a thread start when the way from the last point leads through cells of other threads: at a cell of its own
-//! near the point.
+//! Starts of the walks of a thread when the way from the last point leads through cells of other threads: at a cell of its own near the
+//! point.
 //!
 //! Along the curve a thread's points leave its block and come back elsewhere. The cells of a surface span the space beside it, so the
 //! way there is rarely its own.

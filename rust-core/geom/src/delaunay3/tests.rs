@@ -7,7 +7,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::predicates::{sphere_sign, volume_sign};
 
-/// Cells by their vertices' coordinates, whatever their numbers; ghosts as well.
+/// Cells by their vertices' coordinates, whatever their numbers. Ghosts as well.
 fn shape(delaunay: &Delaunay3, points: &[DVec3]) -> BTreeSet<Vec<[u64; 3]>> {
     let bits = |v: u32| if v == INFINITE { [u64::MAX; 3] } else { points[v as usize].to_array().map(f64::to_bits) };
     let shape: BTreeSet<_> = delaunay
@@ -29,8 +29,8 @@ fn tetrahedralized(points: &[DVec3], threads: usize) -> Delaunay3 {
     delaunay
 }
 
-/// Whether the lifted point `p` is below the hyperplane of the lifted cell, ties broken as by the engine's rule, but found
-/// by moving the points: the later a point in the order of coordinates, the more it is lifted.
+/// Whether the lifted point `p` is below the hyperplane of the lifted cell. Ties are broken as by the engine's rule, but found by moving
+/// the points: the later a point in the order of coordinates, the more it is lifted.
 fn naive_is_inside(cell: [DVec3; 4], p: DVec3, arithmetic: Arithmetic) -> bool {
     let exact = sphere_sign([cell[0], cell[1], cell[2], cell[3], p], arithmetic);
     if exact != 0 {
@@ -155,7 +155,7 @@ proptest! {
     }
 }
 
-/// Centre and squared radius of the sphere around a cell; `None` where rounding decides them.
+/// Centre and squared radius of the sphere around a cell. `None` if rounding decides them.
 fn sphere([a, b, c, d]: [DVec3; 4]) -> Option<(DVec3, f64)> {
     let [u, v, w] = [b - a, c - a, d - a];
     let volume = u.dot(v.cross(w));
@@ -167,8 +167,8 @@ fn sphere([a, b, c, d]: [DVec3; 4]) -> Option<(DVec3, f64)> {
     Some((a + to, to.length_squared()))
 }
 
-/// Theorem: on several threads, too, cells are those of the naive twin, told of sets too large to try all: each has a sphere that is
-/// empty of all points, ties broken by the naive rule; together they fill the convex hull exactly. There is one such set of cells.
+/// Theorem: on several threads, too, cells are those of the naive twin, told of sets too large to try all. Each has a sphere that is empty
+/// of all points, ties broken by the naive rule. Together they fill the convex hull exactly. There is one such set of cells.
 #[test]
 fn on_several_threads_all_spheres_are_empty_and_the_hull_is_full() {
     // Whole numbers, which volumes are exact of; many on common spheres, in planes, and equal.
@@ -353,7 +353,7 @@ fn in_place_the_cells_are_the_same_and_the_points_come_back() {
     assert_eq!(points, scattered(20_000));
 }
 
-/// Where the factor that brings the largest coordinate to 1 would itself be infinite.
+/// The factor that brings the largest coordinate to 1 would itself be infinite.
 #[test]
 fn denormal_coordinates_are_ordinary_input() {
     let corners: Vec<DVec3> = grid(3).iter().map(|p| p * 5e-324).collect();
@@ -391,7 +391,7 @@ fn points_that_span_no_volume_are_refused() {
     refused(&[p, DVec3::X, DVec3::new(0.0, f64::INFINITY, 0.0)], "point 2");
 }
 
-/// Every point is a vertex or listed as the copy of one, or the error says what is missing; on one thread and on two.
+/// Every point is a vertex or listed as the copy of one, or the error says what is missing. On one thread and on two.
 #[test]
 fn degenerate_points_give_cells_or_say_why() {
     let cycle = [(65, 0), (63, 16), (60, 25), (56, 33), (52, 39)];
