@@ -161,7 +161,7 @@ fn is_past(image: &RangeImage, place: DVec3, slack: f64) -> bool {
     })
 }
 
-/// Seconds of all threads of this process, where the system tells; else of the clock.
+/// Seconds of all threads of this process, where the system tells. Else of the clock.
 fn cpu_seconds() -> f64 {
     let ticks = || -> Option<f64> {
         let text = std::fs::read_to_string("/proc/self/stat").ok()?;

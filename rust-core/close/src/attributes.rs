@@ -38,7 +38,7 @@ pub fn extend(result: &mut TriMesh, measured: &TriMesh, forced: &[bool], progres
     Ok(())
 }
 
-/// Of each vertex the measured one that is nearest over edges, of several the first found from vertices of smaller numbers; measured
+/// Of each vertex the measured one that is nearest over edges. Of several it is the first found from vertices of smaller numbers. Measured
 /// vertices are their own.
 fn sources(mesh: &TriMesh, measured: usize, progress: &Progress<'_>) -> Result<Vec<usize>> {
     let mut pace = Pace::new(progress);

@@ -1,7 +1,7 @@
 //! Bridges over the gap between the measured border and the fill: quadrilaterals from an edge of one to an edge of the other.
 //!
-//! Between two bridges a gap is a short simple loop, which hole filling closes. A bridge between two loops makes them one; one within a loop
-//! makes two of it. Loops are joined once only: a second bridge between loops that were joined would add a handle.
+//! Between two bridges a gap is a short simple loop, which hole filling closes. A bridge between two loops makes them one. A bridge within
+//! a loop makes two of it. Loops are joined once only: a second bridge between loops that were joined would add a handle.
 
 use glam::DVec3;
 use rustc_hash::FxHashMap;
@@ -47,8 +47,8 @@ struct Candidate {
     edges: [u32; 2],
 }
 
-/// Returns triangles that bridge the gaps. `border` are the border's edges, each with its triangle; vertices below `measured` are those
-/// of the measured surface. Every border vertex has to lie on one loop, once.
+/// Returns triangles that bridge the gaps. `border` are the border's edges, each with its triangle. Vertices below `measured` are those of
+/// the measured surface. Every border vertex has to lie on one loop, once.
 ///
 /// # Errors
 /// [`base::Error::Cancelled`].
@@ -126,7 +126,7 @@ fn candidates(edges: &[Edge], loops: &Loops, cell: f64, progress: &Progress<'_>)
     Ok(found)
 }
 
-/// The two triangles of a bridge, over the diagonal that bends it less; `None` if it would fold.
+/// The two triangles of a bridge, over the diagonal that bends it less. `None` if it would fold.
 fn span(positions: &[DVec3], e: &Edge, g: &Edge) -> Option<[[u32; 3]; 2]> {
     let [a, b, c, d] = [e.from, e.to, g.from, g.to];
     let up = e.normal + g.normal;

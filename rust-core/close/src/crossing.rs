@@ -13,9 +13,9 @@ use mesh::holes::Bounds;
 /// Triangles of a leaf.
 const LEAF: usize = 4;
 
-/// All pairs of triangles, the smaller number first, rising, that have more in common than corners and edges they share. Only pairs
-/// with a triangle that `is_asked` are looked at. Exact for any coordinates: coplanar triangles that overlap cross, those that share a corner
-/// or an edge cross if they meet anywhere else, and slivers are no exception; a triangle without area crosses nothing.
+/// All pairs of triangles, the smaller number first, rising, that have more in common than corners and edges they share. Only pairs with a
+/// triangle that `is_asked` are looked at. Exact for any coordinates: coplanar triangles that overlap cross, those that share a corner or
+/// an edge cross if they meet anywhere else, and slivers are no exception. A triangle without area crosses nothing.
 ///
 /// Cost: O(n log n) for n triangles of which few boxes meet.
 ///
@@ -62,7 +62,7 @@ pub fn pairs(
 /// Cost: O(n log n) for n triangles of which few boxes meet.
 ///
 /// # Errors
-/// [`base::Error::Input`] for a mesh that is not valid; [`base::Error::Cancelled`].
+/// [`base::Error::Input`] for a mesh that is not valid. [`base::Error::Cancelled`].
 pub fn crossing_pairs(mesh: &TriMesh, progress: &Progress<'_>) -> Result<Vec<[u32; 2]>> {
     mesh.validate()?;
     magnitude::points("vertex", &mesh.positions)?;
@@ -111,7 +111,7 @@ struct Tree {
 struct Node {
     bounds: Bounds,
     right: u32,
-    /// The boxes of a leaf; none for others.
+    /// The boxes of a leaf. None for others.
     first: u32,
     count: u32,
 }

@@ -17,7 +17,7 @@ const NEAR: f64 = 1.75;
 /// Pieces of fewer triangles go: the border around them is closed directly.
 const FEWEST: usize = 8;
 
-/// Keeps the triangles all of whose vertices lie beyond a border. The result is a manifold with boundary; no part of it is closed.
+/// Keeps the triangles all of whose vertices lie beyond a border. The result is a manifold with boundary. No part of it is closed.
 ///
 /// # Errors
 /// [`base::Error::Cancelled`].
@@ -88,7 +88,7 @@ pub fn unpaired(edges: Vec<[u32; 2]>, progress: &Progress<'_>) -> Result<Vec<[u3
     Ok(open)
 }
 
-/// The piece of each triangle, joined over edges, numbered in the order of their first triangles; and how many there are.
+/// The piece of each triangle, joined over edges, numbered in the order of their first triangles. Also how many there are.
 ///
 /// # Errors
 /// [`base::Error::Cancelled`].

@@ -33,32 +33,33 @@ const FILL_CELLS: f64 = 2.0;
 const CELL_BY_EDGE: f64 = 1.3;
 /// The default longest hole, in cells.
 const HOLE_CELLS: f64 = 100.0;
-/// Share of an opening's fill that may lie in seen space and be left open as small holes; beyond it the opening stays as it was.
+/// Share of an opening's fill that may lie in seen space and be left open as small holes. Beyond it the opening stays as it was.
 const LITTLE: f64 = 0.05;
 /// Times that fills in seen space move back, or are closed anew where they can't.
 const RETREATS: usize = 3;
-/// At the peak; measured.
+/// At the peak. Measured.
 const BYTES_A_TRIANGLE: f64 = 400.0;
 
 /// Closes the openings of a surface with a smooth fill that stays out of seen space.
 ///
-/// `mesh` is an oriented manifold; `visibility` says where scans saw that nothing is, [`super::Blind`] for surfaces without sensors, whose openings
-/// are closed by their shape alone.
+/// `mesh` is an oriented manifold. `visibility` says where scans saw that nothing is. It is [`super::Blind`] for surfaces without sensors,
+/// whose openings are closed by their shape alone.
 ///
 /// # Guarantees
 /// * Vertices and triangles of `mesh` come first in the result, to the bit and in their order. What is added is marked.
 /// * The result is an oriented manifold. No added face crosses any other.
-/// * No place of an added face was seen through by more than the merge distance and half a cell, but of forced faces: looked at every half cell, and
-///   farther than that from measured vertices.
-/// * What is not closed is in the report, with the reason.
+/// * No place of an added face was seen through by more than the merge distance and half a cell, but of forced faces. Places are looked at
+///   every half cell, and farther than that from measured vertices.
+/// * Openings that are not closed are in the report, with the reason.
 /// * The same result for any number of threads.
 ///
 /// # Cost
-/// Time O(n log n) for n triangles, and O(m) for the m cells of the fill's grid, at most 6 million; about 100 bytes a cell and 400 a triangle.
-/// In larger things cells are larger; openings smaller than two of them are closed by the mesh alone. \[Lie03\]
+/// Time O(n log n) for n triangles, and O(m) for the m cells of the fill's grid, at most 6 million. About 100 bytes per cell and 400 per
+/// triangle. In larger things cells are larger. Openings smaller than two of them are closed by the mesh alone. \[Lie03\]
 ///
 /// # Errors
-/// Parameters out of range; a mesh that is no oriented manifold, with what is wrong; [`base::Error::OutOfMemory`]; [`base::Error::Cancelled`].
+/// Parameters out of range. A mesh that is no oriented manifold: the error says what is wrong. [`base::Error::OutOfMemory`].
+/// [`base::Error::Cancelled`].
 pub fn close(
     mesh: &TriMesh,
     visibility: &dyn Visibility,
@@ -189,7 +190,7 @@ impl Judge<'_> {
         fan::close_loops(growing, Some(self.strict), cell, progress)
     }
 
-    /// Takes fills away that are not asked for, or lie in seen space. Writes the report's openings; returns which faces are forced.
+    /// Takes fills away that are not asked for, or lie in seen space. Writes the report's openings. Returns which faces are forced.
     fn settle(&self, growing: &mut Growing, report: &mut CloseReport, progress: &Progress<'_>) -> Result<Vec<bool>> {
         let seen = retreat::in_seen_space(growing, self.strict, report.cell, progress)?;
         let found = openings::find(growing, self.border, progress)?;
@@ -231,7 +232,7 @@ impl Judge<'_> {
         Ok(is_open.then_some(LeftOpen::NotEnclosed))
     }
 
-    /// Fills in the areas of what stayed; what has an open edge of its own is not closed.
+    /// Fills in the areas of what stayed. A fill that has an open edge of its own is not closed.
     fn count(
         &self,
         growing: &Growing,

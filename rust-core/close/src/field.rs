@@ -30,7 +30,7 @@ const MARGIN: f64 = 0.15;
 const MARGIN_CELLS: f64 = 12.0;
 /// Most nodes of the finest grid: cells are larger where it takes more.
 const MOST_NODES: f64 = 6e6;
-/// At the peak; measured.
+/// At the peak. Measured.
 const BYTES_A_NODE: f64 = 100.0;
 /// Steps that progress counts.
 pub const STEPS: u64 = 7;
@@ -64,11 +64,11 @@ impl Extent {
     }
 }
 
-/// Solves for the field; returns the finest grid and its values, negative inside and positive on the outer bound. Where a scan saw that nothing is
-/// they are not negative.
+/// Solves for the field. Returns the finest grid and its values, negative inside and positive on the outer bound. Where a scan saw that
+/// nothing is they are not negative.
 ///
 /// # Errors
-/// [`base::Error::OutOfMemory`]; [`base::Error::Cancelled`].
+/// [`base::Error::OutOfMemory`]. [`base::Error::Cancelled`].
 pub fn solve(
     surface: &Surface<'_>,
     extent: &Extent,

@@ -69,7 +69,7 @@ impl Grid {
         self.node(index).iter().zip(self.counts).any(|(&i, n)| i == 0 || i + 1 == n)
     }
 
-    /// The cell that a place lies in, by its first node, and the place in it, 0 to 1 along each axis; clamped to the box.
+    /// The cell that a place lies in, by its first node, and the place in it, 0 to 1 along each axis. It is clamped to the box.
     pub fn cell_of(&self, place: DVec3) -> (usize, [f64; 3]) {
         let at = ((place - self.origin) / self.cell).to_array();
         let mut fraction = [0.0; 3];

@@ -13,8 +13,8 @@ use super::table::{CASES, EDGES, MIDDLE};
 /// Crossings keep this share of an edge from its ends, so that no triangle vanishes.
 const LEAST_SHARE: f64 = 0.02;
 
-/// Triangles between nodes with values below 0 and all others. Positive values are outside; the outermost nodes must be. `place` puts a
-/// vertex on an edge: it is given the inside node, the outside node and where between them linear values cross, 0 to 1.
+/// Triangles between nodes with values below 0 and all others. Positive values are outside. The outermost nodes must be. `place` puts a
+/// vertex on an edge. It is given the inside node, the outside node and where between them linear values cross, 0 to 1.
 ///
 /// # Errors
 /// [`base::Error::Cancelled`].

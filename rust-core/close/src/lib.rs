@@ -1,4 +1,4 @@
-//! Closing: the openings of a measured surface filled smoothly, never where a scan saw that nothing is; and checks for printing.
+//! Closing: the openings of a measured surface are filled smoothly, but never where a scan saw that nothing is. Also checks for printing.
 //!
 //! | stage | file | in -> out |
 //! |---|---|---|

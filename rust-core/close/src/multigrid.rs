@@ -1,8 +1,8 @@
 //! The Laplacian on any set of nodes of a grid, approximately inverted by one V-cycle: what conjugate gradients are preconditioned by.
 //!
-//! Outside of the set values are 0. A coarser level has the nodes at even places. Prolongation is linear, restriction its transpose;
-//! smoothing goes forward before and backward after the coarser level. So the cycle is a symmetric positive definite operator.
-//! \[BHM00, chap. 3\]
+//! Outside of the set values are 0. A coarser level has the nodes at even places. Prolongation is linear, restriction its transpose.
+//! Smoothing goes forward before and backward after the coarser level. So the cycle is a symmetric positive definite operator. \[BHM00,
+//! chap. 3\]
 
 use super::grid::Grid;
 use base::error::Result;
@@ -36,7 +36,7 @@ pub struct Scratch {
 }
 
 impl Multigrid {
-    /// Of nodes given as rising indices of a grid; `mass` is added to the diagonal. About 150 bytes a node.
+    /// Of nodes given as rising indices of a grid. `mass` is added to the diagonal. About 150 bytes per node.
     ///
     /// # Errors
     /// [`base::Error::Cancelled`].

@@ -66,7 +66,7 @@ pub struct Opening {
     pub triangles: Vec<u32>,
 }
 
-/// The openings in the order of their first loops; one without a fill stayed open.
+/// The openings in the order of their first loops. One without a fill stayed open.
 ///
 /// # Errors
 /// [`base::Error::Cancelled`].

@@ -34,7 +34,7 @@ base::params! {
         force: bool = flag("Force").off("what seen space forbids stays open, and the report says where").since("0.3"),
     }
     besides {
-        /// Away from the ground; zero for z.
+        /// Away from the ground. Zero for z.
         up: glam::DVec3,
     }
 }

@@ -16,10 +16,10 @@ const MOST_STEPS: usize = 100;
 /// Rounds of the active set.
 const ROUNDS: usize = 5;
 
-/// Nodes of a grid whose values are looked for; all others keep theirs.
+/// Nodes of a grid whose values are looked for. All others keep theirs.
 pub struct Plate<'a> {
     pub grid: &'a Grid,
-    /// Rising; none on the outermost layer.
+    /// Rising. None on the outermost layer.
     pub free: &'a [u32],
     /// Of each node of `free`: whether a scan saw that nothing is there.
     pub is_seen: &'a [bool],
@@ -54,7 +54,7 @@ impl Plate<'_> {
         Ok(steps)
     }
 
-    /// Changes the active set; whether anything changed that matters.
+    /// Changes the active set. Returns whether anything changed that matters.
     fn hold(&self, field: &[f64], system: &System<'_>, is_held: &mut [bool]) -> bool {
         let mut changed = 0;
         for (i, &node) in self.free.iter().enumerate() {

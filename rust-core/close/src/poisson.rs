@@ -1,8 +1,8 @@
 //! The start: a screened Poisson surface, closed at the outer bound. \[KH13\]
 //!
-//! The indicator is 1 inside, 0 on and beyond the outer bound. Its gradient follows the normals of the surface; at the
-//! surface it is drawn to one half. Differences from the paper: (1) one grid, whose cells are coarser than the surface's
-//! triangles, instead of an octree; (2) values are linear in a cell.
+//! The indicator is 1 inside, 0 on and beyond the outer bound. Its gradient follows the normals of the surface. At the surface it is drawn
+//! to one half. Differences from the paper: (1) There is one grid, whose cells are coarser than the surface's triangles, instead of an
+//! octree. (2) Values are linear in a cell.
 
 use glam::DVec3;
 

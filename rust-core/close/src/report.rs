@@ -1,4 +1,4 @@
-//! What closing did, and what it left open.
+//! Report of closing, with the openings that it left.
 
 use base::progress::Seconds;
 use mesh::TriMesh;
@@ -14,7 +14,7 @@ pub enum LeftOpen {
     NotEnclosed,
     /// A scan saw through where it would be closed.
     SeenThrough,
-    /// Whatever would close it crosses the surface.
+    /// Any fill would cross the surface.
     Crossing,
 }
 
@@ -42,7 +42,7 @@ pub struct OpeningReport {
     pub length: f64,
     /// Area that was filled.
     pub area: f64,
-    /// Why it, or a part of it, was left open; `None` if it is closed.
+    /// Reason why it, or a part of it, was left open. `None` if it is closed.
     pub left_open: Option<LeftOpen>,
     /// Faces that were filled where a scan saw through, as `force` asked for.
     pub forced_faces: usize,
@@ -51,13 +51,13 @@ pub struct OpeningReport {
 /// The figures of a run.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CloseReport {
-    /// Size of a cell used, world units; the fill has twice that size, more where memory asks for it.
+    /// Size of a cell used, world units. The fill has twice that size, more where memory asks for it.
     pub cell: f64,
     /// Size of a cell of the fill.
     pub fill_cell: f64,
     /// Merge distance used, world units.
     pub merge_distance: f64,
-    /// Longest hole used, world units; infinite where length does not matter.
+    /// Longest hole used, world units. Infinite if length does not matter.
     pub max_hole_length: f64,
     /// Whether scans said where nothing is. Without, openings are closed by their shape alone.
     pub has_sight: bool,

@@ -18,7 +18,8 @@ const PITCH: f64 = 0.5;
 /// Most places along a side.
 const MOST: usize = 64;
 
-/// For each filled triangle whether any place of it was seen through, half a cell or more from measured vertices; false for measured ones. Places lie half a cell apart or nearer.
+/// Whether any place of each filled triangle was seen through, half a cell or more from measured vertices. False for measured ones. Places
+/// lie half a cell apart or nearer.
 ///
 /// # Errors
 /// [`base::Error::Cancelled`].

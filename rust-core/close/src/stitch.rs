@@ -106,7 +106,7 @@ impl Growing {
         holes::close(&mut self.positions, &mut self.triangles, &border, |_| f64::INFINITY, progress)
     }
 
-    /// Takes fills that cross something away, with all around them, and closes the loops anew; likewise around loops that stayed open.
+    /// Takes fills that cross something away, with all around them, and closes the loops anew. The same around loops that stayed open.
     ///
     /// # Errors
     /// [`base::Error::Cancelled`].
@@ -174,7 +174,7 @@ impl Growing {
         self.take_away(&goes, progress).map(drop)
     }
 
-    /// Drops filled vertices that no triangle uses; numbers the others in the order of their triangles.
+    /// Drops filled vertices that no triangle uses. Numbers the others in the order of their triangles.
     pub fn drop_unused(&mut self) {
         let measured = self.measured[0];
         let mut number = vec![u32::MAX; self.positions.len()];

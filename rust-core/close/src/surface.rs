@@ -35,7 +35,7 @@ impl<'a> Surface<'a> {
     /// Of a mesh that [`mesh::check`] calls a manifold.
     ///
     /// # Errors
-    /// [`Error::Input`] for any other mesh, with what is wrong and what to do; [`Error::OutOfMemory`]; [`Error::Cancelled`].
+    /// [`Error::Input`] for any other mesh, with what is wrong and what to do. [`Error::OutOfMemory`]. [`Error::Cancelled`].
     pub fn new(mesh: &'a TriMesh, threads: usize, progress: &Progress<'_>) -> Result<Self> {
         refuse(mesh, progress)?;
         let bvh = Bvh::build_with(&mesh.positions, &mesh.triangles, threads, progress)?;
@@ -65,7 +65,7 @@ impl<'a> Surface<'a> {
         Ok(Surface { mesh, bvh, across, vertex_normals, is_on_border })
     }
 
-    /// Side and distance of a place; `None` for a surface without triangles.
+    /// Side and distance of a place. `None` for a surface without triangles.
     pub fn beside(&self, place: DVec3) -> Option<Beside> {
         self.bvh.closest_point(place).map(|closest| self.side_of(place, &closest))
     }
@@ -104,7 +104,7 @@ pub fn side(corners: [u32; 3], k: usize) -> [u32; 2] {
     [corners[(k + 1) % 3], corners[(k + 2) % 3]]
 }
 
-/// Of a triangle; zero where it has no area.
+/// Of a triangle. Zero if it has no area.
 pub fn normal([a, b, c]: [DVec3; 3]) -> DVec3 {
     (b - a).cross(c - a).normalize_or_zero()
 }

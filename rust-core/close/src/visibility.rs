@@ -39,7 +39,7 @@ pub struct Scans {
 }
 
 impl Scans {
-    /// Of images whose rays are known, with their noise measured; others say nothing. As [`LinesOfSight::new`].
+    /// Of images whose rays are known, with their noise measured. Others say nothing. As [`LinesOfSight::new`].
     ///
     /// # Errors
     /// [`base::Error::Cancelled`].

@@ -20,8 +20,8 @@ const PATIENCE: u8 = 10;
 const MOST_RINGS: u8 = 6;
 
 impl<'a> Job<'a> {
-    /// Splits the patches with a place beyond `bound` until there is none: vertices of the input first, which is soon
-    /// measured; then all points of both surfaces.
+    /// Splits the patches with a place beyond `bound` until there is none. Vertices of the input come first, which is soon measured. Then
+    /// come all points of both surfaces.
     pub(super) fn within(&self, start: &KMeans<'a>, bound: f64, progress: &Progress<'_>) -> Result<Clustered> {
         let reference = self.cut_input();
         let bvh = Bvh::build_with(&reference.positions, &reference.triangles, rayon::current_num_threads(), progress)?;
@@ -50,7 +50,7 @@ impl<'a> Job<'a> {
                     let certified = (deviation.summary, there.bound.max(back.bound));
                     return Ok(made.into_result(Some(certified)));
                 }
-                // Where it is, and at the corners of the triangle that lies too far off.
+                // Its place, and those at the corners of the triangle that lies too far off.
                 let places = there.beyond.iter().map(|b| b[0]).chain(back.beyond.iter().map(|b| b[1]));
                 let far_off = there.beyond.iter().map(|b| b[1]).chain(back.beyond.iter().map(|b| b[0]));
                 let corners = far_off.flat_map(|t| made.mesh.corners(t as usize));

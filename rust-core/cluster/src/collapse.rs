@@ -1,8 +1,8 @@
-//! Takes nodes away until as many are left as are wanted, or where two are too close. Ours; the paper has no such stage.
+//! Takes nodes away until as many are left as are wanted, or where two are too close. Ours: the paper has no such stage.
 //!
-//! k patches give a number of nodes that only the topology decides, near 3 k; the last few are taken away here, where edges are
-//! shortest beside their neighbours. An edge is collapsed only if its ends have no common neighbours but those its triangles
-//! name, so the topology stays.
+//! k patches give a number of nodes that only the topology decides, near 3 k. The last few are taken away here, where edges are shortest
+//! beside their neighbours. An edge is collapsed only if its ends have no common neighbours but those its triangles name, so the topology
+//! stays.
 
 use super::flip::Links;
 use super::net::{Net, Spot, area_vector, smallest_angle};
@@ -33,7 +33,7 @@ pub fn collapse(surface: &Surface, net: &mut Net, wanted: usize, progress: &Prog
     Ok(())
 }
 
-/// Collapses the short edges opposite angles below `sharp` where that makes the angles around it larger; how many.
+/// Collapses the short edges opposite angles below `sharp` if that makes the angles around it larger. Returns how many.
 ///
 /// # Errors
 /// [`base::Error::Cancelled`].
@@ -50,7 +50,7 @@ pub fn collapse_sharp(surface: &Surface, net: &mut Net, sharp: f64, progress: &P
     Ok(before - net.points.len())
 }
 
-/// All edges, each by one of its half-edges, with their lengths beside those of their ends' edges; shortest first.
+/// All edges, each by one of its half-edges, with their lengths beside those of their ends' edges. Shortest first.
 pub fn by_length(net: &Net, links: &Links) -> Vec<(f64, u32)> {
     let length = |h: u32| {
         let [a, b] = ends(net, h).map(|v| net.points[v as usize]);
@@ -148,7 +148,7 @@ fn pass(
     Ok(())
 }
 
-/// Where a node may go, the least first.
+/// Places that a node may go to, the least first.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Freedom {
     /// It stays at a corner.
@@ -201,7 +201,7 @@ fn smallest_before(net: &Net, links: &Links, a: u32, b: u32) -> f64 {
     smallest
 }
 
-/// Smallest angle of the other triangles at `a` and `b` with both nodes at `spot`; `None` if that turns one over.
+/// Smallest angle of the other triangles at `a` and `b` with both nodes at `spot`. `None` if that turns one over.
 fn smallest_after(net: &Net, links: &Links, a: u32, b: u32, spot: &Spot) -> Option<f64> {
     let (mut smallest, mut turned) = (f64::INFINITY, false);
     for (v, other) in [(a, b), (b, a)] {

@@ -7,7 +7,7 @@ use base::progress::Progress;
 /// A part smaller than this share of the mean patch goes to its neighbours.
 pub const SMALL: f64 = 0.25;
 
-/// What was done.
+/// Counts of the repairs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Repairs {
     /// Parts that became patches.
@@ -18,7 +18,7 @@ pub struct Repairs {
     pub halved: usize,
 }
 
-/// Makes every patch connected and numbers the patches anew; returns how many there are. Small parts go to their neighbours while
+/// Makes every patch connected and numbers the patches anew. Returns how many there are. Small parts go to their neighbours while
 /// `dissolving`.
 ///
 /// # Errors
@@ -55,7 +55,7 @@ struct Parts {
     /// The patch that each is a part of.
     labels: Vec<u32>,
     weights: Vec<f64>,
-    /// The vertices of all, part by part, and where each part begins; one more at the end.
+    /// The vertices of all, part by part, and the first place of each part. There is one more at the end.
     members: Vec<u32>,
     starts: Vec<u32>,
 }
@@ -140,8 +140,8 @@ impl Parts {
         into
     }
 
-    /// Writes the number of its patch for each vertex; returns how many patches there are. They keep their order; parts that
-    /// became patches follow.
+    /// Writes the number of its patch for each vertex. Returns how many patches there are. They keep their order. Parts that became patches
+    /// follow.
     fn number(&self, heaviest: &[u32], into: &[u32], labels: &mut [u32]) -> usize {
         let mut order: Vec<u32> = (0..self.len() as u32).filter(|&p| into[p as usize] == p).collect();
         order.sort_by_key(|&p| {

@@ -1,11 +1,11 @@
-//! Creases: where the surface bends sharply along a line. Patches are drawn onto them, so that edges run along them and nodes
-//! stay on them. Ours; the paper's patches know no creases.
+//! Creases: where the surface bends sharply along a line. Patches are drawn onto them, so that edges run along them and nodes stay on them.
+//! Ours: the paper's patches know no creases.
 //!
-//! An edge is sharp if its triangles turn by more than the angle asked for, and so do, nearly, the means of the triangles of a few
-//! rings on either side: those of noise are alike. Sharp edges that make runs of a few edges of the net are creases; what is shorter
-//! is detail that the net can't show. A patch with a piece of a crease has its centre there, at a corner if there is one, and the
-//! line between two such patches has a node where the crease crosses it: so the crease is a path of edges from centre to centre by
-//! construction, whatever the surface's topology, and fans stay fans.
+//! An edge is sharp if its triangles turn by more than the angle asked for, and so do, nearly, the means of the triangles of a few rings on
+//! either side. The means of noise are alike. Sharp edges that make runs of a few edges of the net are creases. Shorter runs are detail
+//! that the net can't show. A patch with a piece of a crease has its centre there, at a corner if there is one. The line between two such
+//! patches has a node where the crease crosses it. So the crease is a path of edges from centre to centre by construction, whatever the
+//! surface's topology, and fans stay fans.
 
 use std::collections::BTreeSet;
 
@@ -36,7 +36,7 @@ const REACH: f64 = 0.5;
 const PATCH: f64 = 2.6;
 /// Lloyd steps that draw centres onto creases.
 const STEPS: usize = 4;
-/// Rounds of such steps; in between, corners that have no patch of their own get one.
+/// Rounds of such steps. In between, corners that have no patch of their own get one.
 const ROUNDS: usize = 3;
 /// Vertices of a crease that another patch keeps on each side, at most.
 const REGAINS: usize = 4;

@@ -1,10 +1,10 @@
-//! How dense patches are to be: more of them where the surface bends. Ours; the paper's patches are alike everywhere.
+//! Density of patches: more of them where the surface bends. Ours: the paper's patches are alike everywhere.
 //!
-//! A triangle of size h lies about h^2 K / 8 off a surface of curvature K. The least mean distance at a given number of
-//! triangles has h^4 in inverse proportion to K, so their density goes with the root of K; and that of k-means' patches with the
-//! root of the weights' density, which so is K itself. K is measured at the size of the patches, detail smaller than these is
-//! beyond them: it is the mean distance of a patch's points from its own fan, beside the patch's area. So a patch that wraps
-//! the rim of a thin sheet, whose normals tell nothing, counts as much as it errs.
+//! A triangle of size h lies about h^2 K / 8 off a surface of curvature K. The least mean distance at a given number of triangles has h^4
+//! in inverse proportion to K, so their density goes with the root of K. The density of k-means' patches goes with the root of the weights'
+//! density, which so is K itself. K is measured at the size of the patches, because detail smaller than these is beyond them. It is the
+//! mean distance of a patch's points from its own fan, beside the patch's area. So a patch that wraps the rim of a thin sheet, whose
+//! normals tell nothing, counts as much as it errs.
 
 use rayon::prelude::*;
 

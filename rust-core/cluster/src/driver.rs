@@ -24,7 +24,7 @@ use mesh::point_cloud::PointCloud;
 use mesh::{AttributeData, Crs, TriMesh};
 use reconstruct::{self, ReconstructParams, Reconstructor};
 
-/// At the peak; measured.
+/// At the peak. Measured.
 const BYTES_A_TRIANGLE: f64 = 52.0;
 const BYTES_A_VERTEX: f64 = 105.0;
 /// Three points for every two triangles, with their terms and the places of the net nearest to them.
@@ -52,25 +52,24 @@ const STEPS_A_ROUND: usize = 20;
 /// Clusters a mesh at one resolution.
 ///
 /// # Guarantees
-/// * The result is an oriented manifold with boundary that has the topology of the input: components, boundary loops and
-///   genus. Where the input is none, its edges of more than two triangles, or of two that turn against each other, are cut,
-///   and vertices where several fans meet are doubled.
-/// * Its vertices lie on the input's surface, unless `fitting` or `min_angle` lets them leave it; those of its border on the
-///   input's border.
+/// * The result is an oriented manifold with boundary that has the topology of the input: components, boundary loops and genus. If the
+///   input is none, its edges of more than two triangles, or of two that turn against each other, are cut, and vertices where several fans
+///   meet are doubled.
+/// * Its vertices lie on the input's surface, unless `fitting` or `min_angle` lets them leave it. Those of its border lie on the input's
+///   border.
 /// * With `min_angle` no triangle has a smaller angle, unless borders, creases or the topology leave it no other place.
 /// * With [`Resolution::MaxError`] no point of the input is farther from the result, and none of the result farther from the
 ///   input: between the vertices, too. [`ClusterReport::max_error`] says how far they may be, measured on the result.
-/// * Where nothing coarser than the input is found that does what was asked for, the result is the input itself, cut as said
-///   above.
+/// * If nothing coarser than the input is found that does what was asked for, the result is the input itself, cut as said above.
 /// * The same input gives the same mesh for any number of threads.
 ///
 /// # Cost
-/// n vertices, k patches: O((n + k log k) s) time for s Lloyd steps, about 3 + 2 log2 k of them while splitting and up to
-/// `iterations` more; O(v) for v resulting vertices and each relaxation step; with `min_angle` O(n + v log v) more. About 150 bytes a
-/// triangle, up to 450 with `min_angle`.
+/// n vertices, k patches: O((n + k log k) s) time for s Lloyd steps, about 3 + 2 log2 k of them while splitting and up to `iterations`
+/// more. O(v) for v resulting vertices and each relaxation step. With `min_angle` O(n + v log v) more. About 150 bytes per triangle, up to
+/// 450 with `min_angle`.
 ///
 /// # Errors
-/// Parameters out of range; bad indices or coordinates, no triangle; [`base::Error::Cancelled`].
+/// Parameters out of range. Bad indices or coordinates, no triangle. [`base::Error::Cancelled`].
 pub fn run(mesh: &TriMesh, params: &ClusterParams, progress: &Progress<'_>) -> Result<Clustered> {
     let mut levels = levels(mesh, &[params.resolution], params, progress)?;
     Ok(levels.remove(0))
@@ -97,18 +96,18 @@ pub fn levels(
 
 /// Clusters points at one resolution: the surface through them, as [`reconstruct::run`] finds it, is clustered.
 ///
-/// Labels are those of the points, -1 for points that are not on that surface; [`ClusterReport::off_surface`] counts these.
-/// A largest error holds for the points on it. The result stands in the cloud's own frame; colours, intensities and normals
-/// ride along as vertex attributes.
+/// Labels are those of the points, -1 for points that are not on that surface. [`ClusterReport::off_surface`] counts these. A largest error
+/// holds for the points on it. The result stands in the cloud's own frame. Colours, intensities and normals ride along as vertex
+/// attributes.
 ///
 /// # Errors
-/// As [`run`]; and those of [`reconstruct::run`]: fewer than three different points, or all on one line, or no surface.
+/// As [`run`], and those of [`reconstruct::run`]: fewer than three different points, or all on one line, or no surface.
 pub fn run_points(cloud: &PointCloud, params: &ClusterParams, progress: &Progress<'_>) -> Result<Clustered> {
     let mut levels = levels_of_points(cloud, &[params.resolution], params, progress)?;
     Ok(levels.remove(0))
 }
 
-/// A chain of levels of detail of points; see [`run_points`] and [`levels`].
+/// A chain of levels of detail of points. See [`run_points`] and [`levels`].
 ///
 /// # Errors
 /// As [`run_points`].
@@ -129,7 +128,7 @@ pub fn levels_of_points(
         let Some(AttributeData::I32(points)) = mesh.vertex_attribute(sources).cloned() else {
             unreachable!("every surface through points says which they are")
         };
-        // Which point a vertex was says nothing about the vertices of the result.
+        // The point that a vertex was says nothing about the vertices of the result.
         mesh.vertex_attributes.retain(|a| a.name != sources);
         let through_points = through.report.seconds.iter().map(|lap| lap.1).sum();
         progress.count_from(vec![("surface through the points", through_points)]);
@@ -146,7 +145,7 @@ pub fn levels_of_points(
     })
 }
 
-/// The levels of a chain, on the pool; `stage` of the plan is the clustering.
+/// The levels of a chain, on the pool. `stage` of the plan is the clustering.
 fn chain(
     mesh: &TriMesh,
     resolutions: &[Resolution],
@@ -271,8 +270,7 @@ impl<'a> Job<'a> {
         progress: &Progress<'_>,
     ) -> Result<Disks> {
         *kmeans = if coarser.centres.len() <= patches { coarser.clone() } else { coarser.restarted() };
-        // Where patches err most is measured while they are few, and again as they become more; with a least angle they are
-        // but a start.
+        // The patches that err most are found while they are few, and again as they become more. With a least angle they are but a start.
         let to_the_least = self.params.min_angle > 0.0;
         let parts: &[usize] = match self.params.adaptivity > 0.0 {
             true if to_the_least && patches < MEASURED => &[],
@@ -321,7 +319,7 @@ impl<'a> Job<'a> {
         Ok(Disks { labels, patches, polygons, creases: Arc::new(creases), repairs, energy: kmeans.energy() })
     }
 
-    /// Fans of the patches, relaxed; `None` if the topology leaves more than `nodes`, and more than the input has.
+    /// Fans of the patches, relaxed. `None` if the topology leaves more than `nodes`, and more than the input has.
     pub(super) fn make(
         &self,
         disks: Disks,

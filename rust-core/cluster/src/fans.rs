@@ -22,7 +22,7 @@ pub fn mesh(
     let at_vertex = |v: u32| Place { point: surface.points[v as usize], triangle: surface.first[v as usize] / 3 };
     let piece = |patch: usize| pieces.and_then(|p| p.chosen[patch].as_ref());
     let way = |v: u32| pieces.map_or(NONE, |p| p.creases.way(v));
-    // Where each node is, the border and the crease along which it slides.
+    // The place of each node, the border and the crease along which it slides.
     let mut nodes = Vec::with_capacity(patches + polygons.spots.len());
     for patch in 0..patches {
         let members = &list[starts[patch] as usize..starts[patch + 1] as usize];

@@ -137,7 +137,7 @@ fn mean_lengths(net: &Net, links: &Links) -> Vec<f64> {
     (0..net.points.len() as u32).map(mean).collect()
 }
 
-/// The nearest node of the border to each of its corners slides there, if it may; how many did.
+/// The nearest node of the border to each of its corners slides there, if it may. Returns how many did.
 fn draw(
     surface: &Surface,
     net: &mut Net,
@@ -178,7 +178,7 @@ fn draw(
     Ok(taken)
 }
 
-/// Moves a node unless that spoils a triangle; whether it did.
+/// Moves a node unless that spoils a triangle. Returns whether it did.
 fn try_move(net: &mut Net, links: &Links, v: u32, spot: Spot, sharp: f64) -> bool {
     let (mut before, mut after, mut turned) = (f64::INFINITY, f64::INFINITY, false);
     links.triangles_around(v, |t| {

@@ -4,8 +4,7 @@ use super::net::Net;
 use super::surface::{Place, Surface};
 use mesh::{Attribute, AttributeData, TriMesh};
 
-/// Positions are on the surface; floats and colours are interpolated there, integers and flags are those of the nearest
-/// corner.
+/// Positions are on the surface. Floats and colours are interpolated there, integers and flags are those of the nearest corner.
 pub fn mesh(surface: &Surface, input: &TriMesh, net: Net) -> TriMesh {
     let mut mesh = TriMesh::new(net.points.iter().map(|&p| surface.frame.outward(p)).collect(), net.triangles);
     mesh.crs = input.crs.clone();

@@ -1,10 +1,9 @@
-//! Stage 6, on request: nodes leave the surface for where it lies nearest in the mean square. Ours; the paper's vertices are
-//! samples.
+//! Stage 6, on request: nodes leave the surface for where it lies nearest in the mean square. Ours: the paper's vertices are samples.
 //!
-//! A mesh whose vertices lie on a curved surface lies on one side of it, everywhere off by more than it has to be. So each
-//! node moves along its normal, by the least squares of the distances of points all over the surface to the planes of the
-//! triangles they are nearest to; solved by conjugate gradients, a few rounds as the nearest triangles change. Triangles keep their side and, as
-//! far as they have them, angles of 30 degrees; nodes on the border stay.
+//! A mesh whose vertices lie on a curved surface lies on one side of it, everywhere off by more than it has to be. So each node moves along
+//! its normal, by the least squares of the distances of points all over the surface to the planes of the triangles they are nearest to.
+//! Conjugate gradients solve it, in a few rounds as the nearest triangles change. Triangles keep their side and, as far as they have them,
+//! angles of 30 degrees. Nodes on the border stay.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -68,7 +67,7 @@ pub fn fit(surface: &Surface, net: &mut Net, rounds: usize, progress: &Progress<
     Ok(())
 }
 
-/// Vertices and middles of triangles; together they weigh each triangle's area nearly as an integral over it does.
+/// Vertices and middles of triangles. Together they weigh each triangle's area nearly as an integral over it does.
 ///
 /// # Errors
 /// [`base::Error::Cancelled`].
@@ -110,7 +109,7 @@ pub fn beside(net: &Net, samples: &[Sample], progress: &Progress<'_>) -> Result<
     Ok(found)
 }
 
-/// Unit normals of the nodes; none at the border, whose nodes stay.
+/// Unit normals of the nodes. None at the border, whose nodes stay.
 fn normals(net: &Net) -> Vec<DVec3> {
     let mut normals = vec![DVec3::ZERO; net.points.len()];
     for (t, corners) in net.triangles.iter().enumerate() {
@@ -192,7 +191,7 @@ fn solve(net: &Net, terms: &[Term], progress: &Progress<'_>) -> Result<Vec<f64>>
     Ok(shifts)
 }
 
-/// Moves the nodes as far as their triangles stand it; whether any moved.
+/// Moves the nodes as far as their triangles stand it. Returns whether any moved.
 fn apply(net: &mut Net, normals: &[DVec3], mut shifts: Vec<f64>, progress: &Progress<'_>) -> Result<bool> {
     let mut shortest = vec![f64::INFINITY; net.points.len()];
     for t in &net.triangles {

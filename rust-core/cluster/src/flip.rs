@@ -1,4 +1,4 @@
-//! Edge flips: better valences and larger angles than the fans come with. Ours; the paper has no such stage.
+//! Edge flips: better valences and larger angles than the fans come with. Ours: the paper has no such stage.
 
 use glam::DVec3;
 
@@ -11,7 +11,7 @@ use mesh::measure::angles;
 /// The triangles of a net with their neighbours.
 pub struct Links {
     pub twins: Vec<u32>,
-    /// A half-edge that leaves each node; on the border the one without a twin.
+    /// A half-edge that leaves each node. On the border it is the one without a twin.
     pub first: Vec<u32>,
     /// Edges at each node.
     pub valences: Vec<u32>,
@@ -69,7 +69,7 @@ impl Links {
     }
 }
 
-/// What a flip is judged by.
+/// The figure that a flip is judged by.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Goal {
     /// As many triangles at each node as angles of 60 degrees fit.

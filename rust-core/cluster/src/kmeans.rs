@@ -1,11 +1,10 @@
 //! Stage 1: k-means by splitting, exact and fast. \[KMT, sec. 3.1\] \[LBG80\]
 //!
-//! From one patch to k: the patch of largest energy is split in two along its main axis, by halves of the energy's heap;
-//! after each doubling a few Lloyd steps. Each Lloyd step finds the nearest centre of every point exactly: a point of
-//! patch a can be nearer to another centre b only if |a b| < 2 |p a|, so the list of a's nearest centres, sorted by their
-//! distance from a, is looked at until that fails; a point for which the list is too short asks the tree of all centres.
-//! Sums run over the points in their order on one thread (they cost a tenth of the search), so the result is that of
-//! naive Lloyd steps, to the bit, for any number of threads.
+//! From one patch to k: the patch of largest energy is split in two along its main axis, by halves of the energy's heap. After each
+//! doubling follow a few Lloyd steps. Each Lloyd step finds the nearest centre of every point exactly. A point of patch a can be nearer to
+//! another centre b only if |a b| < 2 |p a|. So the list of a's nearest centres, sorted by their distance from a, is looked at until that
+//! fails. A point for which the list is too short asks the tree of all centres. Sums run over the points in their order on one thread (they
+//! cost a tenth of the search). So the result is that of naive Lloyd steps, to the bit, for any number of threads.
 
 use std::borrow::Cow;
 use std::cmp::Ordering;
@@ -90,7 +89,7 @@ impl<'a> KMeans<'a> {
         }
     }
 
-    /// Makes the members from `middle` on a patch of their own; returns the energies of both.
+    /// Makes the members from `middle` on a patch of their own. Returns the energies of both.
     fn part(&mut self, patch: u32, members: &[u32], middle: usize) -> [f64; 2] {
         let new = self.centres.len() as u32;
         self.centres.push(DVec3::ZERO);
@@ -265,7 +264,7 @@ impl<'a> KMeans<'a> {
         Ok(())
     }
 
-    /// Orders the members of a patch so that those on one side of its centre come first; how many they are.
+    /// Orders the members of a patch so that those on one side of its centre come first. Returns how many they are.
     fn halve(&self, patch: u32, members: &mut [u32]) -> Option<usize> {
         halve(self.points, &self.weights, members, nudge(self.seed, patch))
     }
@@ -332,8 +331,8 @@ fn mean(points: &[DVec3], weights: &[f64], members: &[u32]) -> DVec3 {
     sum / weight
 }
 
-/// Orders `members` so that those on one side of the plane through their mean, across their main axis, come first; how
-/// many they are. `None` if they all lie in one place.
+/// Orders `members` so that those on one side of the plane through their mean, across their main axis, come first. Returns how many they
+/// are. `None` if they all lie in one place.
 pub fn halve(points: &[DVec3], weights: &[f64], members: &mut [u32], nudge: DVec3) -> Option<usize> {
     if members.len() < 2 {
         return None;
@@ -402,8 +401,8 @@ mod tests {
     }
 
     proptest! {
-        /// Theorem: from the same start the same labels and centres as naive Lloyd, step by step and to the bit, also with
-        /// equally near centres and duplicates; and the energy never rises.
+        /// Theorem: from the same start the same labels and centres as naive Lloyd, step by step and to the bit, also with equally near
+        /// centres and duplicates. And the energy never rises.
         #[test]
         fn lloyd_is_lloyd(points in cloud(), patches in 1..120_usize, threads in 1..4_usize) {
             let weights: Vec<f64> = (0..points.len()).map(|i| 1.0 + (i % 7) as f64).collect();

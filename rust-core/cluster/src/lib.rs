@@ -12,15 +12,15 @@
 //! | | `quadrics`, `polish` | with a least angle: fewer triangles of any shape that has it, nearest to the surface |
 //! | 7 | `finish` | net -> mesh with the input's attributes |
 //!
-//! Differences from the paper: (1) Lloyd steps are exact but look at a few centres a point, and one split doubles the
-//! patches instead of adding one. (2) Patches are made disks with three or more nodes each, so that the result has the
-//! input's topology whatever k is; the number of patches grows where it must. (3) On a border, each patch gets a node between its
-//! corners, or borders would be coarser than the rest. (4) Patches are smaller where they err more. (5) A number of vertices can
-//! be asked for; the few that k patches make too many are collapsed. (6) Beside the springs, edges are
-//! flipped and sharp angles mended. (7) A spring has a least natural length, or any part of the net could shrink to a point.
-//! (8) On request vertices leave the surface for where it lies nearest; with a least angle triangles take any shape, too.
-//! (9) Patches are drawn onto creases, along which edges run then. (10) Points become the surface through them first, whose edges say which patches are neighbours: balls around patches, as in the
-//! paper, join the two sides of a thin wall and leave the topology to chance.
+//! Differences from the paper: (1) Lloyd steps are exact but look at a few centres per point, and one split doubles the patches instead of
+//! adding one. (2) Patches are made disks with three or more nodes each, so that the result has the input's topology whatever k is. The
+//! number of patches grows where it must. (3) On a border, each patch gets a node between its corners, or borders would be coarser than the
+//! rest. (4) Patches are smaller where they err more. (5) A number of vertices can be asked for. The few that k patches make too many are
+//! collapsed. (6) Beside the springs, edges are flipped and sharp angles mended. (7) A spring has a least natural length, or any part of
+//! the net could shrink to a point. (8) On request vertices leave the surface for where it lies nearest. With a least angle triangles take
+//! any shape, too. (9) Patches are drawn onto creases, along which edges run then. (10) Points become the surface through them first, whose
+//! edges say which patches are neighbours. Balls around patches, as in the paper, join the two sides of a thin wall and leave the topology
+//! to chance.
 
 mod operation;
 mod params;
@@ -138,7 +138,7 @@ base::report! {
         seconds: Seconds = stages(),
     }
     besides {
-        /// Distances of the input's vertices to the result, measured anew on it; only where a largest error was asked for.
+        /// Distances of the input's vertices to the result, measured anew on it. Only if a largest error was asked for.
         deviation: Option<Summary>,
     }
 }
@@ -148,8 +148,7 @@ base::report! {
 pub struct Clustered {
     /// The surface, with the input's vertex attributes.
     pub mesh: TriMesh,
-    /// Patch of each vertex of the input, -1 for one that no triangle uses; of points, -1 for one not on the surface through
-    /// them.
+    /// Patch of each vertex of the input, -1 for one that no triangle uses. Of points, -1 for one not on the surface through them.
     pub labels: Vec<i32>,
     /// Figures of the run.
     pub report: ClusterReport,

@@ -1,5 +1,5 @@
-//! Sharp angles that springs and flips leave, mostly along borders: nodes too close are joined, others are put where edges
-//! are longest, and nodes at sharp angles are moved to where the smallest angle around them is largest. Ours.
+//! Sharp angles that springs and flips leave, mostly along borders. Nodes too close are joined, others are put where edges are longest, and
+//! nodes at sharp angles are moved to where the smallest angle around them is largest. Ours.
 
 use glam::DVec3;
 
@@ -25,9 +25,9 @@ const SWEEPS: usize = 6;
 /// Steps of the search for a node's best place, and the directions that each tries.
 const SEARCH: usize = 16;
 const DIRECTIONS: usize = 8;
-/// The first step, as a share of the mean edge at the node; halved where no direction helps.
+/// The first step, as a share of the mean edge at the node. It is halved if no direction helps.
 const FIRST_STEP: f64 = 0.25;
-/// What the smallest angle around a node must gain, in radians, for a move to count: less would keep sweeps going for nothing.
+/// Gain of the smallest angle around a node, in radians, for a move to count. Less would keep sweeps going for nothing.
 const GAIN: f64 = 1e-4;
 /// Cosine of the most that a triangle may turn by a move of one of its corners: 60 degrees.
 const TURN: f64 = 0.5;
@@ -142,7 +142,7 @@ fn split_longest(surface: &Surface, net: &mut Net, count: usize, progress: &Prog
     Ok(())
 }
 
-/// Moves every node of a sharp triangle to where the smallest angle around it is largest; how many moved.
+/// Moves every node of a sharp triangle to where the smallest angle around it is largest. Returns how many moved.
 ///
 /// # Errors
 /// [`base::Error::Cancelled`].

@@ -21,7 +21,7 @@ pub struct Net {
     /// Half-edge of the surface's border on which a node lies and slides, else `NONE`.
     pub rails: Vec<u32>,
     pub triangles: Vec<[u32; 3]>,
-    /// Nodes at corners of the border, which stay where they are; empty if none does.
+    /// Nodes at corners of the border, which stay where they are. Empty if none does.
     pub held: Vec<bool>,
     /// Half-edge of a crease on which a node lies and slides, `CORNER` at its corner, else `NONE`.
     pub ways: Vec<u32>,
@@ -97,13 +97,13 @@ impl Net {
         self.ridges = Vec::new();
     }
 
-    /// Where a node is.
+    /// The place of a node.
     pub fn spot(&self, node: u32) -> Spot {
         let v = node as usize;
         Spot { point: self.points[v], place: self.places[v], rail: self.rails[v], way: self.ways[v] }
     }
 
-    /// Gives nodes the numbers in `number`; those without one have gone.
+    /// Gives nodes the numbers in `number`. Those without one have gone.
     pub fn renumber(&mut self, number: &[u32]) {
         let stays = |v: usize| number[v] != NONE;
         let mut v = 0;
@@ -114,7 +114,8 @@ impl Net {
         }
     }
 
-    /// The place nearest to `p` to which `node` may go: where it is, if it is fixed; on its border or crease, or on the surface near where it is.
+    /// The place nearest to `p` to which `node` may go. If it is fixed, that is its own place. Else it is on its border or crease, or on
+    /// the surface nearby.
     pub fn project(&self, surface: &Surface, node: usize, p: DVec3) -> Spot {
         let from = self.spot(node as u32);
         if self.is_fixed(node as u32) {
@@ -150,7 +151,7 @@ impl Net {
     }
 }
 
-/// Where a node may go.
+/// The place that a node may go to.
 #[derive(Clone, Copy, Debug)]
 pub struct Spot {
     pub point: DVec3,

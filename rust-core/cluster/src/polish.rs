@@ -1,9 +1,9 @@
 //! Stage 6, with a least angle: the net is drawn as near to the surface as its number of nodes lets it. Ours.
 //!
-//! The patches make about twice the nodes that are wanted, and quadrics take half of them away. In between and afterwards each
-//! node goes, in any direction, to where the points of the surface beside its triangles are nearest to these in the mean
-//! square, and edges are flipped where that brings them nearer. So triangles grow long along what bends one way only, and small
-//! where the surface bends most, as far as no angle falls below the least.
+//! The patches make about twice the nodes that are wanted, and quadrics take half of them away. In between and afterwards each node moves,
+//! in any direction. It goes to where the points of the surface beside its triangles are nearest to these in the mean square. Edges are
+//! flipped where that brings them nearer. So triangles grow long along what bends one way only, and small where the surface bends most, as
+//! far as no angle falls below the least.
 
 use glam::{DMat3, DVec3};
 
@@ -22,12 +22,12 @@ use geom::bvh::{Closest, Feature};
 pub const SPARE: usize = 2;
 /// By how much a pass of collapses divides the nodes: between passes they are moved.
 const PASS: f64 = 1.45;
-/// A pass is stuck that takes fewer nodes than one in so many; then the least angle is lowered by a factor, to be mended later, ...
+/// A pass is stuck that takes fewer nodes than one in so many. Then the least angle is lowered by a factor, to be mended later, ...
 const STUCK: usize = 50;
 const LOOSER: f64 = 0.7;
 /// ... down to this share of it.
 const LOOSEST: f64 = 0.3;
-/// Rounds of moves and flips at the end; points are given to their nearest triangles anew in each.
+/// Rounds of moves and flips at the end. Points are given to their nearest triangles anew in each.
 const ROUNDS: usize = 2;
 /// Sweeps of moves and flips in a round.
 const SWEEPS: usize = 2;
@@ -47,8 +47,8 @@ const FOLD: f64 = -0.5;
 /// Rounds that mend angles below the least which are left.
 const MENDINGS: usize = 3;
 
-/// Draws the net near the surface: to `wanted` nodes, unless there are fewer or the topology needs more, and in at least `rounds`
-/// rounds, without angles below `least`, in radians, where the net lets it.
+/// Draws the net near the surface to `wanted` nodes, unless there are fewer or the topology needs more. It takes at least `rounds` rounds.
+/// No angle gets below `least`, in radians, as far as the net lets it.
 ///
 /// # Errors
 /// [`base::Error::Cancelled`].
@@ -70,7 +70,7 @@ pub fn polish(
         while net.points.len() > wanted {
             let before = net.points.len();
             let next = (before as f64 / PASS) as usize;
-            // What is left for a last pass is no more than a few.
+            // No more than a few are left for a last pass.
             let next = if (next as f64) < 1.05 * wanted as f64 { wanted } else { next };
             reduce(surface, net, &samples, next, allowed, progress)?;
             round(net, &samples, least, progress)?;
@@ -153,8 +153,8 @@ impl<'a> Sheet<'a> {
         Ok(Sheet { net, links, samples, beside: lists, least, star: Vec::new() })
     }
 
-    /// Moves a node to where the points around it are nearest in the mean square, if that spoils no triangle; nodes at the
-    /// border stay. Returns how many points were looked at.
+    /// Moves a node to where the points around it are nearest in the mean square, if that spoils no triangle. Nodes at the border stay.
+    /// Returns how many points were looked at.
     fn shift(&mut self, v: u32) -> usize {
         if self.net.on_rail(v) {
             return 1;
@@ -258,7 +258,7 @@ impl<'a> Sheet<'a> {
         }
     }
 
-    /// Flips an edge if that brings the points beside it nearer and spoils no angle; returns how many points were looked at.
+    /// Flips an edge if that brings the points beside it nearer and spoils no angle. Returns how many points were looked at.
     fn flip(&mut self, h: u32) -> usize {
         let g = self.links.twins[h as usize];
         if g == NONE || g < h {

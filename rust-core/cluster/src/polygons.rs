@@ -1,16 +1,16 @@
 //! Stages 3 and 4: which patches are neighbours, and the polygon of each. \[KMT, sec. 4.1, 4.2\]
 //!
-//! On a mesh a patch is the part of the surface nearer, along the mesh, to its vertices than to others (their dual cells);
-//! so patches are neighbours if they share a mesh edge, three meet in a face whose corners have three labels, and never do
-//! four meet in a point. A border of the mesh is a neighbour too: the nodes on it are where two patches meet, and between
-//! two of them one more on the border of the patch, without which the border would be coarser than the rest.
+//! On a mesh a patch is the part of the surface nearer, along the mesh, to its vertices than to others (their dual cells). So patches are
+//! neighbours if they share a mesh edge, three meet in a face whose corners have three labels, and never do four meet in a point. A border
+//! of the mesh is a neighbour too: the nodes on it are where two patches meet. Between two of them there is one more on the border of the
+//! patch, without which the border would be coarser than the rest.
 
 use std::collections::BTreeMap;
 
 use super::creases::Pieces;
 use super::surface::{NONE, Surface};
 
-/// Where a node of a polygon is.
+/// The place of a node of a polygon.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PolygonSpot {
     /// A face in which three patches meet.
@@ -30,7 +30,7 @@ pub struct Polygons {
     /// Nodes of circle c: `nodes[starts[c]..starts[c + 1]]`.
     pub starts: Vec<u32>,
     pub nodes: Vec<u32>,
-    /// Patch of each circle; one that is a disk has one circle.
+    /// Patch of each circle. A patch that is a disk has one circle.
     pub patches: Vec<u32>,
 }
 
@@ -127,7 +127,7 @@ impl Tracer<'_> {
         }
     }
 
-    /// Along the border from half-edge `edge` between two patches to the next such one; `v` is the patch's end of it.
+    /// Along the border from half-edge `edge` between two patches to the next such one. `v` is the patch's end of it.
     fn along_border(&mut self, edge: u32, mut v: u32) -> u32 {
         let patch = self.label(v);
         self.node_at_border(edge);

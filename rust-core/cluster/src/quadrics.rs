@@ -1,10 +1,10 @@
 //! Stage 6, with a least angle: nodes are taken away where that costs least by the quadrics of their patches, and no angle falls below it.
 //! \[GH97\]
 //!
-//! Each node keeps the sum of the squared distances to the planes of the surface's points beside it, as a quadric; an edge goes
-//! into the place where the sum of both quadrics is least, drawn a little to the edge's middle, where planes leave it open.
-//! Differences: quadrics are those of points all over the dense surface, shared by barycentric weights, so in each pass they are
-//! those of the surface anew; and a collapse that makes an angle below the least, or turns a triangle over, is none.
+//! Each node keeps the sum of the squared distances to the planes of the surface's points beside it, as a quadric. An edge goes into the
+//! place where the sum of both quadrics is least, drawn a little to the edge's middle, where planes leave it open. Differences: quadrics
+//! are those of points all over the dense surface, shared by barycentric weights, so in each pass they are those of the surface anew. A
+//! collapse that makes an angle below the least, or turns a triangle over, is none.
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
@@ -51,7 +51,7 @@ impl Quadric {
         (x.dot(self.a * x) - 2.0 * self.b.dot(x) + self.c).max(0.0)
     }
 
-    /// Where it is least, drawn to `near`.
+    /// The place of its least value, drawn to `near`.
     fn least(&self, near: DVec3) -> Option<DVec3> {
         let trace = self.a.x_axis.x + self.a.y_axis.y + self.a.z_axis.z;
         let drawn = self.a + DMat3::from_diagonal(DVec3::splat(RIDGE * trace));
@@ -60,7 +60,7 @@ impl Quadric {
     }
 }
 
-/// An edge in the queue, the cheapest first; void once a stamp of its ends has changed.
+/// An edge in the queue, the cheapest first. It is void once a stamp of its ends has changed.
 struct Candidate {
     cost: f64,
     ends: [u32; 2],
@@ -91,7 +91,7 @@ impl Eq for Candidate {}
 struct Collapse<'a> {
     surface: &'a Surface,
     net: &'a mut Net,
-    /// Triangles at each node; none once it has gone into another.
+    /// Triangles at each node. None once it has gone into another.
     stars: Vec<Vec<u32>>,
     quadrics: Vec<Quadric>,
     /// How often a node's surroundings have changed.
@@ -139,7 +139,7 @@ pub fn reduce(
     Ok(())
 }
 
-/// Edges by their ends, the smaller first, with a triangle of each; those inside come twice.
+/// Edges by their ends, the smaller first, with a triangle of each. Those inside come twice.
 fn edges(net: &Net) -> Vec<([u32; 2], u32)> {
     let of = |(t, c): (usize, &[u32; 3])| {
         [[c[0], c[1]], [c[1], c[2]], [c[2], c[0]]].map(|[a, b]| ([a.min(b), a.max(b)], t as u32))
@@ -149,7 +149,7 @@ fn edges(net: &Net) -> Vec<([u32; 2], u32)> {
     edges
 }
 
-/// The quadric of each node; planes across the triangles at the border hold this in its place.
+/// The quadric of each node. Planes across the triangles at the border hold this in its place.
 fn quadrics(net: &Net, samples: &[Sample], progress: &Progress<'_>) -> Result<Vec<Quadric>> {
     let mut quadrics = vec![Quadric::ZERO; net.points.len()];
     let mut pace = Pace::new(progress);
@@ -181,13 +181,13 @@ impl Collapse<'_> {
         ring
     }
 
-    /// What its nodes already err by is no cost of an edge.
+    /// The cost of an edge. The error that its nodes have already does not count.
     fn cost(&self, a: u32, b: u32, at: DVec3) -> f64 {
         let [p, q] = [a, b].map(|v| &self.quadrics[v as usize]);
         p.plus(q).at(at) - p.at(self.net.points[a as usize]) - q.at(self.net.points[b as usize])
     }
 
-    /// Where the ends of an edge may go, with the cost, the cheapest first.
+    /// Places that the ends of an edge may go to, with the cost, the cheapest first.
     fn spots(&self, a: u32, b: u32) -> Vec<(f64, Spot)> {
         let net = &*self.net;
         let stay = |v: u32| net.spot(v);
@@ -218,7 +218,7 @@ impl Collapse<'_> {
         self.queue.push(Candidate { cost, ends, stamps: ends.map(|v| self.stamps[v as usize]) });
     }
 
-    /// Collapses an edge if it may be and nothing is cheaper; whether it did.
+    /// Collapses an edge if it may be and nothing is cheaper. Returns whether it did.
     fn take(&mut self, next: Candidate) -> bool {
         let [a, b] = next.ends;
         let large = |v: u32| self.stars[v as usize].len() > MOST_AROUND;

@@ -66,7 +66,7 @@ fn floors(net: &Net, stars: &Stars) -> Vec<f64> {
     sides.iter().map(|side| GRADING * side).collect()
 }
 
-/// One step; returns the mean displacement as a share of the mean edge.
+/// One step. Returns the mean displacement as a share of the mean edge.
 fn step(
     surface: &Surface,
     net: &mut Net,

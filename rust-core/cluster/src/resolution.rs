@@ -11,7 +11,7 @@ use base::progress::Progress;
 const TRIES: usize = 8;
 
 impl<'a> Job<'a> {
-    /// Patches for a resolution; `None` for a bound on the error.
+    /// Patches for a resolution. `None` for a bound on the error.
     pub(super) fn patches(&self, resolution: Resolution) -> Option<usize> {
         let patches = match resolution {
             Resolution::Patches(k) => k as usize,
@@ -53,8 +53,8 @@ impl<'a> Job<'a> {
         patches.ceil() as usize + 1
     }
 
-    /// Patches whose fans have at least `wanted` nodes and few more, if the topology lets them; they are sought from `disks`,
-    /// which came from `patches` patches.
+    /// Patches whose fans have at least `wanted` nodes and few more, if the topology lets them. They are sought from `disks`, which came
+    /// from `patches` patches.
     pub(super) fn with_nodes(
         &self,
         coarser: &KMeans<'a>,

@@ -1,11 +1,10 @@
 //! Stage 2: patches become disks. \[KMT, sec. 3.2\]
 //!
-//! k-means knows no surface: a patch may lie on both sides of a thin wall, around a hole or a handle. Parts of a patch that
-//! are not connected become patches of their own, or go to their neighbours if they are small; a patch that is no disk, or
-//! has fewer than three nodes around it, is halved. When nothing is left to do, the fans around all patches are a mesh of
-//! the same topology as the surface: each patch is a disk, three meet in a node, and two that meet twice do so in
-//! different nodes, so no edge is there twice. A patch that can't be halved has its
-//! largest neighbour halved. It ends at the latest where each patch is one vertex.
+//! k-means knows no surface: a patch may lie on both sides of a thin wall, around a hole or a handle. Parts of a patch that are not
+//! connected become patches of their own, or go to their neighbours if they are small. A patch that is no disk, or has fewer than three
+//! nodes around it, is halved. When nothing is left to do, the fans around all patches are a mesh of the same topology as the surface. Each
+//! patch is a disk, three meet in a node, and two that meet twice do so in different nodes, so no edge is there twice. A patch that can't
+//! be halved has its largest neighbour halved. It ends at the latest when each patch is one vertex.
 
 use super::connect::{Repairs, SMALL, connect, most_frequent};
 use super::kmeans::{halve, members};
@@ -16,11 +15,11 @@ use base::progress::Progress;
 
 use glam::DVec3;
 
-/// Rounds in which patches may be dissolved; later ones only halve, so that the rounds end.
+/// Rounds in which patches may be dissolved. Later ones only halve, so that the rounds end.
 const DISSOLVING_ROUNDS: usize = 6;
 
-/// Changes `labels` until every patch is a disk with at least three nodes; returns the number of patches, the polygons and
-/// what was done. Labels are 0.. without gaps.
+/// Changes `labels` until every patch is a disk with at least three nodes. Returns the number of patches, the polygons and what was done.
+/// Labels are 0.. without gaps.
 ///
 /// # Errors
 /// [`base::Error::Cancelled`].
@@ -45,7 +44,7 @@ pub fn make_disks(
     unreachable!("the rounds end where each patch is one vertex")
 }
 
-/// What is wrong with a patch.
+/// Faults of a patch.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Fault {
     None,
@@ -53,7 +52,7 @@ enum Fault {
     FewNodes,
 }
 
-/// Faults of all patches; `None` if there is none.
+/// Faults of all patches. `None` if there is none.
 fn bad_patches(surface: &Surface, labels: &[u32], patches: usize, polygons: &Polygons) -> Option<Vec<Fault>> {
     // Euler characteristic of the mesh within each patch, to which its dual cells shrink. Half-edges with a twin count once
     // each way, so everything is counted twice.
@@ -86,8 +85,7 @@ fn bad_patches(surface: &Surface, labels: &[u32], patches: usize, polygons: &Pol
     faults.iter().any(|&f| f != Fault::None).then_some(faults)
 }
 
-/// Halves the bad patches; small ones with few nodes go to a neighbour. One of a single vertex has its largest neighbour
-/// halved.
+/// Halves the bad patches. Small ones with few nodes go to a neighbour. One of a single vertex has its largest neighbour halved.
 fn mend(
     surface: &Surface,
     weights: &[f64],

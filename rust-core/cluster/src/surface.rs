@@ -1,9 +1,9 @@
 //! The input as a manifold to walk on: half-edges, areas, borders, closest points nearby.
 //!
-//! Half-edge `3 t + k` runs from corner k of triangle t to corner k + 1; its *twin* runs the other way in the neighbour.
-//! Where the input is no oriented manifold it is cut open: an edge joins triangles only if exactly two share it, run
-//! through it in opposite directions and have not all corners in common, and a vertex whose triangles fall into several fans becomes one vertex a fan.
-//! Of triangles with the same corners, whichever way they turn, the first is the only one: each copy would be cut free.
+//! Half-edge `3 t + k` runs from corner k of triangle t to corner k + 1. Its *twin* runs the other way in the neighbour. An input that is
+//! no oriented manifold is cut open. An edge joins triangles only if exactly two share it, run through it in opposite directions and have
+//! not all corners in common. A vertex whose triangles fall into several fans becomes one vertex per fan. Of triangles with the same
+//! corners, whichever way they turn, the first is the only one: each copy would be cut free.
 
 use glam::{DMat3, DVec3};
 
@@ -24,10 +24,10 @@ pub fn area_vector([a, b, c]: [DVec3; 3]) -> DVec3 {
 /// No half-edge, no triangle, no vertex.
 pub const NONE: u32 = u32::MAX;
 
-/// Steps of a walk to a closest point; far more than one relaxation step crosses.
+/// Steps of a walk to a closest point. Far more than one relaxation step crosses.
 const WALK: usize = 256;
 
-/// Leaves the first of all triangles with the same corners; whether there were more.
+/// Leaves the first of all triangles with the same corners. Returns whether there were more.
 fn drop_copies(triangles: &mut Vec<[u32; 3]>) -> bool {
     let mut order: Vec<([u32; 3], u32)> = triangles
         .iter()
@@ -96,8 +96,8 @@ pub struct Surface {
     pub origins: Vec<u32>,
     pub triangles: Vec<[u32; 3]>,
     pub twins: Vec<u32>,
-    /// A half-edge that leaves each vertex; at the border the one without a twin, so that turning counter-clockwise from
-    /// it meets the whole fan.
+    /// A half-edge that leaves each vertex. At the border it is the one without a twin, so that turning counter-clockwise from it meets the
+    /// whole fan.
     pub first: Vec<u32>,
     /// The half-edge without a twin that ends in each border vertex, else `NONE`.
     pub border_in: Vec<u32>,
@@ -108,10 +108,10 @@ pub struct Surface {
 }
 
 impl Surface {
-    /// Cuts and links the triangles of `mesh`; those that name a vertex twice are left out.
+    /// Cuts and links the triangles of `mesh`. Those that name a vertex twice are left out.
     ///
     /// # Errors
-    /// Bad indices or coordinates; no triangle; more than 2^30 triangles.
+    /// Bad indices or coordinates. No triangle. More than 2^30 triangles.
     pub fn new(mesh: &TriMesh, progress: &Progress<'_>) -> Result<Self> {
         mesh.validate()?;
         if mesh.triangles.len() > 1 << 30 {
@@ -260,7 +260,7 @@ impl Surface {
         }
     }
 
-    /// The closest point to `p` along the border, walking from the border half-edge `start`; the half-edge it lies on.
+    /// The closest point to `p` along the border, walking from the border half-edge `start`. Also the half-edge it lies on.
     pub fn walk_border(&self, p: DVec3, start: u32) -> (DVec3, u32) {
         let mut best = self.on_half_edge(p, start);
         let mut at = start;
@@ -360,8 +360,8 @@ fn same_corners(triangles: &[[u32; 3]], g: u32, h: u32) -> bool {
     s.iter().all(|v| t.contains(v))
 }
 
-/// Gives every fan of triangles its own vertex, counted through in the order of the input's vertices as far as each has
-/// one; returns their vertices of the input and where each fan starts.
+/// Gives every fan of triangles its own vertex, counted through in the order of the input's vertices as far as each has one. Returns their
+/// vertices of the input and where each fan starts.
 fn fans(triangles: &mut [[u32; 3]], twins: &[u32], progress: &Progress<'_>) -> Result<(Vec<u32>, Vec<u32>)> {
     let all = twins.len() as u32;
     let mut fan_of = vec![NONE; all as usize];
@@ -404,7 +404,7 @@ fn fans(triangles: &mut [[u32; 3]], twins: &[u32], progress: &Progress<'_>) -> R
     Ok(order.iter().map(|&f| fans[f as usize]).unzip())
 }
 
-/// Unit vector along which points with this covariance spread most; always the same for the same numbers.
+/// Unit vector along which points with this covariance spread most. It is always the same for the same numbers.
 pub fn main_axis(covariance: DMat3) -> DVec3 {
     let columns = [covariance.x_axis, covariance.y_axis, covariance.z_axis];
     let start = columns

@@ -116,7 +116,7 @@ fn the_number_of_vertices_is_the_one_asked_for() {
     assert_eq!(finer.positions.len(), 500);
     let results = [3 * 300, 4_000_000_000].map(|wanted| cluster(&few, Resolution::Vertices(wanted)).unwrap());
     assert_eq!(results[0].mesh, results[1].mesh);
-    // Where the topology needs more, there are more, and not many.
+    // If the topology needs more, there are more, and not many.
     let result = cluster(&double_torus(), Resolution::Vertices(1)).unwrap();
     assert!(result.mesh.positions.len() < 60, "{}", result.mesh.positions.len());
 }
@@ -151,7 +151,7 @@ fn fitted_vertices_leave_the_surface_for_less_error() {
         assert_eq!(on.mesh.triangles, fitted.mesh.triangles);
         assert!(fitted.report.after.smallest_angle >= on.report.after.smallest_angle.min(30_f64.to_radians()));
         assert!(fitted.mesh == run(1, 1).mesh, "{name}: another number of threads");
-        // What lies on the border stays on it.
+        // A vertex on the border stays on it.
         for (a, b) in on.mesh.positions.iter().zip(&fitted.mesh.positions) {
             assert!(name != "open cylinder" || a.z > 1e-9 && a.z < 3.0 - 1e-9 || a == b);
         }
@@ -427,7 +427,7 @@ fn attributes_ride_along() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(base::tier::cases(48)))]
 
-    /// Whatever triangles are thrown together, what comes out is a manifold.
+    /// A soup of any triangles becomes a manifold.
     #[test]
     fn any_soup_becomes_a_manifold(
         triangles in prop::collection::vec([0..12_u32, 0..12_u32, 0..12_u32], 1..40),
@@ -446,7 +446,7 @@ proptest! {
         }
     }
 
-    /// Cutting triangles out of a torus makes holes of any shape; all of them stay.
+    /// Cutting triangles out of a torus makes holes of any shape. All of them stay.
     #[test]
     fn holes_stay(cuts in prop::collection::vec(0..1024_usize, 0..60), vertices in 1..300_u32) {
         let mut mesh = Shape::Torus { major: 2.0, minor: 0.6 }.mesh(8);

@@ -5,7 +5,7 @@ use glam::DVec3;
 /// Centres looked at one by one at the bottom.
 const LEAF: usize = 8;
 
-/// The tree; its middle entries split their ranges.
+/// The tree. Its middle entries split their ranges.
 pub struct CentreTree {
     entries: Vec<(DVec3, u32)>,
     axes: Vec<u8>,
@@ -58,7 +58,7 @@ impl CentreTree {
         );
     }
 
-    /// Offers entries that may lie within the squared distance that `offer` returned last; returns that distance.
+    /// Offers entries that may lie within the squared distance that `offer` returned last. Returns that distance.
     fn search(
         &self,
         first: usize,

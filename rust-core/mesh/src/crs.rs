@@ -10,7 +10,7 @@ pub const LONGEST: usize = 1 << 16;
 
 /// Letters of a system's name that messages show.
 const SHOWN: usize = 80;
-/// What is said of a text that can't be taken.
+/// The remedy for a text that can't be taken.
 const REMEDY: &str = "give well-known text, or a code as EPSG:25832";
 
 /// Words that begin a system in well-known text, of whichever version.
@@ -60,8 +60,8 @@ impl Crs {
     /// A system by its text, whose lines become one.
     ///
     /// # Errors
-    /// [`Error::Input`] for a text that is empty, longer than [`LONGEST`] or has control characters; for well-known text whose brackets
-    /// or quotes are not closed, and for an authority without a code.
+    /// [`Error::Input`] for a text that is empty, longer than [`LONGEST`] or has control characters. Also for well-known text whose
+    /// brackets or quotes are not closed, and for an authority without a code.
     pub fn new(text: &str) -> Result<Self> {
         let text = in_one_line(text.trim_end_matches('\0'));
         let problem = if text.is_empty() {
@@ -85,7 +85,8 @@ impl Crs {
     /// which [`Crs::new`] takes.
     ///
     /// # Errors
-    /// As [`Crs::new`]; [`Error::Input`] for what is no well-known text, code, URN or address of one, text of PROJ or its JSON.
+    /// As [`Crs::new`]. [`Error::Input`] for a text that is no well-known text, no code, URN or address of one, no text of PROJ nor its
+    /// JSON.
     pub fn told(text: &str) -> Result<Self> {
         let crs = Crs::new(text)?;
         let is_of_proj = crs.text.starts_with('{') || crs.text.starts_with('+') && crs.text.contains('=');
@@ -143,7 +144,7 @@ impl Crs {
     /// The system of things that lie in one world and are measured there: what all that name one agree on.
     ///
     /// # Errors
-    /// [`Error::Input`] where two disagree, or one is in degrees; it names them.
+    /// [`Error::Input`] if two disagree, or one is in degrees. It names them.
     pub fn common<'a>(named: impl IntoIterator<Item = (&'a str, Option<Crs>)>) -> Result<Option<Crs>> {
         let mut degrees = None;
         let named = named.into_iter().inspect(|(name, crs)| {
@@ -158,7 +159,7 @@ impl Crs {
     /// The system that all that name one agree on, be it in degrees.
     ///
     /// # Errors
-    /// [`Error::Input`] where two disagree; it names them.
+    /// [`Error::Input`] if two disagree. It names them.
     pub fn agreed<'a>(named: impl IntoIterator<Item = (&'a str, Option<Crs>)>) -> Result<Option<Crs>> {
         let mut first: Option<(&str, Crs)> = None;
         for (name, crs) in named {
@@ -179,13 +180,13 @@ impl Crs {
     }
 }
 
-/// What is wrong with two scans of different systems.
+/// The error of two scans of different systems.
 fn disagree([(a, crs_a), (b, crs_b)]: [(&str, &Crs); 2]) -> Error {
     let remedy = "transform one of them first, or name the system of all where both mean the same";
     Error::input(format!("{a} is in {crs_a}, {b} in {crs_b}: {remedy}"))
 }
 
-/// Its name and code, for people; the text says all of it.
+/// Its name and code, for people. The text says all of it.
 impl fmt::Display for Crs {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let name = match keyword(&self.text) {
@@ -260,7 +261,7 @@ fn words(text: &str) -> impl Iterator<Item = &str> {
 /// are told by nothing.
 const CODES_OF_ANGLES: [&str; 9] =
     ["EPSG:4326", "EPSG:4979", "EPSG:4258", "EPSG:4937", "EPSG:4269", "EPSG:4267", "OGC:CRS84", "CRS84", "OGC:CRS84H"];
-/// What texts of other languages call angles by: PROJ's, and PROJ's JSON.
+/// Words for angles in texts of other languages: PROJ's, and PROJ's JSON.
 const WORDS_OF_ANGLES: [&str; 3] = ["+PROJ=LONGLAT", "+PROJ=LATLONG", "\"GEOGRAPHICCRS\""];
 
 fn is_in_degrees(text: &str) -> bool {

@@ -1,8 +1,8 @@
 //! The stages of an operation, to look at: with `SURFRECON_DUMP=folder` in the environment each leaves a PLY file there, which Blender,
-//! MeshLab and others open. For those who work on the algorithms; nothing else in this library looks at the environment for what to do.
+//! MeshLab and others open. For those who work on the algorithms. Nothing else in this library looks at the environment for what to do.
 //!
-//! Files are `NAME.ply`, numbered where a stage comes again (`NAME.1.ply`, ...): single precision, a colour a vertex by its value, and
-//! the value itself as the property `value`. What is there of another run is replaced, once the new one is whole; what is no regular file,
+//! Files are `NAME.ply`, numbered if a stage comes again (`NAME.1.ply`, ...). They have single precision, a colour per vertex by its value,
+//! and the value itself as the property `value`. A file of another run is replaced, once the new one is whole. Whatever is no regular file,
 //! as a pipe, is left alone.
 
 use std::collections::HashMap;
@@ -23,16 +23,16 @@ pub const VARIABLE: &str = "SURFRECON_DUMP";
 pub struct Stage {
     /// Coordinates.
     pub positions: Vec<DVec3>,
-    /// What each vertex is told by: the number of its scan, patch or part, a label; empty for nothing.
+    /// The value that each vertex is told by: the number of its scan, patch or part, or a label. Empty for nothing.
     pub values: Vec<i32>,
-    /// Faces; none for points.
+    /// Faces. None for points.
     pub triangles: Vec<[u32; 3]>,
 }
 
-/// Writes what `make` makes as the stage `name`, if that is asked for; else it isn't made.
+/// Writes what `make` makes as the stage `name`, if that is asked for. Else it isn't made.
 ///
 /// # Errors
-/// [`Error::Input`] naming the file that can't be written; nothing of it is left then.
+/// [`Error::Input`] naming the file that can't be written. Nothing of it is left then.
 pub fn stage(name: &str, make: impl FnOnce() -> Stage) -> Result<()> {
     let Some(folder) = std::env::var_os(VARIABLE).filter(|folder| !folder.is_empty()) else { return Ok(()) };
     let path = next(Path::new(&folder), name);
@@ -61,7 +61,7 @@ fn whole(path: &Path, write: impl FnOnce(File) -> std::io::Result<()>) -> std::i
     }
     let mut part = path.as_os_str().to_owned();
     part.push(format!(".{}.part", std::process::id()));
-    // What is there of that name, a dead process of this number has left.
+    // A file of that name was left by a dead process of this number.
     let _ = std::fs::remove_file(&part);
     let written = File::create_new(&part).and_then(write).and_then(|()| std::fs::rename(&part, path));
     if written.is_err() {
@@ -92,7 +92,7 @@ fn write(file: File, stage: &Stage) -> std::io::Result<()> {
     file.flush()
 }
 
-/// A colour that tells a value from its neighbours; grey for 0.
+/// A colour that tells a value from its neighbours. Grey for 0.
 fn colour(value: i32) -> [u8; 3] {
     if value == 0 {
         return [160; 3];

@@ -1,13 +1,13 @@
-//! Where coordinates lie, and how precise they are: what decides how files hold them.
+//! Extent of coordinates, and their precision: they decide how files hold them.
 
 use glam::DVec3;
 
 /// The box around positions, and whether single precision holds them all.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Extent {
-    /// The lowest corner; infinite where there is no position.
+    /// The lowest corner. Infinite if there is no position.
     pub low: DVec3,
-    /// The highest; infinite the other way.
+    /// The highest. Infinite the other way.
     pub high: DVec3,
     /// Whether single precision holds every coordinate exactly.
     pub single: bool,
@@ -20,7 +20,7 @@ impl Default for Extent {
 }
 
 impl Extent {
-    /// That of positions, which are finite.
+    /// The extent of positions, which are finite.
     pub fn of(positions: &[DVec3]) -> Self {
         let mut extent = Extent::default();
         positions.iter().for_each(|&position| extent.add(position));
@@ -39,12 +39,12 @@ impl Extent {
         self.low.x > self.high.x
     }
 
-    /// The coordinate of largest magnitude; 0 of none.
+    /// The coordinate of largest magnitude. 0 of none.
     pub fn largest(&self) -> f64 {
         if self.is_empty() { 0.0 } else { self.low.abs().max(self.high.abs()).max_element() }
     }
 
-    /// The longest side of the box; 0 of none.
+    /// The longest side of the box. 0 of none.
     pub fn side(&self) -> f64 {
         if self.is_empty() { 0.0 } else { (self.high - self.low).max_element() }
     }

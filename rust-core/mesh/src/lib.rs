@@ -43,7 +43,7 @@ use glam::DVec3;
 
 use base::error::{Error, Result};
 
-/// A triangle mesh; triangles turn counter-clockwise seen from outside.
+/// A triangle mesh. Triangles turn counter-clockwise seen from outside.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TriMesh {
     /// Coordinates of the vertices.
@@ -54,11 +54,10 @@ pub struct TriMesh {
     pub vertex_attributes: Vec<Attribute>,
     /// One entry a triangle each.
     pub face_attributes: Vec<Attribute>,
-    /// How far each vertex may be moved by rounding its coordinates without breaking what was certified of the mesh, in the
-    /// unit of the coordinates; `None` where nothing was. Files that can hold double precision do where single precision
-    /// would move a vertex farther.
+    /// How far each vertex may be moved by rounding its coordinates without breaking what was certified of the mesh, in the unit of the
+    /// coordinates. `None` if nothing was. Files that can hold double precision do where single precision would move a vertex farther.
     pub rounding_room: Option<f64>,
-    /// The system that the coordinates are in; `None` where that is not known, and where they are in a frame of their own.
+    /// The system that the coordinates are in. `None` if that is not known, or they are in a frame of their own.
     pub crs: Option<Crs>,
 }
 
@@ -96,7 +95,7 @@ impl AttributeData {
         }
     }
 
-    /// The entries at some places, in their order; a place may come more than once.
+    /// The entries at some places, in their order. A place may come more than once.
     ///
     /// # Panics
     /// If there is no such entry.
@@ -166,7 +165,7 @@ impl TriMesh {
         self.triangles[t].map(|v| self.positions[v as usize])
     }
 
-    /// How far single precision moves the vertex that it moves farthest; 0 where it holds all coordinates.
+    /// Distance by which single precision moves the vertex that it moves farthest. 0 if it holds all coordinates.
     pub fn single_rounding(&self) -> f64 {
         self.positions.iter().map(|p| p.distance(p.as_vec3().as_dvec3())).fold(0.0, f64::max)
     }

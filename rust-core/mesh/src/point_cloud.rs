@@ -4,7 +4,7 @@ use glam::{DAffine3, DVec3};
 
 use crate::Crs;
 
-/// Scattered points with optional attributes; every present attribute has one entry a point.
+/// Scattered points with optional attributes. Every present attribute has one entry per point.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PointCloud {
     /// Coordinates in the cloud's own frame.
@@ -15,11 +15,11 @@ pub struct PointCloud {
     pub colour: Option<Vec<[u8; 4]>>,
     /// Strength of the returned signal, in the file's own unit.
     pub intensity: Option<Vec<f32>>,
-    /// Where all points were seen from, in the cloud's own frame; `None` where that is not known, or it was not one place.
+    /// The place that all points were seen from, in the cloud's own frame. `None` if that is not known, or it was not one place.
     pub sensor: Option<DVec3>,
     /// Places the cloud in the world.
     pub world_from_cloud: DAffine3,
-    /// The system of the world that it is placed in; `None` where that is not known.
+    /// The system of the world that it is placed in. `None` if that is not known.
     pub crs: Option<Crs>,
 }
 

@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::{Attribute, Crs, TriMesh};
 use base::error::{Error, Result};
 
-/// A mesh of quads; they turn counter-clockwise seen from outside.
+/// A mesh of quads. They turn counter-clockwise seen from outside.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct QuadMesh {
     /// Coordinates of the vertices.

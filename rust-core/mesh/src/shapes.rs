@@ -8,7 +8,7 @@ use glam::{DVec2, DVec3};
 
 use crate::TriMesh;
 
-/// A shape that is its formula; lengths in world units.
+/// A shape that is its formula. Lengths are in world units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Shape {
     /// Ball of this radius.
@@ -43,7 +43,7 @@ pub enum Shape {
 }
 
 impl Shape {
-    /// Exact distance of a point from the surface; negative inside (never for the plane).
+    /// Exact distance of a point from the surface. Negative inside (never for the plane).
     pub fn distance(&self, p: DVec3) -> f64 {
         match *self {
             Shape::Sphere { radius } => p.length() - radius,
@@ -60,8 +60,8 @@ impl Shape {
         }
     }
 
-    /// The shape as triangles whose vertices lie on it exactly; their number grows with the square of `detail`, the number
-    /// of pieces of a quarter turn or of an edge, at least 1. Flat parts are exact, curved ones are inscribed.
+    /// The shape as triangles whose vertices lie on it exactly. Their number grows with the square of `detail`, the number of pieces of a
+    /// quarter turn or of an edge, at least 1. Flat parts are exact, curved ones are inscribed.
     pub fn mesh(&self, detail: usize) -> TriMesh {
         let n = detail.max(1);
         match *self {

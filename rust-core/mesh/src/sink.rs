@@ -15,14 +15,14 @@ const MOST_VERTICES: u64 = 1 << 32;
 /// Rows of a mesh in memory that are handed over at once.
 const PIECE: usize = 1 << 14;
 
-/// What a mesh that is handed over will have.
+/// Outline of a mesh that is handed over.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MeshOutline {
     /// Vertices.
     pub vertices: u64,
     /// Triangles.
     pub triangles: u64,
-    /// Where all its vertices lie.
+    /// Extent of all its vertices.
     pub extent: Extent,
     /// Attributes of the vertices, without entries.
     pub vertex_attributes: Vec<Attribute>,
@@ -55,7 +55,7 @@ pub trait MeshSink: Send {
     /// A mesh as a whole, and nothing else: to begin is part of it.
     ///
     /// # Errors
-    /// It can't take it; cancelled.
+    /// It can't take it, or it is cancelled.
     fn whole(&mut self, mesh: TriMesh, progress: &Progress<'_>) -> Result<()> {
         mesh.hand_over(self, progress)
     }
@@ -97,7 +97,7 @@ impl AttributeData {
 }
 
 impl TriMesh {
-    /// What it has, as it is told where it is handed over.
+    /// Its outline, as it is told when it is handed over.
     pub fn outline(&self) -> MeshOutline {
         let blank = |list: &[Attribute]| {
             let blank = |of: &Attribute| Attribute { name: of.name.clone(), data: of.data.blank(0) };
@@ -118,7 +118,7 @@ impl TriMesh {
     /// Hands itself over, in order, a few at a time.
     ///
     /// # Errors
-    /// The sink's; cancelled.
+    /// The sink's, or cancelled.
     pub fn hand_over<S: MeshSink + ?Sized>(&self, sink: &mut S, progress: &Progress<'_>) -> Result<()> {
         let some = |list: &[Attribute], range: &Range<usize>| -> Vec<AttributeData> {
             let places: Vec<usize> = range.clone().collect();

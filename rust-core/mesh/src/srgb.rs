@@ -1,11 +1,11 @@
-//! Colours as light: bytes of sRGB are even to the eye; what they stand for can be added.
+//! Colours as light: bytes of sRGB are even to the eye. The light that they stand for can be added.
 //!
 //! Means of colours are formed here, and nowhere else: of whole numbers, so that no order matters, and a mean of equal
 //! colours is that colour.
 
 use std::sync::LazyLock;
 
-/// The light of white, byte 255; bytes of the darkest colours lie 20 units apart.
+/// The light of white, byte 255. Bytes of the darkest colours lie 20 units apart.
 pub const WHITE: u16 = u16::MAX;
 
 /// Bits of light that one first guess of its byte holds for: no two bytes begin in as short a range.
@@ -67,7 +67,7 @@ impl Mix {
         }
     }
 
-    /// The mean: alpha is the mean alpha; black of alpha 0 where no colour is.
+    /// The mean. Alpha is the mean alpha. Black of alpha 0 if there is no colour.
     pub fn colour(&self) -> [u8; 4] {
         let Mix { light, present, weight } = *self;
         if present == 0 {
@@ -88,7 +88,7 @@ impl Mix {
         mix.colour()
     }
 
-    /// Adds a colour by its share of the whole; less than a 65536th counts as none.
+    /// Adds a colour by its share of the whole. Less than a 65536th counts as none.
     #[inline]
     pub fn add_share(&mut self, colour: [u8; 4], share: f32) {
         self.add(colour, (share * 65_536.0 + 0.5) as u32);

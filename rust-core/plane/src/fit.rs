@@ -50,8 +50,8 @@ pub struct Fitted {
     pub is_upside_down: bool,
 }
 
-/// The plane with most samples; `None` where samples are on a line. `tolerance` is how far off they may lie; it follows from how they
-/// scatter where it is not given.
+/// The plane with most samples. `None` if samples are on a line. `tolerance` is how far off they may lie. If it is not given, it follows
+/// from how they scatter.
 ///
 /// # Errors
 /// Cancelled.
@@ -140,7 +140,7 @@ fn fitted(
     Ok((on >= 3).then_some(Fitted { centre, normal, width, on, beside, spread, is_upside_down: false }))
 }
 
-/// The plane of least squares of the samples near a plane: its centre and normal; `None` where they are on a line.
+/// The plane of least squares of the samples near a plane: its centre and normal. `None` if they are on a line.
 fn least_squares(pool: &Pool, centre: DVec3, normal: DVec3, width: f64) -> Option<(DVec3, DVec3)> {
     let on = || pool.points.iter().map(|sample| sample.at - centre).filter(|away| normal.dot(*away).abs() <= width);
     let (mut count, mut sum) = (0.0, DVec3::ZERO);
@@ -164,8 +164,8 @@ fn least_squares(pool: &Pool, centre: DVec3, normal: DVec3, width: f64) -> Optio
     is_flat.then(|| (centre + middle, DVec3::from(axes[0])))
 }
 
-/// Above is where the samples of the plane were seen from, if most of them say the same; else where most of the others lie; else
-/// where the normal's largest component is positive.
+/// Above is the side that the samples of the plane were seen from, if most of them say the same. Else it is the side on which most of the
+/// others lie. Else it is the side on which the normal's largest component is positive.
 fn is_upside_down(pool: &Pool, plane: &Fitted) -> bool {
     let (mut seen, mut voices, mut others) = (0_i64, 0_i64, 0_i64);
     for sample in &pool.points {

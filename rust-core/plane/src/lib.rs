@@ -6,8 +6,7 @@
 //! | `pool` | some samples of each scan, in an order of their own |
 //! | `fit` | planes through three samples \[FB81\], the best of them by least squares |
 //!
-//! Whatever is drawn at random is drawn from the pool with fixed seeds, so that neither the order of the scans nor the number of
-//! threads counts.
+//! Random samples are drawn from the pool with fixed seeds, so that neither the order of the scans nor the number of threads counts.
 
 mod fit;
 mod operation;
@@ -30,8 +29,8 @@ const PLAN: Plan = &[("reading scans", 0.9), ("finding the plane", 0.1)];
 /// The plane that most samples lie on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DominantPlane {
-    /// Above is the side that its samples were seen from; where that is not known, the side on which most of the others lie. Its margin
-    /// takes what its samples scatter by along: removing what the plane holds removes the table or the ground.
+    /// Above is the side that its samples were seen from. If that is not known, it is the side on which most of the others lie. Its margin
+    /// takes in the scatter of its samples: removing what the plane holds removes the table or the ground.
     pub plane: Plane,
     /// The share of the samples that lie on it.
     pub share: f64,
@@ -41,12 +40,12 @@ pub struct DominantPlane {
 
 /// Finds the dominant plane of scans where they lie.
 ///
-/// Of each scan some samples are looked at, a quarter of a million in all; the result is the same for any order of the scans and any
-/// number of threads. O(samples) for reading.
+/// Of each scan some samples are looked at, a quarter of a million in all. The result is the same for any order of the scans and any number
+/// of threads. O(samples) for reading.
 ///
 /// # Errors
-/// Parameters out of range; scans that can't be read; none, or fewer than three samples; samples that lie on a line; no plane that
-/// stands out; [`Error::Cancelled`].
+/// Parameters out of range. Scans that can't be read. No scans, or fewer than three samples. Samples that lie on a line. No plane that
+/// stands out. [`Error::Cancelled`].
 pub fn dominant(sources: &[&dyn ScanSource], params: &PlaneParams, progress: &Progress<'_>) -> Result<DominantPlane> {
     params.validate()?;
     common_crs(sources)?;

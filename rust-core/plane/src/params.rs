@@ -11,7 +11,7 @@ base::params! {
             .from_data("three times what its samples scatter by, at most a hundredth of what the scans extend over").above(0.0),
         /// A plane on which a smaller share of the samples lies is refused.
         min_share: f64 = ratio("Min share").default(0.05).at_most(1.0),
-        /// What lies at most so far above the plane is removed with it.
+        /// Points that lie at most so far above the plane are removed with it.
         margin: Option<f64> = length("Margin")
             .from_data("four times what its samples scatter by"),
     }

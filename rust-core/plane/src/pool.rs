@@ -29,15 +29,15 @@ pub struct Pool {
     pub points: Vec<Sample>,
     /// In the world: amid the samples, so that coordinates are small.
     pub origin: DVec3,
-    /// What nearly all samples extend over.
+    /// Extent of nearly all samples.
     pub extent: f64,
 }
 
 impl Pool {
-    /// Reads scans. O(samples); what is kept of them takes some megabytes.
+    /// Reads scans. O(samples). The samples that are kept take some megabytes.
     ///
     /// # Errors
-    /// What reading can meet, of the first scan that can't be read; a place too large; cancelled.
+    /// Errors of reading, of the first scan that can't be read. A place too large. Cancelled.
     pub fn of(sources: &[&dyn ScanSource], progress: &Progress<'_>) -> Result<Pool> {
         let share = (MOST / sources.len().max(1)).max(LEAST);
         memory::foresee(sources.len(), (2 * share * size_of::<Sample>()) as f64, "finding the plane of", "scans")?;
@@ -57,7 +57,7 @@ impl Pool {
         let (origin, extent) = (0.5 * (low + high), (high - low).length());
         points.iter_mut().for_each(|sample| sample.at -= origin);
         let scale = f64::from(1_u32 << BITS) / (high - low).max_element().max(magnitude::SMALLEST);
-        // Where places are the same, so are the keys and all that follows.
+        // If places are the same, so are the keys and all that follows.
         let bits = |v: DVec3| v.to_array().map(|x| (x + 0.0).to_bits());
         let key = |sample: &Sample| (along(sample.at * scale), bits(sample.at), bits(sample.outward));
         points.par_sort_by_cached_key(key);

@@ -1,4 +1,4 @@
-//! Where a virtual scanner stands and how its pixels see.
+//! Virtual cameras: where a virtual scanner stands and how its pixels see.
 
 use glam::{DAffine3, DMat3, DVec3};
 
@@ -51,7 +51,7 @@ impl VirtualCamera {
         })
     }
 
-    /// A depth camera at `eye` that looks at `target`; `height_angle` is the angle between its first and its last row.
+    /// A depth camera at `eye` that looks at `target`. `height_angle` is the angle between its first and its last row.
     ///
     /// # Errors
     /// [`Error::Input`] for an angle that is not between 0 and pi, or a number that can't be computed with.
@@ -146,7 +146,7 @@ struct Axes {
     toward: DVec3,
 }
 
-/// Axes of a viewer that looks `toward`, along -z if that is zero, with `up` upward; any upright ones where `up` says nothing.
+/// Axes of a viewer that looks `toward`, along -z if that is zero, with `up` upward. Any upright ones if `up` says nothing.
 fn axes(toward: DVec3, up: DVec3) -> Result<Axes> {
     for (name, given) in [("the direction a camera looks in", toward), ("the camera's vertical", up)] {
         if given != DVec3::ZERO {
@@ -176,7 +176,7 @@ pub struct TurntableViews {
     pub up: DVec3,
     /// Pixels across the diagonal of the bounds. An orthographic image has as many rows and columns as the bounds need.
     pub pixels: usize,
-    /// Angle between the first and the last row of a pinhole camera, in radians; `None`: orthographic cameras.
+    /// Angle between the first and the last row of a pinhole camera, in radians. `None`: orthographic cameras.
     pub height_angle: Option<f64>,
 }
 
@@ -199,7 +199,7 @@ impl Default for TurntableViews {
 ///
 /// # Errors
 /// [`Error::Input`] for bounds or a vertical that aren't finite or have no size, or an angle that isn't between 0 and pi.
-/// [`Error::OutOfMemory`]; [`Error::Cancelled`].
+/// [`Error::OutOfMemory`]. [`Error::Cancelled`].
 pub fn turntable(
     (lo, hi): (DVec3, DVec3),
     table: &TurntableViews,

@@ -44,7 +44,7 @@ use mesh::{AttributeData, TriMesh};
 use rays::{TILE, Tiles};
 
 base::params! {
-    /// What a virtual scanner adds to the truth. The defaults add nothing.
+    /// Errors that a virtual scanner adds to the truth. The defaults add nothing.
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct ScanParams of "scan" with threads {
         /// Standard deviation of the Gaussian noise along each ray.
@@ -55,7 +55,8 @@ base::params! {
         quantum: f64 = length("Quantum").off("they stay as they are"),
         /// Share of the pixels that give no value, whatever they see.
         dropout: f64 = ratio("Dropout").at_most(1.0),
-        /// Share of further pixels that give no value where the ray grazes the surface; it falls with (1 - cos)^4 to 0 where the ray is perpendicular to it.
+        /// Share of further pixels that give no value where the ray grazes the surface. It falls with (1 - cos)^4 to 0 where the ray is
+        /// perpendicular to the surface.
         dropout_grazing: f64 = ratio("Dropout grazing").at_most(1.0),
         /// Largest distance from the sensor at which a surface is seen. Orthographic sensors are infinitely far away and take none.
         max_range: Option<f64> = length("Max range").from_data("none, everything in sight is seen").above(0.0),
@@ -65,7 +66,7 @@ base::params! {
         pose_shift: f64 = length("Pose shift"),
         /// Standard deviation of the angle of the error of the reported orientation, about the centre of what was seen.
         pose_turn: f64 = angle("Pose turn").at_most(std::f64::consts::PI),
-        /// Number all randomness follows from; give each scan its own.
+        /// Number all randomness follows from. Give each scan its own.
         seed: u64 = count("Seed").at_most(9_007_199_254_740_992.0),
     }
     checked by lengths
@@ -82,10 +83,10 @@ impl ScanParams {
 
 /// Scans a mesh.
 ///
-/// `bvh` is built from the mesh's own positions and triangles. The image has the camera's projection and a value for
-/// every pixel whose ray meets the mesh, exact up to rounding where `params` add nothing. Its pose is the camera's, with
-/// the error that `params` ask for; the camera keeps the true one. Where the mesh has the vertex attribute `colour`, the
-/// image has colours, mixed by the weights of the triangle's corners. The normal of a triangle is that of its corners.
+/// `bvh` is built from the mesh's own positions and triangles. The image has the camera's projection and a value for every pixel whose ray
+/// meets the mesh, exact up to rounding if `params` add nothing. Its pose is the camera's, with the error that `params` ask for; the camera
+/// keeps the true one. If the mesh has the vertex attribute `colour`, the image has colours, mixed by the weights of the triangle's
+/// corners. The normal of a triangle is that of its corners.
 ///
 /// # Guarantees
 /// The same image for any number of threads. Randomness depends on the seed and the pixel's index alone, so the same
@@ -95,8 +96,8 @@ impl ScanParams {
 /// Time: one ray a pixel, see [`Bvh::first_hits`]. Memory: the image.
 ///
 /// # Errors
-/// Parameters out of range; a camera that isn't usable; a `bvh` of another mesh; [`Error::OutOfMemory`] for an image that
-/// does not fit; [`Error::Cancelled`].
+/// Parameters out of range. A camera that isn't usable. A `bvh` of another mesh. [`Error::OutOfMemory`] for an image that does not fit.
+/// [`Error::Cancelled`].
 pub fn scan(
     mesh: &TriMesh,
     bvh: &Bvh<'_>,
@@ -197,7 +198,7 @@ impl Shooter<'_> {
         }
     }
 
-    /// What the pixel reports of its hit.
+    /// The value that the pixel reports of its hit.
     fn value(&self, row: usize, col: usize, ray: &Ray, hit: &Hit) -> Option<f64> {
         if hit.from_behind && !self.params.backfaces {
             return None;

@@ -1,4 +1,4 @@
-//! What a real scanner adds to the truth, from a hash of seed, pixel and purpose: no state, so no order of evaluation.
+//! Errors of a real scanner beside the truth, from a hash of seed, pixel and purpose: no state, so no order of evaluation.
 
 use glam::{DAffine3, DQuat, DVec3};
 
@@ -42,8 +42,8 @@ fn normal(seed: u64, purpose: Purpose, index: u64) -> f64 {
     (-2.0 * u.ln()).sqrt() * (std::f64::consts::TAU * v).cos()
 }
 
-/// Error of a pixel along its ray in world units; `None` if the pixel drops out. `cosine` is the cosine between its ray and
-/// the surface's normal.
+/// Error of a pixel along its ray in world units. `None` if the pixel drops out. `cosine` is the cosine between its ray and the surface's
+/// normal.
 pub(super) fn along_ray(params: &ScanParams, pixel: u64, cosine: impl FnOnce() -> f64) -> Option<f64> {
     let needs_cosine = params.noise > 0.0 && params.noise_grazing > 0.0 || params.dropout_grazing > 0.0;
     let cosine = if needs_cosine { cosine() } else { 1.0 };

@@ -29,7 +29,7 @@ pub(super) struct Tiles {
     world_from_sensor: DAffine3,
     /// Value of a sample over the `t` of its hit.
     pub value_per_t: f64,
-    /// Where rays start.
+    /// Start of the rays.
     pub t_min: f64,
     /// Longest distance that is seen, world units.
     pub max_range: f64,
@@ -38,7 +38,7 @@ pub(super) struct Tiles {
 enum Kind {
     /// x of the columns, y of the rows.
     Orthographic(Vec<f64>, Vec<f64>),
-    /// The same on the plane z = 1; whether directions have length 1 (values are lengths) or z = 1 (values are z).
+    /// The same on the plane z = 1. Whether directions have length 1 (values are lengths) or z = 1 (values are z).
     Pinhole(Vec<f64>, Vec<f64>, DepthKind),
     /// Cosine and sine of the columns' azimuths and of the rows' elevations.
     Spherical(Vec<(f64, f64)>, Vec<(f64, f64)>),

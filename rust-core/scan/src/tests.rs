@@ -69,7 +69,7 @@ fn ranges_of_a_sphere_are_exact_in_every_projection() {
         for pixel in (0..image.len()).filter(|&i| image.is_valid(i)) {
             let p = image.point_in_sensor(pixel);
             let (origin, direction) = camera.projection.ray(pixel / camera.cols, pixel % camera.cols, p);
-            // Where the pixel's own ray meets the sphere.
+            // The place where the pixel's own ray meets the sphere.
             let m = origin - centre;
             let b = m.dot(direction);
             let exact = -b - (b * b - m.length_squared() + 1.0).sqrt();

@@ -1,4 +1,4 @@
-//! Checks of a mesh before it is printed: closed, manifold, without crossings; parts, volume, weight, walls, overhangs.
+//! Checks of a mesh before it is printed: closed, manifold, without crossings. Also parts, volume, weight, walls and overhangs.
 //!
 //! Nothing is repaired. Topology is judged by [`mesh::check()`], crossings by exact predicates, walls by the mesh's hierarchy of boxes:
 //! none of it shares code with closing.
@@ -37,7 +37,7 @@ pub struct PrintPart {
     pub faces: usize,
     /// Its area.
     pub area: f64,
-    /// Its volume; negative for a cavity, and for a part that is inside out. Of an open part it depends on where the origin lies.
+    /// Its volume. Negative for a cavity, and for a part that is inside out. Of an open part it depends on where the origin lies.
     pub volume: f64,
 }
 
@@ -46,19 +46,19 @@ pub struct PrintPart {
 pub struct PrintReport {
     /// Closed, manifold, oriented.
     pub topology: CheckReport,
-    /// Pairs of faces that cross, the smaller number first, rising; exact.
+    /// Pairs of faces that cross, the smaller number first, rising. Exact.
     pub crossings: Vec<[u32; 2]>,
     /// Parts in the order of their first faces.
     pub parts: Vec<PrintPart>,
     /// Size along x, y and z.
     pub size: DVec3,
-    /// Volume of all parts together; `None` unless the mesh is closed.
+    /// Volume of all parts together. `None` unless the mesh is closed.
     pub volume: Option<f64>,
-    /// Volume times density; `None` without either.
+    /// Volume times density. `None` without either.
     pub weight: Option<f64>,
-    /// Of each face how thick the wall behind its centre is; infinite behind a face without area.
+    /// Thickness of the wall behind the centre of each face. Infinite behind a face without area.
     pub walls: Vec<Wall>,
-    /// The face whose wall is thinnest, the first of several; `None` where no face has anything behind it.
+    /// The face whose wall is thinnest, the first of several. `None` if no face has anything behind it.
     pub thinnest: Option<u32>,
     /// Largest distance of a corner from the centre of its face. Walls are measured at centres: where faces are larger than walls are
     /// thick, a wall may be thinner between them.
@@ -80,7 +80,7 @@ pub struct PrintReport {
 /// Time O(n log n) for n faces of which few cross.
 ///
 /// # Errors
-/// Parameters out of range; a mesh with an index out of range or a coordinate that is not finite; [`base::Error::OutOfMemory`];
+/// Parameters out of range. A mesh with an index out of range or a coordinate that is not finite. [`base::Error::OutOfMemory`].
 /// [`base::Error::Cancelled`].
 pub fn check_print(mesh: &TriMesh, params: &PrintParams, progress: &Progress<'_>) -> Result<PrintReport> {
     params.validate()?;

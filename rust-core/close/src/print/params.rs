@@ -14,7 +14,7 @@ base::params! {
         overhang: f64 = angle("Overhang").default(std::f64::consts::FRAC_PI_4).at_most(std::f64::consts::FRAC_PI_2).since("0.3"),
     }
     besides {
-        /// Away from the ground; zero for z.
+        /// Away from the ground. Zero for z.
         up: glam::DVec3,
     }
 }

@@ -1,8 +1,8 @@
 //! How thick the wall behind a face is: by a ray and by a ball.
 //!
-//! The ball touches the face's centre from inside and is the largest one that no face enters: found by shrinking. \[MBC12\]
-//! It bounds the ray from below: a ray that leaves a wedge slantwise, or slips past an edge, says more than the wall has. Beside a convex
-//! edge the ball is small, though nothing there is thin: it counts only where the face that it meets faces away from its own.
+//! The ball touches the face's centre from inside and is the largest one that no face enters, found by shrinking. \[MBC12\] It bounds the
+//! ray from below: a ray that leaves a wedge slantwise, or slips past an edge, says more than the wall has. Beside a convex edge the ball
+//! is small, though nothing there is thin. So it counts only if the face that it meets faces away from its own.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -24,11 +24,11 @@ const TURNED: f64 = -0.5;
 /// Thickness behind the centre of a face.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wall {
-    /// From the centre to the next face against the normal; infinite where there is none.
+    /// Distance from the centre to the next face against the normal. Infinite if there is none.
     pub ray: f64,
-    /// Diameter of the largest ball inside that touches the centre, at most `ray`; infinite where nothing is met.
+    /// Diameter of the largest ball inside that touches the centre, at most `ray`. Infinite if nothing is met.
     pub ball: f64,
-    /// The ball's diameter where the face that it meets is turned by 120 degrees or more, so that both are sides of a wall; else the ray.
+    /// The ball's diameter if the face that it meets is turned by 120 degrees or more, so that both are sides of a wall. Else the ray.
     pub thickness: f64,
 }
 

@@ -110,7 +110,7 @@ fn creases_end_at_a_border_or_in_the_middle() {
         assert_same_topology(&roof(false), &whole, "roof");
         assert!((length(&sharp_edges(&whole.mesh)) - 24.0).abs() < 1e-9, "{}", length(&sharp_edges(&whole.mesh)));
     }
-    // Where it turns by less than the angle, no crease is found.
+    // If it turns by less than the angle, no crease is found.
     let fading = cluster(&roof(true), Resolution::Vertices(200)).unwrap();
     assert_same_topology(&roof(true), &fading, "fading roof");
     let on_ridge = fading.mesh.positions.iter().filter(|p| p.x == 12.0 && p.y < 8.0).count();

@@ -109,7 +109,7 @@ fn any_number_of_vertices_and_cancelled_at_any_check() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(base::tier::cases(32)))]
 
-    /// Whatever triangles are thrown together, what comes out is a manifold of the same topology at any number.
+    /// A soup of any triangles becomes a manifold of the same topology at any number.
     #[test]
     fn any_soup_becomes_a_manifold_with_a_least_angle(
         triangles in prop::collection::vec([0..12_u32, 0..12_u32, 0..12_u32], 1..40),

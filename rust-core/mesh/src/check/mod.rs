@@ -1,7 +1,7 @@
 //! Independent check of a mesh: is it what a surface must be, and what is its topology?
 //!
-//! It shares no code with the algorithms whose results it judges. Everything follows from the stars of the vertices: the
-//! corners that meet in a vertex are collected, and their outer ends sorted; equal ends are the sides of one edge.
+//! It shares no code with the algorithms whose results it judges. Everything follows from the stars of the vertices: the corners that meet
+//! in a vertex are collected, and their outer ends sorted. Equal ends are the sides of one edge.
 
 use std::fmt;
 
@@ -27,7 +27,8 @@ pub const OPERATION: Operation = Operation {
 };
 
 base::report! {
-    /// What a mesh is as a surface: counts, and what follows from them. Triangles that name a vertex out of range or a vertex twice are counted, then left out of all that follows; so are vertices without a triangle.
+    /// A mesh as a surface: counts, and what follows from them. Triangles that name a vertex out of range or a vertex twice are counted,
+    /// then left out of all that follows. So are vertices without a triangle.
     #[derive(Copy, Default, Eq)]
     pub struct CheckReport {
         /// Triangles, all of them.
@@ -94,7 +95,7 @@ impl CheckReport {
         self.is_manifold() && self.boundary_edges == 0
     }
 
-    /// Sum of the genera of all components, boundary loops taken as closed by disks; `None` unless the mesh is a manifold.
+    /// Sum of the genera of all components, boundary loops taken as closed by disks. `None` unless the mesh is a manifold.
     pub fn genus(&self) -> Option<i64> {
         let boundaries = self.boundary_loops as i64;
         self.is_manifold().then(|| (2 * self.components as i64 - boundaries - self.euler_characteristic) / 2)
@@ -127,9 +128,8 @@ impl fmt::Display for CheckReport {
     }
 }
 
-/// Checks `mesh`; vertices are the same if they have the same index. Any input is welcome, also a broken one. O(t log d)
-/// for t triangles and d of them at a vertex; about 0.1 s and 50 bytes a triangle for 800,000
-/// triangles.
+/// Checks `mesh`. Vertices are the same if they have the same index. Any input is welcome, also a broken one. O(t log d) for t triangles
+/// and d of them at a vertex. About 0.1 s and 50 bytes a triangle for 800,000 triangles.
 ///
 /// # Panics
 /// With 2^31 triangles or more.
@@ -140,7 +140,7 @@ pub fn check(mesh: &TriMesh) -> CheckReport {
 /// [`check`] that foresees its memory and stops when it is cancelled.
 ///
 /// # Errors
-/// [`Error::Input`] with 2^31 triangles or more; [`Error::OutOfMemory`]; [`Error::Cancelled`].
+/// [`Error::Input`] with 2^31 triangles or more. [`Error::OutOfMemory`]. [`Error::Cancelled`].
 pub fn try_check(mesh: &TriMesh, progress: &Progress<'_>) -> Result<CheckReport> {
     foresee(mesh, BYTES_A_TRIANGLE)?;
     progress.plan(&[("checking", 1.0)]);
@@ -196,7 +196,7 @@ fn foresee(mesh: &TriMesh, bytes_a_triangle: f64) -> Result<()> {
 
 /// Most triangles.
 const MOST: usize = i32::MAX as usize;
-/// At the peak; measured.
+/// At the peak. Measured.
 const BYTES_A_TRIANGLE: f64 = 4.0;
 const BYTES_A_VERTEX: f64 = 106.0;
 /// With their corners welded.
@@ -285,7 +285,7 @@ struct Scratch {
     smallest: Vec<Corner>,
 }
 
-/// Counts what the star of `v` shows; an edge counts at its smaller end, a triangle at its smallest vertex.
+/// Counts what the star of `v` shows. An edge counts at its smaller end, a triangle at its smallest vertex.
 fn look_at(v: u32, star: &[Corner], scratch: &mut Scratch, report: &mut CheckReport, boundary: &mut Vec<[u32; 2]>) {
     report.vertices += 1;
     let Scratch { ends, fans, smallest } = scratch;

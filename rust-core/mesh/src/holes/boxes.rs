@@ -1,4 +1,4 @@
-//! Which boxes meet, whatever their sizes and however they lie.
+//! Boxes that meet, whatever their sizes and however they lie.
 
 use rustc_hash::FxHashMap;
 
@@ -12,8 +12,8 @@ type Cell = (i32, [i64; 3]);
 
 /// All pairs of boxes that meet, each as the larger number and the smaller one, rising.
 ///
-/// A box lies in the cell of its centre in the grid whose cells are two to four times as wide as it is long; so what meets
-/// it lies in a cell beside its own, in the grid of its own level or, if larger, in one of the others that are in use.
+/// A box lies in the cell of its centre in the grid whose cells are two to four times as wide as it is long. So a box that meets it lies in
+/// a cell beside its own, in the grid of its own level or, if larger, in one of the others that are in use.
 ///
 /// Cost: O(n) for n boxes of which few meet, for each of the levels in use.
 ///

@@ -1,9 +1,8 @@
 //! Positions of the new vertices that make the fill as smooth as its surroundings. \[Lie03, sec. 5\]
 //!
-//! The umbrella of a vertex is its distance from a weighted mean of its neighbours. The fair fill is the one whose
-//! umbrellas, at the new vertices and at those of the loop, have the least sum of squares (each by the square of the edge
-//! lengths around): a thin plate clamped to the surface around. The weights are mean value coordinates \[Flo03\] of the
-//! fill before fairing.
+//! The umbrella of a vertex is its distance from a weighted mean of its neighbours. The fair fill is the one whose umbrellas, at the new
+//! vertices and at those of the loop, have the least sum of squares, each by the square of the edge lengths around. It is a thin plate
+//! clamped to the surface around. The weights are mean value coordinates \[Flo03\] of the fill before fairing.
 
 use glam::DVec3;
 
@@ -24,7 +23,7 @@ const MOST_STEPS: usize = 400;
 /// One umbrella: `own + sum(weight * new vertex)` must become small.
 #[derive(Clone, Default)]
 struct Row {
-    /// What the fixed vertices contribute.
+    /// The part of the fixed vertices.
     fixed: DVec3,
     /// First entry in the list of entries.
     first: usize,

@@ -33,7 +33,7 @@ impl Fill {
         [self.patch.points.len() - self.patch.loop_len, self.patch.triangles.len()]
     }
 
-    /// Appends the fill to the mesh; `hole` are the vertices of its loop.
+    /// Appends the fill to the mesh. `hole` are the vertices of its loop.
     pub fn append(
         &self,
         hole: &[u32],
@@ -92,7 +92,7 @@ fn corners(patch: &Patch) -> Vec<[DVec3; 3]> {
     (0..patch.triangles.len()).map(|t| patch.corners(t)).collect()
 }
 
-/// What the mesh is like along a loop.
+/// The mesh along a loop.
 pub(super) struct Rim {
     /// Unit normal of the triangle at the edge from vertex i to the next.
     pub normals: Vec<Option<DVec3>>,
@@ -204,7 +204,7 @@ pub(super) fn crosses(own: &[[DVec3; 3]], obstacles: &[[DVec3; 3]]) -> bool {
             j += 1;
         }
     }
-    // What is left of the others may still meet the last of the patch.
+    // The rest of the others may still meet the last of the patch.
     others[j..].iter().any(|b| {
         open_own.retain(|&o| own[o].0.max[axis] >= begin(b));
         open_own.iter().any(|&o| meet(&own[o], b))

@@ -7,8 +7,8 @@ use base::progress::Progress;
 use geom::delaunay2::polygon;
 use geom::span;
 
-/// Triangles over a loop's vertices, running through its edges forward; `None` if it lies in no plane, crosses or touches itself there, or an edge
-/// would connect what must not be.
+/// Triangles over a loop's vertices, running through its edges forward. `None` if it lies in no plane, crosses or touches itself there, or
+/// an edge would connect what must not be connected.
 ///
 /// # Errors
 /// [`base::Error::Cancelled`].

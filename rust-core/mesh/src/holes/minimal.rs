@@ -1,8 +1,8 @@
 //! Loop -> triangulation without new vertices: of least bend, then of least area. \[Lie03, sec. 3\]
 //!
-//! The bend of a triangulation is its largest angle between the normals of neighbouring triangles, those of the mesh
-//! around it included: a hole over a ridge gets a ridge, and a fill never folds back over the mesh if it need not. Best
-//! triangulations of all sub-chains i..j are built up from shorter ones: O(n^3) time, O(n^2) memory.
+//! The bend of a triangulation is its largest angle between the normals of neighbouring triangles, those of the mesh around it included. A
+//! hole over a ridge gets a ridge, and a fill never folds back over the mesh if it need not. Best triangulations of all sub-chains i..j are
+//! built up from shorter ones: O(n^3) time, O(n^2) memory.
 
 use std::collections::BTreeSet;
 
@@ -33,8 +33,7 @@ impl Loop<'_> {
         !self.taken.contains(&[a.min(b), a.max(b)])
     }
 
-    /// Triangles over the loop's vertices, running through its edges forward; `None` if there are none without a taken
-    /// pair.
+    /// Triangles over the loop's vertices, running through its edges forward. `None` if there are none without a taken pair.
     ///
     /// # Errors
     /// [`base::Error::Cancelled`].
@@ -84,7 +83,7 @@ impl Loop<'_> {
 /// A part of the loop, closed by chords.
 struct Polygon {
     vertices: Vec<u32>,
-    /// Unit normal beyond the edge from vertex i to the next; `None` where unknown, as beyond a chord.
+    /// Unit normal beyond the edge from vertex i to the next. `None` if unknown, as beyond a chord.
     outside: Vec<Option<DVec3>>,
 }
 
@@ -172,7 +171,7 @@ impl Table {
         Ok(table)
     }
 
-    /// Adds the triangles of the whole polygon; false if there is no triangulation.
+    /// Adds the triangles of the whole polygon. Returns false if there is no triangulation.
     fn collect(&self, polygon: &Polygon, triangles: &mut Vec<[u32; 3]>) -> bool {
         if self.cost[self.n - 1].bend == f64::INFINITY {
             return false;

@@ -9,12 +9,11 @@
 //! | 5 | `fair` | as smooth as the surroundings |
 //! | 6 | `fill`, `boxes` | tries until nothing crosses |
 //!
-//! Differences from the paper: (1) loops of more than `minimal::LARGEST` edges are cut along short chords first, because
-//! the triangulation is cubic; (2) the fair surface is the one of least squared umbrella with mean value weights, which,
-//! unlike uniform ones, leave a flat hole flat however irregular its surroundings, and, unlike cotangents, are never
-//! negative; (3) an edge that the mesh already has is never used again, and what would cross the mesh or another fill is
-//! replaced by less ambitious fills or left open; (4) in a plane all triangulations that don't fold are as good by that, and the constrained
-//! Delaunay one is taken, of loops of any length.
+//! Differences from the paper: (1) Loops of more than `minimal::LARGEST` edges are cut along short chords first, because the triangulation
+//! is cubic. (2) The fair surface is the one of least squared umbrella with mean value weights. Unlike uniform ones, they leave a flat hole
+//! flat however irregular its surroundings. Unlike cotangents, they are never negative. (3) An edge that the mesh already has is never used
+//! again. A fill that would cross the mesh or another fill is replaced by a less ambitious one, or the hole is left open. (4) In a plane
+//! all triangulations that don't fold are as good by that. The constrained Delaunay one is taken, of loops of any length.
 
 // 1. which loops there are
 mod loops;
@@ -58,7 +57,7 @@ pub enum HoleReason {
     TooLong,
     /// Not a simple loop: a vertex lies on it twice or on two loops, or it has only two edges.
     NotSimple,
-    /// Whatever would close it meets the surface or another fill.
+    /// Any fill would meet the surface or another fill.
     Crossing,
 }
 
@@ -90,7 +89,7 @@ pub struct Filled {
     pub faces: usize,
 }
 
-/// What [`close`] did.
+/// Report of [`close`].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct HoleReport {
     /// Loops closed.
@@ -111,15 +110,15 @@ pub struct HoleReport {
 /// Closes the holes of a mesh whose boundary is at most as long (in the unit of the positions) as `limit` says of its
 /// vertices.
 ///
-/// `triangles` form an oriented manifold with boundary; `boundary` are its boundary edges, each in the direction of its
-/// triangle, in any order. New vertices and triangles are appended; what is there is not touched, also not on an error.
+/// `triangles` form an oriented manifold with boundary. `boundary` are its boundary edges, each in the direction of its triangle, in any
+/// order. New vertices and triangles are appended. The old ones are not touched, also not on an error.
 ///
-/// Guarantees: if the mesh was a manifold it stays one; no new edge connects two vertices that were already connected, so
-/// there are no duplicate triangles; no new triangle crosses or touches an old or a new one except in shared vertices and
-/// edges. The order of `boundary` and the number of threads don't matter. Runs on the current rayon pool.
+/// Guarantees: if the mesh was a manifold it stays one. No new edge connects two vertices that were already connected, so there are no
+/// duplicate triangles. No new triangle crosses or touches an old or a new one except in shared vertices and edges. The order of `boundary`
+/// and the number of threads don't matter. Runs on the current rayon pool.
 ///
-/// Cost: O(v + t) for one pass over the mesh if there is anything to close; for a loop of n edges O(n^3) up to 150 edges,
-/// beyond that O(n^2) to cut it into pieces of that size; O(n log n) if it lies in a plane, exactly.
+/// Cost: O(v + t) for one pass over the mesh if there is anything to close. For a loop of n edges O(n^3) up to 150 edges, and beyond that
+/// O(n^2) to cut it into pieces of that size. O(n log n) if it lies in a plane, exactly.
 ///
 /// # Errors
 /// [`base::Error::Cancelled`].
@@ -137,8 +136,8 @@ pub fn close(
     Ok(report)
 }
 
-/// The loops of a boundary that are to be closed, by their vertices, and those that stay open; both in the order of their smallest
-/// vertices. As in [`close`]; `place` is where vertices are.
+/// The loops of a boundary that are to be closed, by their vertices, and those that stay open. Both in the order of their smallest
+/// vertices. As in [`close`]. `place` gives the places of vertices.
 pub fn sort_out(
     boundary: &[[u32; 2]],
     place: impl Fn(u32) -> DVec3,

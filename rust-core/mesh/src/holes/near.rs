@@ -194,7 +194,7 @@ struct Grid {
     near: CellSet,
     /// Number of touched cells before each word of `touched`.
     rank: Vec<u32>,
-    /// Where the holes of each touched cell begin in `holes_in`.
+    /// First hole of each touched cell in `holes_in`.
     start: Vec<u32>,
     holes_in: Vec<u32>,
     /// Holes that touch too many cells to list.

@@ -1,7 +1,7 @@
 //! Holes closed over their loops alone, for surfaces that go through given points and no others.
 //!
-//! Where noise crumples a surface, what would close a loop crosses triangles beside it, or its chords are edges already. Then
-//! one of these gives way, and the loop runs around it; else all at the loop's vertices, which are given up.
+//! Noise crumples a surface, so that each fill of a loop crosses triangles beside it, or its chords are edges already. Then one of these
+//! gives way, and the loop runs around it. Else all at the loop's vertices give way, and the vertices are given up.
 
 use std::cell::OnceCell;
 use std::collections::BTreeSet;
@@ -38,12 +38,12 @@ struct Hole {
     resists: Option<Bounds>,
 }
 
-/// Like [`super::close`] without new vertices, and gives the triangles back; those around a hole may give way, so that vertices may
-/// lose theirs. Over a loop of three edges there is but one triangle, which is taken whatever it crosses. A loop stays open if
-/// `is_wanted` denies the triangles that would close it.
+/// Like [`super::close`] without new vertices, and gives the triangles back. Those around a hole may give way, so that vertices may lose
+/// theirs. Over a loop of three edges there is but one triangle, which is taken whatever it crosses. A loop stays open if `is_wanted`
+/// denies the triangles that would close it.
 ///
-/// Cost: as [`super::close`], and for loops of up to 32 edges that resist that many times as much; up to three times that where others
-/// that are near them were closed.
+/// Cost: as [`super::close`], and for loops of up to 32 edges that resist that many times as much. Up to three times that if other loops
+/// near them were closed.
 ///
 /// # Errors
 /// [`base::Error::Cancelled`].
@@ -89,7 +89,7 @@ pub fn close_over_loops(
     Ok(triangles)
 }
 
-/// Tries the holes once that do not resist. What closes some; these are holes no more, and their vertices leave the border.
+/// Tries the holes once that do not resist. Those that are closed are holes no more, and their vertices leave the border.
 fn round(
     mesh: Mesh<'_>,
     holes: &mut Vec<Hole>,
@@ -155,7 +155,8 @@ fn round(
     Ok(lids.into_iter().map(|(lid, _)| lid).collect())
 }
 
-/// What looking for a lid depends on lies in this box: what is near, and the vertices next to the hole's, which may be on the border.
+/// All that the search for a lid depends on lies in this box: the triangles near it, and the vertices next to the hole's, which may be on
+/// the border.
 fn reach(mesh: Mesh<'_>, hole: &Hole, near: &[u32]) -> Bounds {
     let mut vertices = hole.vertices.clone();
     vertices.sort_unstable();
@@ -168,7 +169,7 @@ fn reach(mesh: Mesh<'_>, hole: &Hole, near: &[u32]) -> Bounds {
     reach
 }
 
-/// What is around a hole.
+/// Surroundings of a hole.
 struct Place<'a> {
     mesh: Mesh<'a>,
     /// Triangles in the region.
@@ -176,7 +177,7 @@ struct Place<'a> {
     /// Their boxes, from when they are first asked for.
     boxes: OnceCell<Vec<Bounds>>,
     region: Bounds,
-    /// What closes other holes.
+    /// Triangles that close other holes.
     others: &'a [[DVec3; 3]],
     /// All vertices of boundaries, rising.
     border: &'a [u32],

@@ -1,4 +1,4 @@
-//! The triangulated hole, refined until it is as fine as its surroundings. \[Lie03, sec. 4; PS96\]
+//! The triangulated hole, refined until it is as fine as its surroundings. \[Lie03, sec. 4. PS96\]
 
 use std::collections::BTreeSet;
 
@@ -24,12 +24,12 @@ pub(super) struct Patch {
     scale: Vec<f64>,
 }
 
-/// Sweeps of edge swaps between two rounds of insertion. Swaps settle in two or three sweeps; in space, unlike in the
-/// plane, nothing proves that they settle.
+/// Sweeps of edge swaps between two rounds of insertion. Swaps settle in two or three sweeps. In space, unlike in the plane, nothing proves
+/// that they settle.
 const SWEEPS: usize = 12;
 
 impl Patch {
-    /// A patch of triangles over the loop's vertices; `scale` is the length of the edges around each.
+    /// A patch of triangles over the loop's vertices. `scale` is the length of the edges around each.
     pub fn new(points: Vec<DVec3>, scale: Vec<f64>, triangles: Vec<[u32; 3]>) -> Self {
         let loop_len = points.len();
         let mut sides: Vec<([u32; 2], u32, usize)> = Vec::with_capacity(3 * triangles.len());

@@ -22,7 +22,7 @@ fn close_all(mesh: &TriMesh, limit: f64) -> (TriMesh, HoleReport) {
     (closed, report)
 }
 
-/// What must hold whatever was closed.
+/// Checks that must hold whatever was closed.
 fn check_closing(before: &TriMesh, after: &TriMesh, report: &HoleReport) {
     let (v, t) = (before.positions.len(), before.triangles.len());
     assert_eq!((report.first_vertex, report.first_triangle), (v, t));
@@ -53,7 +53,7 @@ fn joined(old: &CheckReport, new: &CheckReport) -> i64 {
     0
 }
 
-/// A mesh over a grid of `rows` x `cols` squares; with `wrap` closed along rows and columns.
+/// A mesh over a grid of `rows` x `cols` squares. With `wrap` closed along rows and columns.
 fn grid(rows: u32, cols: u32, wrap: [bool; 2], place: impl Fn(f64, f64) -> DVec3) -> TriMesh {
     let (height, width) = (rows + u32::from(!wrap[0]), cols + u32::from(!wrap[1]));
     let at = |r: u32, c: u32| (r % height) * width + c % width;

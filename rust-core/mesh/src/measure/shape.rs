@@ -5,7 +5,7 @@ use glam::DVec3;
 use crate::TriMesh;
 use base::error::Result;
 
-/// Angles of a triangle at its corners, in radians; where two corners are equal, 0 at them.
+/// Angles of a triangle at its corners, in radians. If two corners are equal, 0 at them.
 pub fn angles(corners: [DVec3; 3]) -> [f64; 3] {
     std::array::from_fn(|k| {
         let u = corners[(k + 1) % 3] - corners[k];
@@ -24,7 +24,7 @@ pub fn total_area(mesh: &TriMesh) -> f64 {
     (0..mesh.triangles.len()).map(|t| area(mesh.corners(t))).sum()
 }
 
-/// Volume that a closed mesh encloses; negative if it is inside out, without meaning if it is open.
+/// Volume that a closed mesh encloses. Negative if it is inside out, without meaning if it is open.
 pub fn enclosed_volume(mesh: &TriMesh) -> f64 {
     // Measured from a vertex of the mesh: far from the origin the terms would cancel.
     let Some(&origin) = mesh.positions.first() else { return 0.0 };
@@ -37,7 +37,7 @@ pub fn enclosed_volume(mesh: &TriMesh) -> f64 {
     sixfold / 6.0
 }
 
-/// Lower and upper corner of the points; `None` without points.
+/// Lower and upper corner of the points. `None` without points.
 pub fn bounds(positions: &[DVec3]) -> Option<(DVec3, DVec3)> {
     let first = *positions.first()?;
     Some(positions.iter().fold((first, first), |(lo, hi), &p| (lo.min(p), hi.max(p))))
@@ -56,15 +56,15 @@ pub struct Quality {
     pub area_range: [f64; 2],
     /// Smallest angle of all, radians.
     pub smallest_angle: f64,
-    /// Mean over the triangles of their smallest angle, radians; pi/3 where all are equilateral.
+    /// Mean over the triangles of their smallest angle, radians. pi/3 if all are equilateral.
     pub mean_smallest_angle: f64,
     /// Largest angle of all, radians.
     pub largest_angle: f64,
-    /// Triangles by their smallest angle, in steps of 5 degrees; the last step includes 60.
+    /// Triangles by their smallest angle, in steps of 5 degrees. The last step includes 60.
     pub by_smallest_angle: [usize; 12],
 }
 
-/// Measures the triangles; all zero without any.
+/// Measures the triangles. All zero without any.
 ///
 /// # Panics
 /// If a triangle names a vertex that doesn't exist: see [`TriMesh::validate`].

@@ -1,4 +1,4 @@
-//! Pedestal, fluted shaft, capital and the pearl on top; the axis is z.
+//! Pedestal, fluted shaft, capital and the pearl on top. The axis is z.
 
 use std::f64::consts::TAU;
 
@@ -13,7 +13,7 @@ const PEARL: DVec3 = DVec3::new(0.78, 0.82, 0.90);
 
 /// Top of the pedestal.
 pub(super) const FLOOR: f64 = 32.0;
-/// Where the pearl rests.
+/// The pearl's place.
 const PEARL_CENTRE: DVec3 = DVec3::new(0.0, 0.0, FLOOR + 159.0);
 
 /// Radius of the shaft at a height, without its flutes.

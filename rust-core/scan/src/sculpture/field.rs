@@ -10,7 +10,7 @@ pub(super) struct Part {
 }
 
 impl Part {
-    /// What is nowhere near.
+    /// A part that is nowhere near.
     pub const FAR: Part = Part { distance: 1e9, colour: DVec3::ZERO };
 
     pub fn new(distance: f64, colour: DVec3) -> Self {

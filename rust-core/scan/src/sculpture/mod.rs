@@ -44,7 +44,7 @@ impl Sculpture {
         Sculpture { serpent, head }
     }
 
-    /// The nearest part and its colour; `coloured` false leaves the colour out.
+    /// The nearest part and its colour. With `coloured` false, the colour is left out.
     fn part(&self, p: DVec3, coloured: bool) -> Part {
         let stone = column::part(p, coloured);
         let body = self.serpent.part(p, coloured);
@@ -61,14 +61,14 @@ impl Field for Sculpture {
     }
 }
 
-/// At the peak, for cells of 1 mm; measured.
+/// At the peak, for cells of 1 mm. Measured.
 const BYTES: f64 = 225e6;
 
-/// Makes the sculpture with a lattice of edge `cell` in millimetres; [`CELL`] gives about 400,000 triangles, half of it four
-/// times as many. The mesh is closed, stands on the plane z = 0, and has the vertex attribute `colour`.
+/// Makes the sculpture with a lattice of edge `cell` in millimetres. [`CELL`] gives about 400,000 triangles, half of it four times as many.
+/// The mesh is closed, stands on the plane z = 0, and has the vertex attribute `colour`.
 ///
 /// # Errors
-/// [`Error::Input`] if `cell` is not between 0.5 and 20; [`Error::OutOfMemory`]; [`Error::Cancelled`].
+/// [`Error::Input`] if `cell` is not between 0.5 and 20. [`Error::OutOfMemory`]. [`Error::Cancelled`].
 pub fn sculpture(cell: f64, threads: usize, progress: &Progress<'_>) -> Result<TriMesh> {
     if !(FINEST..=20.0).contains(&cell) {
         return Err(Error::input(format!("the sculpture's cell must be >= {FINEST} and <= 20, got {cell} mm")));
@@ -100,7 +100,7 @@ mod tests {
         assert!(sculpture(0.1, 1, &Progress::none()).is_err() && sculpture(f64::NAN, 1, &Progress::none()).is_err());
     }
 
-    /// What lets the polygonizer skip space: a value of x promises that no surface is nearer than x / STEEPEST.
+    /// The rule that lets the polygonizer skip space: a value of x promises that no surface is nearer than x / STEEPEST.
     #[test]
     fn its_field_is_no_larger_than_the_distance_allows() {
         let shape = Sculpture::new();

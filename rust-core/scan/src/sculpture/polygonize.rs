@@ -18,7 +18,7 @@ const BLOCK: i32 = 8;
 /// Rounds of evening out.
 const ROUNDS: usize = 3;
 
-/// What is polygonized: negative inside, and no larger than [`Field::STEEPEST`] times the distance from its surface.
+/// A field that is polygonized: negative inside, and no larger than [`Field::STEEPEST`] times the distance from its surface.
 pub(super) trait Field: Sync {
     /// Largest ratio of the value to the distance from the surface.
     const STEEPEST: f64;
@@ -26,13 +26,13 @@ pub(super) trait Field: Sync {
     fn value(&self, p: DVec3) -> f64;
 }
 
-/// Stages with their shares of the time; the last is the caller's.
+/// Stages with their shares of the time. The last is the caller's.
 pub(super) const PLAN: Plan = &[("marching", 0.3), ("placing vertices", 0.2), ("evening out", 0.4), ("colouring", 0.1)];
 
 /// Vertices between two looks at the progress: fields take microseconds a place.
 const CHUNK: usize = 1 << 8;
 
-/// What `of` makes of each, in their order.
+/// The results of `of` for each, in their order.
 pub(super) fn in_parallel<T: Sync, R: Send>(
     all: &[T],
     of: impl Fn(&T) -> R + Sync,
@@ -42,7 +42,7 @@ pub(super) fn in_parallel<T: Sync, R: Send>(
     Ok(chunks.collect::<Result<Vec<_>>>()?.into_iter().flatten().collect())
 }
 
-/// The surface of the field between `lo` and `hi`, cubes of edge `cell`; the field must be positive on the border.
+/// The surface of the field between `lo` and `hi`, cubes of edge `cell`. The field must be positive on the border.
 pub(super) fn polygonize<F: Field>(
     field: &F,
     lo: DVec3,
@@ -124,7 +124,7 @@ impl Lattice {
         self.lo + point.as_dvec3() * self.half
     }
 
-    /// Where the field crosses zero on the edge, not at its ends, so that no triangle collapses.
+    /// The place on the edge where the field crosses zero. Not at its ends, so that no triangle collapses.
     fn crossing<F: Field>(&self, field: &F, edge: u64) -> DVec3 {
         let (a, b) = (self.place(unpack((edge >> 32) as u32)), self.place(unpack(edge as u32)));
         let (fa, fb) = (field.value(a), field.value(b));
@@ -146,7 +146,7 @@ fn edge(a: IVec3, b: IVec3) -> u64 {
     u64::from(a.min(b)) << 32 | u64::from(a.max(b))
 }
 
-/// Triangles of the block of cubes from `first` on; their corners are edges of the lattice.
+/// Triangles of the block of cubes from `first` on. Their corners are edges of the lattice.
 fn march<F: Field>(field: &F, lattice: &Lattice, first: IVec3) -> Vec<[u64; 3]> {
     let mut out = Vec::new();
     let middle = lattice.place(2 * first + BLOCK + 1);

@@ -19,7 +19,7 @@ const SEGMENTS: usize = 720;
 const GROUP: usize = 12;
 const GROUPS: usize = SEGMENTS / GROUP;
 const _: () = assert!(GROUPS * GROUP == SEGMENTS);
-/// Where the smooth tube is further away than this, so is everything on it, by at least 6.
+/// If the smooth tube is further away than this, so is everything on it, by at least 6.
 const TALLEST: f64 = 16.0;
 /// Scales around the body.
 const SCALES: f64 = 12.0;
@@ -43,7 +43,7 @@ pub(super) struct Serpent {
     balls: Vec<(DVec3, f64)>,
 }
 
-/// Where the head sits: the end of the spine and the axes (side, up, ahead).
+/// Place of the head: the end of the spine and the axes (side, up, ahead).
 pub(super) struct HeadFrame {
     pub at: DVec3,
     pub axes: DMat3,
@@ -160,7 +160,7 @@ impl Serpent {
         let side = ahead.cross(back);
         let around = offset.dot(side).atan2(offset.dot(back));
 
-        // Where the belly begins, 0 on the back and flanks.
+        // Share of the belly, 0 on the back and flanks.
         let belly = smooth_step(2.05, 2.3, around.abs());
         let coarse = smooth_step(2.5, 5.0, radius);
         let v = around * SCALES / TAU;
