@@ -9,10 +9,10 @@ use std::sync::atomic::{AtomicIsize, AtomicU32, AtomicUsize, Ordering::Relaxed};
 
 use crate::reserve::SMALL;
 
-/// Number of accounts; that of number 0 is the program's.
+/// Number of accounts. Number 0 is the program's.
 pub const ACCOUNTS: usize = 1024;
 
-/// Where others have accounts, smaller allocations are not looked at by [`peak`]: adding all accounts up takes longer.
+/// While others have accounts, [`peak`] does not look at smaller allocations: adding all accounts up takes longer.
 const LARGE: usize = 16 << 10;
 
 #[repr(align(64))]
@@ -27,7 +27,7 @@ static ALL: [Shared; ACCOUNTS] =
     [const { Shared { held: AtomicIsize::new(0), ceiling: AtomicIsize::new(isize::MAX), closed: AtomicU32::new(0) } };
         ACCOUNTS];
 
-/// Whom a block is charged to: an account, as long as it is not closed; the program then.
+/// The account that a block is charged to, as long as it is not closed. Then it is the program's.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[repr(C)]
 pub struct Payer {
@@ -49,7 +49,7 @@ impl Payer {
         Payer { account: account as u32, closed: ALL[account].closed.load(Relaxed) }
     }
 
-    /// Charges bytes; false if they may not be had.
+    /// Charges bytes. Returns false if they may not be had.
     #[inline]
     pub fn charge(self, bytes: usize) -> bool {
         let Some(held) = add(&ALL[self.account as usize], bytes) else { return false };
@@ -79,13 +79,13 @@ thread_local! {
     static CURRENT: Cell<usize> = const { Cell::new(0) };
 }
 
-/// The account that this thread works for; 0 unless [`switch`] said another one.
+/// The account that this thread works for. 0 unless [`switch`] said another one.
 #[inline]
 pub fn current() -> usize {
     CURRENT.get()
 }
 
-/// Has this thread work for that account from now on; the one before.
+/// Has this thread work for that account from now on. Returns the one before.
 ///
 /// # Panics
 /// If there is no account of that number.
@@ -115,7 +115,7 @@ pub fn restart_peak() {
     MOST.store(held(), Relaxed);
 }
 
-/// Refuses what would bring [`held_by`] above `bytes`, but for small allocations; `isize::MAX` for no ceiling.
+/// Refuses an allocation that would bring [`held_by`] above `bytes`, but for small ones. `isize::MAX` for no ceiling.
 pub fn set_ceiling(account: usize, bytes: isize) {
     ALL[account].ceiling.store(bytes, Relaxed);
 }
@@ -129,14 +129,14 @@ pub fn open(account: usize) {
     OPEN.fetch_add(1, Relaxed);
 }
 
-/// Takes an account out of use that no thread works for; what it holds still is the program's.
+/// Takes an account out of use that no thread works for. The bytes that it holds still are the program's.
 pub fn close(account: usize) {
     ALL[account].closed.fetch_add(1, Relaxed);
     ALL[0].held.fetch_add(ALL[account].held.swap(0, Relaxed), Relaxed);
     OPEN.fetch_sub(1, Relaxed);
 }
 
-/// What the account then holds; none if it may not.
+/// Bytes that the account then holds. None if it may not.
 #[inline]
 fn add(account: &Shared, bytes: usize) -> Option<isize> {
     let held = account.held.fetch_add(bytes as isize, Relaxed).wrapping_add(bytes as isize);

@@ -1,12 +1,12 @@
 //! The allocator of a library that lives inside somebody's program.
 //!
-//! [`Account`] counts what is held, by all and by each who has an account of their own, keeps that below a ceiling, and has a
-//! reserve for the small allocations that winding up takes: an error's text, a job's node. A larger one that the system or the
-//! ceiling refuses unwinds with [`Refused`], which the border to the host turns into an error ([`install`]). Without it Rust ends
-//! the program, and with it the host and its user's unsaved work.
+//! [`Account`] counts what is held, by all and by each who has an account of their own. It keeps that below a ceiling. It has a reserve for
+//! the small allocations that winding up takes: an error's text, a job's node. A larger one that the system or the ceiling refuses unwinds
+//! with [`Refused`], which the border to the host turns into an error ([`install`]). Without it Rust ends the program, and with it the host
+//! and its user's unsaved work.
 //!
-//! Rust's stable library can't say what follows a refused allocation. This crate uses `alloc_error_hook`, whose documented use
-//! this is; where the compiler does not grant it ([`unwinds`]), a refused allocation ends the program as everywhere in Rust.
+//! Rust's stable library can't say what follows a refused allocation. This crate uses `alloc_error_hook`, whose documented use this is. If
+//! the compiler does not grant it ([`unwinds`]), a refused allocation ends the program as everywhere in Rust.
 
 #![cfg_attr(alloc_error_hook, feature(alloc_error_hook))]
 #![allow(unsafe_code)]
@@ -20,10 +20,10 @@ use accounts::Payer;
 pub use accounts::{ACCOUNTS, close, current, held, held_by, open, peak, restart_peak, set_ceiling, switch};
 use reserve::{RESERVE, SMALL};
 
-/// What unwinds from an allocation that was refused: look for it in the payload of a caught panic.
+/// Payload of the panic that unwinds from a refused allocation. Look for it in the payload of a caught panic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Refused {
-    /// What was asked for.
+    /// The bytes that were asked for.
     pub bytes: usize,
 }
 
@@ -61,7 +61,7 @@ impl Whole {
         Some(Whole { layout, head })
     }
 
-    /// That of a block that is there.
+    /// The layout of a block that is there.
     #[inline]
     fn made(block: Layout) -> Self {
         let head = block.align().max(16);
@@ -70,7 +70,7 @@ impl Whole {
         Whole { layout, head }
     }
 
-    /// Writes who paid; the block.
+    /// Writes who paid. Returns the block.
     ///
     /// # Safety
     /// So many bytes as the layout has lie there, and are the caller's.
@@ -85,7 +85,7 @@ impl Whole {
     }
 }
 
-/// Who paid for a block.
+/// The payer of a block.
 ///
 /// # Safety
 /// It is one of [`Account`].

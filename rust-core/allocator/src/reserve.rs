@@ -49,7 +49,7 @@ impl Reserve {
         (pointer as usize).wrapping_sub(self.bytes.get() as usize) < BYTES
     }
 
-    /// Takes a block back that is one of these; false if it is none.
+    /// Takes a block back that is one of these. Returns false if it is none.
     #[inline]
     pub fn give_back(&self, pointer: *const u8) -> bool {
         if !self.has(pointer) {

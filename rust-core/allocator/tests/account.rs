@@ -1,4 +1,4 @@
-//! What callers of the allocator may do, with a system that has memory and with one that has none. `make miri` looks at each
+//! Calls that are allowed to callers of the allocator, with a system that has memory and with one that has none. `make miri` looks at each
 //! access.
 #![allow(unsafe_code, clippy::unwrap_used)]
 
@@ -63,7 +63,7 @@ impl Block {
         self.bytes().iter().all(|&byte| byte == self.mark)
     }
 
-    /// Another size; false leaves it as it is.
+    /// Gives it another size. False leaves it as it is.
     fn resize(&mut self, bytes: usize) -> bool {
         let old = self.layout.size();
         // SAFETY: the block is ours, and no size here is 0 or too large.
@@ -146,7 +146,7 @@ fn what_a_thread_takes_is_on_the_account_that_it_works_for() {
     assert_eq!((held(), held_by(0), held_by(7), held_by(9)), (before + 70_000, of_program, 50_000, 20_000));
     drop(a);
     assert_eq!(switch(0), 7);
-    // Whoever gives it back, it is taken off the account that it was charged to.
+    // It is taken off the account that it was charged to, whoever gives it back.
     drop(b);
     assert_eq!((held(), held_by(0), held_by(7), held_by(9)), (before, of_program, 0, 0));
     close(9);

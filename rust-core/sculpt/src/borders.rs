@@ -1,6 +1,6 @@
-//! Where the border of the mesh may run straight past a pixel that it went through before.
+//! Places where the border of the mesh may run straight past a pixel that it went through before.
 //!
-//! As a rule only along straight lines of the lattice. Where borders are simplified, along any edge that *hugs* the domain:
+//! As a rule only along straight lines of the lattice. If borders are simplified, along any edge that *hugs* the domain:
 //!
 //! ```text
 //!   invalid  . o-------___          o  the edge from pixel to pixel,
@@ -8,10 +8,10 @@
 //!   domain     +-----+----+-----+--o   the line of border pixels next to it on the inner side
 //! ```
 //!
-//! That line has one pixel a column (or row) between the ends, each joined to the next by an edge of the domain's border;
-//! it is the whole border between the ends. No pixel lies between the two: nothing else is covered, no valid pixel is
-//! lost, and as edges of the lattice don't cross, no two parts of the mesh come to lie over each other. Neighbours on the
-//! line are joined by triangles of the domain: no jump is bridged.
+//! That line has one pixel per column (or row) between the ends, each joined to the next by an edge of the domain's border. It is the whole
+//! border between the ends. No pixel lies between the two. So nothing else is covered and no valid pixel is lost. Edges of the lattice
+//! don't cross, so no two parts of the mesh come to lie over each other. Neighbours on the line are joined by triangles of the domain: no
+//! jump is bridged.
 //!
 //! Off the lattice the same holds of rows and columns, and the samples must be seen so, too: the pixel on the inner side,
 //! and no other pixel of the border in between.
@@ -20,7 +20,7 @@ use super::domain::Domain;
 use super::view::{Site, View};
 use super::windows::{Grid, Windowed};
 
-/// What a patch asks about borders.
+/// Questions of a patch about borders.
 pub(super) trait Border: Sync {
     /// Whether the border, which runs through the pixels `from`, `past`, `to` with the domain on its left, may run straight
     /// from the first to the last of them.
@@ -35,14 +35,14 @@ pub(super) trait Border: Sync {
     }
 }
 
-/// Where a mesh may be, and where its border may change.
+/// Places where a mesh may be, and where its border may change.
 #[derive(Clone, Copy)]
 pub(super) struct Region<'a> {
     pub domain: &'a Domain,
     pub border: &'a dyn Border,
 }
 
-/// Borders that change along straight lines of the lattice only; off the lattice, where hardly any are straight, nowhere.
+/// Borders that change along straight lines of the lattice only. Off the lattice, where hardly any are straight, they change nowhere.
 pub(super) struct Straight<'a> {
     pub domain: &'a Domain,
     pub on_lattice: bool,
@@ -175,8 +175,8 @@ fn hugs(domain: &Domain, from: u32, to: u32, mut visit: impl FnMut(u32)) -> bool
 pub(super) mod tests {
     use super::*;
 
-    /// Checks what simplified borders must keep to: no pixel but those of the domain is covered, no place twice, each place of
-    /// the domain once, and the mesh reaches at most half a pixel beyond it along rows and columns.
+    /// Checks what simplified borders must keep to. No pixel but those of the domain is covered, no place twice, and each place of the
+    /// domain once. The mesh reaches at most half a pixel beyond it along rows and columns.
     pub fn assert_reaches_half_a_pixel(domain: &Domain, triangles: &[[u32; 3]]) {
         let cols = i64::from(domain.cols);
         let place = |p: u32| [(i64::from(p) % cols) as f64, (i64::from(p) / cols) as f64];

@@ -1,7 +1,7 @@
 //! Delaunay triangulation of pixels of a rectangle of the lattice, each triangle with the list of pixels seen in it.
 //!
-//! Half edge `h` runs from `corners[h]` to the next corner of triangle `h / 3`; `twins[h]` is the same edge seen from the
-//! other side. Triangles turn like columns toward rows. All decisions are made in integers.
+//! Half edge `h` runs from `corners[h]` to the next corner of triangle `h / 3`. `twins[h]` is the same edge seen from the other side.
+//! Triangles turn like columns toward rows. All decisions are made in integers.
 //!
 //! The edge between two lattice neighbours is a Delaunay edge of any set of lattice points that holds both: no lattice
 //! point lies in the circle over it. The same holds for a cell's diagonal, up to a tie with the cell's other diagonal. So
@@ -36,7 +36,7 @@ pub(super) struct Delaunay {
     pub first: Vec<u32>,
     /// The next pixel of the same list, by index in the rectangle.
     pub next: Vec<u32>,
-    /// Triangles whose corners or lists changed; may repeat.
+    /// Triangles whose corners or lists changed. They may repeat.
     pub touched: Vec<u32>,
     pending: Vec<u32>,
 }
@@ -46,7 +46,7 @@ fn xy(spot: Spot) -> (i64, i64) {
     (i64::from(spot & 0xffff), i64::from(spot >> 16))
 }
 
-/// Twice the area of the triangle; positive if it turns like columns toward rows.
+/// Twice the area of the triangle. Positive if it turns like columns toward rows.
 #[inline(always)]
 pub(super) fn turn(a: Spot, b: Spot, c: Spot) -> i64 {
     let ((ax, ay), (bx, by), (cx, cy)) = (xy(a), xy(b), xy(c));
@@ -78,7 +78,7 @@ pub(super) fn previous_of(h: u32) -> u32 {
 }
 
 impl Delaunay {
-    /// The rectangle from (0, 0) to (`last_row`, `last_col`) as two triangles; both are at least 1.
+    /// The rectangle from (0, 0) to (`last_row`, `last_col`) as two triangles. Both are at least 1.
     pub fn new(last_row: u32, last_col: u32) -> Self {
         let (a, b, c, d) = (spot(0, 0), spot(0, last_col), spot(last_row, last_col), spot(last_row, 0));
         Delaunay {
@@ -268,9 +268,8 @@ impl Delaunay {
         self.pending.extend([t * 3, u * 3]);
     }
 
-    /// Makes the diagonal from `b` to `d` of a cell an edge; both are vertices. Where it is none yet, the cell's other
-    /// diagonal is: the four corners lie on one circle with nothing else in it. `at_vertex` is a half edge out of each
-    /// vertex, by index.
+    /// Makes the diagonal from `b` to `d` of a cell an edge. Both are vertices. If it is none yet, the cell's other diagonal is: the four
+    /// corners lie on one circle with nothing else in it. `at_vertex` is a half edge out of each vertex, by index.
     pub fn settle_diagonal(&mut self, b: Spot, d: Spot, at_vertex: &mut [u32]) {
         let start = at_vertex[self.index(b)];
         let mut out = start;

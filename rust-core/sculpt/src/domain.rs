@@ -1,4 +1,4 @@
-//! Where the mesh may be: the union of the triangles of the step-discontinuity triangulation, less those that hide behind
+//! The domain, where the mesh may be: the union of the triangles of the step-discontinuity triangulation, less those that hide behind
 //! others.
 //!
 //! ```text
@@ -18,7 +18,7 @@ use image::triangulate::{TriangulateParams, triangles_over_pixels};
 pub(super) struct Domain {
     pub rows: u32,
     pub cols: u32,
-    /// A bit a half cell present, by the corner it leaves out; `(rows - 1) * (cols - 1)` cells, row by row.
+    /// One bit per half cell present, by the corner it leaves out. `(rows - 1) * (cols - 1)` cells, row by row.
     cells: Vec<u8>,
     /// The step-discontinuity triangles as pixels, turning like columns toward rows.
     pub triangles: Vec<[u32; 3]>,
@@ -38,7 +38,7 @@ impl Domain {
     /// Triangulates the image. O(pixels).
     ///
     /// # Errors
-    /// As [`image::triangulate::triangulate`]; [`Error::Cancelled`].
+    /// As [`image::triangulate::triangulate`]. [`Error::Cancelled`].
     pub fn new(image: &RangeImage, params: &TriangulateParams, progress: &Progress<'_>) -> Result<Self> {
         if image.rows() > u32::MAX as usize || image.cols() > u32::MAX as usize {
             return Err(Error::input(format!(
@@ -137,7 +137,7 @@ impl Domain {
         (self.range[1] - self.range[0]).max(0.0)
     }
 
-    /// The half cells of the cell whose upper left pixel is (`row`, `col`); none outside of the image.
+    /// The half cells of the cell whose upper left pixel is (`row`, `col`). None outside of the image.
     #[inline]
     pub fn halves(&self, row: i64, col: i64) -> u8 {
         let (rows, cols) = (i64::from(self.rows) - 1, i64::from(self.cols) - 1);
@@ -189,9 +189,9 @@ impl Domain {
         (place[1] * i64::from(self.cols) + place[0]) as u32
     }
 
-    /// Whether a straight edge between two pixels lies on the border of the domain, from the side where the domain lies on
-    /// its left: turning from it like columns toward rows. Other edges along a row, column or diagonal are told apart from
-    /// it; borders along others are none of a domain.
+    /// Whether a straight edge between two pixels lies on the border of the domain, from the side where the domain lies on its left:
+    /// turning from it like columns toward rows. Other edges along a row, column or diagonal are told apart from it. Borders along others
+    /// are none of a domain.
     pub fn is_border(&self, from: u32, to: u32) -> bool {
         let (a, b) = (self.place(from), self.place(to));
         let (dx, dy) = (b[0] - a[0], b[1] - a[1]);

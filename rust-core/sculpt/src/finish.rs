@@ -10,8 +10,8 @@ use base::progress::Progress;
 use image::range_image::RangeImage;
 use mesh::{Attribute, TriMesh};
 
-/// The mesh in the sensor's frame, without errors; triangles turn counter-clockwise seen from the sensor. Where the domain
-/// touches itself in a pixel, each fan of triangles gets a vertex of its own.
+/// The mesh in the sensor's frame, without errors. Triangles turn counter-clockwise seen from the sensor. If the domain touches itself in a
+/// pixel, each fan of triangles gets a vertex of its own.
 ///
 /// # Errors
 /// [`base::Error::Cancelled`].

@@ -1,10 +1,9 @@
-//! Where an image hides part of itself (a point grid folds as seen along its rays, a scan goes around more than once): of
+//! Folds: an image may hide part of itself, because a point grid folds as seen along its rays, or a scan goes around more than once. Of
 //! triangles that cover the same rays the nearest one stays, so that each ray meets the surface once.
 //!
-//! Nearest first, a triangle stays if it is seen beside all that stay so far. Others near it are found by a grid of windows; the
-//! decision is exact: two triangles are seen beside each other if an edge of one of them has the other one on its outer
-//! side and they touch in pixels that they share at most. Around a sensor that tells those of one half of space alone: others
-//! are told by a plane between them.
+//! Nearest first, a triangle stays if it is seen beside all that stay so far. Others near it are found by a grid of windows. The decision
+//! is exact. Two triangles are seen beside each other if an edge of one of them has the other one on its outer side and they touch in
+//! pixels that they share at most. Around a sensor that tells those of one half of space alone: others are told by a plane between them.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -49,7 +48,7 @@ where
             for (k, (window, hidden)) in windows.iter_mut().zip(hidden).enumerate() {
                 let [a, b, c] = sites((block * BLOCK + k) as u32).map(|s| s.1);
                 *window = V::Site::window([&a, &b, &c]);
-                // What the triangulation took for seen from the front by a rounding is edge-on.
+                // A triangle is edge-on if the triangulation took it for seen from the front by a rounding.
                 *hidden = V::Site::turn(&a, &b, &c) <= 0.0;
             }
             progress.check()

@@ -15,7 +15,7 @@ use base::progress::Progress;
 /// Checks for cancelling come once in this many insertions.
 const CHECK: u32 = 1024;
 
-/// A triangle to be refined; the largest error comes first, then the first pixel, so that ties have one outcome.
+/// A triangle to be refined. The largest error comes first, then the first pixel, so that ties have one outcome.
 #[derive(PartialEq, Eq, PartialOrd, Ord)]
 struct Entry {
     /// Bits of a positive number, which sort as the number does.
@@ -54,8 +54,8 @@ pub(super) struct Tile {
 }
 
 impl Tile {
-    /// The tile whose upper left pixel is `origin` (row, column), with the pixels that are required for the first tolerance;
-    /// none if there is nothing of the domain.
+    /// The tile whose upper left pixel is `origin` (row, column), with the pixels that are required for the first tolerance. None if there
+    /// is nothing of the domain.
     pub fn new(domain: &Domain, required: &Required, origin: [u32; 2]) -> Option<Self> {
         let last = [0, 1].map(|axis| {
             let count = if axis == 0 { domain.rows } else { domain.cols };
@@ -214,7 +214,7 @@ impl Tile {
             let (row, col) = row_col(spot);
             (row < self.last[0] || in_last[0]) && (col < self.last[1] || in_last[1])
         };
-        // Where a tile's own half of a line lies outside of the domain, its neighbour's holds the pixel.
+        // If a tile's own half of a line lies outside of the domain, its neighbour's holds the pixel.
         let elsewhere = |spot: Spot| {
             !ours(spot) && {
                 let (row, col) = row_col(spot);
@@ -244,7 +244,7 @@ impl Tile {
 pub(super) struct Digging<'a, V: View> {
     view: &'a V,
     pub tile: Tile,
-    /// By index in the tile, once there is need for one; of pixels outside of the domain they mean nothing.
+    /// By index in the tile, once there is need for one. Of pixels outside of the domain they mean nothing.
     sites: Vec<V::Site>,
     tolerance: f64,
     heap: BinaryHeap<Entry>,

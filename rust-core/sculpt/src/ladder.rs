@@ -1,7 +1,7 @@
 //! Digs all tiles down a ladder of tolerances, so that the next tolerance starts where the last one passed.
 //!
-//! The rungs are the depth extent divided by powers of four, a power of two, so that units don't matter. The digging passes
-//! every rung above its tolerance; so it ends in the same mesh whether it starts at the top or at a rung that was kept.
+//! The rungs are the depth extent divided by powers of four, a power of two, so that units don't matter. The digging passes every rung
+//! above its tolerance. So it ends in the same mesh whether it starts at the top or at a rung that was kept.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -34,13 +34,13 @@ struct Kept {
     /// How many rungs were passed.
     rungs: usize,
     origins: Vec<[u32; 2]>,
-    /// One for each origin where there is any of the domain; none at all before the first rung.
+    /// One for each origin where there is any of the domain. None at all before the first rung.
     tiles: Vec<Option<Tile>>,
     required: Required,
 }
 
 impl Ladder {
-    /// A ladder for the depth extent of a domain; `keeps` where there may be a next tolerance.
+    /// A ladder for the depth extent of a domain. `keeps` if there may be a next tolerance.
     pub fn new(extent: f64, keeps: bool) -> Self {
         Ladder { extent, kept: Mutex::new(None), keeps }
     }

@@ -11,18 +11,18 @@
 //!
 //! `reference` is the paper's own pipeline, for comparison.
 //!
-//! Differences from the paper: (1) the digging is lazy: instead of a tetrahedralization of all pixels in curvature space,
-//! dug from outside, a planar Delaunay triangulation of what the sensor sees gets the pixel that is farthest from it, tile
-//! by tile; so it is a height field at every moment, a pixel costs time only when the digging reaches it, and nothing is
-//! left to clean up. (2) The polish stage, which the paper has not, leaves about 0.6 times the triangles. (3) The error is
-//! measured along each pixel's own ray, whatever the projection. (4) The mesh covers exactly the triangles of the
-//! step-discontinuity triangulation, but those that hide behind others where a point grid folds: nothing covers an invalid
-//! pixel or bridges a jump, and each ray meets the mesh once. Borders are simplified on request, by half a pixel at most.
+//! Differences from the paper: (1) The digging is lazy. The paper digs a tetrahedralization of all pixels in curvature space from outside.
+//! Here a planar Delaunay triangulation of what the sensor sees gets the pixel that is farthest from it, tile by tile. So it is a height
+//! field at every moment, a pixel costs time only when the digging reaches it, and nothing is left to clean up. (2) The polish stage, which
+//! the paper has not, leaves about 0.6 times the triangles. (3) The error is measured along each pixel's own ray, whatever the projection.
+//! (4) The mesh covers exactly the triangles of the step-discontinuity triangulation, but those that hide behind others where a point grid
+//! folds. Nothing covers an invalid pixel or bridges a jump, and each ray meets the mesh once. Borders are simplified on request, by half a
+//! pixel at most.
 
 mod operation;
 mod params;
 
-// What a pixel is, whatever the projection
+// Pixels as the digging sees them, whatever the projection
 mod view;
 
 mod rays;
@@ -101,9 +101,9 @@ base::report! {
 
 /// Result of sculpting.
 ///
-/// The mesh is in the sensor's frame. Vertex attributes: `range_row`, `range_col` (i32, the pixel), `error` (f32, the
-/// largest of the vertex's faces), and `colour`, `intensity`, `confidence` where the image has them. Face attribute: `error`
-/// (f32): the largest distance, along their rays, of the samples seen in the face; world units.
+/// The mesh is in the sensor's frame. Vertex attributes: `range_row`, `range_col` (i32, the pixel), `error` (f32, the largest of the
+/// vertex's faces), and `colour`, `intensity`, `confidence` if the image has them. Face attribute: `error` (f32): the largest distance,
+/// along their rays, of the samples seen in the face. World units.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sculpted {
     /// The surface, in the sensor's frame.
@@ -117,23 +117,23 @@ pub struct Sculpted {
 /// Sculpts an image: [`Sculptor::new`] and [`Sculptor::refine`] in one call.
 ///
 /// # Guarantees
-/// * The ray of every sample that has a triangle in the step-discontinuity triangulation meets the mesh once, within the
-///   tolerance. The certificate measures it, and is compared with the tolerance before anything is returned: no error in
-///   the result is above the number that was asked for, by rounding either. Where a point grid folds as seen along its rays, or a scan goes around more
-///   than once, triangles that hide behind others count as jumps; the report counts them.
-/// * Seen from the sensor the mesh covers exactly those triangles' area, once; with `simplify_borders` at most half a pixel
-///   more along rows and columns, none of it a pixel that was not covered. All triangles face the sensor and have an
-///   area there; the mesh is a manifold with boundary; its vertices are samples, unless `interpolate` is off.
+/// * The ray of every sample that has a triangle in the step-discontinuity triangulation meets the mesh once, within the tolerance. The
+///   certificate measures it, and is compared with the tolerance before anything is returned. No error in the result is above the number
+///   that was asked for, by rounding either. Triangles that hide behind others, because a point grid folds as seen along its rays or a scan
+///   goes around more than once, count as jumps. The report counts them.
+/// * Seen from the sensor the mesh covers exactly those triangles' area, once. With `simplify_borders` it covers at most half a pixel more
+///   along rows and columns, none of it a pixel that was not covered. All triangles face the sensor and have an area there. The mesh is a
+///   manifold with boundary. Its vertices are samples, unless `interpolate` is off.
 /// * The same image gives the same mesh for any number of threads, and in any unit that is a power of two times another.
 ///
 /// # Cost
-/// n pixels: O(n log n) expected time. From 128 x 128 to 4096 x 4096 pixels of made terrain, at 0.041 % of its depth extent,
-/// the CPU time falls from 1.7 to 0.4 microseconds a pixel, as the share of them that the mesh needs falls, and memory stays
-/// near 100 bytes a pixel beside the image.
+/// n pixels: O(n log n) expected time. From 128 x 128 to 4096 x 4096 pixels of made terrain, at 0.041 % of its depth extent, the CPU time
+/// falls from 1.7 to 0.4 microseconds per pixel, as the share of them that the mesh needs falls. Memory stays near 100 bytes per pixel
+/// beside the image.
 ///
 /// # Errors
-/// An image that gives no triangle; parameters out of range, attributes of the wrong length, more than 2^32 - 2 pixels, a
-/// coordinate too large, a world in degrees; [`base::Error::Cancelled`].
+/// An image that gives no triangle. Parameters out of range, attributes of the wrong length, more than 2^32 - 2 pixels, a coordinate too
+/// large, a world in degrees. [`base::Error::Cancelled`].
 ///
 /// Source: \[SG07\], with the differences listed at the module.
 pub fn run(image: &RangeImage, params: &SculptParams, progress: &Progress<'_>) -> Result<Sculpted> {

@@ -1,9 +1,8 @@
 //! The bound as a promise: what the certificate finds beyond it is mended until nothing is.
 //!
-//! Digging and polish keep a hair below the tolerance, and their rounding may still differ from the certificate's where
-//! triangles are slivers. Such triangles are split at their worst pixel, whose sample becomes a vertex; a vertex that has
-//! left its sample too far goes back to it. Each round makes at least one more pixel exact, so it ends, with every sample
-//! a vertex at last.
+//! Digging and polish keep a hair below the tolerance, and their rounding may still differ from the certificate's if triangles are slivers.
+//! Such triangles are split at their worst pixel, whose sample becomes a vertex. A vertex that has left its sample too far goes back to it.
+//! Each round makes at least one more pixel exact, so it ends, with every sample a vertex at last.
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -13,17 +12,17 @@ use super::view::{Site, View};
 use base::error::Result;
 use base::progress::Progress;
 
-/// What a tolerance asks of each stage, world units.
+/// Bounds that a tolerance sets to each stage, world units.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bound {
     /// Asked for.
     pub tolerance: f64,
-    /// What the certificate must keep: the largest number of single precision that is not above the tolerance, so that
-    /// errors rounded up to single precision are not, either.
+    /// Bound of the certificate: the largest number of single precision that is not above the tolerance, so that errors rounded up to
+    /// single precision are not, either.
     pub certified: f64,
-    /// What digging and polish keep: a hair less than the tolerance, so that rounding stays below it.
+    /// Bound of digging and polish: a hair less than the tolerance, so that rounding stays below it.
     pub dug: f64,
-    /// What vertices off their samples keep, which go to the very end of their room: a hair less than what is certified.
+    /// Bound of vertices off their samples, which go to the very end of their room: a hair less than the certified one.
     pub free: f64,
 }
 
@@ -43,8 +42,8 @@ impl Bound {
     }
 }
 
-/// The mesh with each triangle that breaks the bound split at its worst pixel, and vertices that do back at their samples;
-/// `errors` are those of the certificate, one a pixel. `None` if nothing could be mended.
+/// The mesh with each triangle that breaks the bound split at its worst pixel, and vertices that do back at their samples. `errors` are
+/// those of the certificate, one per pixel. `None` if nothing could be mended.
 ///
 /// # Errors
 /// [`base::Error::Cancelled`].
@@ -83,7 +82,7 @@ struct Splits<'a, V> {
     mended: Pieces,
     /// Values of vertices that have left their samples.
     moved: FxHashMap<u32, f64>,
-    /// The triangle on the left of each edge; found when a pixel lies on one.
+    /// The triangle on the left of each edge. Found when a pixel lies on one.
     left_of: FxHashMap<[u32; 2], u32>,
 }
 
@@ -94,8 +93,8 @@ impl<'a, V: View> Splits<'a, V> {
         Splits { view, pieces, gone, mended: Pieces::default(), moved, left_of }
     }
 
-    /// Splits a triangle at one of its pixels, and the one beyond the edge on which the pixel is seen; `false` if one of
-    /// them was split before.
+    /// Splits a triangle at one of its pixels, and the one beyond the edge on which the pixel is seen. `false` if one of them was split
+    /// before.
     fn split(&mut self, t: u32, pixel: u32) -> bool {
         let corners = self.pieces.triangles[t as usize];
         let edges = [0, 1, 2].map(|i| [corners[i], corners[(i + 1) % 3]]);
@@ -157,7 +156,7 @@ impl<'a, V: View> Splits<'a, V> {
         self.left_of.get(&edge).copied().unwrap_or(NONE)
     }
 
-    /// What was split, and all other triangles.
+    /// The triangles that were split, and all others.
     fn finish(mut self) -> Pieces {
         let rest: Vec<u32> = (0..self.pieces.triangles.len() as u32).filter(|t| !self.gone.contains(t)).collect();
         self.mended.moved = self.moved.into_iter().collect();

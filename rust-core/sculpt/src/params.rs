@@ -42,12 +42,13 @@ base::params! {
         /// Every vertex is a sample.
         interpolate: bool = flag("Interpolate").on()
             .off("vertices may leave their samples along the ray within the tolerance, for about a sixth fewer triangles than effort 2 and a little more time; with effort 0, which moves nothing, it has no effect"),
-        /// Smallest angle, as seen from the sensor, of triangles made to replace others; those of the digging keep theirs. 10 degrees cost up to 12 % more triangles.
+        /// Smallest angle, as seen from the sensor, of triangles made to replace others. Those of the digging keep theirs. 10 degrees cost
+        /// up to 12 % more triangles.
         min_angle: f64 = angle("Min angle").at_most(std::f64::consts::FRAC_PI_6),
         /// Smooths open borders, too, for fewer triangles: the mesh reaches at most half a pixel beyond them, covers all that it did, and no other pixel. Needs an effort of at least 1.
         simplify_borders: bool = flag("Simplify borders")
             .off("borders stay as they are in the image but for vertices on straight lines"),
-        /// Where the mesh may be: jumps are left out.
+        /// The surface that the mesh may cover: jumps are left out.
         triangulation: TriangulateParams,
     }
 }

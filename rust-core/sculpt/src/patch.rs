@@ -1,7 +1,7 @@
 //! A part of the mesh with neighbour links, over its own pixels: what one thread polishes while the others do theirs.
 //!
-//! Half edge `h` runs from `corners[h]` to the next corner of triangle `h / 3`. An edge without a neighbour is either on
-//! the border of the domain ([`NONE`]) or on a seam to another patch ([`SEAM`]); vertices on a seam stay as they are.
+//! Half edge `h` runs from `corners[h]` to the next corner of triangle `h / 3`. An edge without a neighbour is either on the border of the
+//! domain ([`NONE`]) or on a seam to another patch ([`SEAM`]). Vertices on a seam stay as they are.
 
 use super::borders::{Border, Region};
 use super::delaunay::{NONE, next_of, previous_of};
@@ -16,16 +16,16 @@ pub(super) const SEAM: u32 = NONE - 1;
 
 /// A part of the mesh.
 pub(super) struct Patch<'a, S> {
-    /// Where the border may change.
+    /// The places where the border may change.
     pub border: &'a dyn Border,
     /// Samples of vertices and listed pixels, and the pixel index of each.
     pub sites: Vec<S>,
-    /// Values of the vertices; empty where all are samples.
+    /// Values of the vertices. Empty if all are samples.
     pub values: Vec<f64>,
     pub pixels: Vec<u32>,
     /// Columns of the image.
     pub cols: u32,
-    /// Number of vertices at the start; `sites[..vertices]` were vertices then.
+    /// Number of vertices at the start. `sites[..vertices]` were vertices then.
     pub vertices: usize,
     pub corners: Vec<u32>,
     pub twins: Vec<u32>,
@@ -40,11 +40,11 @@ pub(super) struct Patch<'a, S> {
     on_seam: Vec<bool>,
     /// Vertices that can't be removed from the triangles that they have.
     pub settled: Vec<bool>,
-    /// Vertices at which more than one fan of triangles meets; they stay.
+    /// Vertices at which more than one fan of triangles meets. They stay.
     pub pinched: Vec<bool>,
 }
 
-/// What is known of each pixel of the image; a list is empty where it would tell nothing.
+/// The state of each pixel of the image. A list is empty if it would tell nothing.
 pub(super) struct Known {
     /// [`Pieces::values`], where vertices may leave their samples.
     pub values: Vec<f64>,
@@ -187,7 +187,7 @@ impl<'a, S: Site> Patch<'a, S> {
         self.on_seam.get(v as usize).is_some_and(|&on_seam| on_seam)
     }
 
-    /// Where vertex `v` is.
+    /// The place of vertex `v`.
     #[inline(always)]
     pub fn vertex(&self, v: u32) -> S {
         let sample = self.sites[v as usize];
@@ -265,7 +265,7 @@ impl<'a, S: Site> Patch<'a, S> {
         Some(fan)
     }
 
-    /// What is left of the patch, and the pixels that are settled now, or are no more.
+    /// The pieces that are left of the patch, and the pixels that are settled now, or are no more.
     ///
     /// # Errors
     /// [`base::Error::Cancelled`].

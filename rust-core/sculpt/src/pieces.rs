@@ -7,7 +7,7 @@ use rustc_hash::FxHashSet;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Pieces {
     pub triangles: Vec<[u32; 3]>,
-    /// Where each triangle's pixels end in `pixels`; they start where those of the triangle before end.
+    /// The end of each triangle's pixels in `pixels`. They start where those of the triangle before end.
     pub ends: Vec<u32>,
     pub pixels: Vec<u32>,
     /// Vertices that have left their samples: pixels with their values, [`super::view::Site::value`]. Some come twice.
@@ -23,7 +23,7 @@ impl Pieces {
         Pieces { triangles: triangles.to_vec(), ends: vec![0; triangles.len()], ..Pieces::default() }
     }
 
-    /// Appends a triangle; its pixels were appended before.
+    /// Appends a triangle. Its pixels were appended before.
     pub fn push(&mut self, triangle: [u32; 3]) {
         self.triangles.push(triangle);
         self.ends.push(self.pixels.len() as u32);

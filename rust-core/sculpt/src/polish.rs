@@ -1,7 +1,8 @@
 //! Fewer triangles at the same tolerance: vertices are removed as long as what remains can be triangulated within it.
 //!
-//! The mesh is cut into patches of a fixed size along its triangles; a patch is polished by one thread, its seams stay.
-//! The next pass cuts elsewhere, and takes up only what lies around vertices that may still go. Patches, not threads, order the work, so any number of threads gives the same mesh.
+//! The mesh is cut into patches of a fixed size along its triangles. A patch is polished by one thread, its seams stay. The next pass cuts
+//! elsewhere, and takes up only what lies around vertices that may still go. Patches, not threads, order the work, so any number of threads
+//! gives the same mesh.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -28,8 +29,8 @@ const FEW: usize = if cfg!(test) { 64 } else { 4096 };
 /// The same where vertices are removed only, which gains little on seams.
 const FEWER: usize = if cfg!(test) { 64 } else { 512 };
 
-/// Sides and shifts of the patches of each pass over a mesh of `triangles` triangles: two cuts that avoid each other's
-/// seams, and the first of them also the lines between tiles; then larger ones while they have few triangles.
+/// Sides and shifts of the patches of each pass over a mesh of `triangles` triangles: first two cuts that avoid each other's seams, the
+/// first of them also the lines between tiles. Then larger ones while they have few triangles.
 pub(super) fn next_cut(pass: u32, domain: &Domain, triangles: usize, gained: bool) -> Option<[u32; 2]> {
     if pass < 2 {
         return Some([PATCH, if pass == 0 { PATCH / 2 } else { 0 }]);
@@ -49,7 +50,7 @@ pub(super) fn next_cut(pass: u32, domain: &Domain, triangles: usize, gained: boo
 /// Rounds of search at most.
 const ROUNDS: u32 = 8;
 
-/// The cut of a round of search; `gained` is the share of the triangles that went in the round before.
+/// The cut of a round of search. `gained` is the share of the triangles that went in the round before.
 pub(super) fn next_search(round: u32, domain: &Domain, triangles: usize, gained: f64) -> Option<[u32; 2]> {
     if round >= ROUNDS || (round >= 2 && gained < 0.002) {
         return None;
@@ -112,8 +113,8 @@ pub(super) fn pass<V: View>(
     Ok(Pieces { settled, ..Pieces::join(join) })
 }
 
-/// The triangles of each patch, in order, and those of none. A triangle belongs where its first pixel lies. Where vertices
-/// are only removed, those belong to none that lie two triangles or more from all vertices that may go.
+/// The triangles of each patch, in order, and those of none. A triangle belongs where its first pixel lies. If vertices are only removed,
+/// triangles belong to none that lie two triangles or more from all vertices that may go.
 fn group(
     domain: &Domain,
     pieces: &Pieces,
@@ -177,7 +178,7 @@ fn shared(
     Ok(shared)
 }
 
-/// A vertex that can be removed; the smallest cost comes first.
+/// A vertex that can be removed. The smallest cost comes first.
 #[derive(PartialEq, Eq, PartialOrd, Ord)]
 struct Entry {
     /// Bits of a number >= 0, which sort as the number does.
@@ -186,7 +187,7 @@ struct Entry {
     filling: Filling,
 }
 
-/// What is known of a vertex.
+/// State of a vertex.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum State {
     /// Its star can't be filled, or could not when looked at last.

@@ -21,9 +21,9 @@ use image::triangulate::no_triangle;
 use mesh::Crs;
 use mesh::dump::{self, Stage};
 
-/// At the peak; measured, 85 for a coarse tolerance, 180 for none.
+/// At the peak. Measured, 85 for a coarse tolerance, 180 for none.
 const BYTES_A_PIXEL: f64 = 80.0;
-/// While a mesh is made: a place of the image, a triangle; and a valid pixel where vertices may leave their samples.
+/// While a mesh is made: a place of the image, a triangle. Also a valid pixel if vertices may leave their samples.
 const BYTES_A_PLACE: f64 = 24.0;
 const BYTES_A_TRIANGLE: f64 = 78.0;
 const BYTES_OFF_SAMPLES: f64 = 62.0;
@@ -32,15 +32,15 @@ pub(super) const BYTES_OF_DOMAIN: f64 = 30.0;
 /// Pixels that are looked at to find how rough an image is.
 const LOOKED_AT: usize = 1 << 16;
 
-/// An image ready to be sculpted to one tolerance after the other; `I` is a reference to it, or shares it.
+/// An image ready to be sculpted to one tolerance after the other. `I` is a reference to it, or shares it.
 ///
-/// The result of a tolerance does not depend on the tolerances before, but comes sooner: the digging starts from the last
-/// rung of its ladder above it, which is kept (about 6 bytes a pixel).
+/// The result of a tolerance does not depend on the tolerances before, but comes sooner. The digging starts from the last rung of its
+/// ladder above it, which is kept (about 6 bytes per pixel).
 pub struct Sculptor<I> {
     image: I,
     params: SculptParams,
     domain: Domain,
-    /// What making it took.
+    /// Times of making it.
     prepared: Seconds,
     ladder: Ladder,
 }
@@ -77,9 +77,9 @@ pub(super) struct Dug {
     pub(super) bound: Bound,
 }
 
-/// Refuses a tolerance for whose mesh there is not enough memory; `domain` bytes a valid pixel are taken before. How many
-/// triangles there will be follows from how rough the image is: a pixel that lies farther than the tolerance from the
-/// middle between its neighbours is a vertex, mostly.
+/// Refuses a tolerance for whose mesh there is not enough memory. `domain` bytes per valid pixel are taken before. The number of triangles
+/// follows from how rough the image is: a pixel that lies farther than the tolerance from the middle between its neighbours is a vertex,
+/// mostly.
 pub(super) fn foresee(image: &RangeImage, params: &SculptParams, tolerance: f64, domain: f64) -> Result<()> {
     let (mut rough, mut looked_at) = (0_u32, 0_u32);
     // Odd, so that it is no multiple of an even number of columns.
@@ -100,8 +100,8 @@ impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
     /// Finds where the mesh may be. O(pixels).
     ///
     /// # Errors
-    /// An image that gives no triangle; parameters out of range, attributes of the wrong length, more than 2^32 - 2 pixels, a
-    /// coordinate too large, a world in degrees.
+    /// An image that gives no triangle. Parameters out of range, attributes of the wrong length, more than 2^32 - 2 pixels, a coordinate
+    /// too large, a world in degrees.
     pub fn new(image: I, params: &SculptParams) -> Result<Self> {
         Self::prepare(image, params, &Progress::none())
     }
@@ -109,7 +109,7 @@ impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
     /// [`Sculptor::new`] that reports and stops when it is cancelled.
     ///
     /// # Errors
-    /// As [`Sculptor::new`]; [`Error::Cancelled`].
+    /// As [`Sculptor::new`]. [`Error::Cancelled`].
     pub fn prepare(image: I, params: &SculptParams, progress: &Progress<'_>) -> Result<Self> {
         Self::prepare_for(true, image, params, progress)
     }
@@ -140,7 +140,7 @@ impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
     /// The mesh within `tolerance`, finer or coarser than any before.
     ///
     /// # Errors
-    /// A tolerance out of range; an error that single precision can't hold; [`Error::Cancelled`].
+    /// A tolerance out of range. An error that single precision can't hold. [`Error::Cancelled`].
     pub fn refine(&self, tolerance: Tolerance, progress: &Progress<'_>) -> Result<Sculpted> {
         let tolerance = tolerance.in_world(self.depth_extent())?;
         foresee(self.image.borrow(), &self.params, tolerance, 0.0)?;
@@ -160,7 +160,7 @@ impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
     /// Costs up to 24 meshes.
     ///
     /// # Errors
-    /// [`Error::Input`] if even a mesh without a tolerance has more; [`Error::Cancelled`].
+    /// [`Error::Input`] if even a mesh without a tolerance has more. [`Error::Cancelled`].
     pub fn at_most(&self, triangles: usize, progress: &Progress<'_>) -> Result<Sculpted> {
         progress.plan(SEARCH_PLAN);
         let pool = base::threads::pool(self.params.threads)?;
@@ -213,7 +213,7 @@ impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
     /// A chain of levels of detail: [`Sculptor::refine`] for each tolerance.
     ///
     /// # Errors
-    /// A tolerance out of range, before any work is done; [`Error::Cancelled`].
+    /// A tolerance out of range, before any work is done. [`Error::Cancelled`].
     pub fn levels(&self, tolerances: &[Tolerance], progress: &Progress<'_>) -> Result<Vec<Sculpted>> {
         for tolerance in tolerances {
             tolerance.in_world(self.depth_extent())?;
@@ -221,7 +221,7 @@ impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
         tolerances.iter().map(|&tolerance| self.refine(tolerance, progress)).collect()
     }
 
-    /// Digs and polishes; `dug` is called in between.
+    /// Digs and polishes. `dug` is called in between.
     pub(super) fn dig(&self, tolerance: f64, dug: &(dyn Fn() + Sync), progress: &Progress<'_>) -> Result<Dug> {
         let [nearest, farthest] = self.domain.range;
         let bound = Bound::new(tolerance, nearest.abs().max(farthest.abs()));
@@ -328,7 +328,7 @@ impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
             let measured = certify::measure(image, pixels, &mesh, progress)?;
             progress.lap("certify");
             let of_domain = pixels.iter().find(|&&p| bound.is_broken_by(measured.errors[p as usize])).copied();
-            // Where rounding lets pixels coincide, others may be covered, too.
+            // If rounding lets pixels coincide, others may be covered, too.
             let of_others = || measured.errors.iter().position(|e| !e.is_nan() && bound.is_broken_by(*e));
             let Some(broken) = of_domain.or_else(|| of_others().map(|p| p as u32)) else { break (mesh, measured) };
             pieces = self.mend(&pieces, &measured.errors, &bound, progress)?.ok_or_else(|| {

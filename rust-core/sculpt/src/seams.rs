@@ -1,5 +1,5 @@
-//! The pixels that must be vertices before the digging starts: the border of the domain, and enough of each line between
-//! tiles to keep it within the tolerance, so that tiles can be dug independently and still fit.
+//! The pixels that must be vertices before the digging starts: the border of the domain, and enough of each line between tiles to keep it
+//! within the tolerance. So tiles can be dug independently and still fit.
 
 use super::domain::Domain;
 use super::view::{LatticeSite, View};

@@ -1,13 +1,12 @@
-//! Fewer triangles by search: edges collapse to the best pixel near their middle, vertices move to a better pixel, edges
-//! flip. Every change keeps all pixels within the tolerance; collapses take away two triangles each, moves and flips
-//! lower the sum of squared errors and so make room for further collapses and removals. Later rounds start with flips that
-//! may raise it.
+//! Fewer triangles by search: edges collapse to the best pixel near their middle, vertices move to a better pixel, edges flip. Every change
+//! keeps all pixels within the tolerance. Collapses take away two triangles each. Moves and flips lower the sum of squared errors and so
+//! make room for further collapses and removals. Later rounds start with flips that may raise it.
 //!
 //! A collapse and a move are one operation: the polygon of one or two stars is filled by a fan around a pixel inside.
 //! Positive triangles over all its edges fill a simple polygon, so no other test of the geometry is needed.
 //!
-//! Where vertices need not be samples, the centre of a fan takes the value with the smallest sum of squares of all that keep
-//! its pixels within the tolerance: an interval, as what each pixel sees is linear in it.
+//! If vertices need not be samples, the centre of a fan takes a value that keeps its pixels within the tolerance. Such values are an
+//! interval, as what each pixel sees is linear in the value. It takes the one with the smallest sum of squares.
 
 use super::delaunay::{NONE, next_of, previous_of};
 use super::patch::{Fan, Patch};
@@ -16,7 +15,7 @@ use super::view::Site;
 use base::error::Result;
 use base::progress::{Pace, Progress};
 
-/// What looking at an edge or a vertex costs besides its pixels, in pixels.
+/// Cost of looking at an edge or a vertex besides its pixels, in pixels.
 const LOOK: usize = 256;
 
 /// Pixels from the middle of an edge to the farthest pixel to which it may collapse, along both axes.
@@ -28,7 +27,7 @@ const LIGHT: usize = 128;
 /// A sum of squares must fall by this factor to count: rounding must not keep changes going around.
 const BETTER: f64 = 1.0 - 1e-9;
 
-/// What to search before vertices are removed.
+/// The search before vertices are removed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Search {
     /// Nothing.
@@ -53,7 +52,7 @@ struct Centre {
     value: f64,
 }
 
-/// Searches and makes changes; keeps its memory between them.
+/// Searches and makes changes. It keeps its memory between them.
 pub(super) struct Searcher<'p, S> {
     pace: Pace<'p>,
     half_edges: Vec<u32>,
@@ -213,7 +212,7 @@ impl<'p, S: Site> Searcher<'p, S> {
         for j in 1..l - 1 {
             self.add_corner(patch, self.others[j]);
         }
-        // Where a corner comes twice, the ends have another common neighbour: the polygon is none.
+        // If a corner comes twice, the ends have another common neighbour: the polygon is none.
         if (1..self.ring.len()).any(|i| self.ring[..i].contains(&self.ring[i])) {
             return false;
         }
@@ -329,8 +328,8 @@ impl<'p, S: Site> Searcher<'p, S> {
         Some(apex.value() + (-product / square).clamp(low + margin, high - margin))
     }
 
-    /// Sum of squared errors of a fan around `apex`, at member `m`; infinite if one is beyond the tolerance, or if the sum is
-    /// not below `limit`.
+    /// Sum of squared errors of a fan around `apex`, at member `m`. Infinite if one is beyond the tolerance, or if the sum is not below
+    /// `limit`.
     fn fan_cost(&mut self, m: usize, apex: &S, limit: f64, rules: &Rules) -> f64 {
         let k = self.ring.len();
         let plane = |i: usize| S::plane(&self.ring_sites[i], &self.ring_sites[(i + 1) % k], apex);
@@ -382,7 +381,7 @@ impl<'p, S: Site> Searcher<'p, S> {
         0
     }
 
-    /// Fills the polygon by a fan; the first `vertices` members were vertices.
+    /// Fills the polygon by a fan. The first `vertices` members were vertices.
     fn make_fan(&mut self, patch: &mut Patch<'_, S>, centre: Centre, vertices: usize) {
         let k = self.ring.len();
         let m = centre.member;

@@ -1,8 +1,8 @@
 //! On which side of an edge many pixels are seen, 64 of them at once.
 //!
-//! On the lattice, and as long as no corner of a star lies far from its vertex, columns and rows relative to the vertex are
-//! whole numbers so small that single precision is exact, and eight pixels are compared by the same few instructions. The
-//! signs are those of [`Site::turn`] in any case.
+//! On the lattice, and as long as no corner of a star lies far from its vertex, columns and rows relative to the vertex are small whole
+//! numbers. They are so small that single precision is exact, and eight pixels are compared by the same few instructions. The signs are
+//! those of [`Site::turn`] in any case.
 
 use wide::f32x8;
 
@@ -18,7 +18,7 @@ const FAR: f32 = 1024.0;
 /// Places of a star's pixels and corners from its vertex, the first pixel.
 #[derive(Default)]
 pub(super) struct Lanes {
-    /// Columns and rows of the pixels, filled up to whole groups of [`LANES`]; none where places are not exact.
+    /// Columns and rows of the pixels, filled up to whole groups of [`LANES`]. None if places are not exact.
     x: Vec<f32x8>,
     y: Vec<f32x8>,
     corners: Vec<[f32; 2]>,

@@ -5,8 +5,8 @@
 //! of a simple polygon triangulate it, so no other test of the geometry is needed. Of all such triangulations the one with
 //! the smallest sum of squared errors is taken.
 //!
-//! On which side of each diagonal the pixels are seen is found once a diagonal, 64 pixels a word; the pixels of a triangle
-//! are the words of its three edges, joined bit by bit. As most triangles fail, words are found when they are asked for.
+//! The side of each diagonal on which the pixels are seen is found once per diagonal, 64 pixels per word. The pixels of a triangle are the
+//! words of its three edges, joined bit by bit. As most triangles fail, words are found when they are asked for.
 
 use super::delaunay::{NONE, next_of, previous_of};
 use super::patch::{Fan, Patch, SEAM};
@@ -18,13 +18,13 @@ use base::progress::{Pace, Progress};
 /// Most corners of a star.
 pub(super) const MOST: usize = 16;
 
-/// What looking at a vertex costs besides its pixels, in pixels.
+/// Cost of looking at a vertex besides its pixels, in pixels.
 const LOOK: usize = 256;
 
 /// Words of a star from which on each triangle is worth a look at the progress.
 const MANY: usize = 256;
 
-/// What triangles must keep to.
+/// Rules that triangles must keep to.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Rules {
     /// Largest distance along a ray, world units.
@@ -33,7 +33,7 @@ pub(super) struct Rules {
     pub least_sine_squared: f64,
     /// Columns between two rows of a lattice, as far as angles go.
     pub aspect: f64,
-    /// What a search starts with: random flips of this seed.
+    /// Start of a search: random flips of this seed.
     pub shake: Option<u32>,
 }
 
@@ -67,7 +67,7 @@ pub(super) struct Filling {
     code: u64,
 }
 
-/// Finds and makes fillings; keeps its memory between stars.
+/// Finds and makes fillings. It keeps its memory between stars.
 pub(super) struct Surgeon<'p, S: Site> {
     pace: Pace<'p>,
     half_edges: Vec<u32>,
@@ -88,8 +88,8 @@ pub(super) struct Surgeon<'p, S: Site> {
     known: [[u32; MOST]; MOST],
     /// On which side of the edge from corner i to j > i the vertex is seen, as a sign.
     vertex_side: [[i8; MOST]; MOST],
-    /// The best filling of the polygon from corner i to corner j: its cost, negative where not known yet, infinite where
-    /// there is none; and the third corner of the triangle over (i, j).
+    /// The best filling of the polygon from corner i to corner j: its cost, and the third corner of the triangle over (i, j). The cost is
+    /// negative if it is not known yet, infinite if there is no filling.
     cost: [[f64; MOST]; MOST],
     third: [[u8; MOST]; MOST],
     /// The pixel that failed last: likely to fail again.
@@ -127,8 +127,9 @@ impl<'p, S: Site> Surgeon<'p, S> {
         &self.ring
     }
 
-    /// The best filling of the star of `v` without it, if there is one; if there is none, the vertex is settled, but on a seam,
-    /// where its star is not all here. Before it the sum of squared errors of its triangles' pixels, world units, as bits: they sort as the sums do.
+    /// The best filling of the star of `v` without it, if there is one. If there is none, the vertex is settled, but on a seam, where its
+    /// star is not all here. Before it stands the sum of squared errors of its triangles' pixels, world units, as bits: they sort as the
+    /// sums do.
     ///
     /// # Errors
     /// [`base::Error::Cancelled`].
@@ -163,7 +164,7 @@ impl<'p, S: Site> Surgeon<'p, S> {
         Some((cost.to_bits(), Filling { code }))
     }
 
-    /// Collects the star of `v`; `false` if it must stay.
+    /// Collects the star of `v`. `false` if it must stay.
     fn gather(&mut self, patch: &Patch<'_, S>, v: u32) -> bool {
         let Some(fan) = patch.fan(v, MOST, &mut self.half_edges) else { return false };
         self.fan = fan;
@@ -281,7 +282,7 @@ impl<'p, S: Site> Surgeon<'p, S> {
         best.0
     }
 
-    /// Sum of the squared errors of the pixels in a triangle; infinite if it must not be, or is not below `limit`.
+    /// Sum of the squared errors of the pixels in a triangle. Infinite if it must not be, or is not below `limit`.
     fn triangle(&mut self, i: usize, m: usize, j: usize, limit: f64, rules: &Rules) -> f64 {
         let [a, b, c] = [i, m, j].map(|i| self.corner_sites[i]);
         if !rules.allow(&a, &b, &c) {
@@ -384,7 +385,7 @@ impl<'p, S: Site> Surgeon<'p, S> {
         Ok(())
     }
 
-    /// Fills the polygon of corners `i` to `j`; `across` is the half edge beyond its edge from `j` to `i`.
+    /// Fills the polygon of corners `i` to `j`. `across` is the half edge beyond its edge from `j` to `i`.
     fn build(
         &mut self,
         patch: &mut Patch<'_, S>,

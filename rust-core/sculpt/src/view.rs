@@ -1,8 +1,8 @@
-//! What a pixel is to the digging: where the sensor sees it, and how far away its sample lies.
+//! A pixel as the digging sees it: where the sensor sees it, and how far away its sample lies.
 //!
-//! Seen from the sensor a straight edge is straight, whatever the projection; so the mesh is a planar triangulation of
-//! what the sensor sees, and a triangle gives every ray that it covers one range. The four kinds of rays differ in two
-//! things only: the exact sign that says on which side of an edge a pixel is seen, and the formula of that range.
+//! Seen from the sensor a straight edge is straight, whatever the projection. So the mesh is a planar triangulation of what the sensor
+//! sees, and a triangle gives every ray that it covers one range. The four kinds of rays differ in two things only. One is the exact sign
+//! that says on which side of an edge a pixel is seen. The other is the formula of that range.
 //!
 //! | rays | seen at | range of a triangle along a ray |
 //! |---|---|---|
@@ -38,8 +38,8 @@ pub(super) trait Site: Copy + Send + Sync {
     /// The triangle of the samples of three pixels that are not seen on a line.
     fn plane(a: &Self, b: &Self, c: &Self) -> Self::Plane;
 
-    /// Signed distance along the ray of `p` from its sample to the triangle, world units; infinite where the ray never
-    /// meets the triangle's plane.
+    /// Signed distance along the ray of `p` from its sample to the triangle, world units. Infinite if the ray never meets the triangle's
+    /// plane.
     fn error(plane: &Self::Plane, p: &Self) -> f64;
 
     /// Column and row, where pixels lie on a lattice.
@@ -48,10 +48,10 @@ pub(super) trait Site: Copy + Send + Sync {
         None
     }
 
-    /// Where the pixel is seen, for angles; rows of a lattice lie `aspect` columns apart.
+    /// The place where the pixel is seen, for angles. Rows of a lattice lie `aspect` columns apart.
     fn seen(&self, aspect: f64) -> DVec3;
 
-    /// What is linear on a triangle as seen from the sensor: height, or the inverse of the range.
+    /// A value that is linear on a triangle as seen from the sensor: height, or the inverse of the range.
     fn value(&self) -> f64;
 
     /// The point of another value on the ray of this sample.

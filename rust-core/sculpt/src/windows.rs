@@ -7,13 +7,12 @@ use rustc_hash::FxHashMap;
 
 use super::view::{CentralSite, ParallelSite, Site};
 
-/// What is seen at a place in the sensor's window: parallel rays across themselves, others by longitude and latitude.
+/// Windowed sites: the place in the sensor's window where one is seen. Parallel rays across themselves, others by longitude and latitude.
 pub(super) trait Windowed: Site {
     /// Whether the window ends where it begins, at 1.
     const AROUND: bool;
 
-    /// A box around a triangle: lowest and highest place along both axes. Where the window goes around, the first of them
-    /// lies in [0, 1].
+    /// A box around a triangle: lowest and highest place along both axes. If the window goes around, the first of them lies in [0, 1].
     fn window(corners: [&Self; 3]) -> Window;
 
     /// Rises with the range.
@@ -98,11 +97,11 @@ pub(super) type Window = [[f64; 2]; 2];
 /// The windows' grid: what is seen in each cell as lists of numbers. A few windows much larger than the others, or far from
 /// them, put nothing else together: large ones have a list of their own, and a crowded cell is a grid of its own.
 pub(super) struct Grid {
-    /// What large windows are measured by.
+    /// The measure of large windows.
     whole: Window,
     /// Numbers of large windows: most of these overlap each other.
     large: Vec<u32>,
-    /// Where the others lie.
+    /// Lowest place of the others.
     low: [f64; 2],
     /// Cells by length.
     scale: [f64; 2],
@@ -197,8 +196,8 @@ impl Grid {
         }
     }
 
-    /// The cells of a window, and how often it has gone around there. Where it goes around, the cells of the second turn are
-    /// those of the first.
+    /// The cells of a window, and how often it has gone around there. If it goes around, the cells of the second turn are those of the
+    /// first.
     fn cells_of(&self, window: &Window) -> impl Iterator<Item = (usize, usize)> + use<> {
         let along = |axis: usize, turns: usize| {
             let cell = |x: f64| ((x - self.low[axis]) * self.scale[axis]) as usize;
@@ -238,7 +237,7 @@ impl Grid {
         }
     }
 
-    /// Whether something holds of all numbers in the cells of a window; some come more than once.
+    /// Whether something holds of all numbers in the cells of a window. Some come more than once.
     pub fn all(&self, window: &Window, mut holds: impl FnMut(u32) -> bool) -> bool {
         self.all_of(window, &mut holds)
     }
@@ -275,7 +274,7 @@ fn is_large(window: &Window, whole: &Window) -> bool {
     })
 }
 
-/// The part of an interval that lies in another; its nearer end where none does.
+/// The part of an interval that lies in another. Its nearer end if none does.
 fn clipped([low, high]: [f64; 2], [least, most]: [f64; 2]) -> [f64; 2] {
     [low.max(least).min(most), high.max(least).min(most)]
 }

@@ -45,7 +45,7 @@ impl Photo for Shot {
     }
 }
 
-/// What is wrong with the photos.
+/// Errors of the photos.
 #[derive(Clone, Copy)]
 struct Errors {
     name: &'static str,

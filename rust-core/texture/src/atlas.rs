@@ -67,7 +67,7 @@ fn centred(uv: DVec2, size: u32) -> DVec2 {
     DVec2::new(uv.x, 1.0 - uv.y) * f64::from(size) - 0.5
 }
 
-/// Weights of the corners at a point; `None` outside and for a triangle without area.
+/// Weights of the corners at a point. `None` outside and for a triangle without area.
 fn weights([a, b, c]: [DVec2; 3], p: DVec2) -> Option<[f64; 3]> {
     let whole = (b - a).perp_dot(c - a);
     let of = [(b - p).perp_dot(c - p), (c - p).perp_dot(a - p), (a - p).perp_dot(b - p)].map(|x| x / whole);

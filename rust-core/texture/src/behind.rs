@@ -33,7 +33,7 @@ pub struct Detail<'a> {
 /// A place on the detailed surface. In single precision, relative to [`Detail::origin`]: there is one per texel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Place {
-    /// Where it is.
+    /// Its place.
     pub point: [f32; 3],
     /// Normal of the surface, smooth.
     pub normal: [f32; 3],

@@ -20,7 +20,7 @@ const HIGHLIGHT: f32 = 1.02;
 /// Photos from which the brightest may be left out.
 const FEWEST: u8 = 3;
 
-/// What the photos so far say of a place: sums of light times weight, and the brightest of them.
+/// The colour of a place in the photos so far: sums of light times weight, and the brightest of them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Sum {
     light: [f32; 3],
@@ -76,14 +76,14 @@ impl Sum {
         }
     }
 
-    /// The mean light; `None` where no photo sees the place.
+    /// The mean light. `None` if no photo sees the place.
     pub fn mean(&self, drop_highlights: bool) -> Option<[f32; 3]> {
         if !(self.weight > 0.0) {
             return None;
         }
         let mean = |light: [f32; 3], weight: f32| light.map(|sum| sum / weight);
         let rest = self.weight - self.brightest_weight;
-        // What little weight is left by a subtraction is rounding.
+        // The little weight that a subtraction leaves is rounding.
         if drop_highlights && self.count >= FEWEST && rest > 1e-3 * self.weight {
             let others = [0, 1, 2].map(|k| (self.light[k] - self.brightest[k] * self.brightest_weight).max(0.0));
             let others = mean(others, rest);

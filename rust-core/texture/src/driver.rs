@@ -36,9 +36,9 @@ base::stages! {
 
 /// Makes the images of a mesh.
 ///
-/// A texel shows the place of the detailed surface behind it. Its colour is the mean, as light, of all photos that see this
-/// place, by angle, resolution and distance from the image's border. Places that no photo sees take the colour of the detailed
-/// surface's vertices, or else of the nearest place seen; the mask tells them apart.
+/// A texel shows the place of the detailed surface behind it. Its colour is the mean, as light, of all photos that see this place, by
+/// angle, resolution and distance from the image's border. Places that no photo sees take the colour of the detailed surface's vertices, or
+/// else of the nearest place seen. The mask tells them apart.
 ///
 /// # Guarantees
 /// * A photo that does not see a place says nothing of it: visibility is decided by the detailed surface, and by measured
@@ -46,13 +46,12 @@ base::stages! {
 /// * The same images for any number of threads and any order of the photos.
 ///
 /// # Cost
-/// n texels, m photos: O(n (m + log t)) for t detailed triangles; about 7 s of CPU time per million texels with 16 photos. Each
-/// photo is asked for once per tile, once or twice to be compared. About 110 bytes per texel of one tile, 10 per texel of the
-/// others, and one photo.
+/// n texels, m photos: O(n (m + log t)) for t detailed triangles. About 7 s of CPU time per million texels with 16 photos. Each photo is
+/// asked for once per tile, once or twice to be compared. About 110 bytes per texel of one tile, 10 per texel of the others, and one photo.
 ///
 /// # Errors
-/// Parameters out of range; a mesh, texture coordinates, a surface, a photo or a camera that can't be used; neither photos nor
-/// colours of vertices; [`Error::OutOfMemory`]; [`Error::Cancelled`].
+/// Parameters out of range. A mesh, texture coordinates, a surface, a photo or a camera that can't be used. Neither photos nor colours of
+/// vertices. [`Error::OutOfMemory`]. [`Error::Cancelled`].
 pub fn run(
     target: &TextureTarget<'_>,
     detail: &TriMesh,
@@ -158,7 +157,7 @@ impl Job<'_, '_> {
         self.photos[self.order[i]]
     }
 
-    /// Gains and poses under which the photos agree; `None` for a photo that is left out.
+    /// Gains and poses under which the photos agree. `None` for a photo that is left out.
     fn agree(&self, done: &mut Textured) -> Result<Vec<Option<Chosen>>> {
         let count = self.photos.len();
         let report =
@@ -240,7 +239,7 @@ impl Job<'_, '_> {
         Ok(())
     }
 
-    /// Moves the cameras; whether any was.
+    /// Moves the cameras. Returns whether any was moved.
     fn refine(
         &self,
         greys: Vec<Grey>,
@@ -274,7 +273,7 @@ impl Job<'_, '_> {
         Ok(moved)
     }
 
-    /// Colours and mask of the covered texels; still one entry per covered texel.
+    /// Colours and mask of the covered texels. Still one entry per covered texel.
     fn coloured(
         &self,
         texels: &[Texel],
@@ -322,7 +321,7 @@ impl Job<'_, '_> {
     }
 }
 
-/// Values of covered texels in all texels; `none` where nothing is covered at all.
+/// Values of covered texels in all texels. `none` if nothing is covered at all.
 fn spread<T: Copy>(values: &[T], sources: &[u32], none: T) -> Vec<T> {
     sources.iter().map(|&i| if i == NONE { none } else { values[i as usize] }).collect()
 }

@@ -10,7 +10,7 @@ use mesh::{AttributeData, TriMesh, srgb::Mix};
 use super::atlas::{NONE, Texel};
 use super::behind::Place;
 
-/// Seen places among which the nearest are searched; each stands for those around it.
+/// Seen places among which the nearest are searched. Each stands for those around it.
 const MOST: usize = 1_000_000;
 
 /// Colours of the detailed surface's vertices, if it has any.
@@ -21,7 +21,7 @@ pub fn vertex_colours(mesh: &TriMesh) -> Option<&[[u8; 4]]> {
     }
 }
 
-/// The colour of the detailed surface at a place; `None` where its vertices have none.
+/// The colour of the detailed surface at a place. `None` if its vertices have none.
 pub fn of_vertices(place: &Place, mesh: &TriMesh, colours: &[[u8; 4]]) -> Option<[u8; 3]> {
     let corners = mesh.triangles.get(place.triangle as usize)?.map(|v| colours[v as usize]);
     let [b, c] = place.weights;

@@ -26,7 +26,7 @@ const USUAL: f64 = 0.05;
 /// Evidence that the gain of a photo is 1, in places: photos that share none keep it.
 const PRIOR: f64 = 1e-3;
 
-/// What a photo shows at the samples that it sees: number of the sample, logarithms of light.
+/// Colours of a photo at the samples that it sees: number of the sample, logarithms of light.
 pub type Shown = Vec<(u32, [f32; 3])>;
 
 /// Looks at the samples in one photo.

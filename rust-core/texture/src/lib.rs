@@ -65,7 +65,7 @@ pub mod mask {
 pub struct Tile {
     /// Base colour, sRGB.
     pub colour: Vec<[u8; 3]>,
-    /// Where colours come from: values of [`mask`].
+    /// Source of each colour: values of [`mask`].
     pub mask: Vec<u8>,
     /// Normals in tangent space, y up: 128 is 0.
     pub normal: Option<Vec<[u8; 3]>>,
@@ -75,18 +75,18 @@ pub struct Tile {
     pub occlusion: Option<Vec<u8>>,
 }
 
-/// What became of a photo.
+/// Report of a photo.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PhotoReport {
     /// Name of the photo.
     pub name: String,
-    /// What its light was multiplied by: red, green, blue.
+    /// Factors of its light: red, green, blue.
     pub gain: [f64; 3],
     /// How far its camera was moved: pixels, in the root mean square over the surface.
     pub moved: f64,
     /// Texels that it sees.
     pub texels: u64,
-    /// Why nothing was taken of it; `None` for a photo that was used.
+    /// Reason why nothing was taken of it. `None` for a photo that was used.
     pub left_out: Option<String>,
 }
 

@@ -20,8 +20,8 @@ const PACE: usize = 16;
 /// Rays begin this share of the surface's size above it.
 const ABOVE: f64 = 1e-4;
 
-/// Ambient occlusion of the places, 255 where all is open. Rays start from one texel in each block of 4 x 4; the others take
-/// the mean of what was found within two blocks where normals agree.
+/// Ambient occlusion of the places, 255 where all is open. Rays start from one texel in each block of 4 x 4. The others take the mean of
+/// what was found within two blocks where normals agree.
 ///
 /// # Errors
 /// [`base::Error::Cancelled`].

@@ -46,7 +46,7 @@ pub struct Pixels {
 pub struct Depths {
     /// Columns and rows: those of the photo, or of a smaller image of the same view.
     pub size: [usize; 2],
-    /// Depths, row by row; 0 or NaN where nothing was measured.
+    /// Depths, row by row. 0 or NaN where nothing was measured.
     pub values: Vec<f32>,
 }
 
@@ -87,7 +87,7 @@ pub fn in_order(photos: &[&dyn Photo]) -> Result<Vec<usize>> {
 /// The pixels of a photo, if they are as its camera says.
 ///
 /// # Errors
-/// [`Error::Input`] for another size; what kept them from being read.
+/// [`Error::Input`] for another size. The error that kept them from being read.
 pub fn pixels(photo: &dyn Photo) -> Result<Pixels> {
     let pixels = photo.pixels()?;
     let [columns, rows] = pixels.size;
@@ -113,7 +113,7 @@ pub fn pixels(photo: &dyn Photo) -> Result<Pixels> {
 /// The depths beside a photo, if there are any and they are whole.
 ///
 /// # Errors
-/// [`Error::Input`] for a size that is none or does not suit their number; what kept them from being read.
+/// [`Error::Input`] for a size that is none or does not suit their number. The error that kept them from being read.
 pub fn depths(photo: &dyn Photo) -> Result<Option<Depths>> {
     let Some(depths) = photo.depths()? else { return Ok(None) };
     let [columns, rows] = depths.size;

@@ -1,7 +1,7 @@
 //! Cameras refined by the photos: each is moved until it shows what the others show at the same places. After \[ZK14\]
 //!
-//! At samples of the surface the grey of each photo is compared with the mean of the *other* photos; Gauss and Newton's
-//! steps on six numbers per photo, coarse to fine, robust. The surface stays as it is, and so it holds all cameras together.
+//! At samples of the surface the grey of each photo is compared with the mean of the *other* photos. Gauss and Newton's steps on six
+//! numbers per photo, coarse to fine, robust. The surface stays as it is, and so it holds all cameras together.
 
 use glam::{DAffine3, DMat3, DQuat, DVec2, DVec3};
 use rayon::prelude::*;
@@ -21,7 +21,7 @@ const BLURS: [f64; 3] = [4.0, 2.0, 1.0];
 const STEPS: usize = 5;
 /// Pixels to all sides that a blur mixes in, in radii.
 const BLURRED: f64 = 1.5;
-/// Bytes that all grey photos together take at most; larger ones are halved until they fit.
+/// Bytes that all grey photos together take at most. Larger ones are halved until they fit.
 const BYTES: usize = 1 << 29;
 /// Greys that differ by this many times the median difference have a quarter of their weight.
 const ROBUST: f64 = 2.0;
@@ -41,9 +41,9 @@ pub struct Posed<'a> {
     pub camera: Camera,
     /// Its pose, relative to [`Detail::origin`].
     pub origin_from_camera: DAffine3,
-    /// What it shows.
+    /// The greys that it shows.
     pub grey: Grey,
-    /// What its greys are multiplied by.
+    /// Factor of its greys.
     pub gain: f64,
     /// The photo, for the depths beside it.
     pub photo: &'a dyn Photo,
@@ -141,7 +141,7 @@ struct Smooth {
 }
 
 impl Smooth {
-    /// Grey and its slope per pixel of the photo; `None` outside.
+    /// Grey and its slope per pixel of the photo. `None` outside.
     #[inline]
     fn at(&self, at: DVec2) -> Option<(f64, DVec2)> {
         let p = (at + 0.5) / self.factor - 0.5;

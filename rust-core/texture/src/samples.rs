@@ -10,7 +10,7 @@ use super::atlas::Texel;
 use super::behind::{Detail, Place, places};
 use super::target::TextureTarget;
 
-/// Samples; fewer with many photos.
+/// Samples. Fewer with many photos.
 const COUNT: usize = 60_000;
 /// Samples of all photos together.
 const OF_ALL: usize = 16_000_000;

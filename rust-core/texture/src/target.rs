@@ -63,7 +63,7 @@ impl TextureTarget<'_> {
     }
 }
 
-/// Normals of the vertices, weighted by angles; vertices at the same place have the same, so that seams do not show.
+/// Normals of the vertices, weighted by angles. Vertices at the same place have the same, so that seams do not show.
 ///
 /// # Errors
 /// [`Error::Cancelled`].
@@ -87,7 +87,7 @@ pub fn normals(mesh: &TriMesh, progress: &Progress<'_>) -> Result<Vec<DVec3>> {
     Ok(normals)
 }
 
-/// Normal of a triangle; zero for one without area.
+/// Normal of a triangle. Zero for one without area.
 pub fn face_normal([a, b, c]: [DVec3; 3]) -> DVec3 {
     (b - a).cross(c - a).normalize_or_zero()
 }

@@ -1,6 +1,6 @@
 //! A photo's camera in its place: where it sees a point of the detailed surface, and whether it does.
 //!
-//! The surface is drawn into a buffer of depths first. It decides for most points at once; at edges a ray does.
+//! The surface is drawn into a buffer of depths first. It decides for most points at once. At edges a ray does.
 
 use glam::{DAffine3, DVec2, DVec3};
 
@@ -54,7 +54,7 @@ pub struct Seen {
 }
 
 impl View {
-    /// A camera; its pose is relative to [`Detail::origin`].
+    /// A camera. Its pose is relative to [`Detail::origin`].
     ///
     /// # Errors
     /// [`base::Error::Cancelled`].
@@ -81,15 +81,15 @@ impl View {
         sides.into_iter().all(|side| self.drawn.is_about(at + side * radius, depth))
     }
 
-    /// The point in the camera's frame; its pixel.
+    /// The point in the camera's frame, and its pixel.
     #[inline]
     fn project(&self, point: DVec3) -> (DVec3, DVec2) {
         let p = self.camera_from_origin.transform_point3(point);
         (p, DVec2::from(self.camera.focal) * DVec2::new(p.x, p.y) / p.z + DVec2::from(self.camera.centre))
     }
 
-    /// Where a point of the surface is seen, relative to [`Detail::origin`]; `None` where it is hidden, turned away or outside,
-    /// and without `edges` where it is not clear.
+    /// The pixel that shows a point of the surface, relative to [`Detail::origin`]. `None` if the point is hidden, turned away or outside,
+    /// and without `edges` also if that is not clear.
     #[inline]
     pub fn see(&self, point: DVec3, normal: DVec3, detail: &Detail<'_>, edges: bool) -> Option<Seen> {
         let to_eye = self.eye - point;

@@ -52,7 +52,7 @@ fn main() -> Result<()> {
     Ok(())
 }
 
-/// Vertices and triangles of an OBJ file; larger faces as fans.
+/// Vertices and triangles of an OBJ file. Larger faces as fans.
 fn read(path: &str) -> Result<TriMesh> {
     let text = std::fs::read_to_string(path).map_err(|error| Error::io(path.as_ref(), error))?;
     let mut mesh = TriMesh::default();

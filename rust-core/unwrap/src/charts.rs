@@ -25,7 +25,7 @@ impl Charts {
         self.corners[t].map(|place| self.uv[place as usize])
     }
 
-    /// Triangles of each chart; a chart may have none.
+    /// Triangles of each chart. A chart may have none.
     pub fn members(&self) -> Vec<Vec<u32>> {
         let count = self.of.iter().filter(|&&chart| chart != NONE).max().map_or(0, |&last| last as usize + 1);
         let mut members = vec![Vec::new(); count];

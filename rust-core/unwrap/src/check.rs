@@ -1,4 +1,4 @@
-//! What is wrong with texture coordinates, by exact signs: independent of how they were made.
+//! Faults of texture coordinates, by exact signs: independent of how they were made.
 
 use glam::DVec2;
 use rayon::prelude::*;
@@ -10,7 +10,7 @@ use geom::predicates::orient2d;
 /// Triangles looked at between two checks for cancelling.
 const BLOCK: usize = 256;
 
-/// What was found.
+/// The faults that were found.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct UvReport {
     /// Triangles that turn clockwise, ascending.
@@ -34,7 +34,7 @@ impl UvReport {
 /// O(n log n) time where triangles are of like size, one exact test per pair whose boxes meet.
 ///
 /// # Errors
-/// [`Error::Input`] for a coordinate that is not finite or a corner out of range; [`Error::Cancelled`].
+/// [`Error::Input`] for a coordinate that is not finite or a corner out of range. [`Error::Cancelled`].
 pub fn check(uv: &[DVec2], triangles: &[[u32; 3]], progress: &Progress<'_>) -> Result<UvReport> {
     if let Some(v) = uv.iter().position(|at| !at.is_finite()) {
         return Err(Error::input(format!("texture coordinate {v} is ({}, {}), but must be finite", uv[v].x, uv[v].y)));

@@ -9,7 +9,7 @@ use super::params::UnwrapParams;
 use super::surface::Surface;
 use super::{UnwrapReport, Unwrapped, finish, flatten, join, mend, pack};
 
-/// At the peak; measured.
+/// At the peak. Measured.
 const BYTES_A_TRIANGLE: f64 = 800.0;
 
 base::stages! {
@@ -33,12 +33,12 @@ base::stages! {
 /// * The same input gives the same coordinates for any number of threads.
 ///
 /// # Cost
-/// n triangles: about O(n^1.5) for the least squares of large charts; 5 s of CPU time for 20,000 triangles, 45 s for 200,000.
-/// About 0.8 kB per triangle and half a byte per texel of a tile.
+/// n triangles: about O(n^1.5) for the least squares of large charts. 5 s of CPU time for 20,000 triangles, 45 s for 200,000. About 0.8 kB
+/// per triangle and half a byte per texel of a tile.
 ///
 /// # Errors
-/// Parameters out of range; a mesh that is not valid or has no triangle; charts that do not fit their tiles;
-/// [`base::Error::OutOfMemory`]; [`base::Error::Cancelled`].
+/// Parameters out of range. A mesh that is not valid or has no triangle. Charts that do not fit their tiles. [`base::Error::OutOfMemory`].
+/// [`base::Error::Cancelled`].
 pub fn run(mesh: &TriMesh, params: &UnwrapParams, progress: &Progress<'_>) -> Result<Unwrapped> {
     params.validate()?;
     Crs::lengths(mesh.crs.as_ref())?;

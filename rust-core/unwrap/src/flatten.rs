@@ -31,7 +31,7 @@ pub fn flatten(surface: &Surface, params: &UnwrapParams, progress: &Progress<'_>
     generated(&positions, surface.triangles.as_flattened(), None, &options, progress).map(|flat| flat.charts)
 }
 
-/// What the crate returned.
+/// The result that the crate returned.
 pub struct Generated {
     /// Its charts, in its units before they were scaled to texels.
     pub charts: Charts,
@@ -56,7 +56,7 @@ pub struct Known<'a> {
 /// Runs the crate. Progress counts triangles.
 ///
 /// # Errors
-/// [`Error::Cancelled`]; [`Error::Input`] where the charts do not fit.
+/// [`Error::Cancelled`]. [`Error::Input`] if the charts do not fit.
 pub fn generated(
     positions: &[[f32; 3]],
     indices: &[u32],

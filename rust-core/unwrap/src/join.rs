@@ -1,7 +1,7 @@
 //! Small charts are laid beside their neighbours: fewer charts, fewer seams.
 //!
-//! A chart moves rigidly to where it fits its neighbour's border best, and becomes one with it there: along all that they
-//! share, or if that stretches it too much along the longest edge alone. It stays by itself where it would overlap.
+//! A chart moves rigidly to where it fits its neighbour's border best, and becomes one with it there. It does along all that they share, or
+//! if that stretches it too much along the longest edge alone. It stays by itself where it would overlap.
 
 use glam::{DVec2, DVec3};
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -14,7 +14,7 @@ use super::charts::{Charts, NONE};
 use super::check::insides_meet;
 use super::surface::Surface;
 
-/// Rounds over all charts; few are joined after the second.
+/// Rounds over all charts. Few are joined after the second.
 const ROUNDS: usize = 4;
 /// Lengths of a chart that is joined to its neighbour are stretched by at most this factor, either way.
 const STRETCH: f64 = 1.5;
@@ -37,7 +37,7 @@ struct Shared {
     length: f64,
 }
 
-/// Joins charts; how many there are then.
+/// Joins charts. Returns how many there are then.
 ///
 /// # Errors
 /// [`base::Error::Cancelled`].
@@ -122,7 +122,7 @@ impl<'a> Joiner<'a> {
         Ok(joiner)
     }
 
-    /// Lays a chart beside the neighbour that it shares most with, if it fits there; else beside the next one.
+    /// Lays a chart beside the neighbour that it shares most with, if it fits there. Else beside the next one.
     fn join_one(&mut self, small: usize, twins: &[u32], pace: &mut Pace<'_>) -> Result<bool> {
         let mut neighbours: Vec<(u32, Vec<Shared>)> = self.neighbours(small, twins);
         let length = |shared: &[Shared]| shared.iter().map(|edge| edge.length).sum::<f64>();
@@ -162,8 +162,8 @@ impl<'a> Joiner<'a> {
         by_chart.into_iter().collect()
     }
 
-    /// Where the places of a chart come to lie, and the neighbour's places that some of them become. `None` where the chart
-    /// would be stretched too much.
+    /// Places that the places of a chart come to lie at, and the neighbour's places that some of them become. `None` if the chart would be
+    /// stretched too much.
     fn laid_beside(&self, small: usize, along: &[Shared]) -> Option<FxHashMap<u32, (DVec2, u32)>> {
         let charts = &*self.charts;
         let ends = |edge: &Shared| {
@@ -298,7 +298,7 @@ impl<'a> Joiner<'a> {
     }
 }
 
-/// Cells that the box of a triangle meets; `None` for too many.
+/// Cells that the box of a triangle meets. `None` for too many.
 fn cells_of(uv: [DVec2; 3], cell: f64) -> Option<impl Iterator<Item = (i32, i32)>> {
     let low = (uv[0].min(uv[1]).min(uv[2]) / cell).floor().as_ivec2();
     let high = (uv[0].max(uv[1]).max(uv[2]) / cell).floor().as_ivec2();
@@ -318,7 +318,7 @@ pub fn area_vector([a, b, c]: [DVec3; 3]) -> DVec3 {
     (b - a).cross(c - a)
 }
 
-/// Largest and smallest factor by which lengths of a triangle are stretched in the plane; `None` for one without area.
+/// Largest and smallest factor by which lengths of a triangle are stretched in the plane. `None` for one without area.
 pub fn stretches(corners: [DVec3; 3], uv: [DVec2; 3]) -> Option<[f64; 2]> {
     let (e1, e2) = (corners[1] - corners[0], corners[2] - corners[0]);
     let along = e1.try_normalize()?;

@@ -62,7 +62,7 @@ pub struct UnwrapReport {
     /// Texels per unit of length: the root of the texels that triangles cover over their area on the surface.
     pub texels_per_unit: f64,
     /// Stretch of a triangle: the larger of its longest stretched length and its shortest one's inverse, as a multiple of
-    /// `texels_per_unit`; 1 is none. Mean over the surface.
+    /// `texels_per_unit`. 1 is none. Mean over the surface.
     pub stretch: f64,
     /// Nineteen twentieths of the surface are stretched less.
     pub stretch_p95: f64,
@@ -79,13 +79,13 @@ pub struct UnwrapReport {
 /// Result of unwrapping.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Unwrapped {
-    /// The mesh with the same triangles in the same order. Vertices on seams come once per chart; attributes ride along.
+    /// The mesh with the same triangles in the same order. Vertices on seams come once per chart. Attributes ride along.
     pub mesh: TriMesh,
     /// Texture coordinates, one per vertex of `mesh`: numbers that single precision holds.
     pub uv: Vec<DVec2>,
     /// The vertex of the input that each vertex was.
     pub source: Vec<u32>,
-    /// The chart of each triangle; -1 for one without area in the texture.
+    /// The chart of each triangle. -1 for one without area in the texture.
     pub chart: Vec<i32>,
     /// Figures of the run.
     pub report: UnwrapReport,

@@ -11,9 +11,9 @@ use super::check::check;
 use super::join::area_vector;
 use super::surface::Surface;
 
-/// Steps of a vertex away from the edge it fell across, in units of the last place; each is twice the one before.
+/// Steps of a vertex away from the edge it fell across, in units of the last place. Each is twice the one before.
 const STEPS: i32 = 8;
-/// Rounds of moving; what is turned then loses its area.
+/// Rounds of moving. Triangles that are still turned then lose their area.
 const ROUNDS: usize = 8;
 
 /// Moves vertices by a few units in the last place until no triangle is turned. Triangles that stay so, or that overlap
@@ -49,7 +49,7 @@ fn is_sound([a, b, c]: [DVec2; 3]) -> bool {
     orient2d(a, b, c) > 0
 }
 
-/// Moves vertices of turned triangles while that helps; how many.
+/// Moves vertices of turned triangles while that helps. Returns how many.
 fn straighten(charts: &mut Charts, progress: &Progress<'_>) -> Result<usize> {
     let mut moved = 0;
     for _ in 0..ROUNDS {

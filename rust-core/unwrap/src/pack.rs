@@ -28,7 +28,7 @@ pub struct Packed {
 /// Packs the charts.
 ///
 /// # Errors
-/// [`Error::Input`] where they do not fit; [`Error::Cancelled`].
+/// [`Error::Input`] if they do not fit. [`Error::Cancelled`].
 pub fn pack(charts: &Charts, surface: &Surface, params: &UnwrapParams, progress: &Progress<'_>) -> Result<Packed> {
     let packer = Packer::new(charts, surface, params, progress);
     let most = match params.extent {
@@ -107,7 +107,7 @@ impl<'a, 'p> Packer<'a, 'p> {
         self.run(Density::Fixed { texels_per_unit: density as f32, page_size: Some(self.params.size) })
     }
 
-    /// The densest of some trials that fits so many tiles; `one` fits one.
+    /// The densest of some trials that fits so many tiles. `one` fits one.
     fn filling(&self, tiles: u32, one: Generated) -> Result<Generated> {
         let mut low = one.density;
         let mut high = f64::from(self.params.size) * (f64::from(tiles) / self.area).sqrt();
@@ -137,7 +137,7 @@ impl<'a, 'p> Packer<'a, 'p> {
             let corner = DVec2::new(f64::from(tile % ROW), f64::from(tile / ROW));
             *at = ((*at * scale).clamp(DVec2::ZERO, DVec2::ONE) + corner).as_vec2().as_dvec2();
         }
-        // What it was given were places, not vertices.
+        // It was given places, not vertices.
         charts.vertex.iter_mut().for_each(|place| *place = self.charts.vertex[*place as usize]);
         Packed { charts, tiles: pages }
     }

@@ -44,7 +44,7 @@ fn random(pixel: u32) -> f64 {
     (x >> 11) as f64 / (1_u64 << 53) as f64
 }
 
-/// Absolute second difference over the valid neighbours, in eight parts; the background has none.
+/// Absolute second difference over the valid neighbours, in eight parts. The background has none.
 fn curvature(image: &RangeImage, heights: &[f64], p: usize) -> f64 {
     let (mut sum, mut count) = (0.0, 0.0);
     if !image.is_valid(p) {

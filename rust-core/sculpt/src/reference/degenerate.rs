@@ -1,4 +1,4 @@
-//! Triangles whose corners are seen on a line are removed; the one beyond their longest edge is cut in two (section 3.5).
+//! Triangles whose corners are seen on a line are removed. The one beyond their longest edge is cut in two (section 3.5).
 
 use std::collections::BTreeMap;
 

@@ -8,16 +8,15 @@
 //! | 4 | `validation` | triangle -> invalid, unreliable or reliable (3.3.1, 3.4) |
 //! | 5 | `degenerate` | mesh -> mesh without triangles seen edge-on (3.5) |
 //!
-//! Differences from the paper: curvature is measured in units of 1/10,000 of the depth extent, so that it does not depend on
-//! the user's unit; alpha is 1, as it only scales; the random number is a hash of the pixel; neighbour links of the
-//! tetrahedra take the place of the hash table.
+//! Differences from the paper: Curvature is measured in units of 1/10,000 of the depth extent, so that it does not depend on the user's
+//! unit. Alpha is 1, as it only scales. The random number is a hash of the pixel. Neighbour links of the tetrahedra take the place of the
+//! hash table.
 //!
-//! As in the paper the mesh may fold over itself seen from the sensor, digging may end at the lower hull with a triangle that
-//! is still invalid or unreliable, and the halves of a triangle that is cut beside one seen edge-on are not judged again:
-//! these are counted, and the certificate says how far off they are. Digging that gets through to the lower hull at one place
-//! goes on from below and leaves two sheets: the tetrahedra lack some edges of the grid. Where the curvature
-//! itself varies smoothly, as on analytic shapes, many pixels lie on the hull from the start, and the mesh is far denser
-//! than on images with noise or plane parts.
+//! As in the paper the mesh may fold over itself seen from the sensor, and digging may end at the lower hull with a triangle that is still
+//! invalid or unreliable. The halves of a triangle that is cut beside one seen edge-on are not judged again. These are counted, and the
+//! certificate says how far off they are. Digging that gets through to the lower hull at one place goes on from below and leaves two
+//! sheets: the tetrahedra lack some edges of the grid. If the curvature itself varies smoothly, as on analytic shapes, many pixels lie on
+//! the hull from the start. The mesh is then far denser than on images with noise or plane parts.
 
 mod curvature_space;
 mod degenerate;
@@ -34,7 +33,7 @@ use geom::delaunay3::Delaunay3;
 use image::range_image::{Projection, RangeImage, Samples};
 use mesh::TriMesh;
 
-/// At the peak; measured.
+/// At the peak. Measured.
 const BYTES_A_PIXEL: f64 = 500.0;
 
 /// The figures of a run.
@@ -60,7 +59,7 @@ pub struct ReferenceReport {
     pub seconds: Vec<(&'static str, f64)>,
 }
 
-/// What the paper's pipeline gives; the mesh is in the sensor's frame.
+/// The result of the paper's pipeline. The mesh is in the sensor's frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reference {
     /// The surface, with the attributes of [`super::Sculpted::mesh`].
@@ -80,12 +79,12 @@ base::stages! {
     MEASURING = "measuring the error", 0.05;
 }
 
-/// Sculpts an orthographic image as the paper does; of the parameters only `tolerance`, `triangulation` and `threads` are used.
+/// Sculpts an orthographic image as the paper does. Of the parameters only `tolerance`, `triangulation` and `threads` are used.
 ///
 /// Cost: O(n log n) expected time for n pixels, about 500 bytes a pixel.
 ///
 /// # Errors
-/// [`Error::Input`] for images of other kinds; parameters out of range; [`Error::Cancelled`]; [`Error::OutOfMemory`].
+/// [`Error::Input`] for images of other kinds. Parameters out of range. [`Error::Cancelled`]. [`Error::OutOfMemory`].
 pub fn run(image: &RangeImage, params: &SculptParams, progress: &Progress<'_>) -> Result<Reference> {
     params.validate()?;
     let (Projection::Orthographic { .. }, Samples::Values(heights)) = (image.projection(), image.samples()) else {
@@ -123,7 +122,7 @@ pub fn run(image: &RangeImage, params: &SculptParams, progress: &Progress<'_>) -
             let before = dug.triangles.len();
             triangles = degenerate::remove(dug.triangles, image.cols() as u32);
             report.degenerate_triangles = before.saturating_sub(triangles.len());
-            // What reaches into the background is not drawn.
+            // Triangles that reach into the background are not drawn.
             let is_drawn = |t: &[u32; 3]| {
                 image.is_valid(centroid(*t, image.cols() as u32)) && t.iter().all(|&p| image.is_valid(p as usize))
             };

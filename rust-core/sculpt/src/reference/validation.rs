@@ -1,11 +1,11 @@
-//! What a triangle of the exterior mesh is, in the image: invalid, unreliable or reliable (sections 3.3.1 and 3.4).
+//! The verdict on a triangle of the exterior mesh, in the image: invalid, unreliable or reliable (sections 3.3.1 and 3.4).
 
 use glam::DVec3;
 
 use crate::domain::Domain;
 use image::range_image::RangeImage;
 
-/// What is known of a triangle.
+/// The verdict on a triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Verdict {
     /// Nothing yet.

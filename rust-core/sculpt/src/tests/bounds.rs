@@ -14,7 +14,7 @@ fn relief(rows: usize, cols: usize) -> RangeImage {
     })
 }
 
-/// A number in units of 2^-80; it has no finer digits.
+/// A number in units of 2^-80. It has no finer digits.
 fn exact(x: f64) -> BigInt {
     if x == 0.0 {
         return BigInt::ZERO;
@@ -135,7 +135,7 @@ fn a_written_mesh_keeps_the_tolerance() {
                 let header = std::fs::read(&path).unwrap();
                 let double = String::from_utf8_lossy(&header[..200]).contains("property double x");
                 doubles += usize::from(double);
-                // What single precision holds takes no more.
+                // A mesh that single precision holds takes no more.
                 assert!(!double || sculpted.mesh.single_rounding() > 0.0);
                 let Content::Mesh(read) = import::open(&path).unwrap().scans[0].read().unwrap() else { panic!() };
                 let domain = Domain::new(&image, &params.triangulation, &Progress::none()).unwrap();
@@ -143,9 +143,9 @@ fn a_written_mesh_keeps_the_tolerance() {
                 assert_eq!(domain.pixels.len(), image.valid_count());
                 assert_within(&image, &read.positions, triangles, tolerance);
             }
-            // What the certificate says of single precision.
+            // The certificate of single precision.
             let single: Vec<DVec3> = sculpted.mesh.positions.iter().map(|p| p.as_vec3().as_dvec3()).collect();
-            // Which is rounded itself.
+            // It is rounded itself.
             let most = sculpted.certificate.max_error_single * (1.0 + f64::EPSILON);
             assert_within(&image, &single, &sculpted.mesh.triangles, most);
             assert!(sculpted.certificate.max_error_single <= 1.001 * tolerance);

@@ -1,4 +1,4 @@
-//! Where the mesh may be, and what there is none of.
+//! Places where the mesh may be, and places where there is none of it.
 
 use super::*;
 

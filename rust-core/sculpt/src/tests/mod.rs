@@ -1,4 +1,4 @@
-//! What must always hold of a sculpted mesh, whatever the image.
+//! Rules that always hold of a sculpted mesh, whatever the image.
 
 use glam::DVec3;
 use proptest::prelude::*;
@@ -162,7 +162,7 @@ fn noise(seed: u64, i: u64) -> f64 {
     (x >> 11) as f64 / (1_u64 << 53) as f64
 }
 
-/// Hills, a step, noise, quantized or flattened in places, with holes; values about 2 with an extent of about 1.
+/// Hills, a step, noise, quantized or flattened in places, with holes. Values about 2 with an extent of about 1.
 #[derive(Clone, Copy, Debug)]
 struct Scene {
     rows: usize,

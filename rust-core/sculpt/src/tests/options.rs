@@ -1,4 +1,4 @@
-//! What the options promise.
+//! Promises of the options.
 
 use super::*;
 

@@ -1,4 +1,4 @@
-//! What a mesh must cover, from the contract alone: this shares nothing with what sculpts.
+//! The area that a mesh must cover, from the contract alone: this shares nothing with what sculpts.
 //!
 //! A place is what the sensor sees, up to a factor above 0: (across, across, 1) along parallel rays, the way from the eye
 //! along others. So a ray, too, is a place, and where rays meet triangles is a matter of signs of determinants.
@@ -46,7 +46,7 @@ impl Eye {
         }
     }
 
-    /// What a triangle takes up of what is seen: an area, or a solid angle.
+    /// The part of the view that a triangle takes up: an area, or a solid angle.
     fn area(&self, [a, b, c]: [DVec3; 3]) -> f64 {
         let det = side(a, b, c).abs();
         match self {
@@ -61,7 +61,7 @@ fn side(a: DVec3, b: DVec3, c: DVec3) -> f64 {
     a.dot(b.cross(c))
 }
 
-/// How far inside of a triangle a ray meets it; below 0 outside.
+/// Distance inside of a triangle at which a ray meets it. Below 0 outside.
 fn inside([a, b, c]: [DVec3; 3], ray: DVec3) -> f64 {
     let turn = side(a, b, c).signum();
     [(a, b), (b, c), (c, a)].map(|(p, q)| turn * side(p, q, ray)).into_iter().fold(f64::INFINITY, f64::min)
@@ -91,8 +91,8 @@ fn overlap(one: [DVec3; 3], other: [DVec3; 3]) -> bool {
     !apart(one, other) && !apart(other, one)
 }
 
-/// The halves of cells with three valid corners and no edge longer than the limit; a whole cell is cut by its shorter diagonal,
-/// the one from its first pixel if they are equal. Of point grids those that turn as most do: the others are seen from behind.
+/// The halves of cells with three valid corners and no edge longer than the limit. A whole cell is cut by its shorter diagonal, the one
+/// from its first pixel if they are equal. Of point grids those that turn as most do: the others are seen from behind.
 fn halves(image: &RangeImage, eye: &Eye, limit: f64) -> Vec<Half> {
     let cols = image.cols();
     let sample = |i: usize| image.point_in_sensor(i);

@@ -58,7 +58,7 @@ pub fn looking(eye: DVec3, at: DVec3) -> DAffine3 {
     DAffine3 { matrix3: DMat3::from_cols(right, forward.cross(right), forward), translation: eye }
 }
 
-/// A photo of 120 x 100 pixels of a mesh whose places have these colours; the background is grey.
+/// A photo of 120 x 100 pixels of a mesh whose places have these colours. The background is grey.
 pub fn shot(name: &str, mesh: &TriMesh, eye: DVec3, colour: &dyn Fn(DVec3) -> [u8; 3]) -> Shot {
     shot_of([120, 100], name, mesh, eye, colour)
 }

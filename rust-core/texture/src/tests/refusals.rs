@@ -1,4 +1,4 @@
-//! Photos that can't be used, in words; memory; cancelling.
+//! Photos that can't be used, in words. Memory. Cancelling.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 

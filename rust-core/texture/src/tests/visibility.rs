@@ -1,4 +1,4 @@
-//! What photos see and what they do not.
+//! Places that photos see, and places that they do not.
 
 use glam::{DVec2, DVec3};
 
