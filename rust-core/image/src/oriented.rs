@@ -26,7 +26,7 @@ pub struct OrientedPoints {
     pub intensity: Option<Vec<f32>>,
     /// From where they were seen, if that is known.
     pub viewing: Option<Viewing>,
-    /// Median distance of neighbours; the larger one of rows and columns where pixels are not square.
+    /// Median distance of neighbours. The larger one of rows and columns if pixels are not square.
     pub spacing: f64,
     /// Places them in the world.
     pub world_from_points: DAffine3,
@@ -37,8 +37,7 @@ impl OrientedPoints {
     /// jump away. O(pixels).
     ///
     /// # Errors
-    /// An attribute of the wrong length, more than 2^32 - 2 pixels, a coordinate larger than
-    /// [`magnitude::LARGEST`]; cancelled.
+    /// An attribute of the wrong length, more than 2^32 - 2 pixels, a coordinate larger than [`magnitude::LARGEST`]. Cancelled.
     pub fn of_image(image: &RangeImage, progress: &Progress<'_>) -> Result<Self> {
         image.validate()?;
         let own_size = repeats::undone(image);
@@ -121,7 +120,7 @@ impl OrientedPoints {
     /// The points of a cloud that has normals. O(n log n).
     ///
     /// # Errors
-    /// A cloud without normals; a coordinate too large.
+    /// A cloud without normals. A coordinate too large.
     pub fn of_cloud(cloud: &PointCloud, world_from_points: DAffine3) -> Result<Self> {
         magnitude::points("point", &cloud.positions)?;
         let Some(normals) = &cloud.normals else {
@@ -148,7 +147,7 @@ impl OrientedPoints {
 /// One in so many points looks for its nearest neighbour among the others.
 const LOOKING: usize = 20;
 
-/// Median distance of nearest neighbours; 0 of fewer than two points.
+/// Median distance of nearest neighbours. 0 if there are fewer than two points.
 fn cloud_spacing(points: &[DVec3]) -> f64 {
     let (looking, rest): (Vec<_>, Vec<_>) = points.iter().enumerate().partition(|(k, _)| k % LOOKING == 0);
     let tree = KdTree::new(&rest.into_iter().map(|(_, p)| *p).collect::<Vec<_>>());

@@ -10,12 +10,12 @@ use base::progress::Progress;
 use mesh::TriMesh;
 use mesh::point_cloud::PointCloud;
 
-/// Where the samples of a scan lie.
+/// Places of the samples of a scan.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Places {
     /// In the scan's own frame, finite.
     pub positions: Vec<DVec3>,
-    /// A direction for each, of any length, toward the side that it was seen from; zero where that is not known.
+    /// A direction for each, of any length, toward the side that it was seen from. Zero if that is not known.
     pub outward: Vec<DVec3>,
     /// Places them in the world.
     pub world_from_places: DAffine3,
@@ -40,7 +40,7 @@ impl Places {
     /// The vertices of a mesh that have a face, seen from outside. O(vertices + faces).
     ///
     /// # Errors
-    /// A mesh that is not valid; a coordinate too large.
+    /// A mesh that is not valid. A coordinate too large.
     pub fn of_mesh(mesh: &TriMesh, world_from_mesh: DAffine3) -> Result<Self> {
         OrientedPoints::of_mesh(mesh, world_from_mesh).map(Places::from)
     }

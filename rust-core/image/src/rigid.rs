@@ -2,9 +2,8 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 
-/// How far the axes of a pose may be from orthonormal: the largest entry of the axes' scalar products less those of an
-/// orthonormal frame. Poses come out of other programs' single precision and few printed digits; scans of another scale
-/// are further off.
+/// Tolerance for axes of a pose that are not orthonormal: the largest entry of the axes' scalar products less those of an orthonormal
+/// frame. Poses come out of other programs' single precision and few printed digits. Scans of another scale are further off.
 pub const TOLERANCE: f64 = 0.02;
 
 /// From here on axes are orthonormal to the last digits and stay as they are.
@@ -14,7 +13,7 @@ const EXACT: f64 = 1e-13;
 /// axes, the translation as it is. Axes orthonormal to the last digits stay as they are.
 ///
 /// # Errors
-/// What is wrong and the remedy, to be put behind the name of the pose.
+/// The fault and the remedy, to be put behind the name of the pose.
 pub fn nearest(transform: DAffine3) -> Result<DAffine3, String> {
     let axes = transform.matrix3;
     let off = departure(axes);
@@ -58,8 +57,8 @@ mod tests {
         nearest(DAffine3 { matrix3: axes, translation: DVec3::new(1e6, 2.0, -3.0) })
     }
 
-    /// Theorem: what is within the tolerance becomes orthonormal to the last digits, no further from what was given
-    /// than that was from orthonormal; the translation stays.
+    /// Theorem: a pose within the tolerance becomes orthonormal to the last digits, no further from the given one than that was from
+    /// orthonormal. The translation stays.
     #[test]
     fn what_is_nearly_rigid_becomes_it() {
         for digits in [1e2, 1e4, 1e7] {

@@ -1,4 +1,4 @@
-//! Where the merge gets its scans from: each is loaded when its turn comes and dropped afterwards.
+//! Sources of scans for the merge: each scan is loaded when its turn comes and dropped afterwards.
 
 use std::borrow::{Borrow, Cow};
 use std::hash::Hasher as _;
@@ -21,7 +21,7 @@ use base::progress::Progress;
 use mesh::point_cloud::PointCloud;
 use mesh::{Attribute, AttributeData, Crs, TriMesh};
 
-/// What a scan is loaded for.
+/// Purpose of loading a scan.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Loading {
     /// How range images are triangulated.
@@ -42,16 +42,16 @@ pub struct Moment<'a> {
 
 /// One scan to merge: something that can be loaded as an oriented surface, more than once.
 pub trait ScanSource: Sync {
-    /// Name for messages; also what ties are broken by, then by content, so that the order of the scans does not matter.
+    /// Name for messages. Ties are broken by it, then by content, so that the order of the scans does not matter.
     fn name(&self) -> &str;
 
     /// Reads the scan.
     ///
     /// # Errors
-    /// Whatever reading or triangulating can meet; [`Error::Cancelled`].
+    /// Whatever reading or triangulating can meet. [`Error::Cancelled`].
     fn load(&self, loading: &Loading, progress: &Progress<'_>) -> Result<OrientedSurface>;
 
-    /// The system of the world that it lies in, where it is known; cheap beside loading.
+    /// The system of the world that it lies in, if it is known. Cheap beside loading.
     ///
     /// # Errors
     /// A file that can't be read.
@@ -87,7 +87,7 @@ pub trait ScanSource: Sync {
         named(self.name(), OrientedPoints::of_mesh(&mesh, surface.world_from_surface))
     }
 
-    /// The file that it is read from whenever it is loaded; `None` if it is in memory.
+    /// The file that it is read from whenever it is loaded. `None` if it is in memory.
     fn file(&self) -> Option<&Path> {
         None
     }
@@ -109,7 +109,7 @@ pub trait ScanSource: Sync {
         None
     }
 
-    /// Where its samples lie, whether it can be merged or not.
+    /// The places of its samples, whether it can be merged or not.
     ///
     /// # Errors
     /// Those of [`ScanSource::load`].
@@ -120,8 +120,8 @@ pub trait ScanSource: Sync {
         Ok(self.oriented_points(progress)?.into())
     }
 
-    /// A number that follows from what the scan holds and where it lies, the same for equal scans only, but for one chance
-    /// in 2^64: what ties between scans of one name are broken by. Asked for where there are such; O(samples).
+    /// A number that follows from what the scan holds and where it lies, the same for equal scans only, but for one chance in 2^64. It
+    /// breaks ties between scans of one name. It is asked for if there are such. O(samples).
     ///
     /// # Errors
     /// Those of [`ScanSource::load`].
@@ -148,13 +148,13 @@ pub trait ScanSource: Sync {
 /// The system that scans of one world lie in.
 ///
 /// # Errors
-/// Scans of different systems, or in degrees, where nothing can be measured; a file that can't be read.
+/// Scans of different systems, or in degrees, in which nothing can be measured. A file that can't be read.
 pub fn common_crs(sources: &[&dyn ScanSource]) -> Result<Option<Crs>> {
     let named: Vec<_> = sources.iter().map(|scan| Ok((scan.name(), scan.crs()?))).collect::<Result<_>>()?;
     Crs::common(named)
 }
 
-/// What [`ScanSource::content`] is made of.
+/// The hash that [`ScanSource::content`] is made with.
 struct Content(FxHasher);
 
 impl Content {
@@ -190,15 +190,15 @@ pub struct OrientedSurface {
     pub colour: Option<Vec<[u8; 4]>>,
     /// Median distance of neighbouring samples.
     pub spacing: f64,
-    /// What its noise does to each vertex; `None` for a surface that is taken as it is.
+    /// The effect of its noise on each vertex. `None` for a surface that is taken as it is.
     pub noise: Option<SampleNoise>,
-    /// What was measured of the range image that it is of.
+    /// Measures of the range image that it is of.
     pub measured: Option<Measured>,
     /// Whether it is of a depth image that nobody has placed: its sensor stands at the origin and looks along z.
     pub is_unplaced: bool,
 }
 
-/// What is measured of a range image beside its samples.
+/// Measures of a range image beside its samples.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Measured {
     /// Its noise.
@@ -271,7 +271,7 @@ impl ScanSource for RangeImage {
 pub struct PlacedMesh<M> {
     /// Name for messages.
     pub name: String,
-    /// The mesh; its vertex attributes `confidence` and `colour` are used if there.
+    /// The mesh. Its vertex attributes `confidence` and `colour` are used if there.
     pub mesh: M,
     /// Places it in the world.
     pub world_from_mesh: DAffine3,
@@ -306,7 +306,7 @@ impl<M: Borrow<TriMesh> + Sync> ScanSource for PlacedMesh<M> {
     }
 }
 
-/// A point cloud as a scan that can be aligned; merging takes a surface.
+/// A point cloud as a scan that can be aligned. Merging takes a surface.
 #[derive(Clone, Debug)]
 pub struct PlacedCloud<C> {
     /// Name for messages.
@@ -350,8 +350,8 @@ pub trait Read {
 
 /// A scan as a host hands it in: owned, named and placed. The host's objects may change or vanish while the work runs.
 ///
-/// How a host shares images (`I`), meshes (`M`) and clouds (`C`) is its matter, such as by [`std::sync::Arc`]; `R` are its scans
-/// that are read or made.
+/// How a host shares images (`I`), meshes (`M`) and clouds (`C`) is its matter, such as by [`std::sync::Arc`]. `R` are its scans that are
+/// read or made.
 #[derive(Clone, Debug)]
 pub enum Scan<I, M, C, R> {
     /// A range image in memory.

@@ -5,9 +5,8 @@ use super::{Candidate, Source};
 use base::error::Result;
 use base::progress::Progress;
 
-/// Bisects the number of vertices along the longer side of a tile; both sides grow together, as the tiles' sides are. The
-/// error does not fall strictly with it, so the result need not be the smallest grid there is. The last resort is a grid with a
-/// vertex a pixel.
+/// Bisects the number of vertices along the longer side of a tile. Both sides grow together, as the tiles' sides are. The error does not
+/// fall strictly with it, so the result need not be the smallest grid there is. The last resort is a grid with a vertex per pixel.
 pub(super) fn smallest(source: &Source<'_>, error: f64, progress: &Progress<'_>) -> Result<Candidate> {
     let size = [source.image.rows(), source.image.cols()];
     let tiles = source.layout([2, 2])?;

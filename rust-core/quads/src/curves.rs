@@ -1,8 +1,8 @@
 //! Stage 4: vertical curves, by inverse distribution sampling of rows of pixels. \[GSB97, sec. 2.2, eq. 3\]
 //!
-//! The paper samples each row of pixels for itself, so that curves jitter from row to row. Here the density of a row is
-//! averaged over the rows around it, as far as `smoothing` says, and only every few rows ("knots") are sampled; the curves
-//! run straight in between. Without smoothing every row is a knot, as in the paper.
+//! The paper samples each row of pixels for itself, so that curves jitter from row to row. Here the density of a row is averaged over the
+//! rows around it, as far as `smoothing` says, and only every few rows ("knots") are sampled. The curves run straight in between. Without
+//! smoothing every row is a knot, as in the paper.
 //!
 //! A row on a tile's upper or lower border is sampled once for both tiles, and a tile's left and right border are curves of
 //! both: neighbours agree by construction.
@@ -27,7 +27,7 @@ pub(super) struct Curves {
 }
 
 impl Curves {
-    /// Where a curve crosses row `row`, which need not be whole.
+    /// The place where a curve crosses row `row`, which need not be whole.
     #[inline]
     pub fn place(&self, row: f64, curve: usize) -> f64 {
         let (knot, share) = self.knot_at(row);
@@ -38,7 +38,7 @@ impl Curves {
         }
     }
 
-    /// Where all curves cross row `row`.
+    /// The places where all curves cross row `row`.
     pub fn cross(&self, row: usize, places: &mut [f64]) {
         let (knot, share) = self.knot_at(row as f64);
         let (here, next) = self.places[knot * self.count..].split_at(self.count);
@@ -74,8 +74,7 @@ fn knots(layout: &Layout, spacing: usize) -> Vec<usize> {
     knots
 }
 
-/// Samples the rows. `density` has one entry a pixel; `window` rows around a knot are averaged, and knots lie half that
-/// apart. O(pixels).
+/// Samples the rows. `density` has one entry per pixel. `window` rows around a knot are averaged, and knots lie half that apart. O(pixels).
 pub(super) fn sample(
     density: &[u8],
     cols: usize,
@@ -124,9 +123,9 @@ fn sample_row(profile: &[u32], lines: &[usize], steps: usize, floor: f64, places
     }
 }
 
-/// Inverse distribution sampling: places between the first and the last of `weights`, such that the same weight lies between
-/// any two neighbours; both ends are places. The weight between two pixels is the mean of theirs; `floor` times the mean
-/// weight is added everywhere, and where there is no weight at all places are evenly spread.
+/// Inverse distribution sampling: places between the first and the last of `weights`, such that the same weight lies between any two
+/// neighbours. Both ends are places. The weight between two pixels is the mean of theirs. `floor` times the mean weight is added
+/// everywhere. If there is no weight at all places are evenly spread.
 pub(super) fn inverse(weights: impl ExactSizeIterator<Item = f64> + Clone, floor: f64, places: &mut [f64]) {
     let (pixels, steps) = (weights.len(), places.len() - 1);
     let sum: f64 = weights.clone().sum();

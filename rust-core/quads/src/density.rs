@@ -1,9 +1,9 @@
 //! Stage 2: the curvature image, and from it how much each pixel attracts vertices. \[GSB97, sec. 2.1, eq. 1 and 2\]
 //!
-//! Differences from the paper: the unit of the curvature is a share of the depth extent, not of whatever the ranges are
-//! in; the column's second difference reads R(r + 1, c) where the paper prints R(r, c + 1); T(x) is a power of x, or log(1 + x) on request, as log x has
-//! no value at 0; curvature next to invalid pixels is 0 unless the background is given one, so the rim of the background
-//! attracts nothing by itself.
+//! Differences from the paper: The unit of the curvature is a share of the depth extent, not of whatever the ranges are in. The column's
+//! second difference reads R(r + 1, c) where the paper prints R(r, c + 1). T(x) is a power of x, or log(1 + x) on request, as log x has no
+//! value at 0. Curvature next to invalid pixels is 0 unless the background is given one, so the rim of the background attracts nothing by
+//! itself.
 
 use rayon::prelude::*;
 
@@ -46,7 +46,7 @@ pub(super) fn image(
     Ok(density)
 }
 
-/// The 8-bit curvature image: K^R or K^C of each pixel, bit by bit; `finish` is called on each row of it.
+/// The 8-bit curvature image: K^R or K^C of each pixel, bit by bit. `finish` is called on each row of it.
 fn curvature(
     ranges: &[f64],
     cols: usize,
@@ -84,7 +84,7 @@ fn curvature(
     Ok(image)
 }
 
-/// A second difference as a whole number from 0 to `limit`; 0 for NaN.
+/// A second difference as a whole number from 0 to `limit`. 0 for NaN.
 #[inline(always)]
 fn quantized(difference: f64, scale: f64, limit: f64) -> u8 {
     let x = difference.abs() * scale;

@@ -1,6 +1,6 @@
 //! Stage 1: single-pixel gaps are filled with the mean of their neighbours. \[GSB97, sec. 2.1\]
 //!
-//! The paper's S(r, c) names the diagonal neighbours only; all eight are meant.
+//! The paper's S(r, c) names the diagonal neighbours only. All eight are meant.
 
 use std::borrow::Cow;
 
@@ -10,8 +10,8 @@ use base::error::Result;
 use base::progress::Progress;
 use image::range_image::{Projection, RangeImage, Samples};
 
-/// The image with its gaps filled, and how many pixels were. Filled pixels are valid in the result and stay invalid in
-/// `image`. Each pass looks at the pass before only. O(pixels) a pass; without a gap nothing is copied.
+/// The image with its gaps filled, and how many pixels were. Filled pixels are valid in the result and stay invalid in `image`. Each pass
+/// looks at the pass before only. O(pixels) per pass. Without a gap nothing is copied.
 ///
 /// Values are averaged as they are, points coordinate by coordinate, without attributes.
 pub(super) fn fill<'a>(
@@ -70,7 +70,7 @@ fn mean_point(points: &[[f32; 3]]) -> [f32; 3] {
     })
 }
 
-/// The gaps with what fills them, in pixel order; what is not finite fills nothing.
+/// The gaps with the values that fill them, in pixel order. A value that is not finite fills nothing.
 fn find<T: Copy + Default + Send + Sync + Finite>(
     samples: &[T],
     cols: usize,

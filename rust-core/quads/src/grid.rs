@@ -26,7 +26,7 @@ pub struct QuadGrid {
     pub odd_diagonals: Vec<bool>,
     /// Largest distance of the samples in each quad from it along their rays, world units.
     pub quad_errors: Vec<f32>,
-    /// Quads that are part of the mesh; the others lie on the background.
+    /// Quads that are part of the mesh. The others lie on the background.
     pub kept: Vec<bool>,
     /// Whether the sensor sees the image mirrored: the corners as listed turn counter-clockwise then, else clockwise.
     pub mirrored: bool,
@@ -34,7 +34,7 @@ pub struct QuadGrid {
     pub image_size: [usize; 2],
     /// Attributes of the vertices, taken from their pixels.
     pub attributes: Vec<Attribute>,
-    /// The system that the places are in; `None` where that is not known, and where the image has a pose.
+    /// The system that the places are in. `None` if that is not known, and if the image has a pose.
     pub crs: Option<Crs>,
     /// Figures of the run.
     pub report: QuadReport,
@@ -56,9 +56,9 @@ impl QuadGrid {
 
     /// The kept quads with the vertices they use, in the sensor's frame. Quads turn counter-clockwise seen from the sensor.
     ///
-    /// Vertex attributes: `range_row`, `range_col` (i32, the pixel), `grid_row`, `grid_col` (i32, the place in the grid), and
-    /// `colour`, `intensity`, `confidence` where the image has them. Face attribute: `error` (f32, world units). Where two
-    /// kept quads touch in a vertex only, each has its own.
+    /// Vertex attributes: `range_row`, `range_col` (i32, the pixel), `grid_row`, `grid_col` (i32, the place in the grid), and `colour`,
+    /// `intensity`, `confidence` if the image has them. Face attribute: `error` (f32, world units). If two kept quads touch in a vertex
+    /// only, each has its own.
     pub fn mesh(&self) -> QuadMesh {
         // Corner c of quad q is vertex `own[..]`; quads joined over a kept side share it.
         let unset = u32::MAX;

@@ -14,13 +14,13 @@
 //!
 //! `choose` runs stages 4 to 7 again and again where an error is asked for.
 //!
-//! Differences from the paper: (1) curvature is measured in a share of the depth extent, so the user's unit does not matter.
-//! (2) The density is a power of the curvature, not its logarithm, with a floor spread evenly: of 96 real scans the paper's
-//! log x, which gives curvatures 0 and 1 no density at all, met a good part no better than a uniform grid does; `exponent = 0`
-//! is log(1 + x). (3) The density is averaged over a few quads, so lines run smoothly; `smoothing = 0` is the paper's. (4) No
-//! vertex is repeated and no quad folds over. (5) Invalid pixels are masked: they attract nothing (unless given a curvature),
-//! vertices beside the surface move onto it, and quads on the background are left out. (6) If the uniform grid of the same size
-//! lies nearer to the image, gentler densities and one without smoothing are tried, and at last the uniform grid is the answer.
+//! Differences from the paper: (1) curvature is measured in a share of the depth extent, so the user's unit does not matter. (2) The
+//! density is a power of the curvature, not its logarithm, with a floor spread evenly. The paper's log x gives curvatures 0 and 1 no
+//! density at all. Of 96 real scans it met a good part no better than a uniform grid does. `exponent = 0` is log(1 + x). (3) The density is
+//! averaged over a few quads, so lines run smoothly. `smoothing = 0` is the paper's. (4) No vertex is repeated and no quad folds over. (5)
+//! Invalid pixels are masked: they attract nothing (unless given a curvature), vertices beside the surface move onto it, and quads on the
+//! background are left out. (6) If the uniform grid of the same size lies nearer to the image, gentler densities and one without smoothing
+//! are tried, and at last the uniform grid is the answer.
 
 mod operation;
 mod params;
@@ -79,7 +79,7 @@ use place::Vertices;
 use stitch::Net;
 use tiles::Layout;
 
-/// At the peak; measured.
+/// At the peak. Measured.
 const BYTES_A_PIXEL: f64 = 3.0;
 /// Of the grid with the uniform one that it is compared with.
 const BYTES_A_VERTEX: f64 = 175.0;
@@ -152,7 +152,7 @@ struct Candidate {
     snapped: usize,
 }
 
-/// What all candidates share.
+/// Data that all candidates share.
 struct Source<'a> {
     image: &'a RangeImage,
     filled: &'a RangeImage,
@@ -168,21 +168,21 @@ struct Source<'a> {
 /// Makes a quad grid of an image.
 ///
 /// # Guarantees
-/// * The grid is regular: every vertex has its own pixel, and seen on the pixels no quad folds over; see [`QuadGrid`]. Without a
-///   target it has `(rows - 1) * tiles_down + 1` rows and `(columns - 1) * tiles_across + 1` columns.
+/// * The grid is regular: every vertex has its own pixel, and seen on the pixels no quad folds over. See [`QuadGrid`]. Without a target it
+///   has `(rows - 1) * tiles_down + 1` rows and `(columns - 1) * tiles_across + 1` columns.
 /// * Its mean error (with a target, the error that the target names) is at most that of the uniform grid of the same size, if
 ///   a pixel that is missed counts as far off as the depth extent.
-/// * With a target, that error is at most the one asked for, as measured. Up to one vertex a pixel may be needed; only what is
-///   missed even then has none.
+/// * With a target, that error is at most the one asked for, as measured. Up to one vertex per pixel may be needed. Only pixels that are
+///   missed even then have none.
 /// * The same image gives the same grid for any number of threads, and in any unit that is a power of two times another.
 ///
 /// # Cost
-/// O(pixels); 2 bytes a pixel beside the image, 12 more with many columns, and a copy of the image if it has gaps to fill. With
-/// a target about 10 times the time.
+/// O(pixels). 2 bytes per pixel beside the image, 12 more with many columns, and a copy of the image if it has gaps to fill. With a target
+/// about 10 times the time.
 ///
 /// # Errors
-/// Parameters out of range; fewer pixels than vertices along a side, fewer than 2 x 2 pixels, none valid, attributes of the
-/// wrong length, a world in degrees; [`Error::Cancelled`].
+/// Parameters out of range. Fewer pixels than vertices along a side, fewer than 2 x 2 pixels, none valid, attributes of the wrong length, a
+/// world in degrees. [`Error::Cancelled`].
 ///
 /// Source: \[GSB97\], with the differences listed at the module.
 pub fn run(image: &RangeImage, params: &QuadParams, progress: &Progress<'_>) -> Result<QuadGrid> {
@@ -238,7 +238,7 @@ fn stages(image: &RangeImage, params: &QuadParams, progress: &Progress<'_>) -> R
 }
 
 impl Source<'_> {
-    /// What a grid is chosen by.
+    /// The error that a grid is chosen by.
     fn judged(&self, measured: &Measured) -> f64 {
         measured.judged(self.judge, self.missed)
     }

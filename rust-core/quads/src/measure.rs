@@ -12,7 +12,7 @@ use base::error::Result;
 use base::progress::Progress;
 use image::range_image::{Projection, RangeImage, Samples, Viewing};
 
-/// What a grid is judged by.
+/// The error that a grid is judged by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Judge {
     Mean,
@@ -21,7 +21,7 @@ pub(super) enum Judge {
 }
 
 impl Judge {
-    /// What grids and diagonals over the same pixels are compared by. A pixel that is missed counts as one `missed` off.
+    /// The error by which grids and diagonals over the same pixels are compared. A pixel that is missed counts as one `missed` off.
     fn of(self, sums: &Sums, missed: f64) -> f64 {
         let count = sums.missed as f64;
         match self {
@@ -87,8 +87,8 @@ impl Measured {
     }
 }
 
-/// Measures some grids of one image at once; those of the same number of rows read the pixels once. Diagonals are chosen as
-/// if pixels that are missed were one `missed` off. O(pixels) a grid.
+/// Measures some grids of one image at once. Those of the same number of rows read the pixels once. Diagonals are chosen as if pixels that
+/// are missed were one `missed` off. O(pixels) per grid.
 pub(super) fn measure<const N: usize>(
     image: &RangeImage,
     missed: f64,
@@ -216,7 +216,7 @@ impl Side {
     /// A side that bounds nothing.
     const NONE: Side = Side { column: 0, rest: 0, whole: 0, part: 0, height: 1 };
 
-    /// The column of this row; the next call gives that of the next one.
+    /// The column of this row. The next call gives that of the next one.
     #[inline(always)]
     fn next(&mut self) -> i64 {
         let column = self.column;
@@ -228,7 +228,7 @@ impl Side {
     }
 }
 
-/// Calls `visit(row, start, end)` for each row of pixels of a sound quad; `last`: its lower, its right side belongs to it.
+/// Calls `visit(row, start, end)` for each row of pixels of a sound quad. `last`: its lower, its right side belongs to it.
 #[inline(always)]
 fn for_each_row([a, b, c, d]: [[i64; 2]; 4], last: [bool; 2], mut visit: impl FnMut(usize, usize, usize)) {
     let top = a[0].min(b[0]);

@@ -28,9 +28,11 @@ base::params! {
         /// Tiles from left to right. Every tile gets the same number of columns: more tiles spread them more evenly over the image.
         tiles_across: Option<usize> = count("Tiles across")
             .from_data("one tile every 64 columns of pixels, at least one").at_least(1.0).at_most(MOST),
-        /// Rows of vertices a tile, both borders counted; neighbouring tiles share the row between them. Not used where an error is asked for.
+        /// Rows of vertices per tile, both borders counted. Neighbouring tiles share the row between them. Not used where an error is asked
+        /// for.
         rows: usize = count("Rows a tile").default(9.0).at_least(2.0).at_most(MOST),
-        /// Columns of vertices a tile, both borders counted; neighbouring tiles share the column between them. Not used where an error is asked for.
+        /// Columns of vertices per tile, both borders counted. Neighbouring tiles share the column between them. Not used where an error is
+        /// asked for.
         columns: usize = count("Columns a tile").default(9.0).at_least(2.0).at_most(MOST),
         /// Chooses rows and columns for this error instead.
         target: Target,
@@ -38,7 +40,8 @@ base::params! {
         gap_passes: usize = count("Gap passes").default(1.0).at_most(1024.0).off("never"),
         /// Valid ones among the eight neighbours that an invalid pixel needs to be filled: 8 fills single pixels, fewer grow into larger gaps, a pixel a pass.
         gap_neighbours: usize = count("Gap neighbours").default(8.0).at_least(1.0).at_most(8.0),
-        /// What counts as 1 in the 8-bit curvature image, as a share of the depth extent. Smaller values let fine relief attract vertices, and noise as well.
+        /// Curvature that counts as 1 in the 8-bit curvature image, as a share of the depth extent. Smaller values let fine relief attract
+        /// vertices, and noise as well.
         curvature_unit: f64 = ratio("Curvature unit").default(1e-3).above(0.0),
         /// Largest value of the curvature image: stronger curvature, such as that of jumps, attracts no more vertices than this.
         curvature_limit: u8 = count("Curvature limit").default(255.0).at_least(1.0).at_most(255.0),
@@ -52,7 +55,7 @@ base::params! {
         /// Curvature given to invalid pixels, as in the paper (5 and 20 there). Larger values draw vertices to the background.
         background_curvature: Option<u8> = count("Background curvature")
             .from_data("none, the background attracts no vertices beyond the floor").at_most(255.0),
-        /// Smallest share of valid pixels that a quad of the mesh may have; with more than 0 its corners must be valid too.
+        /// Smallest share of valid pixels that a quad of the mesh may have. With more than 0 its corners must be valid too.
         coverage: f64 = ratio("Coverage").default(0.5).at_most(1.0).off("every quad is kept, over the background as well"),
     }
 }

@@ -1,10 +1,9 @@
 //! Stage 8: from pixels to places in space, also for vertices on the background.
 //!
-//! A grid covers the whole image, so vertices may lie on invalid pixels. Their ranges continue those of the vertices around
-//! them: of ever larger blocks of vertices the mean range of the valid ones, each block blended from the next larger one.
-//! In a point grid, where an invalid pixel has no ray either, all three coordinates are continued, as departures
-//! from the affine map of rows and columns that fits the valid vertices best. Where no vertex met a sample, all samples
-//! between them stand for the vertices.
+//! A grid covers the whole image, so vertices may lie on invalid pixels. Their ranges continue those of the vertices around them. They are
+//! the mean range of the valid ones in ever larger blocks of vertices, each block blended from the next larger one. In a point grid, where
+//! an invalid pixel has no ray either, all three coordinates are continued, as departures from the affine map of rows and columns that fits
+//! the valid vertices best. If no vertex met a sample, all samples between them stand for the vertices.
 
 use glam::{DMat3, DVec3};
 
@@ -17,9 +16,9 @@ use image::range_image::{Projection, RangeImage, Samples};
 /// The vertices of a grid, in its order.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Vertices {
-    /// In the sensor's frame; finite.
+    /// In the sensor's frame. Finite.
     pub points: Vec<DVec3>,
-    /// What is linear in column and row on a plane, if anything is.
+    /// Values that are linear in column and row on a plane, if there are any.
     pub values: Vec<f64>,
     /// Whether the pixel has no sample.
     pub background: Vec<bool>,
@@ -57,7 +56,7 @@ pub(super) fn place(image: &RangeImage, net: &Net, progress: &Progress<'_>) -> R
     Ok(Vertices { points, values, background })
 }
 
-/// What `of` makes of each, looking at the progress now and then.
+/// The results of `of` for each, with a look at the progress now and then.
 fn passes<T, R>(all: &[T], of: impl Fn(&T) -> R, progress: &Progress<'_>) -> Result<Vec<R>> {
     let mut made = Vec::with_capacity(all.len());
     for block in progress.blocks(all) {
@@ -66,7 +65,7 @@ fn passes<T, R>(all: &[T], of: impl Fn(&T) -> R, progress: &Progress<'_>) -> Res
     Ok(made)
 }
 
-/// The mean range of the valid pixels; 0 if there is none.
+/// The mean range of the valid pixels. 0 if there is none.
 fn mean_range(image: &RangeImage) -> f64 {
     let valid = || (0..image.len()).filter(|&i| image.is_valid(i));
     let count = (valid().count() as f64).max(1.0);
@@ -171,7 +170,7 @@ fn continue_over(net: &Net, background: &[bool], values: &mut [[f64; 3]]) {
                 }
             }
         }
-        // What lies near counts, not how much of it there is.
+        // Whether something lies near counts, not how much of it there is.
         weights.iter_mut().for_each(|w| *w = w.min(1.0));
         levels.push((half_rows, half_cols, coarse, weights));
     }

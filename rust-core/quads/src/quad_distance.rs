@@ -1,9 +1,8 @@
 //! How far a quad of four corners lies from the samples seen in it, along their rays.
 //!
-//! A quad's diagonal makes two triangles of it, and one diagonal makes a ridge where the other makes a valley: as seen from
-//! the sensor, of the four planes through three corners each, one diagonal's surface is the nearer one of its two planes
-//! everywhere and the other's the farther one. So both surfaces are known along a ray without asking on which side of
-//! a diagonal it runs.
+//! A quad's diagonal makes two triangles of it, and one diagonal makes a ridge where the other makes a valley. Four planes run through
+//! three corners each. As seen from the sensor, one diagonal's surface is the nearer one of its two planes everywhere and the other's the
+//! farther one. So both surfaces are known along a ray without asking on which side of a diagonal it runs.
 //!
 //! | sight | what is linear on a plane |
 //! |---|---|
@@ -40,7 +39,7 @@ pub(super) struct QuadSums {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Corner {
     pub site: [u32; 2],
-    /// What is linear in column and row, if anything is.
+    /// The value that is linear in column and row, if any is.
     pub value: f64,
     /// In the sensor's frame.
     pub point: DVec3,
@@ -75,8 +74,8 @@ pub(super) struct Lanes {
 }
 
 impl Lanes {
-    /// Takes in the distances of the first and the second surface at some pixels, as far as they are `valid`; infinite or NaN
-    /// where a surface is not met.
+    /// Takes in the distances of the first and the second surface at some pixels, as far as they are `valid`. Infinite or NaN if a surface
+    /// is not met.
     #[inline(always)]
     fn take(&mut self, errors: [f64x4; 2], valid: f64x4) {
         for (s, error) in errors.into_iter().enumerate() {
@@ -107,7 +106,7 @@ impl Lanes {
     }
 }
 
-/// The next pixels of a row; NaN past its end.
+/// The next pixels of a row. NaN past its end.
 #[inline(always)]
 fn block(values: &[f64]) -> f64x4 {
     match values.first_chunk::<LANES>() {
@@ -158,7 +157,7 @@ fn linear(corners: &[Corner; 4]) -> LinearQuad {
 
 /// An image on which the value is linear.
 trait LinearSight {
-    /// What is the same for all pixels of a row.
+    /// Data that are the same for all pixels of a row.
     type Row: Copy;
 
     fn row(&self, row: usize) -> Self::Row;
@@ -278,8 +277,8 @@ impl Sight for Pinhole<'_> {
 
 /// Spherical images and point grids: rays are cut with planes in space.
 ///
-/// The quad whose pixels surround a pixel in the grid counts as the one its ray meets; along curved edges the plane of
-/// the neighbour may be the one that is met in truth.
+/// The quad whose pixels surround a pixel in the grid counts as the one its ray meets. Along curved edges the plane of the neighbour may be
+/// the one that is met in truth.
 pub(super) struct Free<'a> {
     pub points: Points<'a>,
     pub cols: usize,
@@ -306,7 +305,7 @@ impl Points<'_> {
         }
     }
 
-    /// Coordinates of some points from `start` on, but before `end`; NaN from there on.
+    /// Coordinates of some points from `start` on, but before `end`. NaN from there on.
     #[inline(always)]
     fn block(&self, start: usize, end: usize) -> [f64x4; 3] {
         let mut points = [[f64::NAN; 3]; LANES];
@@ -326,15 +325,15 @@ impl Points<'_> {
     }
 }
 
-/// The four planes through three corners each; the first two are those of the diagonal from corner 0 to 2.
+/// The four planes through three corners each. The first two are those of the diagonal from corner 0 to 2.
 pub(super) struct FreeQuad {
     planes: [FreePlane; 4],
-    /// Whether the surface of that diagonal is the nearer one of its planes; the other's is the farther one.
+    /// Whether the surface of that diagonal is the nearer one of its planes. The other's is the farther one.
     even_is_nearer: bool,
 }
 
-/// The points p with `normal . p == offset`: p in the sensor's frame, or from the eye. Where all rays run the same way, `normal .
-/// direction` is 1.
+/// The points p with `normal . p == offset`: p in the sensor's frame, or from the eye. If all rays run the same way, `normal . direction`
+/// is 1.
 #[derive(Clone, Copy)]
 struct FreePlane {
     normal: DVec3,
@@ -360,8 +359,8 @@ impl Free<'_> {
         }
     }
 
-    /// Distances along the rays of the samples at `points` from them to some planes. Where a ray meets one not at all or
-    /// behind the eye, the plane is infinitely far: so the nearer and the farther one of two are what they are in front.
+    /// Distances along the rays of the samples at `points` from them to some planes. If a ray meets one not at all or behind the eye, the
+    /// plane is infinitely far: so the nearer and the farther one of two are what they are in front.
     #[inline(always)]
     fn behind<const N: usize>(&self, planes: [FreePlane; N], points: [f64x4; 3]) -> [f64x4; N] {
         let dot =
@@ -418,7 +417,7 @@ impl Sight for Free<'_> {
     }
 }
 
-/// What is linear in column and row for a vertex of range `range` at a pixel; the range where nothing is.
+/// The value that is linear in column and row for a vertex of range `range` at a pixel. The range if nothing is.
 pub(super) fn linear_value(projection: &Projection, [row, col]: [u32; 2], range: f64) -> f64 {
     match projection {
         Projection::Pinhole { depth: DepthKind::Planar, .. } => 1.0 / range,

@@ -11,7 +11,7 @@ use base::error::Result;
 use base::progress::Progress;
 use image::range_image::RangeImage;
 
-/// Moves the vertices; returns how many. Vertices on the image's border stay on it. O(pixels).
+/// Moves the vertices. Returns how many. Vertices on the image's border stay on it. O(pixels).
 pub(super) fn snap(image: &RangeImage, net: &mut Net, progress: &Progress<'_>) -> Result<usize> {
     let mut count = 0;
     // Of vertices whose rows and columns are both even, or ..., none is a neighbour of another: each is moved as if alone.
@@ -35,7 +35,7 @@ pub(super) fn snap(image: &RangeImage, net: &mut Net, progress: &Progress<'_>) -
     Ok(count)
 }
 
-/// The nearest valid pixel that a vertex on the background may move to; the first one of several.
+/// The nearest valid pixel that a vertex on the background may move to. The first one of several.
 fn nearest(image: &RangeImage, net: &Net, i: usize, j: usize) -> Option<[u32; 2]> {
     let at = |i: usize, j: usize| net.sites[i * net.cols + j];
     let [row, col] = at(i, j);

@@ -1,9 +1,9 @@
 //! Stage 9, what the paper wants the grid for: a tensor-product B-spline surface through it. \[PT97, ch. 9\]
 //!
-//! Knots are uniform and clamped, the kind every modeller knows. A vertex's parameters come from its place in the grid, not
-//! from its place in the image: vertices are dense where the surface bends, and that is where the surface needs its knots.
-//! With as many control points as vertices, vertex j lies at the Greville abscissa of control point j, where interpolation is
-//! well-conditioned; with fewer, at the place between them that corresponds.
+//! Knots are uniform and clamped, the kind every modeller knows. A vertex's parameters come from its place in the grid, not from its place
+//! in the image. Vertices are dense where the surface bends, and that is where the surface needs its knots. With as many control points as
+//! vertices, vertex j lies at the Greville abscissa of control point j, where interpolation is well-conditioned. With fewer, it lies at the
+//! place between them that corresponds.
 
 use glam::DVec3;
 
@@ -39,16 +39,16 @@ base::params! {
     pub struct SplineParams of "spline" {
         /// Order of the surface, its degree plus one: 2 is made of straight pieces, 4 is cubic.
         order: usize = count("Order").default(4.0).at_least(2.0).at_most(MOST as f64),
-        /// Rows of control points, from the order to the grid's rows; fewer make the surface smoother, in the sense of least squares.
+        /// Rows of control points, from the order to the grid's rows. Fewer make the surface smoother, in the sense of least squares.
         rows: Option<usize> = count("Control rows")
             .from_data("as many as the grid has, so that the surface runs through its vertices").at_least(2.0).at_most(PIXELS),
-        /// Columns of control points, from the order to the grid's columns; fewer make the surface smoother, in the sense of least squares.
+        /// Columns of control points, from the order to the grid's columns. Fewer make the surface smoother, in the sense of least squares.
         columns: Option<usize> = count("Control columns")
             .from_data("as many as the grid has, so that the surface runs through its vertices").at_least(2.0).at_most(PIXELS),
     }
 }
 
-/// A tensor-product B-spline surface over [0, 1] x [0, 1]; u runs along columns, v down rows.
+/// A tensor-product B-spline surface over [0, 1] x [0, 1]. u runs along columns, v down rows.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Spline {
     /// Order in both directions.
@@ -81,8 +81,8 @@ impl QuadGrid {
     /// Fits a B-spline surface to all vertices of the grid, those on the background as well. O(vertices).
     ///
     /// # Errors
-    /// [`Error::Parameter`]; [`Error::Input`] for a coordinate larger than [`magnitude::LARGEST`], for fewer control points than
-    /// the order along a side, or more than vertices.
+    /// [`Error::Parameter`]. [`Error::Input`] for a coordinate larger than [`magnitude::LARGEST`], for fewer control points than the order
+    /// along a side, or more than vertices.
     pub fn spline(&self, params: &SplineParams, progress: &Progress<'_>) -> Result<Fit> {
         progress.plan(&[("fitting", 1.0)]);
         progress.watch(|| self.fit(params, progress))

@@ -1,7 +1,7 @@
 //! Stage 6: one grid of pixels, without folds. \[GSB97, sec. 2.2\]
 //!
-//! The paper stitches what the tiles give and claims no more. Rounded to pixels, vertices may coincide, and where
-//! neighbouring curves were sampled differently a quad may fold over; both are mended here, exactly, in whole numbers.
+//! The paper stitches what the tiles give and claims no more. Rounded to pixels, vertices may coincide. Where neighbouring curves were
+//! sampled differently a quad may fold over. Both are mended here, exactly, in whole numbers.
 
 use rayon::prelude::*;
 
@@ -12,8 +12,8 @@ use base::progress::Progress;
 
 /// A grid of vertices on pixels, row by row: [row, column].
 ///
-/// Columns rise along each row and rows rise down each column, strictly; and every corner of every quad turns the same way:
-/// the quads are convex and tile the rectangle between the image's corners.
+/// Columns rise along each row and rows rise down each column, strictly. Every corner of every quad turns the same way: the quads are
+/// convex and tile the rectangle between the image's corners.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Net {
     pub rows: usize,
@@ -102,7 +102,7 @@ pub(super) fn stitch(
     unfold(wanted, pixels, progress)
 }
 
-/// Rounds places to pixels that rise strictly; places on tiles' borders are there already.
+/// Rounds places to pixels that rise strictly. Places on tiles' borders are there already.
 fn rising(places: impl Iterator<Item = f64>, lines: &[usize], steps: usize, out: &mut [u32]) {
     let mut previous = 0;
     for (k, place) in places.enumerate() {

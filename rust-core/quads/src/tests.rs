@@ -1,4 +1,4 @@
-//! What must always hold of a quad grid, whatever the image.
+//! Rules that always hold of a quad grid, whatever the image.
 
 use glam::DVec3;
 use proptest::prelude::*;

@@ -5,7 +5,7 @@ use base::error::{Error, Result};
 /// The tiles and the vertices each of them gets.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Layout {
-    /// Pixel rows on the tiles' borders: 0, ..., the last row; strictly rising.
+    /// Pixel rows on the tiles' borders: 0, ..., the last row. Strictly rising.
     pub row_lines: Vec<usize>,
     /// Pixel columns on the tiles' borders.
     pub col_lines: Vec<usize>,
@@ -15,7 +15,7 @@ pub(super) struct Layout {
     pub steps_across: usize,
 }
 
-/// The pixel nearest to the `i`-th of `parts` equal parts of 0..=`last`; the earlier one of two.
+/// The pixel nearest to the `i`-th of `parts` equal parts of 0..=`last`. The earlier one of two.
 pub(super) fn evenly(i: usize, parts: usize, last: usize) -> usize {
     let (i, parts, last) = (i as u128, parts as u128, last as u128);
     // Rounds halves down.

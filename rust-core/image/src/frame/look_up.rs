@@ -9,13 +9,13 @@ use base::error::Result;
 use base::progress::{Pace, Progress};
 use mesh::srgb::Mix;
 
-/// A sample is hidden by one that is nearer to the colour camera by more than this factor: surfaces seen at up to 80
-/// degrees don't hide themselves, and a nearer surface of a thirtieth of the distance is no other colour's worth.
+/// A sample is hidden by one that is nearer to the colour camera by more than this factor. Surfaces seen at up to 80 degrees don't hide
+/// themselves, and a nearer surface of a thirtieth of the distance is no other colour's worth.
 const NEARER: f32 = 1.03;
 
-/// What was looked up.
+/// The colours and places that were looked up.
 pub(super) struct Found {
-    /// A colour a pixel; alpha is 0 where none is seen.
+    /// A colour per pixel. Alpha is 0 where none is seen.
     pub(super) colours: Vec<[u8; 4]>,
     /// Pixels with a sample that is seen in the image's black rim, ascending.
     pub(super) in_rim: Vec<usize>,
@@ -56,7 +56,7 @@ fn is_registered(depth: &RangeImage, image: &ColourImage) -> bool {
         && matches!(depth.projection(), Projection::Pinhole { focal, centre, .. } if same(&image.camera, focal, centre))
 }
 
-/// Column, row and depth of each sample in the colour camera; NaN where there is none or it lies outside of the image.
+/// Column, row and depth of each sample in the colour camera. NaN where there is none or it lies outside of the image.
 fn project(depth: &RangeImage, image: &ColourImage, progress: &Progress<'_>) -> Result<Vec<[f32; 3]>> {
     let [cols, rows] = image.size();
     let mut seen = vec![[f32::NAN; 3]; depth.len()];
@@ -66,7 +66,7 @@ fn project(depth: &RangeImage, image: &ColourImage, progress: &Progress<'_>) -> 
         let [x, y] = image.camera.project(point);
         let is_inside = (-0.5..cols as f64 - 0.5).contains(&x) && (-0.5..rows as f64 - 0.5).contains(&y);
         if point.z > 0.0 && is_inside {
-            // What rounds up to the next pixel would lie outside.
+            // A place that rounds up to the next pixel would lie outside.
             let inside = |at: f64, count: usize| (at as f32).clamp(0.0, (count - 1) as f32);
             seen[row * width + col] = [inside(x, cols), inside(y, rows), point.z as f32];
         }

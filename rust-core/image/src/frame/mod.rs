@@ -6,7 +6,7 @@
 //! | `look_up` | the colour of each sample: through its point, with a test of occlusion |
 //! | `rim` | the black rim that undistorting leaves around an image |
 //!
-//! Depth is never resampled. A colour image keeps its own size and its own camera; a confidence image its own size.
+//! Depth is never resampled. A colour image keeps its own size and its own camera. A confidence image its own size.
 
 mod camera;
 mod look_up;
@@ -25,23 +25,23 @@ use base::progress::Progress;
 pub const TURNED: DAffine3 =
     DAffine3 { matrix3: DMat3::from_cols(DVec3::X, DVec3::NEG_Y, DVec3::NEG_Z), translation: DVec3::ZERO };
 
-/// What a depth camera recorded at one moment: as it was recorded, nothing left out yet.
+/// A recording of a depth camera at one moment: as it was recorded, nothing left out yet.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Frame {
-    /// The depths with their camera, pose and name; x to the right, y down, z forward.
+    /// The depths with their camera, pose and name. x is to the right, y down, z forward.
     pub depth: RangeImage,
-    /// What a camera of its own saw.
+    /// The image of a camera of its own.
     pub colour: Option<ColourImage>,
     /// How far the sensor itself trusts its depths.
     pub confidence: Option<ConfidenceImage>,
-    /// Samples further than this along z are guesses of the sensor's; `None` for a sensor without such a limit.
+    /// Samples further than this along z are guesses of the sensor's. `None` for a sensor without such a limit.
     pub reach: Option<f64>,
 }
 
 /// A colour image with its own camera.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ColourImage {
-    /// Its camera; the size is the image's.
+    /// Its camera. The size is the image's.
     pub camera: Camera,
     /// sRGB, row by row from the upper left.
     pub pixels: Vec<[u8; 3]>,
@@ -97,7 +97,7 @@ impl LeftOut {
         self.enlarged = self.enlarged.or(other.enlarged);
     }
 
-    /// A sentence for people; `None` where nothing was left out.
+    /// A sentence for people. `None` if nothing was left out.
     pub fn in_words(&self) -> Option<String> {
         let parts = [
             (self.low_confidence, "of low confidence"),
@@ -124,15 +124,15 @@ impl Frame {
         Frame { depth, colour: None, confidence: None, reach: None }
     }
 
-    /// The range image with what can be trusted, and a colour for each sample that the colour camera sees: alpha is 0
-    /// where it does not, since the sample lies outside of its image or behind a nearer one. Also what was left out.
+    /// The range image with what can be trusted, and a colour for each sample that the colour camera sees. Alpha is 0 for other samples,
+    /// which lie outside of its image or behind a nearer one. Also what was left out.
     ///
     /// Confidences of the image stay empty: the sensor's levels say what to leave out, the geometry what to trust more.
     ///
     /// Cost: O(samples) beside the black rim, one pass of the colour image's border.
     ///
     /// # Errors
-    /// Images whose number of pixels is not their size's; [`Error::Cancelled`].
+    /// Images whose number of pixels is not their size's. [`Error::Cancelled`].
     pub fn into_range_image(self, progress: &Progress<'_>) -> Result<(RangeImage, LeftOut)> {
         self.validate()?;
         let Frame { mut depth, colour, confidence, reach } = self;
@@ -180,7 +180,7 @@ impl Frame {
     }
 }
 
-/// Leaves out what lies beyond a distance along z; how many.
+/// Leaves out samples beyond a distance along z. Returns how many.
 fn within(reach: f64, depth: &mut RangeImage) -> usize {
     let projection = *depth.projection();
     let z_is_value = matches!(projection, Projection::Pinhole { depth: DepthKind::Planar, .. });
@@ -193,7 +193,7 @@ fn within(reach: f64, depth: &mut RangeImage) -> usize {
 }
 
 impl ConfidenceImage {
-    /// Leaves out the samples of too low a level; how many.
+    /// Leaves out the samples of too low a level. Returns how many.
     fn apply(&self, depth: &mut RangeImage) -> usize {
         let [cols, rows] = self.size;
         let (of_cols, of_rows) = (depth.cols(), depth.rows());

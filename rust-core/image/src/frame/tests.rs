@@ -40,8 +40,8 @@ fn pixel_centres_are_kept() {
     assert_eq!(unknown, Camera::sized([5.0, 5.0], [1.0, 1.0], [4, 3]));
 }
 
-/// Theorem: an image that is registered gives each pixel its own colour; of a larger one each sample takes the colour
-/// of the place that its ray goes through.
+/// Theorem: an image that is registered gives each pixel its own colour. Of a larger one each sample takes the colour of the place that its
+/// ray goes through.
 #[test]
 fn colours_are_those_of_the_rays() {
     let camera = Camera::sized([40.0, 40.0], [31.5, 23.5], [64, 48]);

@@ -1,4 +1,4 @@
-//! What pixels have besides their samples, as attributes of the vertices they become.
+//! Attributes of pixels besides their samples, as attributes of the vertices they become.
 
 use base::error::Result;
 use base::progress::Progress;

@@ -1,9 +1,9 @@
 //! Blocks of pixels in place of pixels: where pixels are finer than what is wanted of an image and their noise is large,
 //! they are averaged before anything else is made of them.
 //!
-//! A plane is linear in the *heights* of its pixels (1 / range where rays fan out), so that the mean of a block's heights is
-//! the plane's at the middle of the block: averaging moves no plane. A block that a jump runs through has the height of those
-//! of its samples that lie together, the most of them; where a part of it is missing, that of their plane at its middle.
+//! A plane is linear in the *heights* of its pixels (1 / range where rays fan out). So the mean of a block's heights is the plane's at the
+//! middle of the block: averaging moves no plane. A block that a jump runs through has the height of those of its samples that lie
+//! together, the most of them. If a part of it is missing, the block has the height of their plane at its middle.
 
 use super::noise::Noise;
 use super::noise::heights::Heights;
@@ -13,8 +13,8 @@ use base::error::Result;
 use base::progress::Progress;
 use mesh::srgb::Mix;
 
-/// Blocks are not larger than this share of a cell, since relief of their size is lost, nor so large that their own noise would be less than 1 / 3 of their side: the noise that
-/// is left is taken out by what smooths along the surface.
+/// Blocks are not larger than this share of a cell, since relief of their size is lost. Nor are they so large that their own noise would be
+/// less than 1 / 3 of their side. The noise that is left is taken out by smoothing along the surface.
 const CELL: f64 = 0.9;
 const NOISE: f64 = 3.0;
 /// Largest side of a block, in pixels.
@@ -48,8 +48,8 @@ pub fn side(image: &RangeImage, noise: &Noise, cell: f64) -> usize {
 /// Samples of less spread than this, in pixels to the fourth, lie on one line: three neighbours have 1 / 3.
 const LEAST_SPREAD: f64 = 0.1;
 
-/// The image whose pixels are blocks of `side` x `side` of this one's; what is neither sample, colour nor confidence is
-/// left out. O(pixels).
+/// The image whose pixels are blocks of `side` x `side` of this one's. All that is neither sample, colour nor confidence is left out.
+/// O(pixels).
 ///
 /// # Errors
 /// [`base::Error::Cancelled`].
@@ -181,7 +181,7 @@ impl Block {
         }
     }
 
-    /// The height of the plane through the samples at the middle of the block; NaN where they lie on one line.
+    /// The height of the plane through the samples at the middle of the block. NaN if they lie on one line.
     fn height(&self, side: usize) -> f64 {
         let count = self.samples.len() as f64;
         let mean = self.samples.iter().map(|sample| sample.height).sum::<f64>() / count;

@@ -18,7 +18,7 @@ impl RangeImage {
     /// (zero where a pixel has too few neighbours), colours, and the sensor where rays fan out from one.
     ///
     /// # Errors
-    /// An attribute of the wrong length, more than 2^32 - 2 pixels, or a coordinate larger than [`magnitude::LARGEST`];
+    /// An attribute of the wrong length, more than 2^32 - 2 pixels, or a coordinate larger than [`magnitude::LARGEST`].
     /// [`base::Error::Cancelled`].
     pub fn to_point_cloud(&self, progress: &Progress<'_>) -> Result<PointCloud> {
         self.validate()?;

@@ -46,8 +46,8 @@ pub fn ramp(grid: &SampleGrid, interior: impl Fn(usize) -> bool, progress: &Prog
     Ok(distance.iter().map(|&d| f32::from(d) / f32::from(full)).collect())
 }
 
-/// Multiplies `weights` by the image's own confidences, or, where it has none, by the cosine between normal and ray.
-/// Samples of weight 0 keep it; all others must have four neighbours.
+/// Multiplies `weights` by the image's own confidences. If it has none, multiplies by the cosine between normal and ray. Samples of weight
+/// 0 keep it. All others must have four neighbours.
 ///
 /// # Errors
 /// [`base::Error::Cancelled`].
@@ -61,7 +61,7 @@ pub fn weigh(image: &RangeImage, grid: &SampleGrid, weights: &mut [f32], progres
         return Ok(());
     }
     let projection = image.projection();
-    // Where all rays are parallel their direction is computed once.
+    // If all rays are parallel, their direction is computed once.
     match projection {
         Projection::Orthographic { .. } | Projection::PointGrid(super::Viewing::Parallel(_)) => {
             let direction = projection.view_direction(DVec3::ZERO);

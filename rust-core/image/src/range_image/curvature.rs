@@ -2,9 +2,9 @@
 
 use super::RangeImage;
 
-/// The absolute second difference `|8 z - sum z_i|` of the ranges, pixel by pixel, over the valid ones of the eight
-/// neighbours: with n < 8 of them `|n z - sum z_i| * 8 / n`. 0 for pixels without a valid neighbour and for invalid
-/// pixels. In the unit of the ranges; what a plane seen orthographically has is zero. O(pixels).
+/// The absolute second difference `|8 z - sum z_i|` of the ranges, pixel by pixel, over the valid ones of the eight neighbours. With n < 8
+/// of them it is `|n z - sum z_i| * 8 / n`. 0 for pixels without a valid neighbour and for invalid pixels. In the unit of the ranges. A
+/// plane seen orthographically has zero. O(pixels).
 pub fn curvature(image: &RangeImage) -> Vec<f64> {
     let (rows, cols) = (image.rows(), image.cols());
     let ranges: Vec<f64> = (0..image.len()).map(|i| image.range(i)).collect();

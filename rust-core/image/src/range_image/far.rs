@@ -20,7 +20,7 @@ const GAP_OF_POINTS: usize = 20;
 /// Share of the samples that the others are at least: a few that are close may be wrong instead.
 const OTHERS: f64 = 0.01;
 
-/// What was left out.
+/// The samples that were left out.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Far {
     /// Pixels.
@@ -45,8 +45,8 @@ impl Far {
 }
 
 impl RangeImage {
-    /// Leaves out samples that lie far beyond all others, and tells the log; also that pixels are repeated, as they are in
-    /// images that were enlarged: merging and aligning take these in their own size. For what programs hand over as arrays.
+    /// Leaves out samples that lie far beyond all others, and tells the log. It also tells that pixels are repeated, as they are in images
+    /// that were enlarged: merging and aligning take these in their own size. For images that programs hand over as arrays.
     pub fn leave_out_what_is_no_measurement(&mut self) {
         if let Some(far) = leave_out(self) {
             log::tell(Level::Warning, &format!("{}: {}", self.called(), far.in_words()));
@@ -90,7 +90,7 @@ fn is_mark(value: f64) -> bool {
     marks.into_iter().any(|mark| (value / mark - 1.0).abs() < 1e-6)
 }
 
-/// Size of a value, or the largest coordinate of a point; NaN for an invalid pixel.
+/// Size of a value, or the largest coordinate of a point. NaN for an invalid pixel.
 fn size(image: &RangeImage, pixel: usize) -> f64 {
     match image.samples() {
         Samples::Values(values) => values[pixel].abs(),

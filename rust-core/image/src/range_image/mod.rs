@@ -59,10 +59,10 @@ use mesh::Crs;
 
 use crate::rigid;
 
-/// The measurements of a range image, row by row; an invalid pixel is NaN.
+/// The measurements of a range image, row by row. An invalid pixel is NaN.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Samples {
-    /// One value a pixel; the projection says what it measures.
+    /// One value per pixel. The projection says what it measures.
     Values(Vec<f64>),
     /// A point a pixel in the sensor's frame, for [`Projection::PointGrid`].
     Points(Vec<[f32; 3]>),
@@ -70,11 +70,11 @@ pub enum Samples {
 
 /// A range image: `rows` x `cols` pixels, row by row, with its projection, its pose and optional attributes.
 ///
-/// Pixels are addressed `(row, col)` from the upper left, or by `row * cols + col`. Optional attributes have one entry
-/// a pixel; entries of invalid pixels mean nothing.
+/// Pixels are addressed `(row, col)` from the upper left, or by `row * cols + col`. Optional attributes have one entry per pixel. Entries
+/// of invalid pixels mean nothing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RangeImage {
-    /// Name of the scan, for messages and reports; often the file's name.
+    /// Name of the scan, for messages and reports. Often the file's name.
     pub name: String,
     /// Places the sensor's frame in the world: a rigid transform.
     pub world_from_sensor: DAffine3,
@@ -82,9 +82,9 @@ pub struct RangeImage {
     pub colour: Option<Vec<[u8; 4]>>,
     /// Strength of the returned signal, in the sensor's own unit.
     pub intensity: Option<Vec<f32>>,
-    /// How far each sample can be trusted, >= 0; `None`: computed from the geometry when needed.
+    /// Confidence of each sample, >= 0: how far it can be trusted. `None`: computed from the geometry when needed.
     pub confidence: Option<Vec<f32>>,
-    /// The system of the world that it is placed in; `None` where that is not known.
+    /// The system of the world that it is placed in. `None` if that is not known.
     pub crs: Option<Crs>,
     rows: usize,
     cols: usize,
@@ -103,8 +103,8 @@ pub fn is_rigid(transform: &DAffine3) -> bool {
 }
 
 impl RangeImage {
-    /// A range image of one value a pixel; NaN and infinite values are invalid pixels, for a pinhole or spherical sensor
-    /// also those that aren't positive, which such sensors write where nothing came back.
+    /// A range image of one value per pixel. NaN and infinite values are invalid pixels. For a pinhole or spherical sensor so are those
+    /// that aren't positive, which such sensors write where nothing came back.
     ///
     /// # Errors
     /// [`Error::Input`] if the number of values is not `rows * cols`, the projection is a point grid or has parameters
@@ -137,8 +137,7 @@ impl RangeImage {
         Ok(Self::assemble(rows, cols, Samples::Values(values), projection))
     }
 
-    /// A range image of one point a pixel in the sensor's frame; a point with a coordinate that isn't finite is an
-    /// invalid pixel.
+    /// A range image of one point per pixel in the sensor's frame. A point with a coordinate that isn't finite is an invalid pixel.
     ///
     /// # Errors
     /// [`Error::Input`] if the number of points is not `rows * cols`, or the viewing direction isn't usable.
@@ -184,7 +183,7 @@ impl RangeImage {
         self.rows * self.cols
     }
 
-    /// What messages call it.
+    /// Its name in messages.
     pub fn called(&self) -> &str {
         if self.name.is_empty() { "the image" } else { &self.name }
     }
@@ -227,7 +226,7 @@ impl RangeImage {
         (0..self.len()).filter(|&i| self.is_valid(i)).count()
     }
 
-    /// The measured point of pixel `index` in the sensor's frame; NaN for an invalid pixel.
+    /// The measured point of pixel `index` in the sensor's frame. NaN for an invalid pixel.
     pub fn point_in_sensor(&self, index: usize) -> DVec3 {
         match &self.samples {
             Samples::Values(values) => self.projection.point(index / self.cols, index % self.cols, values[index]),
@@ -237,8 +236,8 @@ impl RangeImage {
         }
     }
 
-    /// Calls `visit(row, col, point)` for every valid pixel, row by row; `point` is what
-    /// [`RangeImage::point_in_sensor`] gives, to the bit. Trigonometry is done once a row and a column, not a pixel.
+    /// Calls `visit(row, col, point)` for every valid pixel, row by row. `point` is what [`RangeImage::point_in_sensor`] gives, to the bit.
+    /// Trigonometry is done once per row and column, not per pixel.
     pub fn for_each_valid(&self, visit: impl FnMut(usize, usize, DVec3)) {
         self.try_for_each_valid(visit, &Progress::none()).expect("nobody cancels");
     }
@@ -282,10 +281,9 @@ impl RangeImage {
         Ok(())
     }
 
-    /// The range of pixel `index`: how far its sample lies along its ray, up to a constant. For parallel rays the
-    /// coordinate along them (the value itself for an orthographic image, whose rays run along -z); for a pinhole or
-    /// spherical image the value itself; for a point grid seen from a point the distance to it. NaN for an invalid
-    /// pixel.
+    /// The range of pixel `index`: how far its sample lies along its ray, up to a constant. For parallel rays it is the coordinate along
+    /// them: the value itself for an orthographic image, whose rays run along -z. For a pinhole or spherical image it is the value itself.
+    /// For a point grid seen from a point it is the distance to that point. NaN for an invalid pixel.
     pub fn range(&self, index: usize) -> f64 {
         match (&self.samples, &self.projection) {
             (Samples::Values(values), _) => values[index],
@@ -303,7 +301,7 @@ impl RangeImage {
         self.projection.ray(index / self.cols, index % self.cols, self.point_in_sensor(index))
     }
 
-    /// Where its rays start, in the world; `None` where they are parallel.
+    /// Start of its rays, in the world. `None` if they are parallel.
     pub fn sensor(&self) -> Option<DVec3> {
         self.projection.eye().map(|eye| self.world_from_sensor.transform_point3(eye))
     }
@@ -313,7 +311,7 @@ impl RangeImage {
         self.crs.clone().filter(|_| self.world_from_sensor == DAffine3::IDENTITY)
     }
 
-    /// The measured point of pixel `index` in the world; NaN for an invalid pixel.
+    /// The measured point of pixel `index` in the world. NaN for an invalid pixel.
     pub fn point_in_world(&self, index: usize) -> DVec3 {
         self.world_from_sensor.transform_point3(self.point_in_sensor(index))
     }

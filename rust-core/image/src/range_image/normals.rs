@@ -8,8 +8,8 @@ use super::spacing::{EdgeLimit, Spacing};
 use base::error::Result;
 use base::progress::Progress;
 
-/// A unit normal a pixel in the sensor's frame, toward the sensor; zero for invalid pixels and for those without a
-/// neighbour both along the row and along the column that is no jump away. O(pixels).
+/// A unit normal per pixel in the sensor's frame, toward the sensor. Zero for invalid pixels and for those without a neighbour both along
+/// the row and along the column that is no jump away. O(pixels).
 ///
 /// # Errors
 /// An attribute of the wrong length, or more than 2^32 - 2 pixels.

@@ -5,8 +5,8 @@ use glam::DVec3;
 use super::samples::{NO_SAMPLE, SampleGrid};
 use super::{Projection, RangeImage};
 
-/// Pixels count as square if neither side is longer than the other by this factor. Scans of the Stanford bunny and dragon,
-/// which one limit for both directions suits, come to 1.75; spinning scanners to 10.
+/// Pixels count as square if neither side is longer than the other by this factor. Scans of the Stanford bunny and dragon, which one limit
+/// for both directions suits, come to 1.75. Spinning scanners come to 10.
 pub const SQUARE: f64 = 2.0;
 
 /// Samples of a point grid whose neighbours are looked at.
@@ -59,7 +59,7 @@ pub struct Pitch {
 }
 
 impl Pitch {
-    /// That of an image. O(pixels) for point grids.
+    /// The pitch of an image. O(pixels) for point grids.
     pub fn of(image: &RangeImage) -> Pitch {
         let eye = image.projection().eye();
         let length = match *image.projection() {

@@ -1,7 +1,7 @@
 //! From pixels to points and rays, for every kind of sensor.
 //!
-//! Frames: the orthographic frame looks along -z, the sensor at +z (height maps, Stanford scans); the pinhole frame has
-//! x to the right, y down and z forward (depth cameras); the spherical frame has z up (terrestrial scanners).
+//! Frames: The orthographic frame looks along -z, the sensor at +z (height maps, Stanford scans). The pinhole frame has x to the right, y
+//! down and z forward (depth cameras). The spherical frame has z up (terrestrial scanners).
 
 use glam::DVec3;
 
@@ -9,7 +9,7 @@ use base::error::Result;
 use base::magnitude;
 
 base::choices! {
-    /// What a pinhole image's values measure.
+    /// The measure that a pinhole image's values are of.
     pub enum DepthKind {
         /// Distance from the image plane through the centre of projection (z).
         Planar = "planar" "Planar",
@@ -21,7 +21,7 @@ base::choices! {
 /// How the pixels of a point grid were seen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Viewing {
-    /// All rays parallel to this direction, from the sensor toward the scene; any length but zero.
+    /// All rays parallel to this direction, from the sensor toward the scene. Of any length but zero.
     Parallel(DVec3),
     /// Every ray starts here.
     From(DVec3),
@@ -35,12 +35,12 @@ impl Viewing {
 /// How pixels see: what a pixel's value measures and where its ray runs, in the sensor's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Projection {
-    /// Rays along -z; the value is the point's z. Pixel `(row, col)` lies at `x = first[0] + col * step[0]`,
-    /// `y = first[1] + row * step[1]` (a negative `step[1]` puts row 0 at the top).
+    /// Rays along -z. The value is the point's z. Pixel `(row, col)` lies at `x = first[0] + col * step[0]`, `y = first[1] + row * step[1]`
+    /// (a negative `step[1]` puts row 0 at the top).
     Orthographic {
         /// x and y of pixel (0, 0).
         first: [f64; 2],
-        /// x from column to column, y from row to row; neither is zero.
+        /// x from column to column, y from row to row. Neither is zero.
         step: [f64; 2],
     },
     /// Rays from the origin through `((col - centre[0]) / focal[0], (row - centre[1]) / focal[1], 1)`.
@@ -49,15 +49,15 @@ pub enum Projection {
         focal: [f64; 2],
         /// cx and cy in pixels, pixel centres at whole numbers.
         centre: [f64; 2],
-        /// What the values measure.
+        /// The measure that the values are of.
         depth: DepthKind,
     },
-    /// Rays from the origin; azimuth `first[0] + col * step[0]` from +x toward +y, elevation `first[1] + row * step[1]`
-    /// from the horizon toward +z; the value is the distance along the ray.
+    /// Rays from the origin. Azimuth `first[0] + col * step[0]` from +x toward +y, elevation `first[1] + row * step[1]` from the horizon
+    /// toward +z. The value is the distance along the ray.
     Spherical {
         /// Azimuth and elevation of pixel (0, 0), in radians.
         first: [f64; 2],
-        /// Azimuth from column to column, elevation from row to row, in radians; neither is zero.
+        /// Azimuth from column to column, elevation from row to row, in radians. Neither is zero.
         step: [f64; 2],
     },
     /// A measured point a pixel.
@@ -93,8 +93,8 @@ impl Projection {
         Ok(())
     }
 
-    /// Largest number met on the way to a point that a pixel of an image of this size measures with a value up to `value`;
-    /// for a point grid the points' own.
+    /// Largest number met on the way to a point that a pixel of an image of this size measures with a value up to `value`. For a point grid
+    /// it is the points' own.
     pub fn reach(&self, rows: usize, cols: usize, value: f64) -> f64 {
         let last = [cols.saturating_sub(1) as f64, rows.saturating_sub(1) as f64];
         let farthest = |at: [f64; 2]| at[0].abs().max(at[1].abs());
@@ -134,8 +134,8 @@ impl Projection {
         }
     }
 
-    /// The ray of pixel `(row, col)`: a point on it and its unit direction from the sensor toward the scene. For a point
-    /// grid the ray runs through `sample`, the measured point; otherwise `sample` is not used.
+    /// The ray of pixel `(row, col)`: a point on it and its unit direction from the sensor toward the scene. For a point grid the ray runs
+    /// through `sample`, the measured point. Otherwise `sample` is not used.
     pub fn ray(&self, row: usize, col: usize, sample: DVec3) -> (DVec3, DVec3) {
         match self {
             Projection::Orthographic { .. } => (self.point(row, col, 0.0), DVec3::NEG_Z),
@@ -147,7 +147,7 @@ impl Projection {
         }
     }
 
-    /// Where the rays start, if they fan out from a point.
+    /// Start of the rays, if they fan out from a point.
     pub fn eye(&self) -> Option<DVec3> {
         match *self {
             Projection::Orthographic { .. } | Projection::PointGrid(Viewing::Parallel(_)) => None,
@@ -167,12 +167,12 @@ impl Projection {
     }
 }
 
-/// What [`Projection::point`] computes from the row alone and from the column alone, once for all pixels.
+/// Parts of [`Projection::point`] that depend on the row alone and on the column alone, computed once for all pixels.
 pub(crate) struct Tables<'a> {
     projection: &'a Projection,
-    /// Orthographic: y; pinhole: y at depth 1; spherical: cosine and sine of the elevation.
+    /// Orthographic: y. Pinhole: y at depth 1. Spherical: cosine and sine of the elevation.
     rows: Vec<[f64; 2]>,
-    /// Orthographic: x; pinhole: x at depth 1; spherical: cosine and sine of the azimuth.
+    /// Orthographic: x. Pinhole: x at depth 1. Spherical: cosine and sine of the azimuth.
     cols: Vec<[f64; 2]>,
 }
 

@@ -1,9 +1,9 @@
 //! Depth images that were enlarged by repeating pixels, as exporters do that store depth in the size of a photo: recognized,
 //! and undone.
 //!
-//! Each column of such an image equals the one before it, in all rows, unless a block begins there; so do rows. Blocks begin
-//! where rounding puts them: at each multiple of the factor. Quantized depth has equal neighbours, too, but its steps lie
-//! where the surface has them: at other columns in other rows, and not at the same multiples in both directions.
+//! Each column of such an image equals the one before it, in all rows, unless a block begins there. So do rows. Blocks begin where rounding
+//! puts them: at each multiple of the factor. Quantized depth has equal neighbours, too, but its steps lie where the surface has them: at
+//! other columns in other rows, and not at the same multiples in both directions.
 
 use glam::DVec2;
 
@@ -20,9 +20,9 @@ const SHOWN: f64 = 0.75;
 const SMALLEST: f64 = 1.25;
 const UNLIKE: f64 = 1.05;
 
-/// The image in the size that it had before it was enlarged; `None` for one that was not. Attributes are those of the pixels
-/// in the middle of each block. Pinhole images only: heights of blocks may be buildings. O(1) rows are looked at where
-/// neighbours differ, O(pixels) where they are equal.
+/// The image in the size that it had before it was enlarged. `None` for one that was not. Attributes are those of the pixels in the middle
+/// of each block. Pinhole images only: heights of blocks may be buildings. O(1) rows are looked at if neighbours differ, O(pixels) if they
+/// are equal.
 pub fn undone(image: &RangeImage) -> Option<RangeImage> {
     let (Samples::Values(values), &Projection::Pinhole { focal, centre, depth }) =
         (image.samples(), image.projection())
@@ -116,7 +116,7 @@ impl Axis {
     }
 }
 
-/// Columns and rows as they were enlarged; `None` if neither was.
+/// Columns and rows as they were enlarged. `None` if neither was.
 fn blocks(values: &[f64], [cols, rows]: [usize; 2]) -> Option<[Axis; 2]> {
     if cols < LEAST || rows < LEAST {
         return None;

@@ -35,7 +35,7 @@ impl SampleGrid {
     /// Collects the valid pixels. O(pixels), 56 bytes a valid pixel.
     ///
     /// # Errors
-    /// [`Error::Input`] if the image has more than 2^32 - 2 pixels; [`Error::Cancelled`].
+    /// [`Error::Input`] if the image has more than 2^32 - 2 pixels. [`Error::Cancelled`].
     pub fn new(image: &RangeImage, progress: &Progress<'_>) -> Result<Self> {
         if image.len() >= NO_SAMPLE as usize {
             let (name, pixels) = (image.called(), image.len());
@@ -80,7 +80,7 @@ impl SampleGrid {
         Ok(grid)
     }
 
-    /// Moves every sample; the neighbours stay.
+    /// Moves every sample. The neighbours stay.
     pub fn move_samples(&mut self, place: impl Fn(usize, DVec3) -> DVec3) {
         for (k, position) in self.positions.iter_mut().enumerate() {
             *position = place(k, *position);
@@ -105,12 +105,12 @@ impl SampleGrid {
         self.pixels.is_empty()
     }
 
-    /// Whether the pixel to the right of sample `k` is valid; it is sample `k + 1` then.
+    /// Whether the pixel to the right of sample `k` is valid. It is sample `k + 1` then.
     pub fn has_right(&self, k: usize) -> bool {
         self.right_squared[k] < f64::INFINITY
     }
 
-    /// Whether the pixel to the left of sample `k` is valid; it is sample `k - 1` then.
+    /// Whether the pixel to the left of sample `k` is valid. It is sample `k - 1` then.
     pub fn has_left(&self, k: usize) -> bool {
         k > 0 && self.has_right(k - 1)
     }

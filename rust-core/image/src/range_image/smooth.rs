@@ -1,14 +1,14 @@
 //! Noise taken out of a range image, along its rays.
 //!
-//! A plane is linear in 1 / range where rays fan out from a point, in range where they are parallel: second differences of
-//! these *heights* along rows and columns are noise, or relief. A pass adds a quarter of a second difference to its pixel,
-//! which makes a binomial kernel, unless it is larger than noise alone makes it: then it is relief, or a jump, and stays. So
-//! planes stay where they are, up to their borders, nothing is mixed across a jump, and what has no noise is left as it is.
+//! A plane is linear in 1 / range where rays fan out from a point, in range where they are parallel. Second differences of these *heights*
+//! along rows and columns are noise, or relief. A pass adds a quarter of a second difference to its pixel, which makes a binomial kernel,
+//! unless it is larger than noise alone makes it: then it is relief, or a jump, and stays. So planes stay where they are, up to their
+//! borders, nothing is mixed across a jump, and what has no noise is left as it is.
 //!
-//! Two results serve two purposes. Where the surface *is* must not be biased, since what all scans of a place have in common
-//! no merging takes out again: few passes, as many as the noise is pixels large, and *twicing* \[Tuk77\]: what a second
-//! smoothing takes from the first is what the first took from the shape. Which way it *faces*, and which pixels are its
-//! neighbours, needs more of them: differences of neighbours are the noisier the closer they are.
+//! Two results serve two purposes. The *place* of the surface must not be biased, since no merging takes out again what all scans of a
+//! place have in common. So it takes few passes, as many as the noise is pixels large, and *twicing* \[Tuk77\]: a second smoothing takes
+//! from the first what the first took from the shape. The *direction* that the surface faces, and the choice of pixels that are its
+//! neighbours, need more passes: differences of neighbours are the noisier the closer they are.
 
 use super::noise::Noise;
 use super::pitch::Pitch;
@@ -30,7 +30,7 @@ const FACING: usize = 4;
 const ROUND: f64 = 0.4;
 const MOST: f64 = 8.0;
 
-/// What is known of the samples of an image with noise.
+/// Samples of an image with noise, smoothed for two purposes.
 pub struct Smoothed {
     /// By how much each sample lies further along its ray where noise is taken out for a surface that doesn't fold.
     pub facing: Vec<f64>,
@@ -40,8 +40,8 @@ pub struct Smoothed {
     pub deviation: Vec<f32>,
 }
 
-/// Takes the noise out of an image whose samples are `grid`; `None` for a clean image. Its pixels are blocks of `side` x
-/// `side` of the image that `noise` was measured from. O(pixels), 40 bytes a pixel.
+/// Takes the noise out of an image whose samples are `grid`. `None` for a clean image. Its pixels are blocks of `side` x `side` of the
+/// image that `noise` was measured from. O(pixels), 40 bytes per pixel.
 ///
 /// # Errors
 /// [`base::Error::Cancelled`].
@@ -66,7 +66,7 @@ pub fn smoothed(
     // Values of an orthographic image rise toward the sensor.
     let sign = if matches!(image.projection(), Projection::Orthographic { .. }) { -1.0 } else { 1.0 };
     let mut heights = vec![f64::NAN; window.len()];
-    // What a second difference of noise may be, and the passes for the place.
+    // The limit of a second difference of noise, and the passes for the place.
     let (mut limits, mut passes) = (vec![0.0; window.len()], vec![0_u8; window.len()]);
     for block in progress.ranges(grid.len()) {
         for k in block? {

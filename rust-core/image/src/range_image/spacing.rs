@@ -25,7 +25,7 @@ pub struct Spacing {
 }
 
 impl Spacing {
-    /// Measures it; pairs at the same place don't count. 0 where there is no pair.
+    /// Measures it. Pairs at the same place don't count. 0 if there is no pair.
     ///
     /// # Errors
     /// [`base::Error::Cancelled`].
@@ -66,15 +66,14 @@ const BY_STEPS: f64 = 1.5;
 /// Longest edges that still belong to the surface.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EdgeLimit {
-    /// Where rays fan out from, and edges are measured by their range: the distance between `eye` and the nearer end of the
-    /// edge. Samples are the further apart the further away they are, and one length for all would tear far surfaces or
-    /// bridge near jumps. `None`: lengths count, for parallel rays, whose samples are equally dense at any range, and for a
-    /// length given by the caller.
+    /// The point that rays fan out from, if edges are measured by their range: the distance between `eye` and the nearer end of the edge.
+    /// Samples are the further apart the further away they are, and one length for all would tear far surfaces or bridge near jumps.
+    /// `None`: lengths count. So it is for parallel rays, whose samples are equally dense at any range, and for a length given by the
+    /// caller.
     eye: Option<DVec3>,
     /// By [`Along`].
     limits: [f64; 3],
-    /// What values are multiples of, where steps are seen. Rounding moves neighbours apart by up to a step, which says
-    /// nothing of a jump.
+    /// Steps that values are multiples of, if any are seen. Rounding moves neighbours apart by up to a step, which says nothing of a jump.
     steps: Option<Steps>,
 }
 
@@ -84,10 +83,10 @@ impl EdgeLimit {
         EdgeLimit { eye: None, limits: [length; 3], steps: None }
     }
 
-    /// [`JUMP_FACTOR`] times the median distance of neighbouring samples; times the median of distance by range where
-    /// the rays fan out from a point. Where pixels are not square, edges along the longer side and diagonals are compared with
-    /// the median along that side, edges along the other one with the geometric mean of both medians. Where values are
-    /// multiples of a step longer than the spacing, edges may be longer by one and a half of it.
+    /// [`JUMP_FACTOR`] times the median distance of neighbouring samples. Times the median of distance by range if the rays fan out from a
+    /// point. If pixels are not square, edges along the longer side and diagonals are compared with the median along that side, edges along
+    /// the other one with the geometric mean of both medians. If values are multiples of a step longer than the spacing, edges may be
+    /// longer by one and a half of it.
     ///
     /// # Errors
     /// [`base::Error::Cancelled`].
@@ -124,7 +123,7 @@ impl EdgeLimit {
         EdgeLimit { eye, limits: limits.map(|spacing| JUMP_FACTOR * spacing), steps }
     }
 
-    /// Where rays fan out from, if edges are measured by their range.
+    /// The point that rays fan out from, if edges are measured by their range.
     pub(crate) fn eye(&self) -> Option<DVec3> {
         self.eye
     }
@@ -164,8 +163,8 @@ impl EdgeLimit {
     }
 }
 
-/// Size of the sample that brackets the median, a power of two; with 512 the bracket of +- 8 % of the ranks misses once
-/// in 10^3 images or so, which costs a full selection.
+/// Size of the sample that brackets the median, a power of two. With 512 the bracket of +- 8 % of the ranks misses once in 10^3 images or
+/// so, which costs a full selection.
 const SAMPLE: usize = 512;
 
 /// Median of the square roots of the finite positive values of both slices, 0 without any.

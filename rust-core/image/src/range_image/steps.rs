@@ -30,7 +30,7 @@ pub(super) struct Steps {
     levels: Vec<[f64; 2]>,
 }
 
-/// What is seen at about one range.
+/// Steps seen at about one range.
 #[derive(Default)]
 struct Seen {
     range: f64,
@@ -60,14 +60,14 @@ impl Steps {
         }
     }
 
-    /// By pairs of neighbours in one direction; `None` where these show no steps.
+    /// By pairs of neighbours in one direction. `None` if these show no steps.
     fn along(
         image: &RangeImage,
         grid: &SampleGrid,
         neighbour: impl Fn(usize) -> Option<usize>,
     ) -> Option<Vec<[f64; 2]>> {
         let (projection, eye) = (image.projection(), image.projection().eye());
-        // What the sensor measures, and its length along the ray.
+        // The value that the sensor measures, and its length along the ray.
         let depth = |at: DVec3| match (projection, eye) {
             (Projection::Pinhole { depth: DepthKind::Planar, .. }, _) => at.z,
             (_, Some(eye)) => at.distance(eye),

@@ -1,4 +1,4 @@
-//! What of scans is kept or removed before they are merged or aligned: by a box, by a plane, by a mask.
+//! Selections: the parts of scans that are kept or removed before they are merged or aligned: by a box, by a plane, by a mask.
 //!
 //! | file | what |
 //! |---|---|
@@ -30,7 +30,7 @@ use mesh::point_cloud::PointCloud;
 
 use crate::range_image::RangeImage;
 
-/// What samples are told apart by.
+/// The rule that tells samples apart.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Region {
     /// Inside of a box or on its sides.
@@ -44,9 +44,9 @@ pub enum Region {
 /// A region, and whether what it holds stays or goes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Selection {
-    /// Which samples.
+    /// The region of the samples.
     pub region: Region,
-    /// They stay and all others go; else the other way round.
+    /// They stay and all others go. Else it is the other way round.
     pub keep: bool,
 }
 
@@ -74,10 +74,10 @@ impl Region {
 const A_SAMPLE: f64 = 8.0;
 
 impl Selection {
-    /// Makes the pixels of an image invalid whose samples don't stay; how many. O(pixels).
+    /// Makes the pixels of an image invalid whose samples don't stay. Returns how many. O(pixels).
     ///
     /// # Errors
-    /// A mask of another size; [`base::Error::Cancelled`].
+    /// A mask of another size. [`base::Error::Cancelled`].
     pub fn of_image(&self, image: &mut RangeImage, progress: &Progress<'_>) -> Result<usize> {
         if let Region::Mask(mask) = &self.region {
             mask.fits_image(image.rows(), image.cols())?;
@@ -98,10 +98,10 @@ impl Selection {
         Ok(count)
     }
 
-    /// Takes the points of a cloud out that don't stay; how many. O(points).
+    /// Takes the points of a cloud out that don't stay. Returns how many. O(points).
     ///
     /// # Errors
-    /// A mask of another number of marks than points; [`base::Error::Cancelled`].
+    /// A mask of another number of marks than points. [`base::Error::Cancelled`].
     pub fn of_cloud(&self, cloud: &mut PointCloud, progress: &Progress<'_>) -> Result<usize> {
         if let Region::Mask(mask) = &self.region {
             mask.fits_list(cloud.positions.len(), "points")?;
@@ -117,11 +117,11 @@ impl Selection {
         Ok(gone)
     }
 
-    /// Takes the vertices of a mesh out that don't stay, and the faces at them; how many vertices. Others keep their order, their
+    /// Takes the vertices of a mesh out that don't stay, and the faces at them. Returns how many vertices. Others keep their order, their
     /// attributes and those of their faces. O(vertices + faces).
     ///
     /// # Errors
-    /// A mask of another number of marks than vertices; a mesh that is not valid; [`base::Error::Cancelled`].
+    /// A mask of another number of marks than vertices. A mesh that is not valid. [`base::Error::Cancelled`].
     pub fn of_mesh(&self, mesh: &mut TriMesh, world_from_mesh: DAffine3, progress: &Progress<'_>) -> Result<usize> {
         if let Region::Mask(mask) = &self.region {
             mask.fits_list(mesh.positions.len(), "vertices")?;

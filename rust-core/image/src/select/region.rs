@@ -11,7 +11,7 @@ use base::magnitude;
 pub struct OrientedBox {
     /// Unit normals of the sides.
     normals: [DVec3; 3],
-    /// Where along its normal each pair of sides begins and ends.
+    /// First and last place of each pair of sides along its normal.
     low: DVec3,
     high: DVec3,
 }
@@ -20,7 +20,7 @@ impl OrientedBox {
     /// The box that the cube from -1 to 1 along each axis becomes.
     ///
     /// # Errors
-    /// Numbers that are not finite or too large; a flat box.
+    /// Numbers that are not finite or too large. A flat box.
     pub fn new(world_from_box: DAffine3) -> Result<Self> {
         let axes = world_from_box.matrix3;
         let axes = [axes.x_axis, axes.y_axis, axes.z_axis];
@@ -50,7 +50,7 @@ impl OrientedBox {
     /// The box along the world's axes between two corners.
     ///
     /// # Errors
-    /// Numbers that are not finite or too large; `high` not above `low` along each axis.
+    /// Numbers that are not finite or too large. `high` not above `low` along each axis.
     pub fn between(low: DVec3, high: DVec3) -> Result<Self> {
         magnitude::place("the low corner of the box", low)?;
         magnitude::place("the high corner of the box", high)?;
@@ -100,7 +100,7 @@ pub struct Plane {
 }
 
 impl Plane {
-    /// The plane through a point; `normal`, of any length, points above.
+    /// The plane through a point. `normal`, of any length, points above.
     ///
     /// # Errors
     /// Numbers that are not finite or too large, a normal of length 0.
@@ -114,10 +114,10 @@ impl Plane {
         Ok(Plane { normal, offset: normal.dot(point), margin })
     }
 
-    /// The plane through three points; above is where they turn counter-clockwise. No margin.
+    /// The plane through three points. Above is where they turn counter-clockwise. No margin.
     ///
     /// # Errors
-    /// Numbers that are not finite or too large; points on one line.
+    /// Numbers that are not finite or too large. Points on one line.
     pub fn through([a, b, c]: [DVec3; 3]) -> Result<Self> {
         for (point, name) in [a, b, c].into_iter().zip(["first", "second", "third"]) {
             magnitude::place(&format!("the {name} point of the plane"), point)?;
@@ -150,7 +150,7 @@ impl Plane {
         self.normal
     }
 
-    /// What lies at most so far above belongs to the region; below 0 where only what lies deeper does.
+    /// Points that lie at most so far above belong to the region. Below 0 only points that lie deeper do.
     pub fn margin(&self) -> f64 {
         self.margin
     }
@@ -160,7 +160,7 @@ impl Plane {
         self.normal * self.offset
     }
 
-    /// How far above the plane a place lies; negative below.
+    /// Height of a place above the plane. Negative below.
     pub fn height(&self, at: DVec3) -> f64 {
         self.normal.dot(at) - self.offset
     }
@@ -229,7 +229,7 @@ impl Mask {
         Mask { rows: marks.len(), cols: 1, bits: bits.collect() }
     }
 
-    /// Rows and columns of the image that it is of; of a list its length and 1.
+    /// Rows and columns of the image that it is of. Of a list its length and 1.
     pub fn size(&self) -> [usize; 2] {
         [self.rows, self.cols]
     }

@@ -62,7 +62,7 @@ impl Similarity {
         Ok(Similarity { scale: magnitude::divisor("the scale", scale)?, turned: DAffine3::IDENTITY })
     }
 
-    /// Lays a plane into the plane through the origin that `up` is the normal of, with what lies above it on the side of `up`: the
+    /// Lays a plane into the plane through the origin that `up` is the normal of, with what lies above it on the side of `up`. It is the
     /// least turn about the origin that does, and a shift along `up`.
     ///
     /// # Errors
@@ -76,8 +76,8 @@ impl Similarity {
         })
     }
 
-    /// What a transform says that scales all directions alike, does not mirror and has axes orthonormal within
-    /// [`rigid::TOLERANCE`] but for the scale: the nearest similarity.
+    /// The nearest similarity to a transform that scales all directions alike, does not mirror and has axes orthonormal within
+    /// [`rigid::TOLERANCE`] but for the scale.
     ///
     /// # Errors
     /// What is wrong and the remedy.
@@ -108,7 +108,7 @@ impl Similarity {
         DAffine3 { matrix3: self.turned.matrix3 * self.scale, translation: self.turned.translation }
     }
 
-    /// What lengths are multiplied with.
+    /// Factor of lengths.
     pub fn scale(&self) -> f64 {
         self.scale
     }
@@ -133,7 +133,7 @@ impl Similarity {
         Similarity { scale, turned: DAffine3 { matrix3: back, translation: back * self.turned.translation * -scale } }
     }
 
-    /// Where a place comes to lie.
+    /// The place that a place comes to lie at.
     pub fn of_place(&self, at: DVec3) -> DVec3 {
         self.turned.matrix3 * (at * self.scale) + self.turned.translation
     }
@@ -153,7 +153,7 @@ impl Similarity {
         })
     }
 
-    /// Samples and pose of an image; grid and rays stay. O(pixels).
+    /// Samples and pose of an image. Grid and rays stay. O(pixels).
     ///
     /// # Errors
     /// Samples that become too large or too small.
@@ -197,7 +197,7 @@ impl Similarity {
     }
 }
 
-/// The rotation by the least angle that takes one unit vector to another; about a fixed axis where they are opposite.
+/// The rotation by the least angle that takes one unit vector to another. About a fixed axis if they are opposite.
 fn least_turn(from: DVec3, to: DVec3) -> DMat3 {
     let (across, cos) = (from.cross(to), from.dot(to));
     let sin = across.length();

@@ -1,4 +1,4 @@
-//! Which triangles a cell of 2 x 2 pixels gets, and their orientation.
+//! The triangles that a cell of 2 x 2 pixels gets, and their orientation.
 //!
 //! ```text
 //!  a --- b     a is pixel (row, col), b its right neighbour,
@@ -22,7 +22,7 @@ pub(super) struct Cells {
     pub folds: usize,
 }
 
-/// What surrounds a sample: in how many cells of two triangles it is a corner (0 to 4), and whether it is a vertex at all.
+/// Surroundings of a sample: the number of cells of two triangles in which it is a corner (0 to 4), and whether it is a vertex at all.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Surroundings(u8);
 
@@ -35,7 +35,7 @@ impl Surroundings {
 }
 
 impl Cells {
-    /// Whether sample `k` is surrounded by eight triangles; all its eight neighbours are valid then.
+    /// Whether sample `k` is surrounded by eight triangles. All its eight neighbours are valid then.
     pub fn is_interior(&self, k: usize) -> bool {
         self.surroundings[k].0 & !Surroundings::USED == 4
     }

@@ -24,7 +24,7 @@ use base::params::{angle, length};
 use base::progress::Progress;
 use mesh::{Attribute, TriMesh};
 
-/// At the peak; measured.
+/// At the peak. Measured.
 const BYTES_A_SAMPLE: f64 = 82.0;
 
 /// The declaration of the operation.
@@ -64,7 +64,7 @@ pub struct RangeSurface {
     pub confidence: Vec<f32>,
     /// Three vertices a triangle, counter-clockwise seen from the sensor.
     pub triangles: Vec<[u32; 3]>,
-    /// Median distance of neighbouring samples; the larger one of rows and columns where pixels are not square.
+    /// Median distance of neighbouring samples. The larger one of rows and columns if pixels are not square.
     pub spacing: f64,
     /// Valid pixels without a triangle.
     pub isolated_pixels: usize,
@@ -91,29 +91,28 @@ impl RangeSurface {
 
 /// Triangulates the pixel grid, leaving out jumps.
 ///
-/// Each cell of 2 x 2 pixels is split by its shorter diagonal in space; a cell with one invalid corner gives one
-/// triangle. A triangle is left out if one of its edges is longer than the limit, if it is seen at a grazing angle above
-/// the limit, or if it is seen from behind or edge-on: where neighbouring pixels of a point grid lie in another order
-/// than the grid's (a fold), one hides behind the other. Default edge limit: 3.4 times the median distance of
-/// neighbours; where rays fan out from a point (pinhole, spherical, point grids seen from a point) 3.4 times the median
-/// of distance by range, times the range of the edge's nearer end, since sampling thins out with range. Where pixels are
-/// not square (one side, across the rays, is longer than the other by [`SQUARE`](crate::range_image::pitch::SQUARE) or
-/// more), rows and columns have a median each: edges along the longer side and diagonals are compared with its own, edges
-/// along the other one with the geometric mean of both. Where values are multiples of a step that is longer than the
-/// spacing, rounding alone moves neighbours a step apart: edges may be longer by one and a half steps.
+/// Each cell of 2 x 2 pixels is split by its shorter diagonal in space. A cell with one invalid corner gives one triangle. A triangle is
+/// left out if one of its edges is longer than the limit, or if it is seen at a grazing angle above the limit. It is also left out if it is
+/// seen from behind or edge-on. Neighbouring pixels of a point grid may lie in another order than the grid's (a fold), and then one hides
+/// behind the other. The default edge limit is 3.4 times the median distance of neighbours. If rays fan out from a point (pinhole,
+/// spherical, point grids seen from a point) it is 3.4 times the median of distance by range, times the range of the edge's nearer end,
+/// since sampling thins out with range. If pixels are not square (one side, across the rays, is longer than the other by
+/// [`SQUARE`](crate::range_image::pitch::SQUARE) or more), rows and columns have a median each. Edges along the longer side and diagonals
+/// are compared with its own, edges along the other one with the geometric mean of both. If values are multiples of a step that is longer
+/// than the spacing, rounding alone moves neighbours a step apart. Edges may then be longer by one and a half steps.
 ///
-/// Guarantees: triangles turn counter-clockwise seen from the sensor; no zero-area triangle; every vertex has a
-/// triangle; vertices in pixel order. Without own confidences a vertex's confidence is the cosine between its normal and
-/// its ray, with them it is the given one; times a ramp that is 0 at vertices not surrounded by eight triangles and
-/// reaches 1 after [`confidence::RAMP_PIXELS`] pixels.
+/// Guarantees: Triangles turn counter-clockwise seen from the sensor. There is no zero-area triangle. Every vertex has a triangle. Vertices
+/// are in pixel order. Without own confidences a vertex's confidence is the cosine between its normal and its ray, with them it is the
+/// given one. It is multiplied by a ramp that is 0 at vertices not surrounded by eight triangles and reaches 1 after
+/// [`confidence::RAMP_PIXELS`] pixels.
 ///
-/// Cost: O(pixels), one thread; about 120 bytes a valid pixel.
+/// Cost: O(pixels), one thread. About 120 bytes per valid pixel.
 ///
 /// # Errors
-/// An image that gives no triangle; parameters out of range, attributes of the wrong length, more than 2^32 - 2 pixels, or
-/// a coordinate larger than [`magnitude::LARGEST`]; [`base::Error::OutOfMemory`]; [`base::Error::Cancelled`].
+/// An image that gives no triangle. Parameters out of range, attributes of the wrong length, more than 2^32 - 2 pixels, or a coordinate
+/// larger than [`magnitude::LARGEST`]. [`base::Error::OutOfMemory`]. [`base::Error::Cancelled`].
 ///
-/// Sources: contract of section 0; the ramp: \[CL96\].
+/// Sources: contract of section 0. The ramp: \[CL96\].
 pub fn triangulate(image: &RangeImage, params: &TriangulateParams, progress: &Progress<'_>) -> Result<RangeSurface> {
     let surface = progress.watch(|| triangulate_samples(image, samples(image, params, progress)?, params, progress))?;
     if surface.triangles.is_empty() { Err(no_triangle(image, params)) } else { Ok(surface) }
@@ -141,7 +140,7 @@ pub fn no_triangle(image: &RangeImage, params: &TriangulateParams) -> Error {
     ))
 }
 
-/// [`triangulate`] with the samples of the image moved along their rays; the surface may be empty.
+/// [`triangulate`] with the samples of the image moved along their rays. The surface may be empty.
 ///
 /// # Errors
 /// As [`triangulate`].
@@ -179,10 +178,10 @@ pub(crate) fn over_samples(
     Ok((grid, cells.triangles))
 }
 
-/// The triangles of [`triangulate`] over pixel indices, without what else it finds; and the valid pixels, rising.
+/// The triangles of [`triangulate`] over pixel indices, without what else it finds. Also the valid pixels, rising.
 ///
 /// # Errors
-/// As [`triangulate`]; [`base::Error::Cancelled`].
+/// As [`triangulate`]. [`base::Error::Cancelled`].
 #[doc(hidden)]
 pub fn triangles_over_pixels(
     image: &RangeImage,
@@ -231,7 +230,7 @@ fn cells_of(
         Some(length) => (EdgeLimit::length(length), None),
         None => {
             let spacing = Spacing::of(image, grid, progress)?;
-            // Where pixels are repeated most neighbours are equal, and those that are not lie a whole block apart.
+            // If pixels are repeated, most neighbours are equal, and those that are not lie a whole block apart.
             let limit = match repeats::undone(image) {
                 Some(own_size) => {
                     let grid = SampleGrid::new(&own_size, progress)?;

@@ -39,7 +39,7 @@ fn pixel_triangles(surface: &RangeSurface) -> BTreeSet<[u32; 3]> {
     surface.triangles.iter().map(turned).collect()
 }
 
-/// What must hold for any image: see the documentation of `triangulate`.
+/// Rules that hold for any image: see the documentation of `triangulate`.
 fn check(image: &RangeImage, surface: &RangeSurface) {
     let n = surface.positions.len();
     assert!(surface.pixels.len() == n && surface.confidence.len() == n);

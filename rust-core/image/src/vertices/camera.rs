@@ -1,4 +1,4 @@
-//! What a host keeps of a range image besides its vertices.
+//! Cameras of range images: all that a host keeps of one besides its vertices.
 
 use glam::DVec3;
 
@@ -15,7 +15,7 @@ pub const MOST_ANCHORS: usize = 256;
 /// Vertices among which anchors are chosen: looking at each of millions would find none that tell more.
 const CANDIDATES: usize = 1 << 14;
 
-/// Where a vertex was: by it a motion of all vertices is recognized.
+/// Place where a vertex was: by it a motion of all vertices is recognized.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Anchor {
     /// Its pixel's row.
@@ -35,16 +35,15 @@ pub struct GridCamera {
     pub cols: usize,
     /// How pixels see.
     pub projection: Projection,
-    /// Up to [`MOST_ANCHORS`] vertices far from each other; without them all vertices are taken to lie in the sensor's
-    /// frame.
+    /// Up to [`MOST_ANCHORS`] vertices far from each other. Without them all vertices are taken to lie in the sensor's frame.
     pub anchors: Vec<Anchor>,
 }
 
 impl GridCamera {
-    /// That of an image. O(pixels); the same for the same image.
+    /// The camera of an image. O(pixels). It is the same for the same image.
     ///
     /// # Errors
-    /// A coordinate larger than [`magnitude::LARGEST`]; [`Error::Cancelled`].
+    /// A coordinate larger than [`magnitude::LARGEST`]. [`Error::Cancelled`].
     pub fn of(image: &RangeImage, progress: &Progress<'_>) -> Result<Self> {
         progress.watch(|| {
             let candidates = candidates(image, progress)?;
@@ -104,7 +103,7 @@ impl GridCamera {
     }
 }
 
-/// A projection whose lengths are multiplied; angles and pixels stay.
+/// A projection whose lengths are multiplied. Angles and pixels stay.
 fn scaled_projection(projection: &Projection, scale: f64) -> Projection {
     match *projection {
         Projection::Orthographic { first, step } => {

@@ -1,5 +1,5 @@
-//! Range images as hosts keep them: a mesh of one vertex a valid pixel, each with its row and column, which the user moves,
-//! turns, scales and mirrors, deletes vertices of, edits one by one, and stores in single precision. To it, and back.
+//! Range images as hosts keep them: a mesh of one vertex per valid pixel, each with its row and column. The user moves, turns, scales and
+//! mirrors it, deletes vertices of it, edits them one by one, and stores it in single precision. To it, and back.
 //!
 //! | file | what |
 //! |---|---|
@@ -25,7 +25,7 @@ use crate::range_image::RangeImage;
 use crate::range_image::samples::SampleGrid;
 use crate::triangulate::{self, TriangulateParams};
 
-/// At the peak, without and with faces; measured.
+/// At the peak, without and with faces. Measured.
 const BYTES_A_VERTEX: f64 = 56.0;
 const BYTES_WITH_FACES: f64 = 88.0;
 
@@ -62,11 +62,11 @@ pub struct Vertices<'a> {
 /// With `faces` also the triangles of [`triangulate::triangulate`] with its defaults, over the same vertices: those of
 /// isolated pixels have none.
 ///
-/// Cost: O(pixels), one thread; 56 bytes a valid pixel, with faces 88.
+/// Cost: O(pixels), one thread. 56 bytes per valid pixel, with faces 88.
 ///
 /// # Errors
-/// Attributes of the wrong length, more than 2^31 rows or columns, a coordinate larger than [`magnitude::LARGEST`];
-/// [`Error::OutOfMemory`]; [`Error::Cancelled`].
+/// Attributes of the wrong length, more than 2^31 rows or columns, a coordinate larger than [`magnitude::LARGEST`]. [`Error::OutOfMemory`].
+/// [`Error::Cancelled`].
 pub fn to_mesh(image: &RangeImage, faces: bool, progress: &Progress<'_>) -> Result<TriMesh> {
     progress.watch(|| {
         fits_attributes(image.rows(), image.cols())?;
@@ -93,24 +93,23 @@ fn fits_attributes(rows: usize, cols: usize) -> Result<()> {
     Err(Error::input(format!("{rows} x {cols} pixels: a mesh's rows and columns may be at most {}", i32::MAX)))
 }
 
-/// The range image that a host's vertices are, however the user moved them; `world_from_host` places the host's frame in
-/// the world and may be any affine transform that doesn't flatten. Pixels without a vertex are invalid.
+/// The range image that a host's vertices are, however the user moved them. `world_from_host` places the host's frame in the world and may
+/// be any affine transform that doesn't flatten. Pixels without a vertex are invalid.
 ///
-/// Where the vertices were moved, turned, scaled and mirrored all alike, by themselves or by `world_from_host`, within single
-/// precision, and each lies on its pixel's ray, the projection stays of its kind: its parameters are scaled and mirrored and the
-/// pose is rigid. Where they were stretched or sheared, or some edited one by one, it becomes a grid of points in single
-/// precision, seen from where it was. In either case each sample lies in the world where its vertex does, to single
-/// precision. Where so few anchors are left, or all in one line, that they fix no turn, they must lie where they were or where
-/// `world_from_host` takes them. Where none is left the vertices are taken to lie where they were, which rays must confirm if
-/// the projection has any. Of anchors in one plane a mirror across it can't be told from a turn: what
-/// lies on its rays tells, else it is taken for the turn.
+/// Vertices may be moved, turned, scaled and mirrored all alike, by themselves or by `world_from_host`, within single precision. If each
+/// then lies on its pixel's ray, the projection stays of its kind: its parameters are scaled and mirrored and the pose is rigid. If they
+/// were stretched or sheared, or some edited one by one, it becomes a grid of points in single precision, seen from where it was. In either
+/// case each sample lies in the world where its vertex does, to single precision. If so few anchors are left, or all in one line, that they
+/// fix no turn, they must lie where they were or where `world_from_host` takes them. If none is left the vertices are taken to lie where
+/// they were, which rays must confirm if the projection has any. Of anchors in one plane a mirror across it can't be told from a turn. If
+/// vertices lie on its rays, that tells. Else it is taken for the turn.
 ///
-/// Cost: O(pixels), one thread; 28 bytes a pixel at most.
+/// Cost: O(pixels), one thread. 28 bytes per pixel at most.
 ///
 /// # Errors
-/// [`Error::Input`]: arrays of different lengths, a pixel outside of the grid or there twice, positions that are not finite,
-/// vertices that are flattened, moved ones of which too few anchors are left, a confidence below 0, a grid far too large for
-/// its vertices; [`Error::OutOfMemory`]; [`Error::Cancelled`].
+/// [`Error::Input`]: arrays of different lengths, a pixel outside of the grid or there twice, positions that are not finite, vertices that
+/// are flattened, moved ones of which too few anchors are left, a confidence below 0, a grid far too large for its vertices.
+/// [`Error::OutOfMemory`]. [`Error::Cancelled`].
 ///
 /// Sources: the motion in closed form: \[Horn87\].
 pub fn from_vertices(

@@ -20,7 +20,7 @@ pub(super) const ROUNDING: f64 = 2e-6;
 /// them.
 const SPREAD: f64 = 64.0;
 
-/// A stretch in all directions is read off so many anchors at least; any four points fit one.
+/// A stretch in all directions is read off so many anchors at least. Any four points fit one.
 const OF_STRETCH: usize = 6;
 
 /// Mirrored points that lie nearly in a plane are nearly those turned about it: they are taken for it where they fit so
@@ -30,7 +30,7 @@ const BETTER: f64 = 4.0;
 /// A motion of all vertices.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Motion {
-    /// Where it takes points of the sensor's frame.
+    /// The transform of points of the sensor's frame.
     pub host_from_sensor: DAffine3,
     /// How far single precision may have moved any vertex, in the host's frame, however near the origin it lies now.
     floor: f64,
@@ -47,7 +47,7 @@ impl Motion {
     }
 }
 
-/// Where vertices were and where they are, and the largest coordinate where they were.
+/// Places where vertices were and where they are, and the largest coordinate where they were.
 struct Pairs<'a> {
     all: &'a [[DVec3; 2]],
     from: f64,
@@ -168,7 +168,7 @@ fn residual(motion: &DAffine3, [from, to]: &[DVec3; 2]) -> f64 {
     motion.transform_point3(*from).distance(*to)
 }
 
-/// What lengths are multiplied with, on average over directions.
+/// Factor of lengths, on average over directions.
 pub(super) fn size(axes: DMat3) -> f64 {
     axes.determinant().abs().cbrt()
 }

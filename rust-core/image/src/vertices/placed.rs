@@ -1,7 +1,7 @@
 //! From vertices in a host's frame, whose motion is known, to samples, projection and pose.
 //!
-//! The whole of a host's matrix and the vertices' motion is cut into a rigid pose and what remains, which goes into the image:
-//! a scale and a mirror into the parameters of its projection, so that it stays of its kind; a stretch into a grid of points.
+//! The whole of a host's matrix and the vertices' motion is cut into a rigid pose and what remains, which goes into the image. A scale and
+//! a mirror go into the parameters of its projection, so that it stays of its kind. A stretch goes into a grid of points.
 
 use glam::{DAffine3, DMat3, DVec3};
 
@@ -49,7 +49,7 @@ impl Placing<'_> {
     /// The image without attributes.
     ///
     /// # Errors
-    /// [`Error::Input`] if the vertices are flattened, or their samples can't be held; [`Error::Cancelled`].
+    /// [`Error::Input`] if the vertices are flattened, or their samples can't be held. [`Error::Cancelled`].
     pub fn image(&self, progress: &Progress<'_>) -> Result<RangeImage> {
         let cut = |host_from_sensor: DAffine3| -> Result<Cut> {
             let whole = self.world_from_host * host_from_sensor;
@@ -83,7 +83,7 @@ impl Placing<'_> {
         }
     }
 
-    /// The image of a value a pixel, if each vertex lies on its pixel's ray; never for a grid of points.
+    /// The image of a value per pixel, if each vertex lies on its pixel's ray. Never for a grid of points.
     fn along_rays(
         &self,
         pose: &DAffine3,
@@ -172,7 +172,7 @@ impl Cut {
         let mirrors = axes.determinant() < 0.0;
         let mirror = DMat3::from_diagonal(if mirrors { mirror } else { DVec3::ONE });
         let size = motion::size(axes);
-        // What rounding leaves of 1 is no scale.
+        // A scale that is 1 but for rounding is none.
         let size = if (size - 1.0).abs() <= ROUNDING { 1.0 } else { size };
         let turned = DAffine3 { matrix3: axes * size.recip() * mirror, translation: whole.translation };
         if rigid::departure(turned.matrix3) <= SIMILAR
@@ -185,7 +185,7 @@ impl Cut {
     }
 }
 
-/// What mirrors the frame of a projection so that it stays of its kind.
+/// The mirror of the frame of a projection that keeps it of its kind.
 fn mirror(projection: &Projection) -> DVec3 {
     match projection {
         Projection::Spherical { .. } => DVec3::new(1.0, -1.0, 1.0),

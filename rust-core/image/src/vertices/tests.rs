@@ -31,7 +31,7 @@ fn camera(image: &RangeImage) -> GridCamera {
     GridCamera::of(image, &Progress::none()).unwrap()
 }
 
-/// What a host has: the vertices of an image, moved, less some of them, in single precision.
+/// A host's content: the vertices of an image, moved, less some of them, in single precision.
 struct Host {
     row: Vec<i32>,
     col: Vec<i32>,

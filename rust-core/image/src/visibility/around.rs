@@ -16,7 +16,7 @@ pub struct Around {
     /// Spherical.
     pub projection: Projection,
     pub cols: usize,
-    /// Row by row; NaN where nothing is known.
+    /// Row by row. NaN where nothing is known.
     pub ranges: Vec<f64>,
 }
 
@@ -28,8 +28,8 @@ const MOST_PIXELS: f64 = 4.0;
 const WIDEST: f64 = 8.0;
 
 impl Around {
-    /// Of a grid of points seen from `eye`; `None` where it has too few neighbouring points to tell how far apart its rays are.
-    /// O(pixels), 32 bytes a pixel.
+    /// Of a grid of points seen from `eye`. `None` if it has too few neighbouring points to tell how far apart its rays are. O(pixels), 32
+    /// bytes per pixel.
     ///
     /// # Errors
     /// Cancelled.
@@ -93,7 +93,7 @@ impl Around {
     }
 }
 
-/// A rotation after which a mean direction lies along x; none where the grid looks all around.
+/// A rotation after which a mean direction lies along x. None if the grid looks all around.
 fn turn(mean: DVec3) -> DMat3 {
     if mean.length() < ONE_WAY {
         return DMat3::IDENTITY;

@@ -1,4 +1,4 @@
-//! What a range image says of places that it did not measure: by its lines of sight.
+//! Lines of sight: what a range image says of places that it did not measure.
 //!
 //! A place is **seen through** where the samples around its pixel lie behind it: whatever was there would have been met.
 
@@ -11,7 +11,7 @@ use crate::range_image::{DepthKind, Projection, RangeImage, Samples, Viewing};
 use base::error::Result;
 use base::progress::{Pace, Progress};
 
-/// What an image says of a place.
+/// The answer of an image about a place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Seen {
     /// Nothing: it is outside of the image or hidden, no sample came back, or pixels are too far apart or it lies too close to
@@ -35,7 +35,7 @@ pub struct LinesOfSight {
     projection: Projection,
     sensor_from_world: DAffine3,
     noise: Noise,
-    /// Depths by blocks of 1, 2, 4, ... pixels a side: of each block the least; [`NOT_KNOWN`] if one is invalid.
+    /// Depths by blocks of 1, 2, 4, ... pixels per side: of each block the least. [`NOT_KNOWN`] if one is invalid.
     levels: Vec<Depths>,
     farthest: f64,
 }
@@ -67,7 +67,7 @@ impl LinesOfSight {
         !matches!(projection, Projection::PointGrid(Viewing::Parallel(_)))
     }
 
-    /// Of an image and its noise; `None` where rays aren't known. O(pixels), 11 bytes a pixel, for a grid of points 32 more.
+    /// Of an image and its noise. `None` if rays aren't known. O(pixels), 11 bytes per pixel, for a grid of points 32 more.
     ///
     /// # Errors
     /// [`base::Error::Cancelled`].
@@ -166,8 +166,8 @@ impl LinesOfSight {
         }
     }
 
-    /// What the image says of a place in the world whose samples have this standard deviation along their rays; it and the
-    /// image's pose may be off by `tolerance`. Both in world units.
+    /// The answer of the image about a place in the world whose samples have this standard deviation along their rays. It and the image's
+    /// pose may be off by `tolerance`. Both in world units.
     pub fn see(&self, place: DVec3, deviation: f64, tolerance: f64) -> Seen {
         let Some(view) = self.view(self.sensor_from_world.transform_point3(place)) else { return Seen::Nothing };
         let (rows, cols) = (self.rows(), self.levels[0].cols);
@@ -188,7 +188,7 @@ impl LinesOfSight {
         if sample <= view.depth + slack {
             return Seen::Surface;
         }
-        // What is smaller than a pixel may have been missed.
+        // A thing smaller than a pixel may have been missed.
         if view.pitch[0].max(view.pitch[1]) > tolerance {
             return Seen::Nothing;
         }
@@ -234,7 +234,7 @@ impl LinesOfSight {
         self.levels.iter().map(|depths| size_of_val(&depths.least[..]) as u64).sum()
     }
 
-    /// Whether the image may say anything of places in a ball; both in the world.
+    /// Whether the image may say anything of places in a ball. Both in the world.
     pub fn may_see(&self, centre: DVec3, radius: f64) -> bool {
         let at = self.sensor_from_world.transform_point3(centre);
         match self.projection {
@@ -301,7 +301,7 @@ mod tests {
                 if !matches!(projection, Projection::Orthographic { .. }) {
                     assert_eq!(see(-middle), Seen::Nothing, "{projection:?}");
                 }
-                // Whatever pixels measure.
+                // Pixels may measure anything.
                 let past = |at: DVec3| sight.is_past(place.transform_point3(at), 0.03);
                 assert!(past(middle - 0.3 * along) && past(middle - 0.3 * along + 0.16 * side), "{projection:?}");
                 for at in [middle - 0.1 * along, middle + 0.1 * along, middle + 0.11 * side, middle + 5.0 * side] {

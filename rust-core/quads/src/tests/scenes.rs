@@ -39,7 +39,7 @@ impl Scene {
         2.0 + hills + step + self.roughness * (noise(self.seed ^ 2, i) - 0.5)
     }
 
-    /// The scene as each kind of sensor sees it; the middle pixel is valid.
+    /// The scene as each kind of sensor sees it. The middle pixel is valid.
     pub fn seen(&self, kind: usize) -> RangeImage {
         let (rows, cols) = (self.rows, self.cols);
         let mut values: Vec<f64> = (0..rows * cols).map(|i| self.value((i / cols) as f64, (i % cols) as f64)).collect();

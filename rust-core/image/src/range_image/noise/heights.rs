@@ -1,4 +1,4 @@
-//! What is measured of an image's tiles: differences of their heights, how they lie, the steps of their values.
+//! Measures of an image's tiles: differences of their heights, how they lie, the steps of their values.
 
 use std::ops::Range;
 
@@ -13,7 +13,7 @@ use base::progress::{Pace, Progress};
 /// Side of a tile in pixels: large enough for a deviation good to 6 %, small enough to lie between edges.
 pub(super) const TILE: usize = 16;
 
-/// Factors of a fourth difference along a line; products of those of two second ones make a fourth one across a square.
+/// Factors of a fourth difference along a line. Products of those of two second ones make a fourth one across a square.
 const FOURTH: [f64; 5] = [1.0, -4.0, 6.0, -4.0, 1.0];
 const SECOND: [f64; 3] = [1.0, -2.0, 1.0];
 
@@ -44,13 +44,13 @@ pub(super) struct Tile {
     pub(super) unit: f64,
     /// Standard deviation along the ray that differences at a lag and at twice that lag show.
     pub(super) deviations: Option<[f64; 2]>,
-    /// Smallest difference along the ray of neighbours in a row, but 0; infinite for none.
+    /// Smallest difference along the ray of neighbours in a row, but 0. Infinite for none.
     pub(super) step: f64,
     /// Share of the neighbours in a row that are equal.
     pub(super) equal: f64,
 }
 
-/// A number a pixel that is linear in row and column where the surface is a plane; NaN for an invalid pixel.
+/// A number per pixel that is linear in row and column where the surface is a plane. NaN for an invalid pixel.
 pub struct Heights {
     pub heights: Vec<f64>,
     pub(super) rows: usize,
@@ -185,7 +185,7 @@ impl Heights {
         rows.map(move |row| row * self.cols + first..row * self.cols + last)
     }
 
-    /// Median slopes of a tile to the right and down, in height by pixel; NaN where no samples are as far apart as needed.
+    /// Median slopes of a tile to the right and down, in height by pixel. NaN if no samples are as far apart as needed.
     fn slopes(&self, top: usize, left: usize, scratch: &mut Vec<f64>) -> [f64; 2] {
         [([0, SLOPE_LAG], SLOPE_LAG), ([SLOPE_LAG, 0], SLOPE_LAG * self.cols)].map(|(after, ahead)| {
             scratch.clear();
@@ -213,7 +213,7 @@ impl Heights {
         Ok(())
     }
 
-    /// Standard deviation along the ray that differences at this lag show, and their number; `None` for too few of them.
+    /// Standard deviation along the ray that differences at this lag show, and their number. `None` for too few of them.
     pub(super) fn deviation(&self, tile: &Tile, lag: usize) -> Option<(f64, f64)> {
         let down = lag * self.cols;
         let line = |step: usize| [0, 1, 2, 3, 4].map(|i| (i * step, FOURTH[i]));
@@ -228,8 +228,8 @@ impl Heights {
         (count > 0.0).then(|| ((sum / count).sqrt() * tile.unit, count))
     }
 
-    /// Variance of the heights of a tile by differences that reach so many rows and columns to all sides, and the number of
-    /// those; 0 for too few. A difference is the sum of heights so many pixels after the first it reaches, times factors.
+    /// Variance of the heights of a tile by differences that reach so many rows and columns to all sides, and the number of those. 0 for
+    /// too few. A difference is the sum of heights so many pixels after the first it reaches, times factors.
     fn variance(&self, tile: &Tile, reach: [usize; 2], terms: &[(usize, f64)]) -> (f64, f64) {
         // Bits of numbers >= 0 are sorted as they are.
         let mut bits = [0; TILE * TILE];

@@ -1,9 +1,9 @@
 //! The noise of a range image, measured from its data alone.
 //!
-//! A plane is linear in 1 / z for a camera, nearly so in 1 / r for other rays that fan out, in z for parallel ones. Fourth
-//! differences of these *heights* vanish on what is cubic; they leave noise, which fills the image, and relief, which
-//! doesn't: the noise is what the quietest of all tiles show. Independent errors are the same at every lag of the
-//! differences, relief grows with it: by that it is told apart and taken off.
+//! A plane is linear in 1 / z for a camera, nearly so in 1 / r for other rays that fan out, in z for parallel ones. Fourth differences of
+//! these *heights* vanish on cubic surfaces. They leave noise, which fills the image, and relief, which doesn't: the noise is what the
+//! quietest of all tiles show. Independent errors are the same at every lag of the differences, but relief grows with it. By that it is
+//! told apart and taken off.
 
 pub(super) mod heights;
 
@@ -19,8 +19,8 @@ use heights::{Heights, TILE, Tile};
 const QUIET: f64 = 0.05;
 const LEAST_QUIET: usize = 3;
 
-/// What makes up for it that chance makes them quieter than others: by a tenth where there is nothing but white noise, by
-/// less where relief has a part in the choice.
+/// Factor that makes up for chance, which makes them quieter than others: by a tenth if there is nothing but white noise, by less if relief
+/// has a part in the choice.
 const BY_QUIET: f64 = 1.08;
 
 /// Growth of the variance of relief with twice the lag, at least: 4 across creases, up to 256 where the surface is smooth.
@@ -49,9 +49,9 @@ const OBLIQUE: f64 = 0.4;
 const MOST_OBLIQUE: f64 = 19.0;
 const MOST_GROWTH: f64 = 2.0;
 
-/// Values lie on steps where this share of neighbours is equal in most tiles, where the smallest difference of others is
-/// much the same from tile to tile (the smaller ones of chance are far apart), and where the image reaches over this many
-/// steps: a box has equal neighbours, too.
+/// Values lie on steps if three things hold. This share of neighbours is equal in most tiles. The smallest difference of others is much the
+/// same from tile to tile (the smaller ones of chance are far apart). The image reaches over this many steps: a box has equal neighbours,
+/// too.
 const EQUAL: f64 = 0.02;
 const STEP_SPREAD: f64 = 2.0;
 const STEPS: f64 = 8.0;
@@ -83,7 +83,7 @@ impl Noise {
         [self.growth, self.correlation, self.typical].into_iter().chain(levels).collect()
     }
 
-    /// What [`Noise::to_numbers`] gave; `None` for other numbers.
+    /// The noise that [`Noise::to_numbers`] wrote. `None` for other numbers.
     pub fn from_numbers(numbers: &[f64]) -> Option<Self> {
         let (&[growth, correlation, typical], rest) = numbers.split_first_chunk()?;
         let levels = rest.chunks(3).map(|of| match *of {
@@ -93,8 +93,7 @@ impl Noise {
         Some(Noise { levels: levels.collect::<Option<_>>()?, growth, correlation, typical })
     }
 
-    /// Measures an image. O(pixels), 8 bytes a pixel, one thread. Where too few samples have neighbours to tell, the noise is
-    /// 0.
+    /// Measures an image. O(pixels), 8 bytes per pixel, one thread. If too few samples have neighbours to tell, the noise is 0.
     ///
     /// Relief finer than a few pixels that covers all of the image is taken for noise. Errors that depend on each other over
     /// more than three pixels are taken for relief: of these only what differs from pixel to pixel counts.
@@ -155,7 +154,7 @@ impl Noise {
         self.typical * ((1.0 + self.growth).powi(2) - 1.0).sqrt() / 3.0_f64.sqrt()
     }
 
-    /// Median over the ranges of the steps that values are multiples of, along the ray; 0 where none are seen.
+    /// Median over the ranges of the steps that values are multiples of, along the ray. 0 where none are seen.
     pub fn typical_step(&self) -> f64 {
         let mut steps: Vec<f64> = self.levels.iter().map(|level| level.step).collect();
         steps.sort_by(f64::total_cmp);
@@ -178,7 +177,7 @@ impl Noise {
         self.face_on(range) * (1.0 + self.growth * obliquity(cosine))
     }
 
-    /// The step that values at this distance from the sensor are multiples of, along the ray; 0 where none is seen.
+    /// The step that values at this distance from the sensor are multiples of, along the ray. 0 where none is seen.
     pub fn step(&self, range: f64) -> f64 {
         self.at(range, |level| level.step)
     }
@@ -308,7 +307,7 @@ impl<'t> Quiet<'t> {
         [0, 1].map(|i| {
             self.mean(|tile| {
                 let [near, far] = tile.deviations.unwrap_or_default();
-                // What is not known at the larger lag is taken to be the same.
+                // A deviation that is not known at the larger lag is taken to be the same.
                 let deviation = if i == 1 && far < f64::INFINITY { far } else { near };
                 let expected = expected(tile);
                 if expected > 0.0 { (deviation / expected).powi(2) } else { 0.0 }
@@ -328,7 +327,7 @@ impl<'t> Quiet<'t> {
     }
 }
 
-/// The lag from which on deviations of the quietest tiles are at rest; 1 if there is none.
+/// The lag from which on deviations of the quietest tiles are at rest. 1 if there is none.
 fn rest(heights: &Heights, tiles: &[&Tile]) -> usize {
     // Away from borders, or each lag would see another part of a tile.
     let whole: Vec<&Tile> = tiles.iter().copied().filter(|tile| tile.count == TILE * TILE).collect();
@@ -364,12 +363,12 @@ fn spans<'a, 't>(tiles: &'a [&'t Tile]) -> Vec<&'a [&'t Tile]> {
     spans
 }
 
-/// 1 / cos - 1, at most [`MOST_OBLIQUE`]; 0 for NaN, where the normal isn't known.
+/// 1 / cos - 1, at most [`MOST_OBLIQUE`]. 0 for NaN, if the normal isn't known.
 fn obliquity(cosine: f64) -> f64 {
     if cosine.is_nan() { 0.0 } else { (1.0 / cosine.abs() - 1.0).clamp(0.0, MOST_OBLIQUE) }
 }
 
-/// Distance from the sensor; 0 for parallel rays, whose noise is the same everywhere.
+/// Distance from the sensor. 0 for parallel rays, whose noise is the same everywhere.
 fn range(projection: &Projection, position: DVec3) -> f64 {
     projection.eye().map_or(0.0, |eye| position.distance(eye))
 }
