@@ -1,5 +1,5 @@
-//! Folders that lie in memory or behind functions of the caller, each with a path of its own: whatever takes paths reads and writes the
-//! files in them, lists with the scans that they name and whole recordings among these.
+//! Folders that lie in memory or behind functions of the caller, each with a path of its own. Every function that takes paths reads and
+//! writes the files in them. Among these are lists with the scans that they name, and whole recordings.
 //!
 //! As GDAL has it with `/vsimem/`, but a folder belongs to whoever made it and goes with its last user.
 
@@ -21,15 +21,15 @@ const PIECE: usize = 1 << 20;
 /// Those that somebody has, by their numbers.
 static FOLDERS: Mutex<BTreeMap<u64, Weak<Inner>>> = Mutex::new(BTreeMap::new());
 
-/// What a file is read from, wherever its bytes are; those that lie in memory are one by themselves.
+/// Source of a file, wherever its bytes are. Sources that lie in memory are one by themselves.
 pub trait Source: Send + Sync {
-    /// Number of bytes; must not change.
+    /// Number of bytes. Must not change.
     fn length(&self) -> u64;
 
     /// Reads bytes from a place on, any number of them but 0 before the end. Several threads may ask at once.
     ///
     /// # Errors
-    /// Whatever keeps them from being read; the file's reader hands it on.
+    /// Whatever keeps them from being read. The file's reader hands it on.
     fn read_at(&self, at: u64, buffer: &mut [u8]) -> std::io::Result<usize>;
 }
 
@@ -46,13 +46,13 @@ impl<T: AsRef<[u8]> + Send + Sync> Source for T {
     }
 }
 
-/// Who is handed what is written, instead of its being kept. It must not write into the same folder.
+/// Receiver of what is written, instead of its being kept. It must not write into the same folder.
 pub trait Sink: Send {
-    /// The next bytes of a file; those of several files may take turns.
+    /// The next bytes of a file. Those of several files may take turns.
     ///
     /// # Errors
-    /// Whatever keeps it from taking them: the writer ends with it, and the file is not complete. Nor is the list of a set then, which is
-    /// told last.
+    /// The reason that keeps it from taking them. The writer ends with it, and the file is not complete. Nor is the list of a set then,
+    /// which is told last.
     fn piece(&mut self, name: &str, bytes: &[u8]) -> std::io::Result<()>;
 
     /// All of a file was handed over. What has had pieces and is not complete when its writer has ended is to be discarded.
@@ -62,7 +62,7 @@ pub trait Sink: Send {
     fn complete(&mut self, name: &str) -> std::io::Result<()>;
 }
 
-/// A folder of files in memory; clones are the same folder. It is there as long as one of them is, or a scan that was opened in it.
+/// A folder of files in memory. Clones are the same folder. It is there as long as one of them is, or a scan that was opened in it.
 #[derive(Clone)]
 pub struct MemoryFolder(Arc<Inner>);
 
@@ -163,7 +163,7 @@ impl MemoryFolder {
         MemoryFolder(inner)
     }
 
-    /// The folder that a path leads into; `None` for paths of the system, and for folders that have gone.
+    /// The folder that a path leads into. `None` for paths of the system, and for folders that have gone.
     pub fn of(path: &Path) -> Option<Self> {
         place_of(path).map(|place| place.folder)
     }
@@ -187,7 +187,7 @@ impl MemoryFolder {
         Ok(parts().fold(self.root(), |path, part| path.join(part)))
     }
 
-    /// Puts a file into the folder, in place of one of that name; its path.
+    /// Puts a file into the folder, in place of one of that name. Its path.
     ///
     /// # Errors
     /// As [`MemoryFolder::path`].
@@ -215,7 +215,7 @@ impl MemoryFolder {
         Ok(path)
     }
 
-    /// What was written or put into a file; `None` if it is not there, or lies elsewhere.
+    /// The bytes that were written or put into a file. `None` if it is not there, or lies elsewhere.
     pub fn bytes(&self, name: &str) -> Option<Arc<Vec<u8>>> {
         match self.files().get(name) {
             Some(Held::Bytes(bytes)) => Some(bytes.clone()),
@@ -226,7 +226,7 @@ impl MemoryFolder {
     /// All bytes of a file, wherever they lie.
     ///
     /// # Errors
-    /// [`Error::Io`] if it is not there or can't be read; [`Error::Input`] as [`MemoryFolder::path`]; [`Error::OutOfMemory`].
+    /// [`Error::Io`] if it is not there or can't be read. [`Error::Input`] as [`MemoryFolder::path`]. [`Error::OutOfMemory`].
     pub fn read(&self, name: &str) -> Result<Vec<u8>> {
         let path = self.path(name)?;
         let io = |e| Error::io(&path, e);
@@ -237,7 +237,7 @@ impl MemoryFolder {
         Ok(bytes)
     }
 
-    /// Takes a file away; whether it was there. Who reads it just then reads on.
+    /// Takes a file away. Returns whether it was there. Whoever reads it just then reads on.
     pub fn remove(&self, name: &str) -> bool {
         let removed = self.files().remove(name);
         removed.is_some()
@@ -273,11 +273,11 @@ pub(crate) fn begins_in_memory(name: &str) -> bool {
 /// A place in a folder in memory.
 pub(crate) struct Place {
     folder: MemoryFolder,
-    /// Of the file or folder; empty for the folder itself.
+    /// Of the file or folder. Empty for the folder itself.
     name: String,
 }
 
-/// The place of a path in a folder that is there; `None` for paths of the system.
+/// The place of a path in a folder that is there. `None` for paths of the system.
 pub(crate) fn place_of(path: &Path) -> Option<Place> {
     let mut parts = path.components();
     let (Some(Component::Normal(root)), Some(Component::Normal(number))) = (parts.next(), parts.next()) else {
@@ -406,7 +406,7 @@ impl Seek for Reading {
     }
 }
 
-/// A file in memory that is being written; dropped, it is gone.
+/// A file in memory that is being written. Dropped, it is gone.
 pub(crate) struct Writing {
     place: Place,
     bytes: Cursor<Vec<u8>>,

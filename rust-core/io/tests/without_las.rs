@@ -1,5 +1,5 @@
-//! What a build without the feature `las` says of files that need it. Apart from the other tests: only this one is compiled
-//! for a build of that kind.
+//! Messages of a build without the feature `las` about files that need it. Apart from the other tests: only this one is compiled for a
+//! build of that kind.
 #![cfg(not(feature = "las"))]
 #![allow(clippy::unwrap_used)]
 

@@ -80,7 +80,7 @@ impl Seek for Output<'_> {
     }
 }
 
-/// A file that is written but doesn't have its name yet; dropped, it is gone.
+/// A file that is written but doesn't have its name yet. Dropped, it is gone.
 pub(crate) struct Staged {
     file: Unnamed,
     path: PathBuf,
@@ -128,9 +128,8 @@ fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// Lets `write` fill a temporary file in the folder of `path` and gives it that name at the end, replacing a file that
-/// has it; `progress` is reported meanwhile. On any error (a cancelled call among them) nothing is left and a file that
-/// was there is untouched.
+/// Lets `write` fill a temporary file in the folder of `path` and gives it that name at the end, replacing a file that has it. `progress`
+/// is reported meanwhile. On any error (a cancelled call among them) nothing is left and a file that was there is untouched.
 ///
 /// A link is followed, and the replaced file's permissions are kept. A file with other names (hard links) is refused: they
 /// would keep the old content, or lose it to a write that fails halfway.
@@ -138,8 +137,8 @@ fn folder_of(path: &Path) -> &Path {
 /// The data is handed to the system but not forced to the disk: after a crash of the machine the file may be short.
 ///
 /// # Errors
-/// [`Error::Io`] if the file can't be made, or is there and read-only; [`Error::Input`] for a folder, a device or a file with
-/// several names; or what `write` returns.
+/// [`Error::Io`] if the file can't be made, or is there and read-only. [`Error::Input`] for a folder, a device or a file with several
+/// names. Or the error that `write` returns.
 pub(crate) fn write_atomically(
     path: &Path,
     progress: &Progress<'_>,
@@ -217,7 +216,7 @@ fn is_folder(path: &Path) -> Error {
     Error::input(format!("{}: this is a folder, not the name of a file", known_as(path)))
 }
 
-/// Where a link leads: to a file, or to where one will be.
+/// The end of a link: it leads to a file, or to where one will be.
 fn linked(path: &Path) -> Result<PathBuf> {
     match path.canonicalize() {
         Err(error) if error.kind() == ErrorKind::NotFound => {
@@ -262,7 +261,7 @@ fn names_of(_: &Path, metadata: &Metadata) -> u64 {
     std::os::unix::fs::MetadataExt::nlink(metadata)
 }
 
-/// How many names a file has; 1 where its folder's system does not say.
+/// How many names a file has. 1 where its folder's system does not say.
 #[cfg(windows)]
 fn names_of(place: &Path, _: &Metadata) -> u64 {
     let asked = winapi_util::Handle::from_path_any(place).and_then(winapi_util::file::information);

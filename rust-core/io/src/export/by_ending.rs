@@ -45,30 +45,31 @@ base::params! {
         metres_per_unit: f64 = ratio("Metres per unit").default(1.0).above(0.0),
         /// Axis of the mesh that points up, for glTF, where y does.
         up: Up = choice("Up", Up::CHOICES),
-        /// How the numbers of PLY files are written; other formats have one way.
+        /// How the numbers of PLY files are written. Other formats have one way.
         encoding: Encoding = choice("Encoding", Encoding::CHOICES),
-        /// A PLY file gets no more triangles than this: of a larger mesh it gets the first, and files beside it called name-2-of-3.ply and so on get the others, each with the vertices that its triangles name, so that parts meet in vertices of the same coordinates.
+        /// A PLY file gets no more triangles than this. Of a larger mesh it gets the first, and files beside it called name-2-of-3.ply and
+        /// so on get the others. Each has the vertices that its triangles name, so that parts meet in vertices of the same coordinates.
         part_triangles: u32 = count("Triangles a file").at_most(2_147_483_647.0).off("one file").since("0.2"),
     }
     besides {
-        /// What the file says of where it is from, if its format has a place for it.
+        /// Provenance that the file tells, if its format has a place for it.
         provenance: Option<Provenance>,
     }
 }
 
 impl WriteOptions {
-    /// What of it holds for PLY files.
+    /// The part of it that holds for PLY files.
     fn ply(&self) -> PlyOptions {
         let (provenance, part_triangles) = (self.provenance.clone(), self.part_triangles);
         PlyOptions { provenance, part_triangles, ..self.encoding.into() }
     }
 }
 
-/// Checks, before the work that a mesh takes, that [`write_mesh`] knows the ending of a file's name and has what the options ask for;
-/// returns the ending. Looks at no file.
+/// Checks, before the work that a mesh takes, that [`write_mesh`] knows the ending of a file's name and has what the options ask for.
+/// Returns the ending. Looks at no file.
 ///
 /// # Errors
-/// [`Error::Parameter`]; [`Error::Input`] for another ending, and for an encoding that its format does not have.
+/// [`Error::Parameter`]. [`Error::Input`] for another ending, and for an encoding that its format does not have.
 pub fn check_mesh_file(path: &Path, options: &WriteOptions) -> Result<&'static str> {
     options.validate()?;
     let ending = ending_for(path, Holding::Mesh)?;
@@ -97,7 +98,7 @@ pub fn check_mesh_file(path: &Path, options: &WriteOptions) -> Result<&'static s
 /// colours, STL. `coarser` are meshes of the same surface with fewer and fewer triangles, glTF's levels of detail.
 ///
 /// # Errors
-/// [`Error::Parameter`]; [`Error::Input`] for another ending, and for what the format has no place for; those of the writer.
+/// [`Error::Parameter`]. [`Error::Input`] for another ending, and for what the format has no place for. Those of the writer.
 pub fn write_mesh(
     path: &Path,
     mesh: &TriMesh,
@@ -127,7 +128,7 @@ pub fn write_mesh(
 /// for. Looks at no file.
 ///
 /// # Errors
-/// As [`check_mesh_file`]; [`Error::Input`] for anything but binary PLY.
+/// As [`check_mesh_file`]. [`Error::Input`] for anything but binary PLY.
 pub fn check_file_in_pieces(path: &Path, options: &WriteOptions) -> Result<()> {
     let shown = known_as(path);
     if !matches!(ending_for(path, Holding::Mesh), Ok("ply")) {
@@ -143,7 +144,7 @@ pub fn check_file_in_pieces(path: &Path, options: &WriteOptions) -> Result<()> {
     Ok(())
 }
 
-/// Writes a mesh that `make` hands over piece by piece, as [`write_ply_in_pieces`] does; returns what `make` returns.
+/// Writes a mesh that `make` hands over piece by piece, as [`write_ply_in_pieces`] does. Returns what `make` returns.
 ///
 /// # Errors
 /// As [`check_file_in_pieces`] and [`write_ply_in_pieces`].

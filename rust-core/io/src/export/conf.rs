@@ -27,7 +27,7 @@ const OPEN: usize = 100;
 pub struct PlacedFile {
     /// Name of the file, relative to the folder of the list.
     pub file: String,
-    /// Places what the file holds in the world; a rotation and a translation.
+    /// Places what the file holds in the world. A rotation and a translation.
     pub world_from_file: DAffine3,
 }
 
@@ -35,9 +35,9 @@ pub struct PlacedFile {
 /// list that places them, last.
 ///
 /// # Errors
-/// A name that can't be a file's on every system, or is there twice but for its case; as
-/// [`write_range_grid_ply`](super::write_range_grid_ply) and [`write_conf`]. The files get their names when all are
-/// written: then nothing can fail but renaming, which leaves the list as it was.
+/// A name that can't be a file's on every system, or is there twice but for its case. As
+/// [`write_range_grid_ply`](super::write_range_grid_ply) and [`write_conf`]. The files get their names when all are written: then nothing
+/// can fail but renaming, which leaves the list as it was.
 pub fn write_scan_list(
     path: &Path,
     images: &[&RangeImage],
@@ -81,7 +81,7 @@ fn is_file_name(name: &str) -> bool {
 /// archive.
 ///
 /// # Errors
-/// A name that the format can't hold, a pose that isn't rigid; [`Error::Io`].
+/// A name that the format can't hold, a pose that isn't rigid. [`Error::Io`].
 pub fn write_conf(path: &Path, scans: &[PlacedFile]) -> Result<()> {
     stage_conf(path, scans)?.keep()
 }

@@ -1,4 +1,4 @@
-//! What files can't say of the coordinate reference system.
+//! Coordinate reference systems that files can't tell.
 
 use std::path::Path;
 
@@ -17,8 +17,8 @@ fn saying(holding: Holding) -> &'static [&'static str] {
     }
 }
 
-/// A note for people where a file of that name would not say which coordinate reference system its content lies in; `None` where it
-/// does, or there is none.
+/// A note for people where a file of that name would not say which coordinate reference system its content lies in. `None` if it does, or
+/// there is none.
 pub fn crs_note(path: &Path, holding: Holding, crs: Option<&Crs>) -> Option<String> {
     let (crs, ending) = (crs?, ending_for(path, holding).ok()?);
     let saying = saying(holding);

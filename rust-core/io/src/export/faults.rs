@@ -21,7 +21,7 @@ thread_local! {
 /// Most bytes a write takes while failures are tried: so that there are many writes to fail.
 const FEW: usize = 97;
 
-/// What of some bytes may be written now.
+/// The part of some bytes that may be written now.
 pub(super) fn write(bytes: &[u8]) -> Result<&[u8]> {
     match GOOD.get() {
         u64::MAX => Ok(bytes),
@@ -124,8 +124,8 @@ fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     entries.map(|e| (e.file_name().into_string().unwrap(), std::fs::read(e.path()).unwrap())).collect()
 }
 
-/// Theorem: whichever write fails, first to last, the error is the disk's and names the file, nothing is left, and files
-/// that were there are untouched; and writes that take few bytes change nothing.
+/// Theorem: whichever write fails, first to last, the error is the disk's and names the file, nothing is left, and files that were there
+/// are untouched. Writes that take few bytes change nothing.
 #[test]
 fn any_write_may_fail() {
     for (name, write) in writers() {

@@ -27,7 +27,7 @@ const EXACT: i32 = 1 << 24;
 const RIGID: f64 = 1e-6;
 
 base::choices! {
-    /// Which way is up in the coordinates of the meshes; glTF's own is y.
+    /// The direction that is up in the coordinates of the meshes. In glTF itself it is y.
     pub enum Up {
         /// As glTF has it: nothing is turned.
         Y = "y" "Y",
@@ -36,14 +36,14 @@ base::choices! {
     }
 }
 
-/// What [`write_glb`] needs to know of the coordinates.
+/// Options of [`write_glb`], about the coordinates.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GlbOptions {
     /// The vertical.
     pub up: Up,
     /// Metres a unit, as glTF counts in metres: 0.001 for millimetres. Put into the node above all others.
     pub metres_per_unit: f64,
-    /// What the file says of where it is from.
+    /// Provenance that the file tells.
     pub provenance: Option<Provenance>,
 }
 
@@ -69,20 +69,20 @@ pub struct GlbNode<'a> {
 
 /// Writes meshes as binary glTF.
 ///
-/// Written are positions (single precision, relative to an origin in the node's translation where they are far from
-/// zero), normals (mean of the faces by area), the vertex attribute `colour` as `COLOR_0`, converted from sRGB to linear
-/// in 16 bits, and every other vertex attribute in single precision under its name in capitals after an underscore:
-/// `confidence` is `_CONFIDENCE`. The coordinate reference system of meshes that their nodes leave in place goes into
-/// `asset.extras` ([`Provenance`]): the nodes below `world` are in it. Attributes of faces have no place in glTF and are left out. Materials are matte, white
-/// and two-sided.
+/// Written are positions, normals, the vertex attribute `colour` and every other vertex attribute. Positions have single precision,
+/// relative to an origin in the node's translation if they are far from zero. Normals are the mean of the faces by area. `colour` is
+/// written as `COLOR_0`, converted from sRGB to linear in 16 bits. Others have single precision under their name in capitals after an
+/// underscore: `confidence` is `_CONFIDENCE`. The coordinate reference system of meshes that their nodes leave in place goes into
+/// `asset.extras` ([`Provenance`]): the nodes below `world` are in it. Attributes of faces have no place in glTF and are left out.
+/// Materials are matte, white and two-sided.
 ///
 /// With [`GlbNode::coarser`], the level of as many triangles a pixel as the finest has on half of the screen is the one to
 /// show: that is what the coverages (`MSFT_screencoverage`) say.
 ///
 /// # Errors
-/// A mesh that isn't valid ([`TriMesh::validate`]), a coarser one with more triangles, a pose that isn't rigid, a scale that isn't positive, a coordinate, a
-/// float or an integer that single precision can't hold, more than 4 GiB; [`Error::Io`]; [`Error::Cancelled`]. Then no
-/// file is left, and one that was there is untouched.
+/// A mesh that isn't valid ([`TriMesh::validate`]), a coarser one with more triangles, a pose that isn't rigid, a scale that isn't
+/// positive, a coordinate, a float or an integer that single precision can't hold, more than 4 GiB. [`Error::Io`]. [`Error::Cancelled`].
+/// Then no file is left, and one that was there is untouched.
 pub fn write_glb(path: &Path, nodes: &[GlbNode<'_>], options: &GlbOptions, progress: &Progress<'_>) -> Result<()> {
     if !(options.metres_per_unit > 0.0 && options.metres_per_unit.is_finite()) {
         let scale = options.metres_per_unit;
@@ -105,7 +105,7 @@ pub fn write_glb(path: &Path, nodes: &[GlbNode<'_>], options: &GlbOptions, progr
             parts.push(Part::new(node, mesh, level)?);
         }
     }
-    // What its pose moves is in no system.
+    // A mesh that its pose moves is in no system.
     let in_place = nodes.iter().filter(|node| node.world_from_mesh == DAffine3::IDENTITY);
     let is_in_place = in_place.clone().count() == nodes.len();
     let crs = Crs::agreed(in_place.filter(|_| is_in_place).map(|node| (node.name, node.mesh.crs.clone())))?;
@@ -230,7 +230,7 @@ impl<'a> Part<'a> {
     }
 }
 
-/// Where the node's own coordinates start: zero unless the mesh is far from it. Along an axis it is a number of single precision between
+/// The origin of the node's own coordinates: zero unless the mesh is far from it. Along an axis it is a number of single precision between
 /// half and twice of all coordinates. Differences of such numbers are exact, so that taking it off never rounds further than single
 /// precision does without it.
 fn origin(positions: &[DVec3]) -> DVec3 {
@@ -264,7 +264,7 @@ fn check_values(node: &str, attribute: &str, data: &AttributeData) -> Result<()>
     }
 }
 
-/// Normals of the vertices, the mean of their faces by area, of length 1; +z where the faces say nothing.
+/// Normals of the vertices, the mean of their faces by area, of length 1. +z where the faces say nothing.
 fn normals(mesh: &TriMesh) -> Vec<[f32; 3]> {
     let mut sums = vec![DVec3::ZERO; mesh.positions.len()];
     for (t, corners) in mesh.triangles.iter().enumerate() {
@@ -366,7 +366,7 @@ fn document(parts: &[Part<'_>], options: &GlbOptions, extras: &str) -> (String, 
     (json, buffer.length)
 }
 
-/// What names the coarser levels of node `index`, which follow it, and down to which share of the screen each is shown.
+/// The names of the coarser levels of node `index`, which follow it, and the share of the screen down to which each is shown.
 fn levels(node: &GlbNode<'_>, index: usize) -> String {
     let ids: Vec<String> = (1..=node.coarser.len()).map(|level| (index + level).to_string()).collect();
     let finest = node.mesh.triangles.len().max(1) as f64;
@@ -379,7 +379,7 @@ fn levels(node: &GlbNode<'_>, index: usize) -> String {
     )
 }
 
-/// What of the buffer has been given away.
+/// The parts of the buffer that have been given away.
 #[derive(Default)]
 struct Buffer {
     views: Vec<String>,

@@ -15,7 +15,7 @@ use mesh::{AttributeData, Crs, TriMesh};
 /// Elements that are written between two looks at the progress.
 const CHUNK: usize = 1 << 14;
 
-/// What [`write_obj_polygons`] writes: any of the lists of faces may be empty.
+/// Content of [`write_obj_polygons`]: any of the lists of faces may be empty.
 #[derive(Clone, Copy, Debug)]
 pub struct Polygons<'a> {
     /// Coordinates of the vertices.
@@ -26,14 +26,14 @@ pub struct Polygons<'a> {
     pub quads: &'a [[u32; 4]],
     /// Faces of three.
     pub triangles: &'a [[u32; 3]],
-    /// What the file says of where it is from, as comments.
+    /// Provenance that the file tells, as comments.
     pub provenance: Option<&'a Provenance>,
     /// The system that the coordinates are in, likewise.
     pub crs: Option<&'a Crs>,
 }
 
-/// Writes a mesh; of its attributes `colour`, as three more numbers a vertex, which most programs read. Its coordinate reference
-/// system is a comment.
+/// Writes a mesh. Of its attributes `colour`, as three more numbers a vertex, which most programs read. Its coordinate reference system is
+/// a comment.
 ///
 /// # Errors
 /// As [`write_obj_polygons`].
@@ -52,8 +52,8 @@ pub fn write_obj(path: &Path, mesh: &TriMesh, provenance: Option<&Provenance>, p
 /// Without any, the file is an object without a vertex.
 ///
 /// # Errors
-/// A coordinate that isn't finite, an index out of range, colours of another number than vertices; [`Error::Io`];
-/// [`Error::Cancelled`]. Then no file is left, and one that was there is untouched.
+/// A coordinate that isn't finite, an index out of range, colours of another number than vertices. [`Error::Io`]. [`Error::Cancelled`].
+/// Then no file is left, and one that was there is untouched.
 pub fn write_obj_polygons(path: &Path, polygons: &Polygons<'_>, progress: &Progress<'_>) -> Result<()> {
     let count = polygons.positions.len();
     if let Some(v) = polygons.positions.iter().position(|p| !p.is_finite()) {

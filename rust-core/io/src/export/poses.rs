@@ -11,11 +11,11 @@ use super::conf::{PlacedFile, check_placed, write_conf};
 use base::error::{Error, Result, known_as};
 use base::progress::Progress;
 
-/// Writes where files lie, by the ending of the name: `.conf`, `.mlp`, `.aln`, or `.tum`, which has no names: a line a file, in the order
-/// of the times that all names are, else numbered from 0.
+/// Writes the poses of files, by the ending of the name: `.conf`, `.mlp`, `.aln`, or `.tum`, which has no names. That has a line per file,
+/// in the order of the times if all names are times, else numbered from 0.
 ///
 /// # Errors
-/// Another ending; a name that the format can't hold; a pose that isn't rigid; [`Error::Io`]. No file is left then.
+/// Another ending. A name that the format can't hold. A pose that isn't rigid. [`Error::Io`]. No file is left then.
 pub fn write_poses(path: &Path, placed: &[PlacedFile]) -> Result<()> {
     let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
     let text = match ending.as_deref() {
@@ -78,7 +78,7 @@ fn trajectory(placed: &[PlacedFile]) -> String {
     text
 }
 
-/// The poses in the order of the times that names are, as these are written; numbered where a name is none, or two are the same.
+/// The poses in the order of the times that names are, as these are written. Numbered where a name is none, or two are the same.
 fn times(placed: &[PlacedFile]) -> Vec<(String, DAffine3)> {
     let number = |PlacedFile { file, world_from_file }: &PlacedFile| {
         let name = file.rsplit('/').next().unwrap_or(file);

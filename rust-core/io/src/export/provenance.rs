@@ -1,4 +1,4 @@
-//! What a result says of where it is from.
+//! Provenance: what a result says of where it is from.
 
 use std::sync::Arc;
 
@@ -18,16 +18,16 @@ const LINE: usize = 900;
 
 /// Most bytes that it takes in a file: it is looked for within twice as many.
 pub const LONGEST: usize = 1 << 22;
-/// What goes before the object of the coordinate reference system in comments, and its name beside that of provenance.
+/// Beginning of the coordinate reference system's object in comments, and its name beside that of provenance.
 pub(crate) const CRS_COMMENT: &str = "crs ";
 pub(crate) const CRS_EXTRA: &str = "surfrecon_crs";
 
-/// What makes a result again, as a JSON object: program, version, command, parameters, hashes of what was read.
+/// All that makes a result again, as a JSON object: program, version, command, parameters, hashes of what was read.
 ///
-/// PLY files have it as comments: `comment surfrecon` and an object of one key, of lists and objects one of their entries; what is
-/// too long for a line goes on in those that begin `comment surfrecon +`. So has OBJ, in lines that begin `# surfrecon`. glTF has it in
+/// PLY files have it as comments: `comment surfrecon` and an object of one key, of lists and objects one of their entries. If it is too
+/// long for a line, it goes on in lines that begin `comment surfrecon +`. So has OBJ, in lines that begin `# surfrecon`. glTF has it in
 /// `asset.extras.surfrecon`, E57 as the text `provenance` of the root, in a namespace of its own ([`E57_NAMESPACE`]), which readers that
-/// don't know it pass over. Other formats have no place for it. Whatever its keys are, it is read back as it was given; numbers are doubles
+/// don't know it pass over. Other formats have no place for it. Whatever its keys are, it is read back as it was given. Numbers are doubles
 /// or whole numbers of 64 bits.
 ///
 /// PLY, OBJ and glTF also say the coordinate reference system: an object of its `text` and, if that is so, the `unit` `degree`, in a comment
@@ -101,7 +101,7 @@ pub(super) fn comments(comment: &str, provenance: Option<&Provenance>, crs: Opti
     Ok(lines)
 }
 
-/// The same as a member of glTF's `asset`, with the comma before it; nothing for nothing.
+/// The same as a member of glTF's `asset`, with the comma before it. Nothing for nothing.
 ///
 /// # Errors
 /// As [`comments`].
@@ -130,7 +130,7 @@ fn put_comment(lines: &mut String, comment: &str, mark: &str, value: &Value) {
     }
 }
 
-/// What is longer would not be found when the file is read.
+/// A longer one would not be found when the file is read.
 fn short_enough(said: String) -> Result<String> {
     if said.len() <= LONGEST {
         return Ok(said);

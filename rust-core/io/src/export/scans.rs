@@ -15,13 +15,13 @@ use base::progress::Progress;
 use image::range_image::{Projection, RangeImage, Viewing};
 use mesh::Crs;
 
-/// What a quaternion's entries are multiples of: 2^-48, a turn that moves a point by 4e-15 of its distance.
+/// Unit of a quaternion's entries: multiples of 2^-48, a turn that moves a point by 4e-15 of its distance.
 const EXACT: f64 = (1_u64 << 48) as f64;
 
-/// What ends the root of E57's XML.
+/// End of the root of E57's XML.
 const E57_END: &str = "</e57Root>";
 
-/// Where the rays start, in the image's frame.
+/// The point that the rays start from, in the image's frame.
 fn eye(image: &RangeImage, name: &str) -> Result<DVec3> {
     match image.projection() {
         Projection::Pinhole { .. } | Projection::Spherical { .. } => Ok(DVec3::ZERO),
@@ -63,13 +63,13 @@ fn checked(images: &[&RangeImage]) -> Result<Vec<(DVec3, DAffine3)>> {
     images.iter().enumerate().map(place).collect()
 }
 
-/// Writes range images as PTX, one scan after the other, the frame of each moved to where its rays start. Points are in
-/// single precision with the fewest digits that read back as the same number, poses in double. Confidence has no place
-/// in the format, nor has a coordinate reference system; with colours but no intensities 0.5 is written for these.
+/// Writes range images as PTX, one scan after the other, the frame of each moved to where its rays start. Points are in single precision
+/// with the fewest digits that read back as the same number, poses in double. Confidence has no place in the format, nor has a coordinate
+/// reference system. With colours but no intensities 0.5 is written for these.
 ///
 /// # Errors
-/// No image, an image without pixels, with parallel rays or attributes of the wrong length; [`Error::Io`];
-/// [`Error::Cancelled`]. Then no file is left, and one that was there is untouched.
+/// No image, an image without pixels, with parallel rays or attributes of the wrong length. [`Error::Io`]. [`Error::Cancelled`]. Then no
+/// file is left, and one that was there is untouched.
 pub fn write_ptx(path: &Path, images: &[&RangeImage], progress: &Progress<'_>) -> Result<()> {
     let places = checked(images)?;
     progress.plan(&[("writing", 1.0)]);
@@ -111,13 +111,12 @@ pub fn write_ptx(path: &Path, images: &[&RangeImage], progress: &Progress<'_>) -
     })
 }
 
-/// Writes range images as structured scans of an E57 file: valid pixels with their row and column, the frame of each
-/// moved to where its rays start, colours in 8 bits, intensities in single precision. Invalid pixels are left out; the
-/// bounds of the indices keep the grid's size. Confidence has no place in the format. The coordinate reference system of the
-/// images' world is the file's.
+/// Writes range images as structured scans of an E57 file: valid pixels with their row and column, the frame of each moved to where its
+/// rays start. Colours have 8 bits, intensities single precision. Invalid pixels are left out. The bounds of the indices keep the grid's
+/// size. Confidence has no place in the format. The coordinate reference system of the images' world is the file's.
 ///
 /// # Errors
-/// As [`write_ptx`]; images of different coordinate reference systems.
+/// As [`write_ptx`]. Images of different coordinate reference systems.
 pub fn write_e57(
     path: &Path,
     images: &[&RangeImage],

@@ -15,12 +15,11 @@ const CHUNK: usize = 1 << 13;
 /// Coordinates farther from the origin than this many times the mesh's size would keep less than 2^-20 of it.
 const FAR: f64 = 8.0;
 
-/// Writes the triangles with their normals, in single precision; attributes have no place in the format.
+/// Writes the triangles with their normals, in single precision. Attributes have no place in the format.
 ///
 /// # Errors
-/// The mesh isn't valid ([`TriMesh::validate`]), lies so far from the origin that single precision would lose its
-/// detail, or has more than 2^32 - 1 triangles; [`Error::Io`]; [`Error::Cancelled`]. Then no file is left, and one that
-/// was there is untouched.
+/// The mesh isn't valid ([`TriMesh::validate`]), lies so far from the origin that single precision would lose its detail, or has more than
+/// 2^32 - 1 triangles. [`Error::Io`]. [`Error::Cancelled`]. Then no file is left, and one that was there is untouched.
 pub fn write_stl(path: &Path, mesh: &TriMesh, progress: &Progress<'_>) -> Result<()> {
     mesh.validate()?;
     let Ok(count) = u32::try_from(mesh.triangles.len()) else {

@@ -1,9 +1,9 @@
 //! Files without their names yet: they appear under these at once, and are gone however their writer ends.
 //!
-//! Where the system has files without a name (Linux, on most file systems), that is what they are: a writer that is killed
-//! leaves nothing. Elsewhere, and in the instant in which one takes the place of another, they are called
-//! `.surfrecon-XXXXXXXXXXXX.part`. What a killed writer leaves under such a name is removed by the next one in the folder,
-//! if it is the same user's, a day old and not locked: whoever still writes it holds a lock on it, also on another machine.
+//! If the system has files without a name (Linux, on most file systems), that is what they are: a writer that is killed leaves nothing.
+//! Elsewhere, and in the instant in which one takes the place of another, they are called `.surfrecon-XXXXXXXXXXXX.part`. A killed writer
+//! may leave a file under such a name. The next writer in the folder removes it, if it is the same user's, a day old and not locked.
+//! Whoever still writes it holds a lock on it, also on another machine.
 
 use std::fs::{File, Permissions};
 use std::io::{Result, Seek};
@@ -22,7 +22,7 @@ const LEFT_ALONE: Duration = Duration::from_secs(24 * 60 * 60);
 /// Names of a folder that are looked at, so that folders of a hundred thousand files don't slow down writing.
 const LOOKED_AT: usize = 10_000;
 
-/// A file that is being written or waits for its name; dropped, it is gone.
+/// A file that is being written or waits for its name. Dropped, it is gone.
 pub(super) enum Temporary {
     /// Freed by the system when it is closed.
     Nameless(File),
@@ -133,7 +133,7 @@ fn link(file: &File, path: &Path) -> Result<()> {
     Ok(linkat(CWD, descriptor(file), CWD, path, AtFlags::SYMLINK_FOLLOW)?)
 }
 
-/// Where the system shows an open file.
+/// The place where the system shows an open file.
 #[cfg(target_os = "linux")]
 fn descriptor(file: &File) -> PathBuf {
     use std::os::fd::AsRawFd;
@@ -161,7 +161,7 @@ fn sweep_once(folder: &Path, fresh: &File) {
     }
 }
 
-/// Removes what killed writers have left in a folder; `fresh` is a file just made there. What can't be removed stays.
+/// Removes what killed writers have left in a folder. `fresh` is a file just made there. What can't be removed stays.
 fn sweep(folder: &Path, fresh: &File) {
     let Ok(entries) = std::fs::read_dir(folder) else { return };
     for entry in entries.take(LOOKED_AT).flatten() {
@@ -250,7 +250,7 @@ mod tests {
         assert!(make[0](folder).persist(&path, folder).is_err() && names(folder) == ["out"]);
     }
 
-    /// What has no name needs no sweeping.
+    /// A file without a name needs no sweeping.
     #[cfg(target_os = "linux")]
     #[test]
     fn nothing_is_seen_while_it_is_written() {

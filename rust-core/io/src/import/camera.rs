@@ -1,9 +1,9 @@
 //! Intrinsics of depth cameras.
 //!
-//! Read are Open3D's JSON (`intrinsic_matrix`, nine numbers column by column, also inside `intrinsic`), plain JSON with
-//! `fx fy cx cy` (or `fl_x fl_y`, as nerfstudio writes them; `width` and `height` or `w` and `h` are optional; also inside `camera`,
-//! as Replica's), a text of
-//! the 3 x 3 matrix or of the 4 x 4 one, as ScanNet's, and a text of the four numbers fx fy cx cy. Pixel centres lie at whole numbers.
+//! Formats that are read: Open3D's JSON (`intrinsic_matrix`, nine numbers column by column, also inside `intrinsic`). Plain JSON with `fx
+//! fy cx cy`, or `fl_x fl_y` as nerfstudio writes them, also inside `camera`, as Replica's. There `width` and `height` or `w` and `h` are
+//! optional. A text of the 3 x 3 matrix or of the 4 x 4 one, as ScanNet's. A text of the four numbers fx fy cx cy. Pixel centres lie at
+//! whole numbers.
 
 use std::io::Read;
 use std::path::Path;

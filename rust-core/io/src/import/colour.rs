@@ -1,6 +1,6 @@
 //! Colours of files that do not say what they count to: 1, 255 or 65,535.
 
-/// What the channels of colours count to, by the largest so far.
+/// The number that channels of colours count to, by the largest so far.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Count {
     One,

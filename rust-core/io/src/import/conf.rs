@@ -6,9 +6,9 @@
 //! mesh   file.ply tx ty tz qx qy qz qw
 //! ```
 //!
-//! Files lie in the folder of the `.conf` or below it; names that lead out of it are refused. Tools differ in what the
-//! quaternion means: where no comment says so, as in those that we write, the points decide ([`super::overlap`]). A `mesh` line whose name is no file and has no
-//! extension is passed over with a note: Stanford's own files name a cylindrical scan this way that was never given out.
+//! Files lie in the folder of the `.conf` or below it. Names that lead out of it are refused. Tools differ in what the quaternion means:
+//! where no comment says so, as in those that we write, the points decide ([`super::overlap`]). A `mesh` line whose name is no file and has
+//! no extension is passed over with a note: Stanford's own files name a cylindrical scan this way that was never given out.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -211,7 +211,7 @@ fn inside(folder: &Path, name: &str) -> Result<PathBuf, String> {
     }
 }
 
-/// The quaternion at unit length; `None` for zero.
+/// The quaternion at unit length. `None` for zero.
 fn unit(q: [f64; 4]) -> Option<[f64; 4]> {
     // Scaled first, so that no square over- or underflows.
     let largest = q.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
@@ -223,8 +223,8 @@ fn unit(q: [f64; 4]) -> Option<[f64; 4]> {
     Some(scaled.map(|x| x / length))
 }
 
-/// For tests and fuzzing: text must not make the parser panic; what it accepts lies in the folder and is a rigid place.
-/// True if it is accepted.
+/// For tests and fuzzing: text must not make the parser panic. A text that it accepts lies in the folder and is a rigid place. True if it
+/// is accepted.
 #[cfg(any(test, fuzzing))]
 pub(super) fn examine(bytes: &[u8], folder: &Path) -> bool {
     sniff(bytes);

@@ -1,4 +1,4 @@
-//! What every reader must survive, tried on small files of every format: any prefix, any byte changed, any read failing.
+//! Damage that every reader must survive, tried on small files of every format: any prefix, any byte changed, any read failing.
 
 use std::io::Cursor;
 #[cfg(test)]
@@ -38,7 +38,7 @@ impl Seek for Failing<'_> {
     }
 }
 
-/// What was read is valid; what was refused says where.
+/// Checks that content is valid, or that the error says where.
 pub(super) fn sound(outcome: &Result<Content>, scan: &FileScan) {
     match outcome {
         Ok(Content::RangeImage(image)) => assert!(image.validate().is_ok() && image.world_from_sensor.is_finite()),
@@ -62,7 +62,7 @@ pub(super) fn read(parse: Parse, bytes: &[u8], scan: &FileScan) -> Result<Conten
 }
 
 #[cfg(test)]
-/// Tries all damage on a file that can be read; whether a file cut short must be refused is the format's.
+/// Tries all damage on a file that can be read. The format decides whether a file cut short must be refused.
 pub(super) fn endure(parse: Parse, bytes: &[u8], scan: &FileScan) {
     let good = read(parse, bytes, scan);
     sound(&good, scan);

@@ -1,10 +1,10 @@
-//! E57 (ASTM E2807), through the crate `e57`: scans with row and column indices become range images seen from the origin
-//! of their frame, others points. Poses, colours and intensities are kept; coordinates marked invalid are no samples. Nor
-//! are those at exactly (0, 0, 0), where no ray can have been: in grids, and where points are distances and angles. Scans without
-//! points, as writers leave them of images without a valid pixel, are left out of a set, which says so.
+//! E57 (ASTM E2807), through the crate `e57`: scans with row and column indices become range images seen from the origin of their frame,
+//! others points. Poses, colours and intensities are kept. Coordinates marked invalid are no samples. Nor are those at exactly (0, 0, 0),
+//! where no ray can have been: in grids, and where points are distances and angles. Scans without points, as writers leave them of images
+//! without a valid pixel, are left out of a set, which says so.
 //!
-//! Cost: opening reads the XML part; reading a scan is one pass over it, memory for the result and some packets. Without
-//! the bounds of the indices the grid is the rows and columns that the points use, which takes one more pass.
+//! Cost: opening reads the XML part. Reading a scan is one pass over it, memory for the result and some packets. Without the bounds of the
+//! indices the grid is the rows and columns that the points use, which takes one more pass.
 
 use std::io::{Read, Seek};
 use std::path::Path;
@@ -23,7 +23,7 @@ use mesh::point_cloud::PointCloud;
 /// Fewest points that a grid holds of its pixels: one in so many.
 const SPARSEST: u64 = 256;
 
-/// What is said of a scan of which nothing is left.
+/// The words for a scan of which nothing is left.
 const EMPTY: &str = "has no valid points";
 /// Longest name of a scan that is taken, in bytes: longer ones are no names.
 const LONGEST_NAME: usize = 200;
@@ -163,7 +163,7 @@ fn index_bounds(stored: &Stored) -> Option<[Option<Range>; 2]> {
     Some([rows, cols])
 }
 
-/// Rows and columns that points use; `None` without points.
+/// Rows and columns that points use. `None` without points.
 fn used_indices(points: impl Iterator<Item = Result<::e57::Point>>) -> Result<Option<(Range, Range)>> {
     let with = |range: Option<Range>, at: i64| range.map_or((at, at), |(first, last)| (first.min(at), last.max(at)));
     let (mut rows, mut cols) = (None, None);
@@ -175,7 +175,7 @@ fn used_indices(points: impl Iterator<Item = Result<::e57::Point>>) -> Result<Op
     Ok(rows.zip(cols))
 }
 
-/// First row and column and their numbers; `None` for what is no grid but a line.
+/// First row and column and their numbers. `None` for what is no grid but a line.
 fn grid_size(rows: Range, cols: Range, stored: &Stored, scan: &FileScan) -> Result<Option<[i64; 4]>> {
     let count = |(min, max): (i64, i64)| max.checked_sub(min)?.checked_add(1).filter(|count| *count > 0);
     let size = count(rows).zip(count(cols));

@@ -1,4 +1,4 @@
-//! What becomes of a scan's samples after they are read: what is kept and removed, and their true size.
+//! Edits of a scan's samples after they are read: selections, and their true size.
 //!
 //! Selections are of the world as it was when they were made: they hold where the scan lay, and so stay with its samples when it is
 //! placed elsewhere.
@@ -42,8 +42,8 @@ impl Edits {
 }
 
 impl FileScan {
-    /// Keeps or removes samples, whenever the scan is read from now on. The region is of the world as the scan lies in it now; a scan
-    /// that is placed elsewhere afterwards takes its selections along. Of what was selected before what is left counts.
+    /// Keeps or removes samples, whenever the scan is read from now on. The region is of the world as the scan lies in it now. A scan that
+    /// is placed elsewhere afterwards takes its selections along. Of what was selected before what is left counts.
     pub fn select(&mut self, selection: Selection) {
         let placed = Placed { selection, world_from_sensor: self.world_from_sensor };
         self.edits.0.push(Edit::Select(placed.into()));
@@ -65,12 +65,12 @@ impl FileScan {
         Ok(())
     }
 
-    /// What the samples of the file are multiplied with: 1 unless the scan was given another size.
+    /// Factor of the samples of the file: 1 unless the scan was given another size.
     pub fn scale(&self) -> f64 {
         self.edits.0.iter().fold(1.0, |all, edit| if let Edit::Scale(scale) = edit { all * scale } else { all })
     }
 
-    /// What was read, as if the scan lay at the origin, with the edits made, placed.
+    /// The content that was read, as if the scan lay at the origin, with the edits made, placed.
     pub(super) fn edited(&self, mut content: Content, progress: &Progress<'_>) -> Result<Content> {
         // Images may be read with an offset of their own.
         let mut scan_from_samples = match &content {

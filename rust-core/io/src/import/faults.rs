@@ -7,14 +7,14 @@ use std::path::{Path, PathBuf};
 use super::{Content, ReadOptions, open_with};
 use base::progress::Progress;
 
-/// What happens to the reads of this thread.
+/// Faults of the reads of this thread.
 #[derive(Clone, Copy, PartialEq)]
 enum Fault {
     /// All go well.
     None,
-    /// So many go well, each giving few bytes; then all fail.
+    /// So many go well, each giving few bytes. Then all fail.
     After(u64),
-    /// Each gives few bytes; each second one is interrupted, which is no failure.
+    /// Each gives few bytes. Each second one is interrupted, which is no failure.
     Interrupted(bool),
 }
 
@@ -25,7 +25,7 @@ thread_local! {
 /// Most bytes a read gives while faults are tried: so that there are many reads to fail.
 const FEW: usize = 97;
 
-/// What of a buffer may be read now.
+/// The part of a buffer that may be read now.
 pub(super) fn read(buffer: &mut [u8]) -> Result<&mut [u8]> {
     let few = buffer.len().min(FEW);
     match FAULT.get() {
@@ -42,12 +42,12 @@ pub(super) fn read(buffer: &mut [u8]) -> Result<&mut [u8]> {
     }
 }
 
-/// What files open as, and what their scans hold, in words.
+/// The contents of files and of their scans, in words.
 pub(crate) fn outcome_of(paths: &[PathBuf]) -> base::error::Result<String> {
     read_all(paths, Fault::None).0
 }
 
-/// Opens files and reads all their scans while `fault` is on; the outcome and the fault afterwards.
+/// Opens files and reads all their scans while `fault` is on. The outcome and the fault afterwards.
 fn read_all(paths: &[PathBuf], fault: Fault) -> (base::error::Result<String>, Fault) {
     FAULT.set(fault);
     let outcome = open_with(paths, &ReadOptions::default(), &Progress::none()).and_then(|set| {
@@ -128,8 +128,8 @@ pub(crate) fn sets(folder: &Path) -> Vec<Vec<PathBuf>> {
     sets
 }
 
-/// Theorem: whichever read of a file fails, first to last, the error is the disk's and names the file; and reads that give
-/// few bytes or are interrupted change nothing.
+/// Theorem: whichever read of a file fails, first to last, the error is the disk's and names the file. Reads that give few bytes or are
+/// interrupted change nothing.
 #[test]
 fn any_read_may_fail() {
     let folder = tempfile::tempdir().unwrap();

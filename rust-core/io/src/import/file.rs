@@ -81,11 +81,11 @@ impl Seek for Regular {
 /// Ending of files of numbers of two bytes that nothing else tells from text: low land reads as letters.
 const NUMBERS: &str = "hgt";
 
-/// Opens a regular file whose start says what it holds; also the length of its content. The byte order mark of a text is
-/// no part of that, wherever text is read.
+/// Opens a regular file whose start says what it holds. Also returns the length of its content. The byte order mark of a text is no part of
+/// that, wherever text is read.
 ///
 /// # Errors
-/// As [`open_bytes`]; a text in UTF-16, which no reader knows.
+/// As [`open_bytes`]. A text in UTF-16, which no reader knows.
 pub(super) fn open(path: &Path) -> Result<(Regular, u64)> {
     let (mut file, length) = open_bytes(path)?;
     let io = |e| Error::io(path, e);
@@ -112,8 +112,8 @@ fn is_control(c: u16) -> bool {
     c == 0x7F || (c < 0x20 && !(0x09..=0x0D).contains(&c))
 }
 
-/// Whether a file that starts like this is UTF-16: numbers can have its byte order mark, or every other byte zero, but
-/// nearly all of them are no letters of a language that files are written in.
+/// Whether a file that starts like this is UTF-16. Numbers can have its byte order mark, or every other byte zero, but nearly all of them
+/// are no letters of a language that files are written in.
 fn is_utf16(start: &[u8]) -> bool {
     let (marked, little) = match *start {
         [0xFF, 0xFE, ..] => (true, true),
@@ -132,7 +132,7 @@ fn is_utf16(start: &[u8]) -> bool {
     !units.is_empty() && enough && !units.iter().any(|&unit| is_control(unit))
 }
 
-/// Opens a regular file of which every byte is content; also its length.
+/// Opens a regular file of which every byte is content. Also returns its length.
 pub(super) fn open_bytes(path: &Path) -> Result<(Regular, u64)> {
     if path.as_os_str().is_empty() {
         return Err(Error::input("the name of a file is empty"));
@@ -219,7 +219,7 @@ pub(super) fn taken(mut file: Regular, at: u64, count: u64, path: &Path, progres
     Ok(bytes)
 }
 
-/// The text that a file starts with; what comes after a zero byte is none.
+/// The text that a file starts with. Text after a zero byte is none.
 pub(super) fn start_of_text(start: &[u8]) -> Cow<'_, str> {
     String::from_utf8_lossy(&start[..memchr::memchr(0, start).unwrap_or(start.len())])
 }
@@ -237,7 +237,7 @@ pub(super) fn name(path: &Path) -> String {
     path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
 }
 
-/// What readers take: a file, or bytes in memory under test.
+/// Input of readers: a file, or bytes in memory under test.
 pub(super) trait Input: Read + Seek {}
 
 impl<T: Read + Seek> Input for T {}
@@ -281,7 +281,7 @@ impl Seek for Watched<'_> {
     }
 }
 
-/// Lets a decoding crate read a file; where reading fails, that is the error, whatever the crate makes of it.
+/// Lets a decoding crate read a file. If reading fails, that is the error, whatever the crate makes of it.
 pub(super) fn watched<T>(
     input: &mut dyn Input,
     path: &Path,
@@ -295,7 +295,7 @@ pub(super) fn watched<T>(
     }
 }
 
-/// What a decoding crate says about the file's content.
+/// The error of a decoding crate about the file's content.
 pub(super) fn decoding_error(scan: &FileScan, error: &dyn std::fmt::Display) -> Error {
     // The standard library's words for an end of the file that comes too early.
     let text = error.to_string().replace("failed to fill whole buffer", "the file ends too early");
@@ -338,13 +338,13 @@ pub(super) fn parsed(scan: &FileScan, progress: &Progress<'_>, parse: Parse) -> 
     parse(&mut file, length, scan, progress)
 }
 
-/// A file whose bytes are counted as they are read; once the call is cancelled, reading fails.
+/// A file whose bytes are counted as they are read. Once the call is cancelled, reading fails.
 pub(super) struct Counted<'a, 'p> {
     file: Regular,
     progress: &'a Progress<'p>,
 }
 
-/// Opens a regular file that is the whole work of a call; also its length.
+/// Opens a regular file that is the whole work of a call. Also returns its length.
 pub(super) fn counted<'a, 'p>(path: &Path, progress: &'a Progress<'p>) -> Result<(Counted<'a, 'p>, u64)> {
     let (file, length) = open(path)?;
     progress.stage(0, length);

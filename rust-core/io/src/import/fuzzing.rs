@@ -1,4 +1,4 @@
-//! What the fuzz targets call.
+//! Functions that the fuzz targets call.
 
 /// Checks what a PLY file in memory reads as.
 pub fn ply(bytes: &[u8]) {
@@ -62,7 +62,7 @@ pub fn side(bytes: &[u8]) {
     let _ = project::parse_aln(text::Lines::new(bytes, bytes.len() as u64, path));
 }
 
-/// Checks what the bytes read as in each way that frames come; files for it are written into `folder`.
+/// Checks what the bytes read as in each way that frames come. Files for it are written into `folder`.
 pub fn frames(bytes: &[u8], folder: &std::path::Path) {
     super::frames::examine(bytes, folder);
 }
@@ -72,7 +72,7 @@ pub fn points(bytes: &[u8]) {
     super::points::examine(bytes);
 }
 
-/// Checks what a `.conf` file in memory reads as; its scans are looked for in `folder`. True if it is accepted.
+/// Checks what a `.conf` file in memory reads as. Its scans are looked for in `folder`. True if it is accepted.
 pub fn conf(bytes: &[u8], folder: &std::path::Path) -> bool {
     super::conf::examine(bytes, folder)
 }

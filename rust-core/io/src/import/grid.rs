@@ -18,7 +18,7 @@ pub(super) struct PointGrid {
     rows: usize,
     cols: usize,
     points: Vec<[f32; 3]>,
-    /// What is taken off the coordinates, decided by the first of each that is not zero: whole numbers, which lose nothing.
+    /// Whole numbers that are taken off the coordinates, decided by the first of each that is not zero. They lose nothing.
     origin: [Option<f64>; 3],
     pub(super) intensity: Option<Vec<f32>>,
     pub(super) colour: Option<Vec<[u8; 4]>>,

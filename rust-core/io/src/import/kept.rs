@@ -20,16 +20,16 @@ use mesh::Crs;
 /// All of a scan that is not in its files.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Kept {
-    /// The file that holds the samples; absolute.
+    /// The file that holds the samples. Absolute.
     pub path: PathBuf,
-    /// What is opened to have the recording that it is a frame of; absolute.
+    /// The file or folder that is opened to have the recording that it is a frame of. Absolute.
     pub recording: Option<PathBuf>,
     /// The rest, as JSON.
     pub text: String,
 }
 
 impl FileScan {
-    /// What another process that sees the same files makes the scan again from.
+    /// A record that lets another process that sees the same files make the scan again.
     ///
     /// # Errors
     /// A scan whose file lies in memory.
@@ -63,7 +63,7 @@ impl FileScan {
     /// The scan that was kept. Of a frame the recording is opened again, unless `known` is a frame of it.
     ///
     /// # Errors
-    /// A text that [`FileScan::kept`] did not write; a recording that can't be opened, or lists the frame otherwise now.
+    /// A text that [`FileScan::kept`] did not write. A recording that can't be opened, or lists the frame otherwise now.
     pub fn of_kept(kept: &Kept, known: Option<&FileScan>, progress: &Progress<'_>) -> Result<FileScan> {
         let told: Json = serde_json::from_str(&kept.text).map_err(|_| damaged())?;
         let options = Arc::new(options_of(&told["options"])?);

@@ -55,7 +55,7 @@ impl Files {
     }
 }
 
-/// Where the point lies in the world, or why it can't.
+/// The place of the point in the world, or the reason why it has none.
 fn placed(path: &Path) -> Result<DVec3, String> {
     let scan = open(path).map_err(|error| error.to_string())?.scans.remove(0);
     Ok(match scan.read().map_err(|error| error.to_string())? {

@@ -24,7 +24,7 @@
 //! | `kept` | a scan as text, from which another process makes it again |
 //! | `file`, `window`, `text` | regular files, whole or in part; a window that moves along one; its lines |
 //!
-//! A file is recognized by its content; the ending of its name decides only where the content could be anything.
+//! A file is recognized by its content. The ending of its name decides only where the content could be anything.
 
 mod camera;
 mod colour;
@@ -99,7 +99,7 @@ pub type Scan = FileScan;
 pub struct ScanSet {
     /// The scans, each loaded on demand.
     pub scans: Vec<FileScan>,
-    /// What a person should know about how the files were understood, for example the quaternion convention used.
+    /// Notes for people on how the files were understood, for example the quaternion convention used.
     pub notes: Vec<String>,
 }
 
@@ -112,7 +112,7 @@ impl ScanSet {
     /// The coordinate reference system that all scans which name one lie in.
     ///
     /// # Errors
-    /// Scans of different systems, or in degrees; a file that can't be read.
+    /// Scans of different systems, or in degrees. A file that can't be read.
     pub fn crs(&self) -> Result<Option<Crs>> {
         let sources: Vec<&dyn ScanSource> = self.scans.iter().map(|scan| scan as &dyn ScanSource).collect();
         common_crs(&sources)
@@ -136,16 +136,15 @@ pub fn open_many<P: AsRef<Path>>(paths: &[P]) -> Result<ScanSet> {
     open_with(paths, &ReadOptions::default(), &Progress::none())
 }
 
-/// Opens several files as one set, in the order given. A folder of frames of a depth camera or a phone opens as these, in one of
-/// the layouts of `frames`; another stands for its only list of scans, else for all files in it that hold or describe scans, by name.
+/// Opens several files as one set, in the order given. A folder of frames of a depth camera or a phone opens as these, in one of the
+/// layouts of `frames`. Another stands for its only list of scans, else for all files in it that hold or describe scans, by name.
 ///
 /// Side files among them apply to the others: a camera makes the images depth images, a trajectory places them, by the
 /// time in their names if both have one, else in their order. A scan is also placed by a file of its own name with the
 /// ending `.xf`, `.tf` or `.pose.txt` beside it. The notes say what was found.
 ///
 /// # Errors
-/// As [`open`], for the first file that can't be opened; no path given; two cameras; a trajectory that doesn't fit;
-/// [`Error::Cancelled`].
+/// As [`open`], for the first file that can't be opened. No path given. Two cameras. A trajectory that doesn't fit. [`Error::Cancelled`].
 pub fn open_with<P: AsRef<Path>>(paths: &[P], options: &ReadOptions, progress: &Progress<'_>) -> Result<ScanSet> {
     options.validate()?;
     let paths: Vec<&Path> = paths.iter().map(AsRef::as_ref).collect();
@@ -159,7 +158,7 @@ const FOLDERS_ABOVE: usize = 3;
 /// folders that would open one within the other, the outer one.
 ///
 /// # Errors
-/// A folder that can't be listed; [`Error::Cancelled`].
+/// A folder that can't be listed. [`Error::Cancelled`].
 pub fn recording_of(path: &Path, progress: &Progress<'_>) -> Result<Option<PathBuf>> {
     let mut recording = None;
     for folder in path.ancestors().skip(1).take(FOLDERS_ABOVE) {
@@ -173,7 +172,7 @@ pub fn recording_of(path: &Path, progress: &Progress<'_>) -> Result<Option<PathB
     Ok(recording)
 }
 
-/// What is opened: a recording's folder, or a file.
+/// Things that are opened: a recording's folder, or a file.
 enum Listed {
     Recording(frames::Found),
     File(PathBuf),
@@ -263,7 +262,7 @@ fn open_listed(listed: &[Listed], options: &ReadOptions, progress: &Progress<'_>
     Ok(all)
 }
 
-/// Which coordinate reference systems the files of scans name, and what of them can't be used.
+/// Notes on the coordinate reference systems that the files of scans name, and on those of them that can't be used.
 fn notes_on_crs(scans: &[FileScan], progress: &Progress<'_>) -> Result<Vec<String>> {
     let (mut notes, mut known) = (Vec::new(), Vec::<Crs>::new());
     let mut last = None;
@@ -289,7 +288,7 @@ fn notes_on_crs(scans: &[FileScan], progress: &Progress<'_>) -> Result<Vec<Strin
     Ok(notes)
 }
 
-/// What holds or lists scans.
+/// Things that hold or list scans.
 enum Opening<'a> {
     Recording(&'a frames::Found),
     File(&'a Path, &'static Role),

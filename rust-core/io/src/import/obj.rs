@@ -1,6 +1,6 @@
-//! Wavefront OBJ: vertices, with colours where six numbers are given, and faces; polygons are cut into triangles. Colours count to 1,
-//! or to 255 where one is larger. Texture coordinates, normals, materials, lines and free-form surfaces are passed over.
-//! Without faces it is a cloud.
+//! Wavefront OBJ: vertices, with colours where six numbers are given, and faces. Polygons are cut into triangles. Colours count to 1, or to
+//! 255 where one is larger. Texture coordinates, normals, materials, lines and free-form surfaces are passed over. Without faces it is a
+//! cloud.
 
 use glam::DVec3;
 
@@ -45,7 +45,7 @@ pub(super) fn sniff(start: &[u8]) -> bool {
     telling
 }
 
-/// Of the length of the file, which the mesh takes; measured.
+/// Of the length of the file, which the mesh takes. Measured.
 const SHARE_OF_TEXT: f64 = 0.8;
 
 pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &FileScan, progress: &Progress<'_>) -> Result<Content> {

@@ -1,4 +1,4 @@
-//! What files don't say themselves, told by the caller.
+//! Options that tell what files don't say themselves.
 
 use base::error::Result;
 use base::params::{choice, flag, length, ratio};
@@ -9,7 +9,7 @@ use mesh::Crs;
 base::choices! {
     /// How images store numbers.
     pub enum PixelMeaning {
-        /// Numbers if the image is grey; terrain RGB if it is coloured and every pixel then lies between -500 and 9000 m.
+        /// Numbers if the image is grey. Terrain RGB if it is coloured and every pixel then lies between -500 and 9000 m.
         Auto = "auto" "Auto",
         /// A number a pixel.
         Number = "number" "Numbers",
@@ -21,7 +21,7 @@ base::choices! {
 }
 
 base::choices! {
-    /// Which way poses go.
+    /// Direction of poses.
     pub enum PoseSense {
         /// As the layout has them, unless the frames lie on each other only in the other sense.
         Auto = "auto" "Auto",
@@ -45,33 +45,34 @@ base::choices! {
 }
 
 base::params! {
-    /// What files do not say themselves.
+    /// Facts that files do not say themselves.
     #[derive(Clone, Debug, PartialEq)]
     pub struct ReadOptions of "open" {
-        /// What a number of an image is multiplied with. Larger values make heights and depths larger.
+        /// Factor of the numbers of an image. Larger values make heights and depths larger.
         scale: Option<f64> = ratio("Value scale")
             .from_data("0.001 for whole numbers seen by a camera (millimetres), else 1").above(0.0),
-        /// What is added to the numbers of an image afterwards.
+        /// Number that is added to the numbers of an image afterwards.
         offset: f64 = ratio("Value offset").at_least(f64::NEG_INFINITY),
         /// Distance of neighbouring pixels of a height map. Larger values make it wider.
         step: Option<f64> = length("Pixel size").from_data("what the file says, else 1").above(0.0),
-        /// The number of an image, before scaling, that means no sample; besides what the format itself defines.
+        /// The number of an image, before scaling, that means no sample. Besides what the format itself defines.
         invalid: Option<f64> = ratio("Invalid value").from_data("none").any_number(),
-        /// What the pixels of depth images measure.
+        /// Measure that the pixels of depth images are of.
         depth: DepthKind = choice("Depth", DepthKind::CHOICES),
         /// How images store numbers.
         pixels: PixelMeaning = choice("Pixels", PixelMeaning::CHOICES),
-        /// Largest size of what one compressed file unpacks to, in GiB. Larger values let larger files be read; small ones refuse files that unpack to more than they should.
+        /// Largest size of what one compressed file unpacks to, in GiB. Larger values let larger files be read. Small ones refuse files
+        /// that unpack to more than they should.
         max_decoded_gib: f64 = ratio("Largest unpacked size (GiB)").default(4.0).above(0.0).at_most(1e6),
         /// Lists may name files outside their own folder.
         allow_outside: bool = flag("Allow outside").off("such lists are refused"),
-        /// Which way the poses of a recording or of a list of poses go.
+        /// Direction of the poses of a recording or of a list of poses.
         poses: PoseSense = choice("Poses", PoseSense::CHOICES).since("0.2"),
         /// Axes of the cameras that the poses of a recording or of a list of poses place.
         axes: CameraAxes = choice("Camera axes", CameraAxes::CHOICES).since("0.2"),
     }
     besides {
-        /// Makes images depth images, seen by this camera; `None`: they are height maps seen from above.
+        /// Makes images depth images, seen by this camera. `None`: they are height maps seen from above.
         camera: Option<Camera>,
         /// The coordinate reference system that all lie in, whatever the files name.
         crs: Option<Crs>,

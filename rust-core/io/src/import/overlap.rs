@@ -1,9 +1,9 @@
-//! What the quaternions of a side file mean, decided by how well the placed scans overlap.
+//! Meaning of the quaternions of a side file, decided by how well the placed scans overlap.
 //!
-//! Some tools write the rotation from scan to world, Stanford's the one from world to scan; some put the scalar first.
-//! Under the right convention scans of one object lie on each other. So: a few points of each scan, and under each
-//! convention the median distance from points to the nearest point of any other scan. A rigid motion keeps distances,
-//! so each scan's search tree is built once, in its own frame, and the queries move.
+//! Some tools write the rotation from scan to world, Stanford's the one from world to scan. Some put the scalar first. Under the right
+//! convention scans of one object lie on each other. So: a few points of each scan, and under each convention the median distance from
+//! points to the nearest point of any other scan. A rigid motion keeps distances, so each scan's search tree is built once, in its own
+//! frame, and the queries move.
 
 use glam::{DAffine3, DMat3, DVec3};
 
@@ -12,7 +12,7 @@ use base::error::Result;
 use base::progress::Progress;
 use geom::neighbours::KdTree;
 
-/// What a quaternion means.
+/// Meaning of a quaternion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Convention {
     /// It rotates world to scan (its conjugate places the scan), otherwise scan to world.
@@ -21,7 +21,7 @@ pub(super) struct Convention {
     pub(super) scalar_first: bool,
 }
 
-/// That of the Stanford archive, where nothing speaks for another.
+/// The convention of the Stanford archive, if nothing speaks for another.
 pub(super) const STANFORD: Convention = Convention { world_to_scan: true, scalar_first: false };
 
 /// A convention and the one of the other sense differ in the lowest bit of their place.
@@ -38,7 +38,7 @@ const POINTS: usize = 1000;
 /// Points compared under each convention, of all scans together, about.
 const QUERIES: usize = 600;
 
-/// Scans that take part, at most; of more, some are taken evenly.
+/// Scans that take part, at most. Of more, some are taken evenly.
 const SCANS: usize = 40;
 
 /// The best convention must have a distance this many times smaller than another, or the two aren't told apart.
@@ -83,7 +83,7 @@ pub(super) struct Overlap {
     scans: Vec<KdTree>,
 }
 
-/// The convention that clearly overlaps best, and the sentence that says so; else why none does.
+/// The convention that clearly overlaps best, and the sentence that says so. Else why none does.
 fn choose(medians: &[f64; 4]) -> Result<(Convention, String), String> {
     let best = (0..4).min_by(|&a, &b| medians[a].total_cmp(&medians[b])).unwrap_or(0);
     if !medians[best].is_finite() {

@@ -16,10 +16,10 @@ use base::error::{Error, Result};
 /// Longest file of a pose.
 const LONGEST: u64 = 1 << 14;
 
-/// What single precision makes of a last row of 0 0 0 1 that was multiplied.
+/// Rounding by single precision of a last row of 0 0 0 1 that was multiplied.
 const ROUNDED: f64 = 1e-6;
 
-/// Places a scan if there is a file of its pose beside it; a note that says so.
+/// Places a scan if there is a file of its pose beside it. A note that says so.
 pub(super) fn beside(scan: &mut FileScan) -> Result<Option<String>> {
     let Some(path) = candidates(&scan.path).into_iter().find(|path| file::is_file(path)) else { return Ok(None) };
     let (file, length) = file::open(&path)?;

@@ -1,6 +1,6 @@
 //! Lists of placed meshes: MeshLab's projects (`.mlp`) and alignments (`.aln`), and folders of scans.
 //!
-//! Files lie in the folder of the list or below it; names that lead out of it are refused unless the options allow it.
+//! Files lie in the folder of the list or below it. Names that lead out of it are refused unless the options allow it.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

@@ -9,14 +9,14 @@
 //! translation in the last row
 //! ```
 //!
-//! Points are in the scanner's frame; 0 0 0 means that nothing came back. The rays start at the scanner's position,
-//! which is the frame's origin unless the points were moved without their header. Pixel (row, column) is line
-//! `column * rows + row`. A pose that scales, shears or mirrors is applied to the points instead.
+//! Points are in the scanner's frame. 0 0 0 means that nothing came back. The rays start at the scanner's position, which is the frame's
+//! origin unless the points were moved without their header. Pixel (row, column) is line `column * rows + row`. A pose that scales, shears
+//! or mirrors is applied to the points instead.
 //!
-//! The matrix multiplies rows, so that its lines are the axes once more. Some programs write it the other way round. The place
-//! of the translation tells; without translation, the axes do.
+//! The matrix multiplies rows, so that its lines are the axes once more. Some programs write it the other way round. The place of the
+//! translation tells. Without translation, the axes do.
 //!
-//! Cost: opening looks for line ends only; reading a scan is one pass over it, memory for the result and a window.
+//! Cost: opening looks for line ends only. Reading a scan is one pass over it, memory for the result and a window.
 
 use std::io::SeekFrom;
 use std::path::Path;
@@ -45,14 +45,14 @@ pub(super) fn sniff(start: &[u8]) -> bool {
     })
 }
 
-/// What a scan begins with.
+/// The beginning of a scan.
 struct Header {
     cols: usize,
     rows: usize,
     /// Position of the scanner in the world.
     position: DVec3,
     pose: DAffine3,
-    /// What is applied to the points because it is no rigid transform; the pose is none then.
+    /// The transform that is applied to the points because it is no rigid one. The pose is none then.
     applied: Option<DAffine3>,
 }
 

@@ -16,18 +16,18 @@ pub struct Format {
     pub name: &'static str,
     /// Usual endings of the file's name, without the dot, in lower case.
     pub extensions: &'static [&'static str],
-    /// The ending under which `export` writes the format, and what it can write so; `None` if it is read only.
+    /// The ending under which `export` writes the format, and what it can write so. `None` if it is read only.
     pub written: Option<(&'static str, &'static [Holding])>,
     /// Whether a file starts like one of this format.
     sniff: fn(&[u8]) -> bool,
     pub(super) role: Role,
 }
 
-/// What files of a format hold.
+/// The content of files of a format.
 pub(super) enum Role {
     /// Scans.
     Scans {
-        /// Lists the scans; reads headers, no more.
+        /// Lists the scans. Reads headers, no more.
         open: fn(&Path, &Arc<ReadOptions>) -> Result<ScanSet>,
         /// Reads one scan.
         read: fn(&FileScan, &Progress<'_>) -> Result<Content>,
@@ -52,7 +52,7 @@ impl Format {
 }
 
 base::choices! {
-    /// What a file holds.
+    /// The content of a file.
     pub enum Holding {
         /// A mesh of triangles.
         Mesh = "mesh" "Mesh",
@@ -114,7 +114,7 @@ macro_rules! several {
     };
 }
 
-/// The formats that can be read. Where several could have written a file's first bytes, the stricter comes first.
+/// The formats that can be read. If several could have written a file's first bytes, the stricter comes first.
 static FORMATS: &[Format] = &[
     own!("PLY (range grid, mesh or points)", ["ply"], ply)
         .written("ply", &[Holding::Mesh, Holding::Quads, Holding::Points, Holding::Image]),
@@ -188,7 +188,7 @@ pub fn written_endings(holding: Holding) -> impl Iterator<Item = &'static str> {
     FORMATS.iter().filter_map(|format| format.written).filter(move |(_, all)| all.contains(&holding)).map(|(e, _)| e)
 }
 
-/// Checks, before anything is written, that the name of a file ends like a format that can hold this; returns the ending.
+/// Checks, before anything is written, that the name of a file ends like a format that can hold this. Returns the ending.
 ///
 /// # Errors
 /// [`Error::Input`] with the endings there are.

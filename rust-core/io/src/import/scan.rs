@@ -26,30 +26,30 @@ use image::triangulate::TriangulateParams;
 use mesh::point_cloud::PointCloud;
 use mesh::{Crs, TriMesh};
 
-/// One scan of a [`ScanSet`](super::ScanSet): where it is and where it stands; its samples stay on disk until [`FileScan::read`].
+/// One scan of a [`ScanSet`](super::ScanSet): its file and its pose. Its samples stay on disk until [`FileScan::read`].
 #[derive(Clone, Debug)]
 pub struct FileScan {
     /// Name for people, unique within the set.
     pub name: String,
     /// The file that holds the samples.
     pub path: PathBuf,
-    /// Which scan of the file, counted from 0.
+    /// The scan of the file, counted from 0.
     pub part: usize,
     /// Places the scan in the world.
     pub world_from_sensor: DAffine3,
-    /// What the file doesn't say itself.
+    /// Facts that the file doesn't say itself.
     pub options: Arc<ReadOptions>,
-    /// Where the part begins, for formats whose parts lie one after the other.
+    /// Beginning of the part, for formats whose parts lie one after the other.
     pub(crate) begin: Begin,
-    /// What it is a frame of.
+    /// The recording that it is a frame of.
     pub(crate) recording: Option<Arc<Recording>>,
     /// The path under which that was opened.
     pub(crate) opened: Option<Arc<Path>>,
-    /// What becomes of its samples after they are read.
+    /// Edits of its samples after they are read.
     pub(crate) edits: Edits,
     /// Whether it was taken out of the system that its file names.
     pub(crate) left_crs: bool,
-    /// Where it lies in memory: stays there as long as the scan.
+    /// The folder in memory that it lies in: stays there as long as the scan.
     pub(crate) _memory: Option<MemoryFolder>,
 }
 
@@ -61,7 +61,7 @@ pub(crate) struct Begin {
     pub(crate) line: u64,
 }
 
-/// What a scan turned out to hold.
+/// Content that a scan turned out to hold.
 #[derive(Clone, Debug)]
 pub enum Content {
     /// A grid of samples, placed in the world.
@@ -73,7 +73,7 @@ pub enum Content {
 }
 
 impl FileScan {
-    /// The only scan of a file, where the file's own frame is the world; named like the file.
+    /// The only scan of a file, where the file's own frame is the world. Named like the file.
     pub fn new(path: &Path) -> Self {
         FileScan {
             name: path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned(),
@@ -98,15 +98,15 @@ impl FileScan {
     /// Reads the samples: those that are kept, in their true size.
     ///
     /// # Errors
-    /// The file can't be read or is damaged; a mask that does not fit.
+    /// The file can't be read or is damaged. A mask that does not fit.
     pub fn read(&self) -> Result<Content> {
         self.read_with(&Progress::none())
     }
 
-    /// As [`FileScan::read`]; `progress` counts the bytes of the file.
+    /// As [`FileScan::read`]. `progress` counts the bytes of the file.
     ///
     /// # Errors
-    /// As [`FileScan::read`]; [`Error::Cancelled`].
+    /// As [`FileScan::read`]. [`Error::Cancelled`].
     pub fn read_with(&self, progress: &Progress<'_>) -> Result<Content> {
         self.read_as(Damage::Refused, progress)
     }
@@ -140,7 +140,7 @@ impl FileScan {
         }
     }
 
-    /// As [`FileScan::crs`]; what is named and is none is an error.
+    /// As [`FileScan::crs`]. A name that is no system is an error.
     pub(super) fn named_crs(&self) -> Result<Option<Crs>> {
         if self.left_crs {
             return Ok(None);
@@ -186,7 +186,7 @@ impl FileScan {
         self.recording.as_ref().is_some_and(|recording| recording.has_colour(self.part))
     }
 
-    /// The colour image of a frame, with its own camera; `None` where it has none, and for other scans.
+    /// The colour image of a frame, with its own camera. `None` if it has none, and for other scans.
     ///
     /// # Errors
     /// As [`FileScan::read_with`].
@@ -199,7 +199,7 @@ impl FileScan {
         Ok(image)
     }
 
-    /// How far the sensor of a frame trusts its depths; `None` where it does not say, and for other scans.
+    /// How far the sensor of a frame trusts its depths. `None` if it does not say, and for other scans.
     ///
     /// # Errors
     /// As [`FileScan::read_with`].
@@ -208,7 +208,7 @@ impl FileScan {
         progress.watch(|| recording.confidence(self.part, &self.options, progress))
     }
 
-    /// The frame of a recording as it was recorded, nothing left out, in its true size; `None` for other scans.
+    /// The frame of a recording as it was recorded, nothing left out, in its true size. `None` for other scans.
     ///
     /// # Errors
     /// As [`FileScan::read_with`].
@@ -233,8 +233,8 @@ impl FileScan {
         Ok(Some(frame))
     }
 
-    /// About `count` of its points, spread over it, in its own frame; cheaper than reading it where the format allows.
-    /// Fewer if there are fewer.
+    /// About `count` of its points, spread over it, in its own frame. Cheaper than reading it where the format allows. Fewer if there are
+    /// fewer.
     ///
     /// # Errors
     /// The file can't be read or is damaged.

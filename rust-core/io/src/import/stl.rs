@@ -17,7 +17,7 @@ use mesh::TriMesh;
 const HEADER: u64 = 84;
 const TRIANGLE: u64 = 50;
 
-/// Whether a file that starts like this is text; binary files have no mark.
+/// Whether a file that starts like this is text. Binary files have no mark.
 pub(super) fn sniff(start: &[u8]) -> bool {
     let Some(rest) = start.trim_ascii_start().strip_prefix(b"solid") else { return false };
     // Binary files may start with the word as well.
@@ -31,7 +31,7 @@ pub(super) fn has_length_of_binary(start: &[u8], length: u64) -> bool {
     count > 0 && HEADER + count * TRIANGLE == length
 }
 
-/// At the peak, where each vertex is in six triangles; measured.
+/// At the peak, where each vertex is in six triangles. Measured.
 const BYTES_A_TRIANGLE: f64 = 82.0;
 /// Bytes of a triangle in a text, about.
 const TEXT: usize = 250;

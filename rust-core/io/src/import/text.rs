@@ -9,10 +9,10 @@ use super::ply::number::{self, is_blank};
 use super::window::Window;
 use base::error::{Error, Result, known_as};
 
-/// Longest line; what is longer is no line of text.
+/// Longest line. A longer one is no line of text.
 const LONGEST: usize = 1 << 22;
 
-/// The lines of a text in memory; they end as those of a file do.
+/// The lines of a text in memory. They end as those of a file do.
 pub(super) fn lines_of(text: &str) -> impl Iterator<Item = &str> {
     // CR LF would make an empty line more, which would be counted: treat it as one line end first.
     text.split('\n').flat_map(|line| line.strip_suffix('\r').unwrap_or(line).split('\r'))
@@ -35,7 +35,7 @@ pub(super) struct Lines<'a> {
     line: Range<usize>,
     /// The next byte of the current line to be used.
     at: usize,
-    /// Whether any line end in the window may have a CR; most texts have none.
+    /// Whether any line end in the window may have a CR. Most texts have none.
     has_cr: bool,
 }
 
@@ -56,7 +56,7 @@ impl<'a> Lines<'a> {
         self.has_cr = memchr::memchr(b'\r', self.window.rest()).is_some();
     }
 
-    /// Goes to the next line; false at the end of the file.
+    /// Goes to the next line. False at the end of the file.
     #[inline(always)]
     pub(super) fn next_line(&mut self) -> Result<bool> {
         match self.line_end(0) {
@@ -84,7 +84,7 @@ impl<'a> Lines<'a> {
         Ok(())
     }
 
-    /// The first line end from `from` on: bytes of the line before it, and with it; `None` if what follows may belong to it.
+    /// The first line end from `from` on: bytes of the line before it, and with it. `None` if the next byte may belong to it.
     #[inline(always)]
     fn line_end(&self, from: usize) -> Option<(usize, usize)> {
         let text = self.window.rest();
@@ -153,7 +153,7 @@ impl<'a> Lines<'a> {
         }
     }
 
-    /// Goes to the next line that isn't blank; false at the end of the file.
+    /// Goes to the next line that isn't blank. False at the end of the file.
     #[inline(always)]
     pub(super) fn next_content(&mut self) -> Result<bool> {
         while self.next_line()? {
@@ -176,7 +176,7 @@ impl<'a> Lines<'a> {
         self.fail(format!("the file ends; expected {what}"))
     }
 
-    /// Goes past blanks; true if nothing is left on the line.
+    /// Goes past blanks. True if nothing is left on the line.
     #[inline(always)]
     pub(super) fn is_done(&mut self) -> bool {
         let text = self.window.padded();
@@ -186,7 +186,7 @@ impl<'a> Lines<'a> {
         self.at >= self.line.end
     }
 
-    /// The next number of the line; `None` if there is none: the line has ended, or something else stands there.
+    /// The next number of the line. `None` if there is none: the line has ended, or something else stands there.
     #[inline(always)]
     pub(super) fn try_f64(&mut self) -> Option<f64> {
         if self.is_done() {
@@ -230,7 +230,7 @@ impl<'a> Lines<'a> {
         &self.window.padded()[start..start + length]
     }
 
-    /// What is left of the line.
+    /// The rest of the line.
     pub(super) fn rest(&self) -> &[u8] {
         &self.window.padded()[self.at..self.line.end]
     }
@@ -240,7 +240,7 @@ impl<'a> Lines<'a> {
         self.at = self.line.start;
     }
 
-    /// Where the next line begins.
+    /// The beginning of the next line.
     pub(super) fn begin(&self) -> Begin {
         Begin { byte: self.before + self.window.offset(self.window.at), line: self.number }
     }
@@ -259,7 +259,7 @@ impl<'a> Lines<'a> {
         }
     }
 
-    /// What the file is read through, standing after the current line.
+    /// The window that the file is read through, standing after the current line.
     pub(super) fn into_window(self) -> Window<'a> {
         self.window
     }
@@ -334,7 +334,7 @@ mod tests {
         assert_eq!(lines_of(&joined).map(str::as_bytes).collect::<Vec<_>>()[..expected.len()], expected);
     }
 
-    /// A file that is cut while it is read is said to be so; memory is not what is short.
+    /// A file that is cut while it is read is said to be so. Memory is not what is short.
     #[test]
     fn a_file_that_becomes_shorter_is_named() {
         let text = b"v 1 2 3\nv 4 5 6\nv 7 8".repeat(100);

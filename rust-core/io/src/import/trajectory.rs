@@ -37,11 +37,11 @@ pub(super) const AXIS_ANGLE: &str = "traj";
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Trajectory {
     poses: Vec<DAffine3>,
-    /// Their times in seconds, where lines begin with them; ascending.
+    /// Their times in seconds, where lines begin with them. Ascending.
     times: Option<Vec<f64>>,
     /// Numbers of the images, where lines end with them.
     ids: Vec<i64>,
-    /// Whether the file has them world to camera; here they are inverted.
+    /// Whether the file has them world to camera. Here they are inverted.
     is_world_to_camera: bool,
 }
 
@@ -285,7 +285,7 @@ impl Trajectory {
         }
     }
 
-    /// Places scans, by the times in their names or in their order; a note that says so. Scans without a pose are passed over.
+    /// Places scans, by the times in their names or in their order. A note that says so. Scans without a pose are passed over.
     pub(super) fn place(&self, scans: &mut Vec<FileScan>, path: &Path) -> Result<Option<String>> {
         let (name, count, all) = (file::name(path), self.poses.len(), scans.len());
         if self.times.is_some()

@@ -36,7 +36,7 @@ impl<'a> Window<'a> {
         Self::sized(reader, length, SIZE)
     }
 
-    /// A small one, for the start of a file; it can grow.
+    /// A small one, for the start of a file. It can grow.
     pub(super) fn small(reader: impl Read + 'a, length: u64) -> Self {
         Self::sized(reader, length, 1 << 12)
     }
@@ -98,7 +98,7 @@ impl<'a> Window<'a> {
         self.before + at as u64
     }
 
-    /// Moves the window on if it has fewer than `wanted` unused bytes, at most [`SMALLEST`]; true if it has them then.
+    /// Moves the window on if it has fewer than `wanted` unused bytes, at most [`SMALLEST`]. True if it has them then.
     #[inline(always)]
     pub(super) fn ensure(&mut self, wanted: usize) -> bool {
         if self.end.saturating_sub(self.at) >= wanted {
@@ -127,7 +127,7 @@ impl<'a> Window<'a> {
         self.buffer[bytes].fill(b' ');
     }
 
-    /// Makes room for more without letting go of anything; false if there is no more or no memory.
+    /// Makes room for more without letting go of anything. False if there is no more or no memory.
     pub(super) fn grow(&mut self) -> bool {
         let more = (self.buffer.len() * 3).min(usize::try_from(self.unread).unwrap_or(usize::MAX));
         if self.is_last() || self.buffer.try_reserve_exact(more).is_err() {

@@ -94,8 +94,8 @@ fn a_folder_in_memory_opens_as_a_set() {
     }
 }
 
-/// Theorem: every format is written into memory, and to a sink, with the bytes that files have; a sink that fails at any call ends
-/// the writer with its own error, and no file is complete.
+/// Theorem: every format is written into memory, and to a sink, with the bytes that files have. A sink that fails at any call ends the
+/// writer with its own error, and no file is complete.
 #[test]
 fn what_is_written_to_memory_is_what_files_hold() {
     for (name, write) in writers() {
@@ -235,7 +235,7 @@ fn names_are_those_of_files_within() {
     assert!(text.contains("ä"), "{text}");
 }
 
-/// Who lets go of a source may look into its folder.
+/// A holder that lets go of a source may look into its folder.
 #[test]
 fn sources_are_let_go_of_without_the_lock() {
     struct Looks(MemoryFolder, Arc<AtomicU64>);
@@ -265,7 +265,7 @@ fn sources_are_let_go_of_without_the_lock() {
     assert_eq!(seen.load(Ordering::Relaxed), 1 + 2 + 2);
 }
 
-/// What options allow leads out of folders within, not out of the memory.
+/// A path that options allow leads out of folders within, not out of the memory.
 #[test]
 fn files_above_a_list_are_found_where_that_is_allowed() {
     let folder = MemoryFolder::new();

@@ -137,7 +137,7 @@ fn scan(name: &str, crs: Option<Crs>) -> RangeImage {
     image
 }
 
-/// Theorem: E57 keeps place, system and provenance; files of scans of different systems are not written.
+/// Theorem: E57 keeps place, system and provenance. Files of scans of different systems are not written.
 #[test]
 fn scans_keep_place_and_system() -> Result<()> {
     let folder = tempfile::tempdir().unwrap();

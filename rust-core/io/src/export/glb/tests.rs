@@ -34,7 +34,7 @@ fn decorated() -> &'static TriMesh {
     leaked(mesh)
 }
 
-/// Where node `index` puts points, as an f64 reader sees it; `None` for parents.
+/// The place where node `index` puts points, as an f64 reader sees it. `None` for parents.
 fn place(gltf: &gltf::Gltf, name: &str) -> DAffine3 {
     fn find(node: gltf::Node<'_>, above: DAffine3, name: &str) -> Option<DAffine3> {
         let (t, r, s) = node.transform().decomposed();
@@ -266,7 +266,7 @@ fn levels_of_detail_stand_behind_their_node() {
     assert_eq!(shares.len(), 3);
     let expected = 0.5 * coarser[0].triangles.len() as f64 / finest.triangles.len() as f64;
     assert!(shares[0] == expected && shares[1].as_f64() < Some(expected) && shares[2] == 0.0, "{shares:?}");
-    // What knows nothing of levels sees the finest only.
+    // A reader that knows nothing of levels sees the finest only.
     assert_eq!(json["nodes"][4]["children"], serde_json::json!([0, 1]));
     assert_eq!(json["scenes"][0]["nodes"], serde_json::json!([4]));
     assert_eq!(json["nodes"][2]["name"], "ring LOD1");

@@ -1,4 +1,4 @@
-//! Where the bytes of a binary file of a mesh are.
+//! Places of the bytes of a binary file of a mesh.
 
 use std::io::ErrorKind;
 use std::path::Path;
@@ -9,7 +9,7 @@ use base::error::{Error, Result};
 use base::memory::size;
 use mesh::sink::MeshOutline;
 
-/// What the bytes of a file of a mesh are, and where.
+/// The bytes of a file of a mesh, and their places.
 pub struct Layout {
     pub header: String,
     pub is_double: bool,
@@ -17,7 +17,7 @@ pub struct Layout {
     pub faces: Rows,
 }
 
-/// Where the rows of an element are.
+/// Places of the rows of an element.
 #[derive(Clone, Copy)]
 pub struct Rows {
     pub begin: u64,
@@ -26,7 +26,7 @@ pub struct Rows {
 }
 
 impl Rows {
-    /// Where what follows them begins.
+    /// The beginning of what follows them.
     pub fn end(&self) -> u64 {
         self.begin + self.size * self.count
     }
@@ -49,7 +49,7 @@ impl Layout {
         Ok(Layout { header, is_double, vertices, faces })
     }
 
-    /// That of so many more, under the same header.
+    /// The layout of so many more, under the same header.
     pub fn of_so_many(mut self, vertices: u64, faces: u64) -> Self {
         self.vertices.count = vertices;
         self.faces = Rows { begin: self.vertices.end(), count: faces, ..self.faces };
@@ -57,7 +57,7 @@ impl Layout {
     }
 }
 
-/// What a write that failed is told as: where a disk is full with the bytes of the whole file.
+/// The error of a write that failed: if a disk is full, with the bytes of the whole file.
 pub fn cant_write(path: &Path, bytes: u64, error: std::io::Error) -> Error {
     if error.kind() != ErrorKind::StorageFull {
         return Error::io(path, error);

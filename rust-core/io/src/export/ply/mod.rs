@@ -1,8 +1,8 @@
 //! PLY files: meshes and points with all their attributes, range grids in the layout of the Stanford archive.
 //!
-//! Cost: memory for one chunk a thread beyond what is written; time is that of the disk for binary files. Within one of
-//! our thread pools chunks are encoded in parallel. The bytes do not depend on the number of threads. `progress` counts
-//! elements, about every quarter megabyte.
+//! Cost: memory for one chunk per thread beyond what is written. The time is that of the disk for binary files. Within one of our thread
+//! pools chunks are encoded in parallel. The bytes do not depend on the number of threads. `progress` counts elements, about every quarter
+//! megabyte.
 
 mod layout;
 mod parts;
@@ -58,16 +58,16 @@ pub enum PositionType {
     Double,
 }
 
-/// How a file is written; a [`PlyEncoding`] alone converts to it.
+/// How a file is written. A [`PlyEncoding`] alone converts to it.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct PlyOptions {
     /// How numbers are written.
     pub encoding: PlyEncoding,
     /// Precision of coordinates.
     pub positions: PositionType,
-    /// What the file says of where it is from.
+    /// Provenance that the file tells.
     pub provenance: Option<Provenance>,
-    /// Of a mesh of more triangles files beside it ([`part_path`]) get the rest, none of them more; 0 for one file.
+    /// Of a mesh of more triangles files beside it ([`part_path`]) get the rest, none of them more. 0 for one file.
     pub part_triangles: u32,
 }
 
@@ -81,9 +81,9 @@ impl From<PlyEncoding> for PlyOptions {
 /// int, flags as uchar. In parts as [`write_ply_in_pieces`] makes them.
 ///
 /// # Errors
-/// The mesh isn't valid ([`TriMesh::validate`]), parts that are to be text, a coordinate doesn't fit the precision, an attribute has a name that
-/// the format can't hold or that is taken; [`Error::Io`]; [`Error::Cancelled`]. Then no file is left, and one that was
-/// there is untouched.
+/// The mesh isn't valid ([`TriMesh::validate`]), parts that are to be text, a coordinate doesn't fit the precision, an attribute has a name
+/// that the format can't hold or that is taken. [`Error::Io`]. [`Error::Cancelled`]. Then no file is left, and one that was there is
+/// untouched.
 pub fn write_ply(path: &Path, mesh: &TriMesh, options: impl Into<PlyOptions>, progress: &Progress<'_>) -> Result<()> {
     let options = options.into();
     mesh.validate()?;
@@ -110,7 +110,7 @@ pub fn write_ply(path: &Path, mesh: &TriMesh, options: impl Into<PlyOptions>, pr
 /// Writes a mesh of quads with all its attributes as [`write_ply`] does, texture coordinates as the properties s and t.
 ///
 /// # Errors
-/// A coordinate that isn't finite, an index out of range, an attribute of the wrong length; else as [`write_ply`].
+/// A coordinate that isn't finite, an index out of range, an attribute of the wrong length. Else as [`write_ply`].
 pub fn write_quads_ply(
     path: &Path,
     mesh: &QuadMesh,
@@ -139,8 +139,8 @@ pub fn write_quads_ply(
 /// the coordinate reference system of points with a pose, which is that of the world.
 ///
 /// # Errors
-/// An attribute of another length than the points, a coordinate that isn't finite or doesn't fit the precision;
-/// [`Error::Io`]; [`Error::Cancelled`]. Then no file is left, and one that was there is untouched.
+/// An attribute of another length than the points, a coordinate that isn't finite or doesn't fit the precision. [`Error::Io`].
+/// [`Error::Cancelled`]. Then no file is left, and one that was there is untouched.
 pub fn write_points_ply(
     path: &Path,
     cloud: &PointCloud,
@@ -175,17 +175,15 @@ pub fn write_points_ply(
     write(path, "", &[vertices], &options, cloud.crs_of_frame().as_ref(), progress)?.keep()
 }
 
-/// Writes a range image as a range grid in the layout of the Stanford archive: the points of the valid pixels in the
-/// order of the pixels, then a cell a pixel, row by row, that names its point or none. Colour, intensity and confidence
-/// become properties of the points.
+/// Writes a range image as a range grid in the layout of the Stanford archive: the points of the valid pixels in the order of the pixels,
+/// then a cell per pixel, row by row, that names its point or none. Colour, intensity and confidence become properties of the points.
 ///
-/// Readers take such a grid to be seen along -z. The points are written in the frame of [`range_grid_frame`], where
-/// that is so; place the file with `image.world_from_sensor * range_grid_frame(image)?`. Coordinates are single
-/// precision, and in no coordinate reference system.
+/// Readers take such a grid to be seen along -z. The points are written in the frame of [`range_grid_frame`], where that is so. Place the
+/// file with `image.world_from_sensor * range_grid_frame(image)?`. Coordinates are single precision, and in no coordinate reference system.
 ///
 /// # Errors
-/// As [`range_grid_frame`]; an attribute of the wrong length; a coordinate beyond single precision; [`Error::Io`];
-/// [`Error::Cancelled`]. Then no file is left, and one that was there is untouched.
+/// As [`range_grid_frame`]. An attribute of the wrong length. A coordinate beyond single precision. [`Error::Io`]. [`Error::Cancelled`].
+/// Then no file is left, and one that was there is untouched.
 pub fn write_range_grid_ply(
     path: &Path,
     image: &RangeImage,
@@ -199,7 +197,7 @@ pub fn write_range_grid_ply(
 /// Numbers of pixels and points.
 const BYTES_A_SAMPLE: f64 = 21.0;
 
-/// What [`stage_grid`] counts: points and cells.
+/// Number of things that [`stage_grid`] counts: points and cells.
 pub(super) fn elements_of(image: &RangeImage) -> usize {
     image.valid_count() + image.len()
 }
@@ -254,9 +252,8 @@ pub(super) fn stage_grid(
     write(path, &size, &[vertices, grid], options, None, progress)
 }
 
-/// The frame a range grid is written in, as `sensor_from_grid`: the sensor's own, turned so that it looks along -z.
-/// For parallel rays along -z this is the identity; for a pinhole half a turn about x; for rays from a point the turn
-/// that brings the mean direction to -z.
+/// The frame a range grid is written in, as `sensor_from_grid`: the sensor's own, turned so that it looks along -z. For parallel rays along
+/// -z this is the identity. For a pinhole half a turn about x. For rays from a point the turn that brings the mean direction to -z.
 ///
 /// # Errors
 /// [`Error::Input`] if the rays have no mean direction, as in a full panorama: a range grid can't hold it.
@@ -305,7 +302,7 @@ fn channels(prefix: &str) -> String {
     ["red", "green", "blue", "alpha"].iter().map(|name| format!("property uchar {prefix}{name}\n")).collect()
 }
 
-/// The column of coordinates; they are known to be finite.
+/// The column of coordinates. They are known to be finite.
 fn positions(positions: &[DVec3], kind: PositionType) -> Result<Column<'_>> {
     Ok(position_column(positions, is_double(&Extent::of(positions), kind)?))
 }

@@ -145,7 +145,7 @@ impl Whole<'_, '_> {
     }
 }
 
-/// Where in the row of a triangle the number of a corner is: behind that of the corners, a byte.
+/// Place of the number of a corner in the row of a triangle: behind the number of corners, a byte.
 fn place(corner: usize) -> Range<usize> {
     1 + 4 * corner..5 + 4 * corner
 }

@@ -20,13 +20,13 @@ use mesh::{Attribute, AttributeData, Extent};
 /// Writes a mesh that `make` hands over piece by piece, as it comes: the bytes are those of [`super::write_ply`] for the same mesh.
 /// Returns what `make` returns.
 ///
-/// Cost: memory for a quarter of a megabyte beside the pieces. The room for all is taken from the disk before the first piece is, where
-/// the system can do that. Where it comes in parts ([`PlyOptions::part_triangles`]), the room of the surface twice, and 12 bytes for each
-/// triangle of a part.
+/// Cost: memory for a quarter of a megabyte beside the pieces. The room for all is taken from the disk before the first piece is, where the
+/// system can do that. A mesh in parts ([`PlyOptions::part_triangles`]) takes the room of the surface twice, and 12 bytes for each triangle
+/// of a part.
 ///
 /// # Errors
-/// [`PlyEncoding::Ascii`], whose rows have no places of their own; the pieces are not those of the outline; else as
-/// [`super::write_ply`], and those of `make`. Then no file is left, and one that was there is untouched.
+/// [`PlyEncoding::Ascii`], whose rows have no places of their own. The pieces are not those of the outline. Else as [`super::write_ply`],
+/// and those of `make`. Then no file is left, and one that was there is untouched.
 pub fn write_ply_in_pieces<R: Send>(
     path: &Path,
     options: impl Into<PlyOptions>,
@@ -40,7 +40,7 @@ pub fn write_ply_in_pieces<R: Send>(
     }
     let mut made = None;
     let mut parts = Vec::new();
-    // Who makes the mesh has a progress, and is watched by it.
+    // The maker of the mesh has a progress, and is watched by it.
     let whole = stage_back_and_forth(path, &Progress::none(), |file| {
         let mut pieces = Pieces { file, path, options: &options, begun: None };
         made = Some(make(&mut pieces)?);

@@ -18,7 +18,7 @@ pub(super) const CHUNK: usize = 1 << 18;
 /// A cell of a range grid without a vertex.
 pub(super) const NO_VERTEX: u32 = u32::MAX;
 
-/// What a column writes in each row.
+/// Data that a column writes in each row.
 pub(super) enum Data<'a> {
     /// Three floats.
     Single(&'a [DVec3]),
@@ -36,7 +36,7 @@ pub(super) enum Data<'a> {
     Triangle(&'a [[u32; 3]]),
     /// A list of four.
     Quad(&'a [[u32; 4]]),
-    /// A list of one vertex or none; the only column of its element.
+    /// A list of one vertex or none. The only column of its element.
     Cell(&'a [u32]),
 }
 
@@ -56,7 +56,7 @@ pub(super) struct Element<'a> {
 }
 
 impl Data<'_> {
-    /// Bytes in a binary row; of cells the most.
+    /// Bytes in a binary row. Of cells the most.
     fn size(&self) -> usize {
         match self {
             Data::Single(_) | Data::Floats(_) => 12,
@@ -72,7 +72,7 @@ impl Data<'_> {
 }
 
 impl Element<'_> {
-    /// Bytes of a binary row; of cells the most.
+    /// Bytes of a binary row. Of cells the most.
     pub(super) fn row_size(&self) -> usize {
         self.columns.iter().map(|c| c.data.size()).sum()
     }
@@ -237,7 +237,7 @@ fn doubles<const BIG: bool>(v: [f64; 3]) -> [u8; 24] {
     bytes
 }
 
-/// Fewest digits that read back as the same number; very large and small ones with an exponent.
+/// Fewest digits that read back as the same number. Very large and small ones with an exponent.
 struct Shown<T>(T);
 
 macro_rules! shown {

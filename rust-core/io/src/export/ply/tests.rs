@@ -1,4 +1,4 @@
-//! What is written reads back as the same, and writes again as the same bytes.
+//! A written file reads back as the same, and writes again as the same bytes.
 
 use super::*;
 use crate::export::{PlacedFile, write_conf};

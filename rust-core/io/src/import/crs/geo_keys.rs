@@ -13,11 +13,11 @@ const PROJECTED_CITATION: u16 = 3073;
 const VERTICAL: u16 = 4096;
 /// The model of latitude and longitude.
 const DEGREES: u16 = 2;
-/// Where a key's text lies: in the parameters of text.
+/// Place of a key's text: in the parameters of text.
 const IN_TEXT: u16 = 34737;
 /// Code of what has none.
 const USER_DEFINED: u16 = 32767;
-/// What goes before well-known text in citations.
+/// Beginning of well-known text in citations.
 const ESRI: &str = "ESRI PE String = ";
 
 /// The directory and the parameters of text.

@@ -22,7 +22,7 @@ const HEADS: [usize; 2] = [54, 60];
 /// More records than a file in its right mind has.
 const MOST: u32 = 10_000;
 
-/// What was found of each kind of record.
+/// Records that were found, by kind.
 #[derive(Default)]
 struct Records {
     text: Option<Vec<u8>>,
@@ -36,7 +36,7 @@ fn number<const N: usize>(bytes: &[u8], at: usize) -> Option<u64> {
     Some(u64::from_le_bytes(wide))
 }
 
-/// The system that a file of so many bytes names; `None` where its records can't be followed.
+/// The system that a file of so many bytes names. `None` if its records can't be followed.
 pub(super) fn named(input: &mut (impl Read + Seek), length: u64) -> Option<Named> {
     let mut header = Vec::new();
     input.take(HEADER as u64).read_to_end(&mut header).ok()?;
@@ -52,7 +52,7 @@ pub(super) fn named(input: &mut (impl Read + Seek), length: u64) -> Option<Named
 }
 
 impl Records {
-    /// Follows records from one place of the file to another; what can't be followed ends them.
+    /// Follows records from one place of the file to another. A record that can't be followed ends them.
     fn read(&mut self, input: &mut (impl Read + Seek), [mut at, end]: [u64; 2], count: u32, head: usize) -> Option<()> {
         for _ in 0..count.min(MOST) {
             let content = at.checked_add(head as u64).filter(|content| *content <= end)?;

@@ -6,9 +6,9 @@
 //! | `las` | records of LAS |
 //! | `said` | what our own PLY, OBJ, glTF and E57 say of where they are from |
 //!
-//! Of a file that names none, and is no depth image, a file of its name with the ending `.prj` beside it is asked, which holds
-//! well-known text. What is damaged names none: its reader says what is wrong. What can't be taken for the text of a system is told,
-//! also of such a file.
+//! If a file names none, and is no depth image, a file of its name with the ending `.prj` beside it is asked, which holds well-known text.
+//! A damaged file names none: its reader says what is wrong. If something can't be taken for the text of a system, that is told, also of
+//! such a file.
 
 pub(super) mod geo_keys;
 mod las;
@@ -30,13 +30,13 @@ use base::error::{Error, Result};
 /// Bytes that tell a format.
 const START: usize = 64;
 
-/// A system, or none; what is wrong with one that is named.
+/// A system, or none. Or the fault of one that is named.
 type Named = Result<Option<Crs>, String>;
 
-/// What the file of a scan names, or the file beside it.
+/// The system that the file of a scan names, or the file beside it.
 ///
 /// # Errors
-/// [`Error::Io`]; [`Error::Format`] for what can't be taken for the text of a system.
+/// [`Error::Io`]. [`Error::Format`] for what can't be taken for the text of a system.
 pub(super) fn of_file(scan: &FileScan) -> Result<Option<Crs>> {
     let own = named(&scan.path, own(scan)?)?;
     if own.is_some() || scan.options.camera.is_some() { Ok(own) } else { beside(&scan.path) }
@@ -72,7 +72,7 @@ fn understood(text: &str) -> Result<Crs, String> {
     Crs::new(text).map_err(|error| error.to_string())
 }
 
-/// What a `.prj` beside a file names. Other programs have projects of that ending: of those it is told that they are none.
+/// The system that a `.prj` beside a file names. Other programs have projects of that ending: of those it is told that they are none.
 fn beside(path: &Path) -> Result<Option<Crs>> {
     let path = path.with_extension("prj");
     if !file::is_file(&path) {
@@ -89,10 +89,10 @@ fn beside(path: &Path) -> Result<Option<Crs>> {
     named(&path, understood(&text).map(Some))
 }
 
-/// What a file that this library wrote says of where it is from: of PLY, OBJ, glTF and E57. `None` where it says nothing.
+/// Provenance that a file of this library tells: of PLY, OBJ, glTF and E57. `None` if it tells nothing.
 ///
 /// # Errors
-/// [`Error::Io`]; [`Error::Input`] for a file that can't be opened.
+/// [`Error::Io`]. [`Error::Input`] for a file that can't be opened.
 pub fn provenance(path: &Path) -> Result<Option<Provenance>> {
     let (start, _) = file::read_start(path, START)?;
     Ok(said::of_file(path, &start)?.provenance.map(Provenance::from))

@@ -1,4 +1,4 @@
-//! What files of our own say of where they are from, as [`crate::export::Provenance`] writes it.
+//! Provenance in files of our own, as [`crate::export::Provenance`] writes it.
 
 use std::path::Path;
 
@@ -14,16 +14,16 @@ use base::error::Result;
 /// Bytes of a file in which it is looked for, one after the other: the last has room for the longest there can be, and for all that a
 /// header has besides.
 const WITHIN: [usize; 3] = [1 << 12, 1 << 16, 2 * LONGEST];
-/// What goes before each line in PLY, and in OBJ; each ends where the next line does not begin so.
+/// Beginning of each line in PLY, and in OBJ. Each ends where the next line does not begin so.
 const IN_PLY: &str = "comment surfrecon ";
 const IN_OBJ: &str = "# surfrecon ";
 /// How a binary glTF of ours begins behind its header, and a text.
 const IN_GLTF: &[u8] = b"{\"asset\":";
 
-/// What a file says of itself.
+/// All that a file says of itself.
 #[derive(Default)]
 pub(super) struct Said {
-    /// What made it.
+    /// The program and parameters that made it.
     pub(super) provenance: Option<Map<String, Value>>,
     /// The object of its system, of formats that have no other place for it.
     crs: Option<Value>,
@@ -39,7 +39,7 @@ impl Said {
     }
 }
 
-/// What a file says, which starts with these bytes.
+/// The words of a file, which starts with these bytes.
 pub(super) fn of_file(path: &Path, start: &[u8]) -> Result<Said> {
     if ply::sniff(start) {
         return lines(path, IN_PLY, |line| line == "end_header");
@@ -55,7 +55,7 @@ pub(super) fn of_file(path: &Path, start: &[u8]) -> Result<Said> {
     if is_gltf { in_gltf(path, at + IN_GLTF.len()) } else { Ok(Said::default()) }
 }
 
-/// What lines say which begin so, until a line is the last one.
+/// The words of lines which begin so, until a line is the last one.
 fn lines(path: &Path, mark: &str, is_last: impl Fn(&str) -> bool) -> Result<Said> {
     for within in WITHIN {
         let (start, length) = file::read_start(path, within)?;
@@ -92,7 +92,7 @@ fn lines(path: &Path, mark: &str, is_last: impl Fn(&str) -> bool) -> Result<Said
 fn joined(lines: &[&String]) -> Option<Map<String, Value>> {
     let mut whole = None;
     for line in lines {
-        // What others have put there, or a line that was cut.
+        // Text that others have put there, or a line that was cut.
         let Ok(Value::Object(object)) = serde_json::from_str(line) else { continue };
         let whole = whole.get_or_insert_with(Map::new);
         for (key, value) in object {
@@ -106,7 +106,7 @@ fn joined(lines: &[&String]) -> Option<Map<String, Value>> {
     whole
 }
 
-/// What glTF has in `asset.extras`, whose `asset` is the first of all.
+/// The content of glTF's `asset.extras`. `asset` is the first of all.
 fn in_gltf(path: &Path, at: usize) -> Result<Said> {
     for within in WITHIN {
         let (start, length) = file::read_start(path, within)?;

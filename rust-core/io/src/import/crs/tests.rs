@@ -23,7 +23,7 @@ impl Folder {
     }
 }
 
-/// What a file is said to be in, and the notes on it.
+/// The system that a file is said to be in, and the notes on it.
 fn told(path: &Path) -> (Option<Crs>, Vec<String>) {
     let set = open(path).unwrap();
     (set.scans[0].crs().unwrap(), set.notes)
@@ -149,7 +149,7 @@ fn an_empty_text_of_las_names_nothing() {
         for empty in [&b""[..], b"\0", b"\0\0PROJCS[\x01", b" \r\n\t\0", b"\"\"", b"\x0b"] {
             let path = folder.file("empty.las", las(&[(ours, 2112, empty)], behind));
             assert_eq!(told(&path), (None, vec![]), "{empty:?}");
-            // What names one besides is believed.
+            // A file that names one besides is believed.
             let both = folder.file("both.las", las(&[(ours, 2112, empty), (ours, 34735, &keys)], behind));
             assert_eq!(text_of(&both).as_deref(), Some("EPSG:25832"), "{empty:?}");
         }
@@ -209,7 +209,7 @@ fn a_file_beside_it_names_it() {
     assert_eq!(text_of(&grid), None);
     folder.file("heights.prj", UTM.replace(',', ",\r\n  "));
     assert_eq!(text_of(&grid).as_deref(), Some(UTM));
-    // What is none is told: a project of another program, a code, nothing, and text that was cut.
+    // A text that is none is told: a project of another program, a code, nothing, and text that was cut.
     for text in ["[project]\nname=x\n", "EPSG:25832", "", "GEOGCSX[1]"] {
         let path = folder.file("heights.prj", text);
         let problem = "this is no well-known text, so that the coordinates are in no known system: it is left out";

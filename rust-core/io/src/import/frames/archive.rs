@@ -1,7 +1,7 @@
 //! Zip archives, read where they lie: nothing is unpacked to the disk, so no name in them can lead anywhere.
 //!
-//! Only stored and deflated members are read. Links, names that lead out of the archive and encrypted members are no
-//! files of it. What a member says that it unpacks to is checked before it is unpacked, and kept to while it is.
+//! Only stored and deflated members are read. Links, names that lead out of the archive and encrypted members are no files of it. The size
+//! that a member says it unpacks to is checked before it is unpacked, and kept to while it is.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{Read, Seek, SeekFrom};
@@ -16,7 +16,7 @@ use super::super::file;
 use base::error::{Error, Result};
 use base::progress::Progress;
 
-/// What one byte can become by deflate: 258 bytes for two bits.
+/// Bytes that one byte can become by deflate: 258 bytes for two bits.
 const DEFLATED: u64 = 1032;
 
 /// Bytes that are unpacked between two looks at the progress.
@@ -125,7 +125,7 @@ impl Archive {
         self.below(folder).filter_map(|name| name.split('/').next()).map(str::to_owned).collect()
     }
 
-    /// What keeps files of it from being seen, with the remedy.
+    /// The reason that keeps files of it from being seen, with the remedy.
     pub(super) fn hidden(&self) -> Option<String> {
         if self.encrypted > 0 {
             return Some(format!("{} of its files are encrypted; unpack it with its password first", self.encrypted));
@@ -175,7 +175,7 @@ impl Archive {
     }
 }
 
-/// Fills `bytes` with at most `length`, a piece at a time; what comes beyond is not read.
+/// Fills `bytes` with at most `length`, a piece at a time. Bytes beyond are not read.
 fn fill(bytes: &mut Vec<u8>, from: impl Read, length: u64, progress: &Progress<'_>) -> std::io::Result<()> {
     let mut from = from.take(length);
     while (bytes.len() as u64) < length && progress.check().is_ok() {

@@ -1,8 +1,8 @@
 //! Whether the poses of a recording mean what its layout says: under the right convention its frames lie on each other.
 //!
-//! Programs that write the same layout differ in the axes of a camera (y down and looking along z, or y up and along
-//! -z) and in the sense of a pose (camera to world, or world to camera). All four are tried on pairs of frames that overlap, and where
-//! these do not decide on all of these frames together; the caller's word counts before.
+//! Programs that write the same layout differ in the axes of a camera (y down and looking along z, or y up and along -z) and in the sense
+//! of a pose (camera to world, or world to camera). All four are tried on pairs of frames that overlap, and if these do not decide, on all
+//! of these frames together. The caller's word counts before.
 
 use std::sync::Arc;
 
@@ -25,19 +25,19 @@ const CLEARLY: [f64; 2] = [3.0, 1.5];
 /// Frames of pairs that lie on each other lie no further apart than this share of their depths.
 const GOOD: f64 = 0.02;
 
-/// Frames look through at most this share of the points of others that they see, where another convention is taken: things alike
-/// come to lie on each other, too, but cut through each other then.
+/// Frames look through at most this share of the points of others that they see, if another convention is taken. Things alike come to lie
+/// on each other, too, but cut through each other then.
 const MOST_THROUGH: f64 = 0.15;
 
 /// The ways to read poses: whether the axes and whether the sense are the other ones.
 const WAYS: [[bool; 2]; 4] = [[false, false], [true, false], [false, true], [true, true]];
 
-/// What was found about the frames.
+/// Findings about the frames.
 #[derive(Default)]
 pub(super) struct Found {
-    /// What a person should look at.
+    /// For people to look at.
     pub(super) doubts: Vec<String>,
-    /// What a person may want to know.
+    /// For people who want to know.
     pub(super) notes: Vec<String>,
 }
 
@@ -69,7 +69,7 @@ pub(super) fn check(recording: &mut Recording, options: &Arc<ReadOptions>, progr
     Ok(found)
 }
 
-/// Finds the convention and corrects the poses; says which it is and why, and whether that is in doubt.
+/// Finds the convention and corrects the poses. Says which it is and why, and whether that is in doubt.
 fn convention(recording: &mut Recording, options: &ReadOptions, pairs: &Pairs) -> (String, bool) {
     let given = recording.convention;
     let ways: Vec<[bool; 2]> = WAYS.into_iter().filter(|way| is_allowed(*way, given, options)).collect();
@@ -94,7 +94,7 @@ fn convention(recording: &mut Recording, options: &ReadOptions, pairs: &Pairs) -
     }
     let clearly = CLEARLY[usize::from(!given.is_sure)];
     let mut apart: Vec<f64> = ways.iter().map(|&way| pairs.apart(&|k| Some(read(poses[k], given, way)))).collect();
-    // Where frames meet too little, what lies nearest lies there by chance.
+    // If frames meet too little, the nearest points lie there by chance.
     let good = GOOD * pairs.depth();
     let is_possible =
         |way: usize| way == 0 || pairs.looked_through(&|k| read(poses[k], given, ways[way])) <= MOST_THROUGH;
@@ -163,7 +163,7 @@ fn unsaid(options: &ReadOptions) -> &'static str {
     }
 }
 
-/// The way that is surely the right one, the first where nothing clearly speaks against it; `None` where another is about as good.
+/// The way that is surely the right one, the first where nothing clearly speaks against it. `None` if another is about as good.
 fn decide(apart: &[f64], clearly: f64) -> Option<usize> {
     let best = (0..apart.len()).min_by(|&a, &b| apart[a].total_cmp(&apart[b]))?;
     let next = (1..apart.len()).map(|k| apart[k]).fold(f64::INFINITY, f64::min);

@@ -20,8 +20,8 @@ const APART: f64 = 0.01;
 /// Frames look through at most this share of the points of others that they see, where a shift is taken.
 const MOST_THROUGH: f64 = 0.1;
 
-/// Finds by how much the poses are late and places the frames anew where they are; says so, or that frames that overlap lie apart.
-/// Nobody has decided what the poses mean yet: each of `readings` may be right.
+/// Finds by how much the poses are late and places the frames anew where they are. Says so, or that frames that overlap lie apart. Nobody
+/// has decided what the poses mean yet: each of `readings` may be right.
 pub(super) fn check<R>(recording: &mut Recording, pairs: &Pairs, readings: &[R]) -> Option<String>
 where
     R: Fn(DAffine3) -> DAffine3,

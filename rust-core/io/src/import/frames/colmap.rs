@@ -1,8 +1,7 @@
-//! COLMAP's dense workspace: `sparse/` with cameras and images (binary or text; world to camera), `stereo/depth_maps/`
-//! with a map for each image (geometric, else photometric), `images/` with the undistorted images. Lengths are the
-//! model's own.
+//! COLMAP's dense workspace: `sparse/` with cameras and images (binary or text, world to camera), `stereo/depth_maps/` with a map for each
+//! image (geometric, else photometric), `images/` with the undistorted images. Lengths are the model's own.
 //!
-//! Pixel centres lie at halves there. Maps may be smaller than the images; 0 and less is no depth.
+//! Pixel centres lie at halves there. Maps may be smaller than the images. 0 and less is no depth.
 
 use std::collections::HashMap;
 

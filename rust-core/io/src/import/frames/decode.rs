@@ -115,7 +115,7 @@ fn bytes_of([cols, rows]: [usize; 2], each: usize, most: u64, path: &Path) -> Re
     }
 }
 
-/// Reads as many bytes as wanted; neither fewer nor more.
+/// Reads as many bytes as wanted. Neither fewer nor more.
 fn unpacked(from: impl Read, wanted: usize, path: &Path) -> Result<Vec<u8>> {
     let mut bytes: Vec<u8> = file::reserve(wanted, path)?;
     from.take(wanted as u64 + 1).read_to_end(&mut bytes).map_err(|error| {

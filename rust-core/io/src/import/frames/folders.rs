@@ -1,6 +1,6 @@
 //! Folders of depth and colour images, as Open3D's, Redwood's and RealSense's: `depth/`, `color/` (or `rgb/`, `image/`), a camera's file,
-//! and poses camera to world in a `.log`, a TUM list or a text of `tx ty tz qx qy qz qw` or 4 x 4 numbers a line. Without a list of poses
-//! frames have none. Millimetres.
+//! and poses camera to world. Poses are in a `.log`, a TUM list or a text of `tx ty tz qx qy qz qw` or 4 x 4 numbers per line. Without a
+//! list of poses frames have none. Millimetres.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -88,7 +88,7 @@ fn places(depths: &[String], poses: usize) -> Option<Vec<usize>> {
     (is_decided && are_in_order).then(|| numbers.iter().map(|number| number - first).collect())
 }
 
-/// What of the name of an image may say which frame it is of.
+/// Parts of an image's name that may say which frame it is of.
 const KEYS: [fn(&str) -> &str; 4] = [
     |stem| stem,
     // frame-000001.depth and frame-000001.color.
@@ -102,8 +102,8 @@ const KEYS: [fn(&str) -> &str; 4] = [
     },
 ];
 
-/// The colour image, or the file of the pose, of each depth image: by the first key that finds one for all of the fewer, else by their places where they are as
-/// many, else by the key that finds most.
+/// The colour image, or the file of the pose, of each depth image. It is found by the first key that finds one for all of the fewer, else
+/// by their places if they are as many, else by the key that finds most.
 pub(super) fn pairs(depths: &[String], colours: &[String]) -> Vec<Option<usize>> {
     let by = |key: fn(&str) -> &str| {
         let keys = |names: &[String]| names.iter().map(|name| key(stem(name)).to_owned()).collect::<Vec<_>>();

@@ -14,9 +14,9 @@
 //! | `pairs` | frames that surely overlap, and how far apart they lie |
 //! | `axes`, `clock` | whether poses mean what the layout says and are of the images' time, by the overlap of the frames |
 //!
-//! A layout is a module and a line here. It lists frames and decodes none: opening a recording reads its lists, and
-//! depths of a few frames to see how they overlap. Frames without a pose are passed over; the notes say how many. Of a recording
-//! without any list of poses all frames are there, and the notes say that they are to be aligned.
+//! A layout is a module and a line here. It lists frames and decodes none: opening a recording reads its lists, and depths of a few frames
+//! to see how they overlap. Frames without a pose are passed over. The notes say how many. Of a recording without any list of poses all
+//! frames are there, and the notes say that they are to be aligned.
 
 pub(super) mod archive;
 mod arkit_scenes;
@@ -60,7 +60,7 @@ use store::Store;
 
 /// A way in which recordings are laid out.
 struct Layout {
-    /// Who writes it, for people.
+    /// The programs that write it, for people.
     name: &'static str,
     /// Whether the files are laid out so.
     recognize: fn(&Store) -> bool,
@@ -68,13 +68,13 @@ struct Layout {
     list: fn(Store, &'static str, &Asked<'_, '_>) -> Result<Recording>,
 }
 
-/// What the caller asked for.
+/// The options that the caller asked for.
 struct Asked<'a, 'p> {
     options: &'a Arc<ReadOptions>,
     progress: &'a Progress<'p>,
 }
 
-/// The layouts; where files fit several, the stricter comes first.
+/// The layouts. If files fit several, the stricter comes first.
 static LAYOUTS: &[Layout] = &[
     Layout { name: "Polycam", recognize: polycam::recognize, list: polycam::list },
     Layout { name: "Record3D", recognize: record3d::recognize, list: record3d::list },
@@ -104,7 +104,7 @@ pub(super) fn find(path: &Path, progress: &Progress<'_>) -> Result<Option<Found>
     Ok(found.map(|(layout, store)| Found { layout, path: store.path }))
 }
 
-/// The layout of files, or of those in their only folder; the files themselves where there is none.
+/// The layout of files, or of those in their only folder. The files themselves where there is none.
 fn recognized(store: Store, progress: &Progress<'_>) -> Result<Result<(&'static Layout, Store), Store>> {
     let layout_of = |store: &Store| LAYOUTS.iter().find(|layout| (layout.recognize)(store));
     if let Some(layout) = layout_of(&store) {
@@ -267,7 +267,7 @@ impl Asked<'_, '_> {
             }
         }
         match unknown {
-            // What is called so and can't be read must not be replaced by a guess.
+            // A file that is called so and can't be read must not be replaced by a guess.
             Some((name, text)) if self.options.camera.is_none() => {
                 super::camera::parse(text.as_bytes(), &store.path_of(name)).map(Some)
             }

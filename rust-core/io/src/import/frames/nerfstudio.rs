@@ -1,5 +1,5 @@
-//! `transforms.json` of nerfstudio and instant-ngp: cameras to world with y up, looking along -z; intrinsics for all frames or for
-//! each; depth images, also as arrays of NumPy, where `depth_file_path` or `depth_path` names them, in units of
+//! `transforms.json` of nerfstudio and instant-ngp: cameras to world with y up, looking along -z. Intrinsics are for all frames or for
+//! each. Depth images, also as arrays of NumPy, are where `depth_file_path` or `depth_path` names them. Their unit is
 //! `depth_unit_scale_factor` or `integer_depth_scale` (0.001).
 //!
 //! Pixel centres lie at halves there. Lenses that distort are refused by name: the images must be undistorted first.

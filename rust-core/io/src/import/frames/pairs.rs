@@ -16,7 +16,7 @@ use base::progress::Progress;
 use image::frame::LeftOut;
 use image::range_image::{Projection, RangeImage};
 
-/// Pairs at most; of more, some are taken evenly.
+/// Pairs at most. Of more, some are taken evenly.
 const PAIRS: usize = 8;
 
 /// Frames of a pair are turned against each other by at most this, in radians, but for neighbours: 15 degrees.
@@ -46,7 +46,7 @@ pub(super) struct Pairs {
     frames: Vec<Seen>,
     /// Two of the frames each.
     pairs: Vec<[usize; 2]>,
-    /// What of them is left out.
+    /// The samples of them that are left out.
     pub(super) left_out: LeftOut,
     /// Frames of the recording whose depths can't be decoded, and why.
     pub(super) damaged: Vec<(usize, String)>,
@@ -57,7 +57,7 @@ struct Seen {
     /// Its number in the recording.
     index: usize,
     points: Vec<DVec3>,
-    /// z of each pixel that is kept, row by row; NaN for none.
+    /// z of each pixel that is kept, row by row. NaN for none.
     depths: Vec<f32>,
     /// Columns and rows that are kept, and pixels from one to the next.
     size: [usize; 2],
@@ -135,8 +135,8 @@ impl Pairs {
         *depths.select_nth_unstable_by(middle, f64::total_cmp).1
     }
 
-    /// The share of the points within view of other frames, of all of them, that these look through where `pose` places each; 0 where
-    /// none is within view. A surface lies where nobody looks through it, so a right reading has few.
+    /// The share of the points within view of other frames, of all of them, that these look through where `pose` places each. 0 if none is
+    /// within view. A surface lies where nobody looks through it, so a right reading has few.
     pub(super) fn looked_through(&self, pose: &dyn Fn(usize) -> DAffine3) -> f64 {
         let (mut through, mut within) = (0_u32, 0_u32);
         for from in &self.frames {
@@ -153,8 +153,8 @@ impl Pairs {
         if within == 0 { 0.0 } else { f64::from(through) / f64::from(within) }
     }
 
-    /// How far apart the frames of pairs lie where `pose` places each, by its number in the recording; infinite where too few of their
-    /// points meet, or where half of the pairs have no poses.
+    /// How far apart the frames of pairs lie where `pose` places each, by its number in the recording. Infinite if too few of their points
+    /// meet, or where half of the pairs have no poses.
     pub(super) fn apart(&self, pose: &dyn Fn(usize) -> Option<DAffine3>) -> f64 {
         let mut distances = Vec::new();
         let mut placed = 0;
@@ -193,7 +193,7 @@ impl Seen {
         Seen { index, points, depths, size, step, focal, centre }
     }
 
-    /// How far behind the surface a point lies, or before it where that is negative; `None` where the frame does not see.
+    /// How far behind the surface a point lies, or before it where that is negative. `None` if the frame does not see.
     fn behind(&self, point: DVec3) -> Option<f64> {
         let at = |axis: usize| {
             let place = self.focal[axis] * point[axis] / point.z + self.centre[axis];

@@ -1,7 +1,7 @@
-//! Polycam's raw export: `keyframes/` with `depth/` (millimetres), `confidence/` (0, 127, 255), `images/` and
-//! `cameras/`, files of a frame named alike by its time. `corrected_images` and `corrected_cameras` come with better
-//! poses and without distortion, but with a black rim around the images; long sessions have none, or some alone. Corrected poses are of
-//! another frame of reference than the others, so that all are taken from one of them.
+//! Polycam's raw export: `keyframes/` with `depth/` (millimetres), `confidence/` (0, 127, 255), `images/` and `cameras/`, files of a frame
+//! named alike by its time. `corrected_images` and `corrected_cameras` come with better poses and without distortion, but with a black rim
+//! around the images. Long sessions have none, or some alone. Corrected poses are of another frame of reference than the others, so that
+//! all are taken from one of them.
 
 use serde_json::Value;
 

@@ -9,7 +9,7 @@ use crate::import::text::{Lines, lines_of};
 use crate::import::trajectory;
 use base::error::{Error, Result};
 
-/// The pose of a file that holds a 4 x 4 matrix; `None` where the recorder lost track.
+/// The pose of a file that holds a 4 x 4 matrix. `None` if the recorder lost track.
 pub(super) fn of_file(store: &Store, name: &str, asked: &Asked<'_, '_>) -> Result<Option<DAffine3>> {
     let text = store.text(name, asked.progress)?;
     let fail = |problem: &str| Error::format(&store.path_of(name), "whole file", problem);
@@ -63,7 +63,7 @@ fn one_line(numbers: &[f64]) -> Result<Option<DAffine3>, String> {
     }
 }
 
-/// From the depth sensor to the colour camera, each placed in the device; files without calibration have zeros.
+/// From the depth sensor to the colour camera, each placed in the device. Files without calibration have zeros.
 pub(super) fn between(device_from_colour: &[f64; 16], device_from_depth: &[f64; 16]) -> DAffine3 {
     match (pose(device_from_colour), pose(device_from_depth)) {
         (Ok(Some(colour)), Ok(Some(depth))) => colour.inverse() * depth,

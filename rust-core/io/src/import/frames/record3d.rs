@@ -11,7 +11,7 @@ use super::{Asked, counted};
 use base::error::{Error, Result};
 use image::frame::{Camera, TURNED};
 
-/// Where a recording's files are.
+/// Places of a recording's files.
 struct Form {
     metadata: &'static str,
     depth: &'static str,
@@ -101,7 +101,7 @@ fn depth_size(metadata: &Value) -> [usize; 2] {
     size_of(metadata, ["dw", "dh"]).unwrap_or(LIDAR)
 }
 
-/// The camera of the first frame; the matrix is written column by column.
+/// The camera of the first frame. The matrix is written column by column.
 fn camera(metadata: &Value) -> Result<Camera, String> {
     let matrix = metadata.get("K").and_then(flat).unwrap_or_default();
     let &[fx, _, _, _, fy, _, cx, cy, _] = matrix.as_slice() else {

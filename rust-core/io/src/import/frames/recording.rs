@@ -1,4 +1,4 @@
-//! A recording: its frames, listed and not yet decoded. Layouts fill it; here each frame is read as that says.
+//! A recording: its frames, listed and not yet decoded. Layouts fill it. Here each frame is read as that says.
 
 use std::hash::{Hash as _, Hasher as _};
 use std::path::{Path, PathBuf};
@@ -32,7 +32,7 @@ pub(super) struct Timed {
 #[derive(Debug)]
 pub(crate) struct Recording {
     pub(super) store: Store,
-    /// Who writes such recordings, for people.
+    /// The programs that write such recordings, for people.
     pub(super) layout: &'static str,
     pub(super) entries: Vec<Entry>,
     /// Whether the entries are in the order in which they were taken.
@@ -53,7 +53,7 @@ pub(crate) struct Recording {
     pub(super) up: Option<DVec3>,
     /// The times of poses and frames, where a layout brings them together by these alone.
     pub(super) timed: Option<Timed>,
-    /// What a person should know.
+    /// For people to know.
     pub(super) notes: Vec<String>,
     /// Damage that reading met, by frame: each is told to the log once.
     pub(super) damages: Mutex<FxHashMap<usize, String>>,
@@ -77,9 +77,9 @@ pub(super) struct Entry {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct DepthForm {
     pub(super) coding: Coding,
-    /// What a stored whole number is multiplied with.
+    /// Factor of a stored whole number.
     pub(super) unit: f64,
-    /// What a stored float is multiplied with.
+    /// Factor of a stored float.
     pub(super) unit_of_floats: f64,
     pub(super) kind: DepthKind,
 }
@@ -95,9 +95,9 @@ pub(super) struct ConfidenceForm {
 /// How the poses of a layout are written, and whether all that write it agree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Convention {
-    /// Cameras have y up and look along -z, as OpenGL's; else y down, along z.
+    /// Cameras have y up and look along -z, as OpenGL's. Else y down, along z.
     pub(super) looks_along_minus_z: bool,
-    /// The files have poses world to camera; entries have them inverted.
+    /// The files have poses world to camera. Entries have them inverted.
     pub(super) world_to_camera: bool,
     /// Whether the layout leaves no doubt.
     pub(super) is_sure: bool,
@@ -269,7 +269,7 @@ impl Recording {
         }))
     }
 
-    /// What errors call an image: its file; within one file of all frames the name of its frame.
+    /// The name of an image in errors: its file. Within one file of all frames the name of its frame.
     fn shown(&self, entry: &Entry, place: &Place) -> PathBuf {
         match place {
             Place::Named(name) => self.store.path_of(name),
@@ -294,7 +294,7 @@ fn camera_for(camera: &Camera, size: [usize; 2], path: &Path) -> Result<Camera> 
     Ok(camera.scaled_to(size))
 }
 
-/// Stored numbers as lengths; NaN where they mark that nothing was measured.
+/// Stored numbers as lengths. NaN if they mark that nothing was measured.
 fn in_units(raster: Raster, unit: f64, options: &ReadOptions) -> Vec<f64> {
     let unit = options.scale.unwrap_or(unit);
     let (offset, invalid) = (options.offset, options.invalid.unwrap_or(f64::NAN));
@@ -324,7 +324,7 @@ pub(super) fn json(store: &Store, name: &str, progress: &Progress<'_>) -> Result
     serde_json::from_str(&text).map_err(|error| no_json(&store.path_of(name), &error))
 }
 
-/// The numbers of an array, which may be nested once; `None` where it holds anything else.
+/// The numbers of an array, which may be nested once. `None` if it holds anything else.
 pub(super) fn flat(value: &serde_json::Value) -> Option<Vec<f64>> {
     let mut all = Vec::new();
     for entry in value.as_array()? {
@@ -336,14 +336,14 @@ pub(super) fn flat(value: &serde_json::Value) -> Option<Vec<f64>> {
     Some(all)
 }
 
-/// A number of an object, if it has it; anything else in its place is refused.
+/// A number of an object, if it has it. Anything else in its place is refused.
 pub(super) fn number(object: &serde_json::Value, key: &str) -> Result<Option<f64>, String> {
     let Some(value) = object.get(key).filter(|value| !value.is_null()) else { return Ok(None) };
     let number = value.as_f64().filter(|number| number.is_finite());
     number.map(Some).ok_or_else(|| format!("`{key}` must be a number, not {}", shown(value)))
 }
 
-/// A text of an object, if it has it; anything else in its place is refused.
+/// A text of an object, if it has it. Anything else in its place is refused.
 pub(super) fn text<'v>(object: &'v serde_json::Value, key: &str) -> Result<Option<&'v str>, String> {
     let Some(value) = object.get(key).filter(|value| !value.is_null()) else { return Ok(None) };
     value.as_str().map(Some).ok_or_else(|| format!("`{key}` must be text, not {}", shown(value)))

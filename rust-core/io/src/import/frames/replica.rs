@@ -1,6 +1,5 @@
-//! Replica as NICE-SLAM rendered it, and what many render since in its form: `results/depth000000.png` and `frame000000.jpg`,
-//! `traj.txt` with 16 numbers a frame (camera to world), `cam_params.json` with the camera and the number of a metre, in the folder or
-//! beside it.
+//! Replica as NICE-SLAM rendered it, and other renderings since in its form: `results/depth000000.png` and `frame000000.jpg`, `traj.txt`
+//! with 16 numbers per frame (camera to world), `cam_params.json` with the camera and the number of a metre, in the folder or beside it.
 
 use super::recording::{Entry, Recording, in_order, photo_of, stem};
 use super::store::{Place, Store};
@@ -12,7 +11,7 @@ const POSES: &str = "traj.txt";
 const FRAMES: &str = "results";
 const CAMERA: &str = "cam_params.json";
 
-/// What the renderers of the data set say.
+/// The camera of the data set's renderers.
 const USUAL: Camera = Camera { focal: [600.0, 600.0], centre: [599.5, 339.5], size: Some([1200, 680]) };
 const PER_METRE: f64 = 6553.5;
 
@@ -28,7 +27,7 @@ pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) ->
     let (camera, per_metre, note) = camera(&store, asked)?;
     let (mut entries, mut lost) = (Vec::new(), 0);
     for (k, depth) in depths.iter().enumerate() {
-        // Where frames were taken out, numbers say which are left.
+        // If frames were taken out, numbers say which are left.
         let line = if poses.len() == depths.len() { Some(k) } else { number(depth) };
         let Some(world_from_sensor) = line.and_then(|line| *poses.get(line)?) else {
             lost += 1;

@@ -16,7 +16,7 @@ use crate::import::trajectory::{self, Trajectory};
 use base::error::{Error, Result};
 use image::frame::Camera;
 
-/// Where a robot that does not say it has its camera: looking ahead, along the robot's x.
+/// The camera of a robot that does not say where it is: looking ahead, along the robot's x.
 const AHEAD: DAffine3 =
     DAffine3 { matrix3: DMat3::from_cols(DVec3::NEG_Y, DVec3::NEG_Z, DVec3::X), translation: DVec3::ZERO };
 
@@ -137,14 +137,14 @@ fn in_the_order_of(depths: &[String], poses: &Trajectory, path: &std::path::Path
     Ok(poses.poses().iter().copied().map(Some).collect())
 }
 
-/// What a calibration says.
+/// Values of a calibration.
 #[derive(Clone, Copy)]
 struct Calibration {
     camera: Camera,
     robot_from_camera: DAffine3,
 }
 
-/// The calibration of all frames: the only one of the folder, or one at the top; else the caller's camera.
+/// The calibration of all frames: the only one of the folder, or one at the top. Else it is the caller's camera.
 fn for_all(store: &Store, form: &Form, layout: &str, asked: &Asked<'_, '_>) -> Result<Calibration> {
     let is_yaml = |name: &&String| name.ends_with(".yaml");
     let listed = store.list(&form.calibration, asked.progress)?;
@@ -186,7 +186,7 @@ fn calibration(store: &Store, name: &str, asked: &Asked<'_, '_>) -> Result<Calib
     Ok(Calibration { camera, robot_from_camera })
 }
 
-/// What stands behind a key at the start of a line.
+/// The text behind a key at the start of a line.
 fn value<'t>(text: &'t str, key: &str) -> Option<&'t str> {
     lines_of(text).find_map(|line| line.strip_prefix(key)?.strip_prefix(':')).map(str::trim)
 }

@@ -12,14 +12,14 @@ use image::frame::Camera;
 /// Folders with a pose a frame.
 const POSES: [&str; 3] = ["pose", "poses", "camera_poses"];
 
-/// Folders of the cameras; the top is the last.
+/// Folders of the cameras. The top is the last.
 const CAMERAS: [&str; 3] = ["intrinsic", "intrinsics", ""];
 
 /// Columns and rows of the data set's images, which its cameras are given for even where images were made smaller.
 const DEPTH: [usize; 2] = [640, 480];
 const COLOUR: [usize; 2] = [1296, 968];
 
-/// Where the centre of an image lies at least and at most, as a share of its size.
+/// Least and largest place of the centre of an image, as a share of its size.
 const MIDDLE: std::ops::Range<f64> = 0.35..0.65;
 
 fn poses_of(store: &Store) -> Option<&'static str> {
@@ -72,7 +72,7 @@ pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) ->
     Ok(Recording { entries, notes, colour_from_depth, ..Recording::new(store, layout) })
 }
 
-/// What the files say of the cameras.
+/// Values that the files give of the cameras.
 struct Cameras {
     depth: Option<Camera>,
     colour: Option<Camera>,

@@ -1,8 +1,8 @@
-//! ScanNet's and BundleFusion's `.sens`, version 4: one file with cameras, then for each frame its pose (camera to
-//! world; minus infinity where it was lost), the colour image (JPEG or PNG) and the depth (two bytes a pixel, packed
-//! with zlib or not).
+//! ScanNet's and BundleFusion's `.sens`, version 4: one file with cameras, then for each frame its pose, colour image and depth. The pose
+//! is camera to world, minus infinity where it was lost. The colour image is JPEG or PNG. The depth has two bytes per pixel, packed with
+//! zlib or not.
 //!
-//! Listed by going from frame to frame; images are read when they are needed. All numbers are little-endian.
+//! Listed by going from frame to frame. Images are read when they are needed. All numbers are little-endian.
 
 use std::io::{BufReader, Read};
 use std::path::Path;

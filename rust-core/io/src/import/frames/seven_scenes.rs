@@ -1,5 +1,5 @@
-//! 7-Scenes, and what fusion programs made of its form: `frame-000000.depth.png` (millimetres; 65535 for none),
-//! `.color.png` or `.jpg`, `.pose.txt` (camera to world), all in one folder. Where no frame has a pose file, frames have no poses.
+//! 7-Scenes, and what fusion programs made of its form: `frame-000000.depth.png` (millimetres, 65535 for none), `.color.png` or `.jpg`,
+//! `.pose.txt` (camera to world), all in one folder. If no frame has a pose file, frames have no poses.
 //!
 //! Depth and colour of this Kinect are not registered, and no file says by how much: both are taken by the depth's
 //! camera.
@@ -15,7 +15,7 @@ use image::frame::Camera;
 const DEPTH: &str = ".depth.png";
 const POSE: &str = ".pose.txt";
 
-/// What the data set's authors say of its depth camera.
+/// The depth camera as the data set's authors give it.
 const CAMERA: Camera = Camera { focal: [585.0, 585.0], centre: [320.0, 240.0], size: Some([640, 480]) };
 
 pub(super) fn recognize(store: &Store) -> bool {

@@ -1,5 +1,5 @@
-//! Where a recording's files lie: in a folder, or in an archive that is never unpacked. Names are those within it, with
-//! `/` between folders; a name that is not UTF-8 is none of a layout's and stays unseen.
+//! Storage of a recording's files: in a folder, or in an archive that is never unpacked. Names are those within it, with `/` between
+//! folders. A name that is not UTF-8 is none of a layout's and stays unseen.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -25,7 +25,7 @@ pub(super) struct Store {
     top: BTreeSet<String>,
 }
 
-/// Where the bytes of an image are.
+/// Places of the bytes of an image.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Place {
     /// A file of the store.
@@ -60,8 +60,8 @@ impl Store {
         Ok(Store { top: store.list("", progress)?, ..store })
     }
 
-    /// What lies in the only folder at the top, where there is one: programs that pack or unpack a recording put it there, and people
-    /// what they write of it beside it.
+    /// The content of the only folder at the top, if there is one. Programs that pack or unpack a recording put it there, and people put
+    /// their notes beside it.
     pub(super) fn only_folder(&self, progress: &Progress<'_>) -> Result<Option<Store>> {
         let mut names = self.top().filter(|name| !is_about(name));
         let (Some(name), None) = (names.next(), names.next()) else { return Ok(None) };
@@ -76,7 +76,7 @@ impl Store {
         }
     }
 
-    /// What keeps files from being seen, with the remedy.
+    /// The reason that keeps files from being seen, with the remedy.
     pub(super) fn hidden(&self) -> Option<String> {
         self.archive.as_ref().and_then(Archive::hidden)
     }
@@ -103,7 +103,7 @@ impl Store {
         self.top.iter().map(String::as_str)
     }
 
-    /// The files and folders of a folder; none if it is not there.
+    /// The files and folders of a folder. None if it is not there.
     pub(super) fn list(&self, folder: &str, progress: &Progress<'_>) -> Result<BTreeSet<String>> {
         if let Some(archive) = &self.archive {
             return Ok(archive.list(folder).into_iter().filter(|name| !is_of_system(name)).collect());
@@ -136,8 +136,8 @@ impl Store {
         }
     }
 
-    /// The last bytes of a file, at most so many, and its length; `None` if it is not there. Of an archive's file only the length is
-    /// known: its sum is checked when it is unpacked.
+    /// The last bytes of a file, at most so many, and its length. `None` if it is not there. Of an archive's file only the length is known:
+    /// its sum is checked when it is unpacked.
     pub(super) fn end_of(
         &self,
         name: &str,
@@ -197,7 +197,7 @@ impl Store {
         Ok((Some(text), path))
     }
 
-    /// The name within the store of a file that a list at the top names; refused where it leads out.
+    /// The name within the store of a file that a list at the top names. Refused where it leads out.
     pub(super) fn inside(&self, name: &str, options: &ReadOptions) -> Result<Box<str>, String> {
         let name = name.strip_prefix("./").unwrap_or(name);
         // Some programs write where it lay when they wrote.

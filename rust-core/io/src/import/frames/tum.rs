@@ -1,5 +1,5 @@
-//! TUM RGB-D: `depth.txt`, `rgb.txt` and `groundtruth.txt` say times; each depth image takes the colour image and the
-//! pose that are nearest in time; whether the lists are of one clock is looked at. Depths are 5000 to the metre. Lists may name images that are not there.
+//! TUM RGB-D: `depth.txt`, `rgb.txt` and `groundtruth.txt` say times. Each depth image takes the colour image and the pose that are nearest
+//! in time. It is checked whether the lists are of one clock. Depths are 5000 to the metre. Lists may name images that are not there.
 //! Without `groundtruth.txt` frames have no poses.
 
 use glam::DAffine3;
@@ -116,7 +116,7 @@ fn camera(store: &Store, layout: &str, asked: &Asked<'_, '_>) -> Result<(Camera,
     }
 }
 
-/// Times and names of the images of a list that are there, by time; how many are not.
+/// Times and names of the images of a list that are there, by time. Returns how many are not.
 fn listed(store: &Store, list: &str, asked: &Asked<'_, '_>) -> Result<(Vec<(f64, String)>, usize)> {
     let (mut found, mut gone) = (Vec::new(), 0);
     for (number, line) in lines_of(&store.text(list, asked.progress)?).enumerate() {

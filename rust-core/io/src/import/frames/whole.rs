@@ -1,5 +1,5 @@
-//! Images that are gone or damaged. Opening skips frames whose depth is, and says so; it decodes files only where their end or their
-//! length says that something is missing. What else is damaged is met when frames are read for something that takes many, and is left out.
+//! Images that are gone or damaged. Opening skips frames whose depth is, and says so. It decodes files only where their end or their length
+//! says that something is missing. Other damage is met when frames are read for something that takes many, and is left out.
 
 use std::io::ErrorKind;
 use std::path::Path;
@@ -17,10 +17,10 @@ use base::progress::Progress;
 use image::frame::Frame;
 use image::range_image::RangeImage;
 
-/// What a PNG file ends with.
+/// End of a PNG file.
 const END_OF_PNG: [u8; 12] = [0, 0, 0, 0, b'I', b'E', b'N', b'D', 0xAE, 0x42, 0x60, 0x82];
 
-/// What data in LZFSE end with.
+/// End of data in LZFSE.
 const END_OF_LZFSE: &[u8] = b"bvx$";
 
 /// Endings of files whose length follows from the size of the image.
@@ -30,7 +30,7 @@ const OF_ONE_LENGTH: [&str; 4] = [".bin", ".pgm", ".pfm", ".npy"];
 const SHOWN: usize = 3;
 
 impl Recording {
-    /// Skips the frames whose depth images are not there or end too early; says which.
+    /// Skips the frames whose depth images are not there or end too early. Says which.
     pub(super) fn skip_damaged(
         &mut self,
         options: &Arc<ReadOptions>,
@@ -63,7 +63,7 @@ impl Recording {
         Ok(self.skip(damaged))
     }
 
-    /// Why the depths or the confidences of a frame can't be decoded; `None` where they can.
+    /// Why the depths or the confidences of a frame can't be decoded. `None` if they can.
     pub(super) fn why_damaged(
         &self,
         index: usize,
@@ -125,7 +125,7 @@ impl Recording {
         self.damages.lock().unwrap_or_else(PoisonError::into_inner).get(&index).cloned()
     }
 
-    /// Takes frames out; says which and why.
+    /// Takes frames out. Says which and why.
     pub(super) fn skip(&mut self, frames: Vec<(usize, String)>) -> Option<String> {
         if frames.is_empty() {
             return None;

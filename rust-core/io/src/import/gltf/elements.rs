@@ -11,7 +11,7 @@ use crate::import::FileScan;
 use crate::import::file::reserve;
 use base::error::{Error, Result};
 
-/// What accessors look into.
+/// Data that accessors look into.
 pub(super) struct Accessors<'a> {
     pub scan: &'a FileScan,
     pub root: &'a Root,

@@ -52,7 +52,7 @@ fn numbers<const N: usize>(value: &Value, key: &str) -> Option<[f64; N]> {
     Some(all)
 }
 
-/// What is read of a scene.
+/// Data that are read of a scene.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Wanted {
     Triangles,
@@ -88,7 +88,7 @@ pub(super) struct Reader<'a, 'p> {
     progress: &'a Progress<'p>,
 }
 
-/// What the meshes of a file come to, each counted as often as nodes place it.
+/// Sum of the meshes of a file, each counted as often as nodes place it.
 #[derive(Default)]
 struct Amount {
     vertices: usize,
@@ -108,7 +108,7 @@ impl<'a, 'p> Reader<'a, 'p> {
         Ok(reader)
     }
 
-    /// The nodes that nothing places: those of the scene; without one, or if it names none, those that are no node's children.
+    /// The nodes that nothing places: those of the scene. Without one, or if it names none, those that are no node's children.
     fn roots(&self) -> Vec<Index<Node>> {
         let root = self.accessors.root;
         let scene = root.scenes.get(root.scene.map_or(0, |scene| scene.value()));
@@ -122,7 +122,7 @@ impl<'a, 'p> Reader<'a, 'p> {
         (0..root.nodes.len()).filter(|&node| !is_child[node]).map(|node| Index::new(node as u32)).collect()
     }
 
-    /// All that the scene places; without any node, all meshes.
+    /// All that the scene places. Without any node, all meshes.
     pub fn placed(mut self) -> Result<Content> {
         let root = self.accessors.root;
         if root.nodes.is_empty() {

@@ -150,12 +150,12 @@ fn points_are_a_cloud() {
     let Content::Points(cloud) = damage::read(parse, text.as_bytes(), &scan).unwrap() else { panic!("no points") };
     assert_eq!(cloud.positions, [[10.0, 0.0, 0.0], [12.0, 0.0, 0.0], [10.0, 2.0, 0.0]].map(DVec3::from_array));
     assert_eq!((cloud.world_from_cloud, &cloud.colour), (scan.world_from_sensor, &None));
-    // What is stretched to twice the width leans less.
+    // A surface stretched to twice the width leans less.
     let normals = cloud.normals.unwrap();
     let leaning = DVec3::new(0.0, 0.3, 0.8).normalize().as_vec3().to_array();
     assert_eq!(normals, [leaning, [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]);
     damage::endure(parse, text.as_bytes(), &scan);
-    // What we write of points, with their colours; two nodes.
+    // Points as we write them, with their colours. Two nodes.
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.glb");
     let mut points = TriMesh::new(vec![DVec3::ZERO, DVec3::X], Vec::new());

@@ -222,7 +222,7 @@ fn decode(chunk: &Chunk, items: &Vec<LazItem>, size: usize, scan: &FileScan) -> 
     }
 }
 
-/// What a panic of the decoder means: `damaged`, but for memory that could not be had.
+/// Meaning of a panic of the decoder: `damaged`, but for memory that could not be had.
 fn stumbled<T>(panic: &(dyn Any + Send), damaged: impl FnOnce() -> Result<T>) -> Result<T> {
     memory::refused(panic).map_or_else(damaged, Err)
 }

@@ -4,11 +4,11 @@
 //! |---|---|
 //! | `chunks` | LAZ: compressed points, chunk by chunk, through the crate `laz` |
 //!
-//! Coordinates are whole numbers times a scale plus an offset, in double precision: nothing is lost far from the origin.
-//! Points marked as withheld are left out, as the format asks, and the log is told how many. An intensity or a colour that is zero for all points is
-//! none. Colours have 16 bits; files whose colours all stay below 256 have them in 8.
+//! Coordinates are whole numbers times a scale plus an offset, in double precision: nothing is lost far from the origin. Points marked as
+//! withheld are left out, as the format asks, and the log is told how many. An intensity or a colour that is zero for all points is none.
+//! Colours have 16 bits. Files whose colours all stay below 256 have them in 8.
 //!
-//! Cost: one pass, memory for the result and a window; LAZ is decoded by all cores, a few chunks at a time.
+//! Cost: one pass, memory for the result and a window. LAZ is decoded by all cores, a few chunks at a time.
 
 mod chunks;
 
@@ -37,7 +37,7 @@ const HEADER_1_4: usize = 255;
 const RECORD: u64 = 54;
 /// Bytes of a point by format, without extra bytes.
 const SIZES: [u16; 11] = [20, 28, 26, 34, 57, 63, 30, 36, 38, 59, 67];
-/// Where its red stands, by format.
+/// Place of its red, by format.
 const COLOUR: [Option<usize>; 11] =
     [None, None, Some(20), Some(28), None, Some(28), None, Some(30), Some(30), None, Some(30)];
 
@@ -46,7 +46,7 @@ pub(super) fn sniff(start: &[u8]) -> bool {
     start.starts_with(b"LASF")
 }
 
-/// What the file says of its points.
+/// The file's own words on its points.
 struct Header {
     format: usize,
     /// Bytes of a point.
@@ -54,7 +54,7 @@ struct Header {
     count: u64,
     scale: DVec3,
     offset: DVec3,
-    /// Where the points begin.
+    /// The beginning of the points.
     begin: u64,
     /// How they are compressed.
     packing: Option<LazVlr>,
@@ -76,7 +76,7 @@ fn u64_at(bytes: &[u8], at: usize) -> u64 {
     u64::from(u32_at(bytes, at)) | u64::from(u32_at(bytes, at + 4)) << 32
 }
 
-/// Fills `bytes`; the file ending is the file's fault, everything else the disk's.
+/// Fills `bytes`. The file ending is the file's fault, everything else the disk's.
 fn read_exact(input: &mut dyn Input, bytes: &mut [u8], scan: &FileScan, what: &str) -> Result<()> {
     input.read_exact(bytes).map_err(|error| match error.kind() {
         std::io::ErrorKind::UnexpectedEof => Error::format(&scan.path, what, "the file ends"),

@@ -8,7 +8,7 @@ use crate::import::text::Lines;
 use crate::import::window::Window;
 use base::error::{Error, Result};
 
-/// What all ways of writing need to know.
+/// Data that all ways of writing need.
 pub(super) struct Points<'a> {
     pub header: &'a Header,
     /// Bytes of a point.
@@ -94,7 +94,7 @@ impl Points<'_> {
         self.finish(ended, bytes.window).map(|()| sink)
     }
 
-    /// How many packed bytes follow, by the two sizes ahead of them; refuses sizes that can't be.
+    /// How many packed bytes follow, by the two sizes ahead of them. Refuses sizes that can't be.
     fn room_of_packed(&self, window: &mut Window<'_>) -> Result<u64> {
         let size = |at: usize| {
             let bytes = &window.rest()[at..at + 4];
@@ -147,7 +147,7 @@ impl Points<'_> {
 struct Plain<'a>(Window<'a>);
 
 impl Plain<'_> {
-    /// The next bytes; `None` where the file ends.
+    /// The next bytes. `None` if the file ends.
     #[inline(always)]
     fn take(&mut self, into: &mut [u8]) -> Option<()> {
         let mut done = 0;

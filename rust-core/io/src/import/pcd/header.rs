@@ -1,4 +1,4 @@
-//! What a PCD file says of its points before they follow.
+//! Header of a PCD file: what it says of its points before they follow.
 
 use glam::DVec3;
 
@@ -6,7 +6,7 @@ use super::LARGEST_POINT;
 use crate::import::text::Lines;
 use base::error::Result;
 
-/// Where a value goes.
+/// Target of a value.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Target {
     Position(usize),
@@ -25,7 +25,7 @@ pub(super) struct Field {
 }
 
 impl Field {
-    /// The value in bytes of it; for a colour its bits.
+    /// The value in bytes of it. For a colour its bits.
     #[inline(always)]
     pub fn value(&self, bytes: &[u8]) -> f64 {
         let mut raw = [0; 8];
@@ -43,7 +43,7 @@ impl Field {
         }
     }
 
-    /// What a number of a text means; for a colour its bits.
+    /// The value that a number of a text means. For a colour its bits.
     pub fn number(&self, number: f64) -> f64 {
         match (self.target, self.kind) {
             (Target::Colour, b'F') => f64::from((number as f32).to_bits()),

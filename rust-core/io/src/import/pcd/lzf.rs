@@ -25,7 +25,7 @@ impl<'a> Lzf<'a> {
         Lzf { window, packed, out: Vec::with_capacity(4 * HISTORY), at: 0 }
     }
 
-    /// The next bytes; `None` where the data ends or is damaged.
+    /// The next bytes. `None` if the data ends or is damaged.
     #[inline(always)]
     pub fn take(&mut self, into: &mut [u8]) -> Option<()> {
         while self.out.len() - self.at < into.len() {
@@ -39,7 +39,7 @@ impl<'a> Lzf<'a> {
     /// Unpacks one run.
     fn unpack(&mut self) -> Option<()> {
         if self.at > 3 * HISTORY {
-            // What was used and is out of reach goes.
+            // Bytes that were used and are out of reach go.
             let kept = self.at - HISTORY;
             self.out.drain(..kept);
             self.at = HISTORY;

@@ -1,14 +1,14 @@
 //! PCD, the format of the Point Cloud Library: text, binary, and compressed binary (LZF, one field after the other).
 //!
-//! A file with a `HEIGHT` above 1 is organized: a range image whose rays start at `VIEWPOINT`; points with a coordinate
-//! that isn't finite, and those at exactly (0, 0, 0), are invalid pixels. Otherwise it is a cloud, whose sensor is `VIEWPOINT` unless
-//! that is the origin: writers put that there where they know none. Besides x, y, z are
-//! read: `rgb` or `rgba` (packed into a float or a whole number), `intensity`, and normals of clouds.
+//! A file with a `HEIGHT` above 1 is organized: a range image whose rays start at `VIEWPOINT`. Points with a coordinate that isn't finite,
+//! and those at exactly (0, 0, 0), are invalid pixels. Otherwise it is a cloud, whose sensor is `VIEWPOINT` unless that is the origin:
+//! writers put that there where they know none. Besides x, y, z are read: `rgb` or `rgba` (packed into a float or a whole number),
+//! `intensity`, and normals of clouds.
 //!
 //! *What is refused*: sizes that the bytes of the file can't hold, also after unpacking (LZF makes at most 88 bytes out
 //! of one), and unpacked sizes above the limit of the options.
 //!
-//! Cost: one pass; memory for the result and a window, compressed or not.
+//! Cost: one pass. Memory for the result and a window, compressed or not.
 //!
 //! | file | what |
 //! |---|---|

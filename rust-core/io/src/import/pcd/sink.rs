@@ -11,7 +11,7 @@ use crate::import::{Content, FileScan};
 use base::error::Result;
 use mesh::point_cloud::PointCloud;
 
-/// Where the values of a file go.
+/// Targets of the values of a file.
 pub(super) enum Sink {
     Grid(PointGrid),
     Cloud {

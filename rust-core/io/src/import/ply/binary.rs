@@ -27,7 +27,7 @@ impl<const BIG: bool> Binary<'_, '_, BIG> {
     }
 }
 
-/// The number that bytes start with; 0 if they are too few.
+/// The number that bytes start with. 0 if they are too few.
 #[inline(always)]
 fn value<const BIG: bool>(bytes: &[u8], scalar: ScalarType) -> f64 {
     macro_rules! decode {

@@ -1,4 +1,4 @@
-//! The elements of a PLY file: vertices, faces, triangle strips, range grids; all others are checked and skipped.
+//! The elements of a PLY file: vertices, faces, triangle strips, range grids. All others are checked and skipped.
 
 use super::columns::{Attributes, EMPTY_ROW, POSITION, Plan, Position, Row, SKIP, reserve};
 use super::fault::Fault;
@@ -77,7 +77,7 @@ pub(super) fn vertices<S: Source, P: Position>(
     Ok(Vertices { positions, attributes })
 }
 
-/// Where the values of an entry lie, with lists, of which there is one at most, of `corners` items; `None` with more.
+/// Places of the values of an entry, with lists, of which there is one at most, of `corners` items. `None` with more.
 fn layout(element: &Element, plan: &Plan, corners: usize) -> Option<Layout> {
     let mut layout = Layout {
         size: 0,
@@ -106,7 +106,7 @@ fn layout(element: &Element, plan: &Plan, corners: usize) -> Option<Layout> {
     (lists <= corners.min(1)).then_some(layout)
 }
 
-/// Reads one vertex into `row`; on a fault also the property.
+/// Reads one vertex into `row`. On a fault also the property.
 pub(super) fn vertex_row<S: Source>(
     source: &mut S,
     element: &Element,
@@ -124,7 +124,7 @@ pub(super) fn vertex_row<S: Source>(
     source.end().map_err(|fault| (fault, None))
 }
 
-/// A vertex of three floats and nothing else; on a fault also which of them.
+/// A vertex of three floats and nothing else. On a fault also which of them.
 #[inline(always)]
 fn bare<S: Source, P: Position>(source: &mut S) -> Result<P, (Fault, Option<usize>)> {
     source.begin().map_err(|fault| (fault, None))?;
@@ -288,7 +288,7 @@ pub(super) fn faces<S: Source>(
     Ok(Faces { triangles, polygons, attributes })
 }
 
-/// Reads triangle strips; -1 starts a new one, and every second triangle of a strip is turned over.
+/// Reads triangle strips. -1 starts a new one, and every second triangle of a strip is turned over.
 pub(super) fn strips<S: Source>(
     source: &mut S,
     element: &Element,
@@ -347,7 +347,7 @@ pub(super) fn skip<S: Source>(source: &mut S, element: &Element, encoding: Encod
     Ok(())
 }
 
-/// What is wrong with the entry now being read.
+/// The fault of the entry now being read.
 #[cold]
 fn wrong<S: Source>(source: &S, element: &Element, index: u64, problem: String) -> Box<Problem> {
     let place = place(element, index);

@@ -1,4 +1,4 @@
-//! Which property goes where: positions, normals, colours and the named scalars of vertices and faces.
+//! Columns of properties: positions, normals, colours and the named scalars of vertices and faces.
 
 use glam::DVec3;
 
@@ -50,7 +50,7 @@ impl Position for DVec3 {
     }
 }
 
-/// Values of one entry by slot; [`SKIP`] takes what nobody wants.
+/// Values of one entry by slot. [`SKIP`] takes what nobody wants.
 pub(super) type Row = [f64; SLOTS];
 
 pub(super) const POSITION: usize = 0;
@@ -105,9 +105,9 @@ const VECTORS: [(&str, usize); 18] = [
     ("a", COLOUR + 3),
 ];
 
-/// Where the properties of an element go.
+/// Targets of the properties of an element.
 pub(super) struct Plan {
-    /// The slot of each property; lists go to [`SKIP`].
+    /// The slot of each property. Lists go to [`SKIP`].
     pub(super) slots: Vec<usize>,
     types: [Option<ScalarType>; SLOTS],
 }
@@ -167,9 +167,9 @@ fn slot_of(name: &str) -> Option<usize> {
 pub(super) struct Attributes {
     pub(super) normals: Option<Vec<[f32; 3]>>,
     pub(super) colour: Option<Vec<[u8; 4]>>,
-    /// What a colour's channels are multiplied by to lie in 0 to 255.
+    /// Factors that bring a colour's channels to 0 to 255.
     scale: [f64; 4],
-    /// What channels count to, of colours in floats; from `end` on they count to more.
+    /// The number that channels of colours in floats count to. From `end` on they count to more.
     count: Count,
     end: f64,
     /// Place in the file of the property of each slot.

@@ -1,8 +1,8 @@
-//! What can be wrong with one value; its words are in `words`.
+//! Faults of one value. Their words are in `words`.
 
 use super::header::ScalarType;
 
-/// What can go wrong reading one value; small, since it comes out of the innermost loops.
+/// Faults of reading one value. Small, since it comes out of the innermost loops.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Fault {
     /// The file ends.

@@ -1,8 +1,7 @@
 //! The header of a PLY file: encoding, elements and their properties.
 //!
-//! Files in the wild break lines with LF, CR LF or CR, and carry stray lines. A line of an unknown kind is kept as a
-//! note: it can't do silent harm, since rows that don't fit the properties are refused (text) and so are bodies whose
-//! length doesn't fit the counts (binary).
+//! Files in the wild break lines with LF, CR LF or CR, and carry stray lines. A line of an unknown kind is kept as a note. It can't do
+//! silent harm. In text, rows that don't fit the properties are refused. In binary, bodies whose length doesn't fit the counts are refused.
 
 use super::problem::{Parsed, Problem};
 
@@ -95,7 +94,7 @@ pub(super) struct Property {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Element {
     pub(super) name: String,
-    /// As claimed; nothing is allocated for it before the file's size has been compared.
+    /// As claimed. Nothing is allocated for it before the file's size has been compared.
     pub(super) count: u64,
     pub(super) properties: Vec<Property>,
 }
@@ -120,7 +119,7 @@ pub(super) struct Header {
     /// `obj_info num_cols` and `num_rows`.
     pub(super) grid_cols: Option<u64>,
     pub(super) grid_rows: Option<u64>,
-    /// Where the body starts.
+    /// The start of the body.
     pub(super) body: usize,
     /// Oddities a person should know about.
     pub(super) notes: Vec<String>,
@@ -136,7 +135,7 @@ impl Header {
         self.elements.iter().find(|e| e.name == name)
     }
 
-    /// Parses the header at the start of `bytes`; `None` if `end_header` doesn't come within them.
+    /// Parses the header at the start of `bytes`. `None` if `end_header` doesn't come within them.
     pub(super) fn parse(bytes: &[u8]) -> Parsed<Option<Header>> {
         if !sniff(bytes) {
             return Err(Problem::new("start of file", "a PLY file starts with a line `ply`"));

@@ -10,15 +10,15 @@
 //! | `preview` | some points of a file without reading all of it |
 //! | `problem`, `fault`, `words` | what is wrong with the file, or with one value, in words, with line or element |
 //!
-//! A file with an element `range_grid` is a range image seen along -z, rows and columns as in the file; otherwise one
-//! with `face` or `tristrips` is a mesh; otherwise it is a point cloud. Unknown elements and properties are skipped.
+//! A file with an element `range_grid` is a range image seen along -z, rows and columns as in the file. Otherwise one with `face` or
+//! `tristrips` is a mesh. Otherwise it is a point cloud. Unknown elements and properties are skipped.
 //!
 //! *What is refused*: counts that the rest of the file can't hold (before anything is allocated), anything after the
 //! last element, lines with more or fewer values than properties, indices out of range, faces with fewer than three
 //! vertices. *What is not*: several cells of a grid may name the same vertex, and vertices that no cell names are left
 //! out. Coordinates that aren't finite make a pixel invalid, are left out of a cloud, and are an error in a mesh.
 //!
-//! Cost: one pass over the file; memory for the result and a window of 256 KiB.
+//! Cost: one pass over the file. Memory for the result and a window of 256 KiB.
 
 mod binary;
 mod body;
@@ -61,7 +61,7 @@ pub(super) fn sniff(start: &[u8]) -> bool {
     header::sniff(start)
 }
 
-/// Opens a file as one scan; reads its header only.
+/// Opens a file as one scan. Reads its header only.
 pub(super) fn open(path: &Path, options: &Arc<ReadOptions>) -> Result<ScanSet> {
     let (mut file, length) = file::open(path)?;
     let header = read_header(&mut file, length, path)?;
@@ -103,7 +103,7 @@ fn header_in(window: &mut Window<'_>) -> Parsed<Header> {
                 return Ok(header);
             }
             Ok(None) => {}
-            // What looked like a file of something else may be the little that could be read.
+            // Bytes that looked like a file of something else may be the little that could be read.
             Err(problem) => return Err(window.failure().map_or(problem, Problem::io)),
         }
         if !window.grow() {
@@ -127,7 +127,7 @@ fn parse_in(mut window: Window<'_>, scan: &FileScan, progress: &Progress<'_>) ->
         Encoding::LittleEndian => content(&mut Binary::<false> { window: &mut window }, &header, scan, progress),
         Encoding::BigEndian => content(&mut Binary::<true> { window: &mut window }, &header, scan, progress),
     };
-    // What looked like the end of the file was none.
+    // An apparent end of the file was none.
     window.failure().map_or(content, |error| Err(Problem::io(error)))
 }
 
@@ -183,7 +183,7 @@ enum Cells {
     Points(Vec<[f32; 3]>),
 }
 
-/// What the elements of a file hold.
+/// Content of the elements of a file.
 struct Parts<P> {
     vertices: Vertices<P>,
     grid: Cells,

@@ -1,14 +1,14 @@
 //! Numbers in text, read exactly: the same bits as `str::parse` gives, several times faster.
 //!
-//! The common shapes (sign, up to 19 digits with a point, small exponent) are read eight digits at a time; everything
-//! else, and every case where rounding could be in doubt, goes through `str::parse`. All functions want [`PAD`] bytes of
-//! white space after the text: numbers end at a blank, and eight bytes are looked at at once.
+//! The common shapes (sign, up to 19 digits with a point, small exponent) are read eight digits at a time. Everything else, and every case
+//! where rounding could be in doubt, goes through `str::parse`. All functions want [`PAD`] bytes of white space after the text: numbers end
+//! at a blank, and eight bytes are looked at at once.
 //!
 //! [`PAD`]: crate::import::window::PAD
 //!
-//! *Rounding.* For f64: digits below 2^53 and a power of ten up to 10^22 are both exact, so one division or product
-//! rounds once, correctly (Clinger 1990). For f32: a product in f64 is off by at most two units in its last place;
-//! rounding it to f32 is right unless the midpoint of two f32 lies that close, which the low 29 bits show.
+//! *Rounding.* For f64: digits below 2^53 and a power of ten up to 10^22 are both exact, so one division or product rounds once, correctly
+//! (Clinger 1990). For f32: a product in f64 is off by at most two units in its last place. Rounding it to f32 is right unless the midpoint
+//! of two f32 lies that close, which the low 29 bits show.
 
 /// 10^0 to 10^22: all exact.
 const POWERS: [f64; 23] = [
@@ -49,7 +49,7 @@ pub(crate) fn is_blank(byte: u8) -> bool {
     byte <= b' '
 }
 
-/// Eight bytes from `at`; zeros past the end.
+/// Eight bytes from `at`. Zeros past the end.
 #[inline(always)]
 fn eight(text: &[u8], at: usize) -> u64 {
     match text.get(at..).and_then(|rest| rest.first_chunk::<8>()) {
@@ -76,7 +76,7 @@ fn leading_digits(bytes: u64) -> (usize, u64) {
     (count, u64::from((low.wrapping_add(high) >> 32) as u32))
 }
 
-/// Reads sign, digits, point and exponent; `None` if the number isn't of the common shape.
+/// Reads sign, digits, point and exponent. `None` if the number isn't of the common shape.
 #[inline(always)]
 fn decimal(text: &[u8], start: usize) -> Option<Decimal> {
     let mut at = start;
@@ -137,7 +137,7 @@ fn decimal(text: &[u8], start: usize) -> Option<Decimal> {
     Some(Decimal { negative, digits, exponent, end: at })
 }
 
-/// Rounds digits times a power of ten to f32; `None` where that could be wrong.
+/// Rounds digits times a power of ten to f32. `None` if that could be wrong.
 #[inline(always)]
 fn round_f32(negative: bool, digits: u64, exponent: i32) -> Option<f32> {
     let power = exponent.unsigned_abs() as usize;
@@ -174,7 +174,7 @@ pub(super) fn read_plain_f32(text: &[u8], start: usize) -> Option<(f32, usize)> 
     Some((value, at + 2 + places))
 }
 
-/// The f32 that starts at `start` and the place after it; `None` if there is no number.
+/// The f32 that starts at `start` and the place after it. `None` if there is no number.
 #[inline(always)]
 pub(crate) fn read_f32(text: &[u8], start: usize) -> Option<(f32, usize)> {
     if let Some(d) = decimal(text, start)
@@ -185,7 +185,7 @@ pub(crate) fn read_f32(text: &[u8], start: usize) -> Option<(f32, usize)> {
     slow(text, start, |token| token.parse::<f32>().ok(), f32::NAN)
 }
 
-/// The f64 that starts at `start` and the place after it; `None` if there is no number.
+/// The f64 that starts at `start` and the place after it. `None` if there is no number.
 #[inline(always)]
 pub(crate) fn read_f64(text: &[u8], start: usize) -> Option<(f64, usize)> {
     if let Some(d) = decimal(text, start) {
@@ -199,7 +199,7 @@ pub(crate) fn read_f64(text: &[u8], start: usize) -> Option<(f64, usize)> {
     slow(text, start, |token| token.parse::<f64>().ok(), f64::NAN)
 }
 
-/// The whole number that starts at `start` and the place after it; `None` if there is none or it is beyond +-10^15.
+/// The whole number that starts at `start` and the place after it. `None` if there is none or it is beyond +-10^15.
 #[inline(always)]
 pub(crate) fn read_integer(text: &[u8], start: usize) -> Option<(i64, usize)> {
     let first = *text.get(start)?;
@@ -220,7 +220,7 @@ pub(crate) fn read_integer(text: &[u8], start: usize) -> Option<(i64, usize)> {
     Some((if first == b'-' { -(digits as i64) } else { digits as i64 }, at))
 }
 
-/// Up to seven digits from `start`, and the place after them; else `None`.
+/// Up to seven digits from `start`, and the place after them. Else `None`.
 #[inline(always)]
 pub(super) fn read_plain_index(text: &[u8], start: usize) -> Option<(u64, usize)> {
     let (count, value) = leading_digits(eight(text, start));
@@ -240,7 +240,7 @@ fn slow<T: Copy>(text: &[u8], start: usize, parse: impl Fn(&str) -> Option<T>, n
     if let Some(value) = parse(token) {
         return Some((value, end));
     }
-    // What C libraries print for values that aren't numbers.
+    // C libraries print this for values that aren't numbers.
     let bare = token.trim_start_matches(['-', '+']);
     let known = ["nan(", "1.#ind", "1.#qnan", "1.#snan", "1.#inf"];
     let not_finite = known.iter().any(|k| bare.get(..k.len()).is_some_and(|b| b.eq_ignore_ascii_case(k)));

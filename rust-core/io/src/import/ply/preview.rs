@@ -1,8 +1,8 @@
 //! Some points of a file without reading all of it: a few chunks spread over the vertices.
 //!
-//! In text nothing tells where the vertices end but counting all lines. Here their extent is estimated from the length
-//! of the first lines; what doesn't look like a vertex is left out, among it every line of whole numbers only, which
-//! may be a face. The cost does not grow with the file. Where that gives too little, the whole file is read.
+//! In text nothing tells where the vertices end but counting all lines. Here their extent is estimated from the length of the first lines.
+//! Lines that don't look like a vertex are left out, among them every line of whole numbers only, which may be a face. The cost does not
+//! grow with the file. If that gives too little, the whole file is read.
 
 use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
@@ -25,7 +25,7 @@ const CHUNK: u64 = 1 << 11;
 /// Points taken from one chunk, unless there are fewer chunks than that needs.
 const PER_CHUNK: usize = 24;
 
-/// About `count` points of a file of `length` bytes; `path` is for messages.
+/// About `count` points of a file of `length` bytes. `path` is for messages.
 pub(super) fn points<F: Read + Seek>(file: &mut F, length: u64, path: &Path, count: usize) -> Result<Vec<DVec3>> {
     let header = read_header(file, length, path)?;
     let (element, plan) = vertex_plan(&header).map_err(|problem| problem.into_error(path))?;
@@ -163,7 +163,7 @@ fn spread(last: u64, i: u64, count: u64) -> u64 {
     (u128::from(last) * u128::from(i) / u128::from((count - 1).max(1))) as u64
 }
 
-/// Starts and ends of the whole lines of a chunk; its first bytes are one's start only if `from_start`.
+/// Starts and ends of the whole lines of a chunk. Its first bytes are one's start only if `from_start`.
 fn lines(chunk: &[u8], from_start: bool) -> Vec<(usize, usize)> {
     let mut ends = memchr::memchr2_iter(b'\n', b'\r', chunk);
     let mut start = if from_start { Some(0) } else { ends.next().map(|end| end + 1) };

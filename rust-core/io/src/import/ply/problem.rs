@@ -1,4 +1,4 @@
-//! What can be wrong with a PLY file, with the place where it is.
+//! Faults of a PLY file, with the place.
 
 use std::fmt;
 use std::io::Read;
@@ -6,13 +6,13 @@ use std::path::Path;
 
 use base::error::{Error, known_as};
 
-/// Result while parsing; the path is added at the end.
+/// Result while parsing. The path is added at the end.
 pub(super) type Parsed<T> = Result<T, Box<Problem>>;
 
-/// What is wrong where.
+/// A fault and its place.
 #[derive(Debug)]
 pub(super) struct Problem {
-    /// Line or element; empty until the line of `byte` is known.
+    /// Line or element. Empty until the line of `byte` is known.
     pub(super) at: String,
     pub(super) text: String,
     /// A byte of the line that the problem is on.
@@ -74,7 +74,7 @@ impl fmt::Display for Problem {
     }
 }
 
-/// Number of the line that holds byte `at`, counted from 1; LF, CR LF and CR all end lines.
+/// Number of the line that holds byte `at`, counted from 1. LF, CR LF and CR all end lines.
 fn line_number(file: &mut dyn Read, at: u64) -> std::io::Result<u64> {
     let mut line = 1;
     let mut before = 0;

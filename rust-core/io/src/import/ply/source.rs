@@ -1,4 +1,4 @@
-//! Values out of the body of a PLY file, always within its bounds; here from text, in `binary` from either binary encoding.
+//! Values out of the body of a PLY file, always within its bounds. Here from text, in `binary` from either binary encoding.
 
 use super::columns::{Position, Row};
 use super::fault::Fault;
@@ -6,13 +6,13 @@ use super::header::{Kind, Property, ScalarType};
 use super::number::{self, is_blank};
 use crate::import::window::{SMALLEST, Window};
 
-/// Where an element's values come from.
+/// The source of an element's values.
 pub(super) trait Source {
     /// Whether this is text, where errors have lines.
     const TEXT: bool;
     /// Starts an entry of an element.
     fn begin(&mut self) -> Result<(), Fault>;
-    /// The next number; whole-number types are checked to hold one.
+    /// The next number. Whole-number types are checked to hold one.
     fn number(&mut self, scalar: ScalarType) -> Result<f64, Fault>;
     /// The next whole number of a whole-number type.
     fn whole(&mut self, scalar: ScalarType) -> Result<i64, Fault>;
@@ -20,9 +20,9 @@ pub(super) trait Source {
     fn skip(&mut self, scalar: ScalarType, count: u64) -> Result<(), Fault>;
     /// Ends an entry.
     fn end(&mut self) -> Result<(), Fault>;
-    /// What is being read.
+    /// The window that is being read.
     fn window(&self) -> &Window<'_>;
-    /// Skips fillers after the last element; true if nothing else is left.
+    /// Skips fillers after the last element. True if nothing else is left.
     fn at_end(&mut self) -> bool;
 
     /// The length of a list, checked against what the file can still hold.
@@ -33,19 +33,18 @@ pub(super) trait Source {
         if count > self.window().left() / smallest { Err(Fault::End) } else { Ok(count) }
     }
 
-    /// Adds positions while the entries are three floats written in the commonest way; stops before the first that
-    /// isn't, or at `count`.
+    /// Adds positions while the entries are three floats written in the commonest way. Stops before the first that isn't, or at `count`.
     fn plain_positions<P: Position>(&mut self, count: usize, positions: &mut Vec<P>);
 
-    /// Adds cells of a range grid while they are lists, written in the commonest way, of no vertex or one below
-    /// `vertex_count`; stops before the first that isn't, or at `count`.
+    /// Adds cells of a range grid while they are lists, written in the commonest way, of no vertex or one below `vertex_count`. Stops
+    /// before the first that isn't, or at `count`.
     fn plain_cells<G: Grid>(&mut self, types: [ScalarType; 2], vertex_count: u64, count: usize, grid: &mut G);
 
     /// Reads up to `count` entries of a fixed size, and hands each to `each` as far as it can here.
     fn rows(&mut self, layout: &Layout, count: usize, row: &mut Row, each: impl FnMut(&Row));
 
-    /// Adds triangles while faces are lists, written in the commonest way, of three vertices below `vertex_count`; stops
-    /// before the first that isn't, or at `count`. What else the faces have, laid out for three vertices, goes to `each`.
+    /// Adds triangles while faces are lists, written in the commonest way, of three vertices below `vertex_count`. Stops before the first
+    /// that isn't, or at `count`. Other values of the faces, laid out for three vertices, go to `each`.
     fn plain_triangles(
         &mut self,
         layout: &Layout,
@@ -68,21 +67,21 @@ pub(super) trait Source {
     }
 }
 
-/// Where the values of a binary entry lie if all entries have the same size.
+/// Places of the values of a binary entry if all entries have the same size.
 pub(super) struct Layout {
     pub(super) size: usize,
     pub(super) properties: usize,
     /// Place of the list of a face, types of its length and its items.
     pub(super) list: usize,
     pub(super) list_types: [ScalarType; 2],
-    /// What is wanted: place in the entry, type, slot of the row.
+    /// Wanted values: place in the entry, type, slot of the row.
     pub(super) wanted: Vec<(usize, ScalarType, usize)>,
 }
 
 /// A cell of a range grid without a sample.
 pub(super) const NO_VERTEX: u32 = u32::MAX;
 
-/// What the cells of a range grid are put into: their vertices, or the points of their vertices.
+/// Targets of the cells of a range grid: their vertices, or the points of their vertices.
 pub(super) trait Grid {
     fn len(&self) -> usize;
     /// The next cell has this vertex, which exists, or none.
@@ -110,7 +109,7 @@ impl Grid for Vec<u32> {
 /// Empty cells looked for at once, in text.
 const RUN: usize = 8;
 
-/// Longest number in text; what is longer is not taken for one.
+/// Longest number in text. A longer one is not taken for a number.
 const LONGEST: usize = 512;
 const _: () = assert!(LONGEST < SMALLEST);
 
@@ -171,8 +170,8 @@ impl Ascii<'_, '_> {
         self.finish(start, read, Fault::NoNumber)
     }
 
-    /// Reads line after line with `line`, which gets the window's text and the start of a line, and returns the start of
-    /// the next; stops where it returns none.
+    /// Reads line after line with `line`, which gets the window's text and the start of a line, and returns the start of the next. Stops
+    /// where it returns none.
     #[inline(always)]
     fn plain_lines(&mut self, mut line: impl FnMut(&[u8], usize) -> Option<usize>) {
         // A line longer than this is none of the commonest.

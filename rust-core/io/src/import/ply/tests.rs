@@ -99,7 +99,7 @@ fn a_grid_keeps_rows_columns_and_attributes() {
     assert_eq!(image.point_in_sensor(11), DVec3::new(3.0, 2.0, 1.0));
     assert!(!image.is_valid(3) && !image.is_valid(10));
     assert_eq!(image.colour.as_ref().unwrap()[2], [7, 8, 9, 255]);
-    // What is no confidence is no trust.
+    // A value that is no confidence is no trust.
     let confidence = image.confidence.as_ref().unwrap();
     assert_eq!([confidence[1], confidence[4], confidence[11]], [0.5, 0.0, 0.0]);
     assert_eq!(image.projection(), &image::range_image::Projection::PointGrid(Viewing::ALONG_MINUS_Z));

@@ -1,4 +1,4 @@
-//! What is wrong with a value, put into words with its element, its property and its line.
+//! The fault of a value, put into words with its element, its property and its line.
 
 use super::fault::Fault;
 use super::header::Element;
@@ -44,7 +44,7 @@ pub(super) fn place(element: &Element, index: u64) -> String {
     format!("{} {index} of {} (counted from 0)", element.name, element.count)
 }
 
-/// What stands at a byte of the window, shortened.
+/// The text at a byte of the window, shortened.
 fn token(source: &impl Source, at: usize) -> String {
     let text = source.window().padded();
     let end = number::token_end(text, at).min(source.window().end());

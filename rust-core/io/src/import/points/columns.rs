@@ -1,6 +1,6 @@
-//! What the numbers of a line are.
+//! Meanings of the numbers of a line.
 
-/// Columns that are looked at; more are passed over.
+/// Columns that are looked at. More are passed over.
 pub(super) const MOST: usize = 16;
 
 /// How far the lengths of normals written with two digits may be from 1.
@@ -9,7 +9,7 @@ const UNIT_WITHIN: f64 = 0.02;
 const LARGEST_COLOUR: f64 = 65535.0;
 const OF_8_BITS: f64 = 1.0 / 257.0;
 
-/// Where everything stands in a line, columns counted from 0.
+/// Places in a line, columns counted from 0.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Columns {
     width: usize,
@@ -19,7 +19,7 @@ pub(super) struct Columns {
     pub(super) intensity: Option<usize>,
     /// Makes colours 0 to 255.
     pub(super) colour_scale: f64,
-    /// What was decided without being told.
+    /// Notes on what was decided without being told.
     pub(super) notes: Vec<String>,
 }
 
@@ -41,7 +41,7 @@ impl Columns {
         self.width
     }
 
-    /// Columns by their names; `None` if x, y and z are not among them.
+    /// Columns by their names. `None` if x, y and z are not among them.
     pub(super) fn named(names: &[String]) -> Option<Self> {
         let names: Vec<String> =
             names.iter().map(|name| name.trim_matches(['"', '\'', '/', '#']).to_ascii_lowercase()).collect();

@@ -36,7 +36,7 @@ pub(super) struct Lines<R> {
     pub(super) comma_separated: bool,
 }
 
-/// What a comma of a line is.
+/// The role of a comma of a line.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Comma {
     /// There is none.
@@ -63,7 +63,7 @@ impl<R: Read> Lines<R> {
         }
     }
 
-    /// Reads a line without its end; false at the end of the file. What is longer than [`LONGEST`] comes in parts.
+    /// Reads a line without its end. False at the end of the file. What is longer than [`LONGEST`] comes in parts.
     fn read_line(&mut self) -> std::io::Result<bool> {
         self.bytes.clear();
         loop {
@@ -98,7 +98,7 @@ impl<R: Read> Lines<R> {
         }
     }
 
-    /// The next line that isn't empty, with its number counted from 1; `None` at the end.
+    /// The next line that isn't empty, with its number counted from 1. `None` at the end.
     pub(super) fn next(&mut self) -> Result<Option<(u64, Line<'_>)>, Problem> {
         loop {
             let read = self.read_line();
@@ -158,11 +158,11 @@ impl<R: Read> Lines<R> {
     }
 }
 
-/// What is wrong with numbers whose decimal commas are also what separates them.
+/// The fault and the remedy of numbers whose decimal commas also separate them.
 pub(super) const REMEDY: &str = "decimal commas can't be told from commas between the numbers: write decimal points, or \
                                  semicolons between the numbers";
 
-/// What the commas of a line are.
+/// The role of the commas of a line.
 fn comma(line: &[u8]) -> Comma {
     if line.contains(&b';') {
         return Comma::Point;

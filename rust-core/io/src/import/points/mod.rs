@@ -5,11 +5,11 @@
 //! | `columns` | what the numbers of a line are |
 //! | `lines` | lines of a file, with their numbers, in bounded memory |
 //!
-//! Numbers are separated by blanks, tabs, commas or semicolons. Between semicolons, or where blanks separate and each comma
-//! stands between digits, a comma is the decimal point; where commas seem to be both, the file is refused. Lines starting
-//! with `#`, `//`, `%` or `!` are comments. A line that names the columns, in a comment or not, is obeyed. A line with one
-//! whole number announces how many points follow at least, as in PTS. Without names the columns are told by their count and,
-//! where that leaves a choice, by the values of the first lines; the notes say what was understood.
+//! Numbers are separated by blanks, tabs, commas or semicolons. Between semicolons, or where blanks separate and each comma stands between
+//! digits, a comma is the decimal point. If commas seem to be both, the file is refused. Lines starting with `#`, `//`, `%` or `!` are
+//! comments. A line that names the columns, in a comment or not, is obeyed. A line with one whole number announces how many points follow
+//! at least, as in PTS. Without names the columns are told by their count and, where that leaves a choice, by the values of the first
+//! lines. The notes say what was understood.
 //!
 //! Points with a coordinate that isn't finite are left out. A line with another count of numbers than the first, or with
 //! anything that isn't a number, is an error with its number. Cost: one pass, memory for the result and a line.
@@ -72,7 +72,7 @@ pub(super) fn sniff(start: &[u8]) -> bool {
     }
 }
 
-/// Opens a file as one scan; reads its first lines only.
+/// Opens a file as one scan. Reads its first lines only.
 pub(super) fn open(path: &Path, options: &Arc<ReadOptions>) -> Result<ScanSet> {
     let (head, _) = file::read_start(path, HEAD)?;
     let columns = layout(if head.len() < HEAD { &head } else { whole_lines(&head) })
@@ -81,8 +81,7 @@ pub(super) fn open(path: &Path, options: &Arc<ReadOptions>) -> Result<ScanSet> {
     Ok(ScanSet { scans: vec![FileScan::with(path, options)], notes })
 }
 
-/// Reads a scan.
-/// Of the length of the file, which the points take while their arrays grow; measured.
+/// Reads a scan. Of the length of the file, which the points take while their arrays grow. Measured.
 const SHARE_OF_TEXT: f64 = 1.3;
 
 pub(super) fn read(scan: &FileScan, progress: &Progress<'_>) -> Result<Content> {
@@ -130,7 +129,7 @@ pub(super) fn preview(scan: &FileScan, count: usize) -> Result<Vec<DVec3>> {
     Ok(points)
 }
 
-/// What is wrong, and on which line.
+/// A fault, and its line.
 #[derive(Debug)]
 struct Problem {
     line: u64,
@@ -158,7 +157,7 @@ impl Problem {
     }
 }
 
-/// The columns of a file that starts like this; `None` if it holds no point.
+/// The columns of a file that starts like this. `None` if it holds no point.
 fn layout(head: &[u8]) -> Result<Option<Columns>, Problem> {
     let mut lines = Lines::new(head);
     let (mut names, mut announced): (Option<Vec<String>>, bool) = (None, false);
@@ -326,7 +325,7 @@ fn parse(source: impl Read, length: u64) -> Result<PointCloud, Problem> {
     Ok(cloud)
 }
 
-/// For tests and fuzzing: any bytes are read or refused with a line; what is read is valid and no larger than the file.
+/// For tests and fuzzing: any bytes are read or refused with a line. Content that is read is valid and no larger than the file.
 #[cfg(any(test, fuzzing))]
 pub(super) fn examine(bytes: &[u8]) {
     match parse(bytes, bytes.len() as u64) {

@@ -10,10 +10,10 @@ use base::error::Result;
 use base::progress::Progress;
 use geom::predicates::orient2d;
 
-/// Most corners that are compared with ears of one polygon; from there on any corner is cut off.
+/// Most corners that are compared with ears of one polygon. From there on any corner is cut off.
 const MOST: usize = 1 << 26;
 
-/// What an ear is, from the best on.
+/// Sorts of ears, from the best on.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Ear {
     /// It holds no other corner, not even on its edges.

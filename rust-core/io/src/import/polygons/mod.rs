@@ -52,8 +52,8 @@ impl Polygons {
 
     /// Replaces the fans that turn triangles over.
     ///
-    /// Cost: two cross products per triangle of a fan; O(n log n) for a polygon of n corners that is cut anew, bounded for those that
-    /// touch or cross themselves.
+    /// Cost: two cross products per triangle of a fan. O(n log n) for a polygon of n corners that is cut anew, bounded for those that touch
+    /// or cross themselves.
     ///
     /// # Errors
     /// [`base::error::Error::Cancelled`].
@@ -100,8 +100,8 @@ fn cut_anew(positions: &[DVec3], fan: &mut [[u32; 3]], progress: &Progress<'_>) 
     Ok(())
 }
 
-/// The corners of a polygon without those that repeat the one before, and without tips of spikes, from which the polygon goes straight
-/// back to the corner before; and a flat triangle for each that is left out. All, if fewer than three are left.
+/// The corners of a polygon without those that repeat the one before, and without tips of spikes, from which the polygon goes straight back
+/// to the corner before. Also a flat triangle for each that is left out. All corners, if fewer than three are left.
 fn without_spikes(seen: &[DVec2]) -> (Vec<u32>, Vec<[u32; 3]>) {
     let at = |corner: u32| seen[corner as usize];
     let all = || (0..seen.len() as u32).collect::<Vec<u32>>();
@@ -124,7 +124,7 @@ fn without_spikes(seen: &[DVec2]) -> (Vec<u32>, Vec<[u32; 3]>) {
             }
         }
     }
-    // Where the end meets the beginning.
+    // The place where the end meets the beginning.
     while let [first, second, .., before, last] = kept[..] {
         if at(last) == at(first) || at(before) == at(first) {
             flat.push([before, last, first]);

@@ -190,7 +190,7 @@ fn large_and_small_ones_are_cut_alike() {
     }
 }
 
-/// What crosses itself is cut into as many triangles of its own corners, whatever it is.
+/// A polygon that crosses itself is cut into as many triangles of its own corners, whatever it is.
 #[test]
 fn what_crosses_itself_ends() {
     let mut state = 1_u64;

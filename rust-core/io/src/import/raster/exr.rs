@@ -1,5 +1,5 @@
-//! OpenEXR: the depth channel of an image, Blender's Z pass among them. Taken is `Z`, else `Depth`, else `V`, else the only
-//! channel, also inside a layer (`ViewLayer.Depth.Z`); of an image of three equal colours the first.
+//! OpenEXR: the depth channel of an image, Blender's Z pass among them. Taken is `Z`, else `Depth`, else `V`, else the only channel, also
+//! inside a layer (`ViewLayer.Depth.Z`). Of an image of three equal colours the first.
 //!
 //! Blender's background, 1e10 (65504 in half precision), is no sample. Its Z pass measures along the ray of orthographic
 //! cameras and planar depth of others.
@@ -21,7 +21,7 @@ use base::progress::Progress;
 const BACKGROUND: f64 = 1e10;
 const BACKGROUND_HALF: f64 = 65504.0;
 
-/// What one byte can become by the other compressions, generously.
+/// Bytes that one byte can become by the other compressions, generously.
 const WAVELETS: u64 = 1 << 16;
 
 pub(in super::super) fn sniff(start: &[u8]) -> bool {

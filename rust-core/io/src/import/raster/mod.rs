@@ -10,14 +10,14 @@
 //! | `esri` | ESRI ASCII grids |
 //! | `npy` | NumPy arrays of two dimensions; of points |
 //!
-//! *Depth images.* With a camera a pixel is a depth. A stored 0, and 65535 of 16 bit, mean that nothing was measured;
-//! whole numbers are millimetres unless a scale is given.
+//! *Depth images.* With a camera a pixel is a depth. A stored 0, and 65535 of 16 bit, mean that nothing was measured. Whole numbers are
+//! millimetres unless a scale is given.
 //!
-//! *Height maps.* Without a camera a pixel is a height, rows run from north to south; the lower left pixel lies at the
-//! origin of the sensor's frame, and the place on earth, if the file has one, is in the pose, in double precision.
-//! Degrees become metres along the parallel and the meridian in the middle of the map (WGS 84).
+//! *Height maps.* Without a camera a pixel is a height, rows run from north to south. The lower left pixel lies at the origin of the
+//! sensor's frame, and the place on earth, if the file has one, is in the pose, in double precision. Degrees become metres along the
+//! parallel and the meridian in the middle of the map (WGS 84).
 //!
-//! Cost: one pass; the result (8 bytes a pixel) and one row or chunk beside it.
+//! Cost: one pass. The result (8 bytes per pixel) and one row or chunk beside it.
 
 pub(super) mod esri;
 pub(super) mod exr;
@@ -40,7 +40,7 @@ use base::log::{self, Level};
 use base::progress::Progress;
 use image::range_image::{Projection, RangeImage, far, repeats};
 
-/// An image of numbers as its file has them, row by row from the top; NaN where the file has none.
+/// An image of numbers as its file has them, row by row from the top. NaN if the file has none.
 pub(super) struct Raster {
     pub(super) rows: usize,
     pub(super) cols: usize,
@@ -49,7 +49,7 @@ pub(super) struct Raster {
     pub(super) place: Option<Place>,
 }
 
-/// What kind of numbers a file holds.
+/// The kind of numbers that a file holds.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Numbers {
     /// Whole, up to this one, which from 65535 on is no depth.
@@ -60,7 +60,7 @@ pub(super) enum Numbers {
     Metres,
 }
 
-/// Where a height map lies.
+/// The place of a height map.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Place {
     /// x and y of the centre of the upper left pixel.
@@ -74,7 +74,7 @@ pub(super) struct Place {
 /// Bytes of an image that say how many bits it has.
 const HEADER: usize = 256;
 
-/// A note where images of 16 bits, as depth cameras write them, were opened without a camera; one alone is a height map more often.
+/// A note where images of 16 bits, as depth cameras write them, were opened without a camera. One alone is a height map more often.
 pub(super) fn note_without_camera(scans: &[FileScan]) -> Result<Option<String>> {
     let of_kind = |ending: &str| -> Vec<&FileScan> {
         let is_one = |scan: &&FileScan| {
@@ -252,7 +252,7 @@ fn can_be_in(length: u64, bytes: u64, most: u64, scan: &FileScan) -> Result<()> 
     Err(Error::format(&scan.path, "header", problem))
 }
 
-/// What one byte can become by deflate: 258 bytes for two bits.
+/// Bytes that one byte can become by deflate: 258 bytes for two bits.
 const DEFLATED: u64 = 1032;
 
 #[cfg(test)]

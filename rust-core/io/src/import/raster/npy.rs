@@ -1,5 +1,5 @@
-//! NumPy arrays (`.npy`, versions 1 to 3): numbers of shape (rows, cols) are an image, (rows, cols, 3) a grid of points
-//! seen from the origin with a camera, else along -z, (n, 3) points.
+//! NumPy arrays (`.npy`, versions 1 to 3): numbers. Of shape (rows, cols) they are an image, of (n, 3) points. Of (rows, cols, 3) they are
+//! a grid of points, seen from the origin with a camera, else along -z.
 
 use ::exr::prelude::f16;
 use glam::DVec3;
@@ -43,7 +43,7 @@ pub(super) fn raster(window: &mut Window<'_>, scan: &FileScan) -> Result<Raster>
     Ok(Raster { rows: rows as usize, cols: cols as usize, values, numbers: array.item.numbers(), place: None })
 }
 
-/// What the header says, with the window behind it.
+/// The array of the header, with the window behind it.
 fn array(window: &mut Window<'_>, scan: &FileScan) -> Result<Array> {
     let header = header(window, scan)?;
     Array::parse(&header).ok_or_else(|| {
@@ -205,7 +205,7 @@ fn descr(header: &str) -> Option<&str> {
     descr[1..].split(quote).next()
 }
 
-/// What a header says.
+/// The values of a header.
 struct Array {
     item: Item,
     fortran_order: bool,

@@ -1,4 +1,4 @@
-//! Portable float maps: `Pf`, width, height, a scale whose sign is the byte order; rows from the bottom up.
+//! Portable float maps: `Pf`, width, height, a scale whose sign is the byte order. Rows go from the bottom up.
 
 use super::super::file::{Input, reserve};
 use super::super::text::Lines;

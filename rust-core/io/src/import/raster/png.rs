@@ -1,4 +1,4 @@
-//! PNG: grey of 8 or 16 bits as numbers; colours of 8 bits as heights where they are terrain RGB.
+//! PNG: grey of 8 or 16 bits as numbers. Colours of 8 bits as heights if they are terrain RGB.
 
 use std::io::{BufReader, Cursor};
 use std::path::Path;
@@ -136,7 +136,7 @@ fn pixels(
     Ok(([cols, rows], reader.output_color_type().0, buffer))
 }
 
-/// The colours of an image, whatever it stores; alpha is left out.
+/// The colours of an image, whatever it stores. Alpha is left out.
 pub(in super::super) fn colours(bytes: &[u8], path: &Path, most: u64) -> Result<([usize; 2], Vec<[u8; 3]>)> {
     let bytes_of_colours = Transformations::EXPAND | Transformations::STRIP_16;
     let ([cols, rows], stored, buffer) = pixels(bytes, bytes_of_colours, path, most)?;
@@ -152,7 +152,7 @@ pub(in super::super) fn colours(bytes: &[u8], path: &Path, most: u64) -> Result<
     Ok(([cols, rows], pixels))
 }
 
-/// Columns, rows and pixels of a grey image of so many bits, all at once; `None` of any other.
+/// Columns, rows and pixels of a grey image of so many bits, all at once. `None` of any other.
 fn grey(bytes: &[u8], bits: BitDepth, path: &Path, most: u64) -> Result<Option<([usize; 2], Vec<u8>)>> {
     // Behind the mark and the length and name of the header: columns and rows, then bits, kind, packing, filter and interlacing.
     if bytes.get(24..29) != Some(&[bits as u8, ColorType::Grayscale as u8, 0, 0, 0]) {
@@ -165,12 +165,12 @@ fn grey(bytes: &[u8], bits: BitDepth, path: &Path, most: u64) -> Result<Option<(
     Ok(Some((size, buffer)))
 }
 
-/// The bytes of a grey image of 8 bits; `None` of any other.
+/// The bytes of a grey image of 8 bits. `None` of any other.
 pub(in super::super) fn levels(bytes: &[u8], path: &Path, most: u64) -> Result<Option<([usize; 2], Vec<u8>)>> {
     grey(bytes, BitDepth::Eight, path, most)
 }
 
-/// The numbers of a grey image of 16 bits, as cameras write depths; `None` of any other.
+/// The numbers of a grey image of 16 bits, as cameras write depths. `None` of any other.
 pub(in super::super) fn numbers(bytes: &[u8], path: &Path, most: u64) -> Result<Option<Raster>> {
     let Some(([cols, rows], pixels)) = grey(bytes, BitDepth::Sixteen, path, most)? else { return Ok(None) };
     let mut values: Vec<f64> = reserve(rows * cols, path)?;

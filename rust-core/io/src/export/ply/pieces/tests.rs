@@ -126,8 +126,8 @@ fn cut_out(mesh: &TriMesh, run: Range<usize>) -> TriMesh {
 }
 
 proptest! {
-    /// Theorem: a mesh in parts is in files that have, run by run, the triangles of the whole and their vertices, bit by bit, and no file is
-    /// there but these; one that needs no parts is the file that it always was.
+    /// Theorem: a mesh in parts is in files that have, run by run, the triangles of the whole and their vertices, bit by bit, and no file
+    /// is there but these. One that needs no parts is the file that it always was.
     #[test]
     fn parts_are_runs_of_the_whole(
         mesh in meshes(),

@@ -1,4 +1,4 @@
-//! What is wrong with recordings: named with the remedy, never more than refused.
+//! Faults of recordings: named with the remedy, never more than refused.
 
 use std::io::Write;
 use std::path::Path;
@@ -149,8 +149,8 @@ fn depths_along_rays_are_read_as_such() {
     assert!((z - along).abs() < 1e-9 && planar.point_in_sensor(valid).length() > z + 1e-3);
 }
 
-/// Theorem: a frame whose depth is cut off, or of those looked at when the recording is opened the confidence, is skipped with its name said;
-/// of other images the frame is refused with theirs. The others still read.
+/// Theorem: a frame whose depth is cut off is skipped with its name said. So is one whose confidence is cut off, of those looked at when
+/// the recording is opened. A frame with other images cut off is refused with their name. The others still read.
 #[test]
 fn damaged_images_are_named() {
     let twin = phone();

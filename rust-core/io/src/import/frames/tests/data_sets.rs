@@ -18,7 +18,7 @@ fn intrinsics(camera: Camera) -> String {
     format!("{fx} 0 {cx} 0\n0 {fy} {cy} 0\n0 0 1 0\n0 0 0 1\n")
 }
 
-/// Colours have their own camera; one frame was lost.
+/// Colours have their own camera. One frame was lost.
 pub(super) fn scannet(twin: &Twin) -> Files {
     let mut files = Files::default();
     for k in 0..FRAMES {
@@ -52,7 +52,7 @@ pub(super) fn replica(twin: &Twin) -> Files {
     files
 }
 
-/// Poses in between have no image; one image has no pose.
+/// Poses in between have no image. One image has no pose.
 pub(super) fn arkit_scenes(twin: &Twin) -> Files {
     let mut files = Files::default();
     let mut poses = String::new();

@@ -1,5 +1,5 @@
-//! What recordings of the same layout have otherwise: names, endings, order, cameras of other forms, files that systems leave there. Each reads
-//! as the one that the layout's own twin is.
+//! Differences between recordings of the same layout: names, endings, order, cameras of other forms, files that systems leave there. Each
+//! reads as the one that the layout's own twin is.
 
 use std::path::Path;
 

@@ -12,13 +12,13 @@ use image::frame::{Camera, LeftOut};
 use image::range_image::RangeImage;
 use image::source::ScanSource as _;
 
-/// What a recording must read as.
+/// The content that a recording must read as.
 pub(super) struct Expected {
     /// Largest error of a depth, in metres.
     pub(super) depth: f64,
     /// Most that a colour's channel may be off, for nearly all samples.
     pub(super) colour: u8,
-    /// Which frames have colour.
+    /// Tells which frames have colour.
     pub(super) coloured: fn(usize) -> bool,
     /// Whether the columns of low confidence are left out.
     pub(super) low_confidence: bool,
@@ -69,7 +69,7 @@ fn depths(image: &RangeImage, truth: &RangeImage, expected: &Expected, has_rim: 
     }
 }
 
-/// Colours are those of the places; at edges and where blocks of the JPEG have one colour they may be off.
+/// Colours are those of the places. At edges and where blocks of the JPEG have one colour they may be off.
 fn colours(image: &RangeImage, most: u8) {
     let found = image.colour.as_ref().unwrap();
     let (mut wrong, mut count) = (0, 0);
@@ -93,7 +93,7 @@ pub(super) fn folder(files: &Files, check: impl Fn(&ScanSet)) {
 
 const KINECT: Camera = Camera { focal: [525.0, 525.0], centre: [319.5, 239.5], size: Some([640, 480]) };
 
-/// Up is up whatever the poses are used for; a Kinect's recording does not say it.
+/// Up is up whatever the poses are used for. A Kinect's recording does not say it.
 #[test]
 fn phones_know_what_is_up() {
     let twin = Twin::phone();

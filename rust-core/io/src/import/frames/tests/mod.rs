@@ -1,4 +1,4 @@
-//! Each layout written as its programs write it, with known truth; and what is wrong with recordings.
+//! Each layout written as its programs write it, with known truth. Also faults of recordings.
 
 mod damaged;
 mod data_sets;

@@ -17,7 +17,7 @@ fn data(name: &str) -> Option<PathBuf> {
     found
 }
 
-/// Median distance from the points of frames to the nearest of the others; reads all of them.
+/// Median distance from the points of frames to the nearest of the others. Reads all of them.
 fn apart(set: &ScanSet, frames: &[usize]) -> f64 {
     set.notes.iter().for_each(|note| println!("{note}"));
     let points: Vec<Vec<DVec3>> = frames

@@ -197,11 +197,11 @@ fn by_hand(ahead: f64, written: &dyn Fn(DAffine3) -> DAffine3) -> (Files, Vec<DA
     (files, truth)
 }
 
-/// Theorem: by how much the clocks of images and poses differ is found; where they agree nothing is moved.
+/// Theorem: the difference between the clocks of images and poses is found. If they agree nothing is moved.
 #[test]
 fn clocks_that_differ_are_brought_together() {
     for (ahead, said) in [(0.6, Some("0.600 s later")), (-0.45, Some("0.450 s earlier")), (0.0, None)] {
-        // Whatever the poses mean, which nobody has said.
+        // The poses may mean either, as nobody has said.
         let ways: [&dyn Fn(DAffine3) -> DAffine3; 2] = [&|pose| pose, &|pose| pose.inverse()];
         for written in ways {
             let (files, truth) = by_hand(ahead, written);

@@ -83,7 +83,7 @@ impl Twin {
             depth.colour = None;
             let colours = seen(&photo, pose * upright).colour.unwrap();
             twin.depths.push(depth);
-            // What shows no thing is grey, not the black of a rim.
+            // A place that shows no thing is grey, not the black of a rim.
             twin.colours.push(colours.iter().map(|&[r, g, b, a]| if a == 0 { [90; 3] } else { [r, g, b] }).collect());
         }
         twin

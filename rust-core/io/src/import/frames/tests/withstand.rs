@@ -1,4 +1,4 @@
-//! What a recording of any layout withstands: images that are missing, cut off or of another size, archives of many and odd files,
+//! Faults that a recording of any layout withstands: images that are missing, cut off or of another size, archives of many and odd files,
 //! disks that fail.
 
 use std::io::Write as _;

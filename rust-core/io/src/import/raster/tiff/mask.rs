@@ -17,7 +17,7 @@ use base::error::{Error, Result};
 use base::log::{self, Level};
 use base::progress::Progress;
 
-/// What `PhotometricInterpretation` is of masks, and of grey.
+/// Values of `PhotometricInterpretation` for masks, and for grey.
 const MASK: u16 = 4;
 const GREY: u16 = 1;
 /// The bit of `NewSubfileType` of images that are reduced copies.
@@ -56,7 +56,7 @@ pub(super) fn apply<R: Read + Seek>(
         }
         let (rows, size) = (values.len() / cols, [width as usize, height as usize]);
         if size != [cols, rows] {
-            // That of a further page.
+            // The mask of a further page.
             if is_behind_a_page {
                 continue;
             }

@@ -38,7 +38,7 @@ pub(in super::super) fn parse(
 
 /// Bytes that any strip or tile may have, packed or not.
 const LITTLE: usize = 32 << 20;
-/// What one byte can become by any of the compressions: LZW makes 4,096 bytes of twelve bits.
+/// Bytes that one byte can become by any of the compressions: LZW makes 4,096 bytes of twelve bits.
 const MOST: u64 = 2731;
 
 pub(super) fn read(
@@ -190,7 +190,7 @@ impl Iterator for Opaque<'_> {
 
 impl ExactSizeIterator for Opaque<'_> {}
 
-/// Where a GeoTIFF lies, if it says so plainly.
+/// The place of a GeoTIFF, if it says so plainly.
 fn place<R: Read + Seek>(decoder: &mut Decoder<R>, scan: &FileScan) -> Option<Place> {
     if scan.options.camera.is_some() {
         return None;

@@ -18,7 +18,7 @@ pub(super) struct Overlay<R> {
     at: u64,
     /// Bytes of the file.
     pub(super) length: u64,
-    /// Where the file has others.
+    /// Places where the file has other bytes, and these.
     others: Vec<(u64, Vec<u8>)>,
     /// Follows the file.
     pub(super) behind: Vec<u8>,
@@ -85,7 +85,7 @@ fn number_of(bytes: &[u8], order: ByteOrder) -> u64 {
     }
 }
 
-/// What a tag is to be read as.
+/// The sort that a tag is to be read as.
 pub(super) enum As {
     /// One number of 16 bits.
     Short(u16),

@@ -236,7 +236,7 @@ fn alpha_is_applied() {
         more: &[(Tag::ExtraSamples, 2), (Tag::PlanarConfiguration, 2)],
     };
     assert_eq!(some(&values(&alone(&apart))), expected);
-    // What a second channel is must be said.
+    // The sense of a second channel must be said.
     let unknown = Stored { more: &[(Tag::ExtraSamples, 0)], strips: &[&pixels], rows_per_strip: 2, ..apart };
     let error = read(parse, &alone(&unknown), &scan()).unwrap_err().to_string();
     assert!(error.contains("2 channels a pixel; a height map or depth image has one"), "{error}");

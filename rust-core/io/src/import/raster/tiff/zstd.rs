@@ -1,5 +1,5 @@
-//! Images packed by Zstandard, which the crate `tiff` unpacks through a library in C alone: tiles and strips are unpacked here, one at a
-//! time, to behind the end of the file ([`Overlay`]), where the image is said to have them, plain.
+//! Images packed by Zstandard, which the crate `tiff` unpacks through a library in C alone. Tiles and strips are unpacked here, one at a
+//! time, to behind the end of the file ([`Overlay`]). There the image is said to have them, plain.
 
 use std::io::{Read, Seek, SeekFrom};
 
@@ -17,13 +17,13 @@ use base::error::{Error, Result};
 const ZSTD: u16 = 50000;
 const PLAIN: u16 = 1;
 
-/// What one byte can become: blocks of the same byte, 128 KiB of four.
+/// Bytes that one byte can become: blocks of the same byte, 128 KiB of four.
 pub(super) const MOST: u64 = 1 << 15;
 
-/// Where the tiles or strips of an image are.
+/// Places of the tiles or strips of an image.
 pub(super) struct Packed {
     chunks: Vec<(u64, u64)>,
-    /// Where the unpacked one begins behind the file, and its bytes.
+    /// The place behind the file at which the unpacked one begins, and its bytes.
     begin: usize,
     size: usize,
 }
