@@ -1,4 +1,4 @@
-//! What stages of a merge leave to look at, see [`mesh::dump`].
+//! Files that stages of a merge leave to look at, see [`mesh::dump`].
 
 use base::error::Result;
 use glam::DVec3;

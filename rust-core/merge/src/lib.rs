@@ -14,7 +14,7 @@
 //! | `reference/` | 3. and 4. as the paper has them, to compare with (a feature) |
 //! | `dump` | stages as files to look at |
 //!
-//! A folder knows those above it in this list; `pipeline`, `run` and `dump` know all.
+//! A folder knows those above it in this list. `pipeline`, `run` and `dump` know all.
 
 mod operation;
 mod pipeline;

@@ -1,5 +1,6 @@
-//! The steps of a merge, in one list whatever keeps what they leave for each other: memory, where all is one block (`run::memory`), memory that
-//! the next merge goes on with (`run::incremental`), or files, block by block and task by task (`run::out_of_core`).
+//! The steps of a merge, in one list for all stores. A store keeps what steps leave for each other. It is memory, where all is one block
+//! (`run::memory`), or memory that the next merge goes on with (`run::incremental`). Or it is files, block by block and task by task
+//! (`run::out_of_core`).
 
 use crate::crossings::lattice::Lattice;
 use crate::crossings::scan_order::ScanPlaces;
@@ -24,11 +25,11 @@ base::choices! {
         Collect = "collect" "Collect",
         /// How far scans lie from each other.
         Overlap = "overlap" "Overlap",
-        /// What all scans come to in some blocks of the grid.
+        /// Sums of all scans in some blocks of the grid.
         Fuse = "fuse" "Fuse",
-        /// What some scans see through.
+        /// Crossings that some scans see through.
         Look = "look" "Look",
-        /// What most see through goes, in some blocks.
+        /// Crossings that most scans see through are dropped, in some blocks.
         Drop = "drop" "Drop",
         /// How bright scans are beside each other.
         Colours = "colours" "Colours",
@@ -40,7 +41,7 @@ base::choices! {
 }
 
 impl Stage {
-    /// Of how many tasks it is where stages are cut into so many; some are one task.
+    /// Of how many tasks it is where stages are cut into so many. Some are one task.
     pub fn tasks(self, portions: u32) -> u32 {
         match self {
             Stage::Plan | Stage::Overlap | Stage::Colours => 1,
@@ -54,20 +55,20 @@ pub trait Graph {
     /// The surface, block by block.
     type Tiles: Tiles;
 
-    /// Does a stage; all before it are done.
+    /// Does a stage. All before it are done.
     ///
     /// # Errors
-    /// What the stage can meet; cancelled.
+    /// What the stage can meet. Cancelled.
     fn run(&mut self, stage: Stage, progress: &Progress<'_>) -> Result<()>;
 
-    /// What they have come to, all done.
+    /// Their result, all done.
     ///
     /// # Errors
     /// It can't be read.
     fn finished(&mut self) -> Result<Built<Self::Tiles>>;
 }
 
-/// What the stages have come to.
+/// Result of the stages.
 pub struct Built<T> {
     /// The surface before holes are closed.
     pub tiles: T,
@@ -81,13 +82,13 @@ pub struct Built<T> {
     pub placing: Placing,
     /// The system that the scans lie in.
     pub crs: Option<Crs>,
-    /// Where the scans of the vertices stand in their order.
+    /// Places of the scans of the vertices in their order.
     pub places: ScanPlaces,
     /// Figures so far.
     pub report: MergeReport,
 }
 
-/// Where the surface goes, and how much of it may be in memory at a time.
+/// Target of the surface, and how much of it may be in memory at a time.
 pub struct Out<'a> {
     /// Takes it.
     pub sink: &'a mut dyn MeshSink,
@@ -114,7 +115,7 @@ pub fn merge(
 /// Steps 8 and 9, once all stages are done: what is made of the tiles is handed over.
 ///
 /// # Errors
-/// A tile can't be read; nothing is left; more vertices than there are numbers for; the sink's; cancelled.
+/// A tile can't be read. Nothing is left. More vertices than there are numbers for. The sink's. Cancelled.
 pub fn finish(
     graph: &mut impl Graph,
     params: &MergeParams,

@@ -7,7 +7,7 @@ use base::report::{Found, Measured};
 use mesh::TriMesh;
 
 base::choices! {
-    /// What decided the size of a cell.
+    /// The rule that decided the size of a cell.
     pub enum VoxelReason {
         /// The caller gave it.
         Given = "given" "as given",
@@ -24,7 +24,7 @@ base::choices! {
 }
 
 base::choices! {
-    /// What a warning of a merge is about.
+    /// Subject of a warning of a merge.
     pub enum WarningKind {
         /// No scan has a pose: all are depth images that stand at one place.
         NoPoses = "no_poses" "No poses",
@@ -38,9 +38,9 @@ base::choices! {
 /// Something that a person should look at before the surface is used.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Warning {
-    /// What it is about.
+    /// Its subject.
     pub kind: WarningKind,
-    /// What was found, and what to do.
+    /// The finding, and what to do.
     pub text: String,
 }
 
@@ -62,7 +62,7 @@ base::report! {
         input_triangles: u64 = count("Their triangles"),
         /// Size of a cell that was used.
         voxel: f64 = length("Voxel"),
-        /// What decided the size of a cell.
+        /// Rule that decided the size of a cell.
         voxel_reason: VoxelReason = choice("Chosen as", VoxelReason::CHOICES),
         /// Merge distance that was used.
         merge_distance: f64 = length("Merge distance"),
@@ -141,11 +141,10 @@ impl MergeReport {
 
 /// Result of a merge.
 ///
-/// Vertex attributes: `confidence` (f32, summed over the scans at the vertex), `noise` (f32, standard deviation of the samples
-/// along their rays, as measured, 0 where they are clean), `interpolated` (bool: on no scan exactly,
-/// artificial or filling a hole), `source_scan` (i32, the scan of largest weight, -1 where interpolated), `colour` if any scan
-/// has colours: averaged in linear light; alpha 0 where no scan has one, with the nearest colour of the surface there. Face
-/// attribute: `hole_fill` (bool).
+/// Vertex attributes: `confidence` (f32, summed over the scans at the vertex), `noise` (f32, standard deviation of the samples along their
+/// rays, as measured, 0 where they are clean), `interpolated` (bool: on no scan exactly, artificial or filling a hole), `source_scan` (i32,
+/// the scan of largest weight, -1 where interpolated), `colour` if any scan has colours. Colours are averaged in linear light. Alpha is 0
+/// where no scan has one, with the nearest colour of the surface there. Face attribute: `hole_fill` (bool).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Merged {
     /// The surface, in the world.

@@ -1,4 +1,4 @@
-//! What must always hold of a merge, whatever the scans.
+//! Rules that always hold of a merge, whatever the scans.
 
 use glam::{DAffine3, DVec3};
 use proptest::prelude::*;
@@ -490,7 +490,7 @@ fn large_triangles_are_cancelled_between_rows() {
     }
 }
 
-/// Whatever side of its plane a vertex lies on, by however little: no vertex of the result is a quotient of nothing.
+/// A vertex may lie on any side of its plane, by however little: no vertex of the result is a quotient of nothing.
 #[test]
 fn a_floor_in_a_plane_of_the_grid_has_places() {
     let mut state = 1_u64;

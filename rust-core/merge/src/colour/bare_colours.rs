@@ -12,7 +12,7 @@ use base::progress::Progress;
 /// The colours of vertices of alpha 0, by their numbers.
 ///
 /// # Errors
-/// A tile can't be read; cancelled.
+/// A tile can't be read. Cancelled.
 pub fn fill_in<T: Tiles>(whole: &Whole<T>, progress: &Progress<'_>) -> Result<FxHashMap<u64, [u8; 4]>> {
     let mut beside = Beside::default();
     let mut seen = 0;

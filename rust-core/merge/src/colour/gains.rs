@@ -1,8 +1,8 @@
 //! How much brighter or darker each scan is than the others, by channel, from the colours that scans have of the same places.
 //!
-//! Two members of an edge are colours of the same place: the logarithm of their ratio is the difference of the two scans'
-//! exposures, but for errors. All of these together say what each scan has to be multiplied by: least squares with gains kept near 1, as
-//! \[BL07\] have it of images, in logarithms, and without what fits nothing: highlights, and places that are not the same.
+//! Two members of an edge are colours of the same place. The logarithm of their ratio is the difference of the two scans' exposures, but
+//! for errors. All of these together say what each scan has to be multiplied by. It is least squares with gains kept near 1, as \[BL07\]
+//! have it of images, in logarithms. Highlights and places that are not the same are left out, as they fit nothing.
 
 use rayon::prelude::*;
 
@@ -15,7 +15,7 @@ use base::error::Result;
 use base::progress::Progress;
 use mesh::srgb;
 
-/// About so many edges a scan are looked at, chosen by their colours; of all scans no fewer and no more than these.
+/// About so many edges a scan are looked at, chosen by their colours. Of all scans no fewer and no more than these.
 const EDGES_A_SCAN: usize = 128;
 const EDGES: [usize; 2] = [1 << 13, 1 << 16];
 /// Units of a logarithm.
@@ -71,8 +71,7 @@ pub fn tell(
     Ok(())
 }
 
-/// The factors for red, green and blue that make the scans equally bright; empty if they are, or none overlap. O(sums +
-/// scans).
+/// The factors for red, green and blue that make the scans equally bright. Empty if they are, or none overlap. O(sums + scans).
 ///
 /// # Errors
 /// Cancelled.
@@ -117,7 +116,7 @@ pub fn shared(list: &[EdgeSums]) -> impl Iterator<Item = &EdgeSums> {
     list.iter().filter(|edge| edge.only_scan().is_none() && edge.members().iter().nth(1).is_some())
 }
 
-/// Which edges are looked at.
+/// Edges that are looked at.
 pub struct Sample {
     every: u64,
     logarithms: [i16; 256],
@@ -145,7 +144,7 @@ impl Sample {
     }
 }
 
-/// What two members of an edge say; `None` where they are of the same scan, or too different.
+/// The pair that two members of an edge make. `None` if they are of the same scan, or too different.
 fn pair(a: &Member, b: &Member, logarithms: &[i16; 256]) -> Option<Pair> {
     let [first, second] = if a.scan < b.scan { [a, b] } else { [b, a] };
     let difference = |channel: usize| {
@@ -238,7 +237,7 @@ impl Channel {
         Ok(found)
     }
 
-    /// What a couple's differences would be by these gains.
+    /// The mean of a couple's differences that these gains would give.
     fn expected(logarithms: &[f64], scans: [usize; 2]) -> f64 {
         UNIT * (logarithms[scans[1]] - logarithms[scans[0]])
     }
@@ -270,7 +269,7 @@ impl Channel {
     }
 }
 
-/// The logarithms of gains that fit the links best, by conjugate gradients; sums run in the order of the links.
+/// The logarithms of gains that fit the links best, by conjugate gradients. Sums run in the order of the links.
 fn balanced(links: &[Link], scans: usize, progress: &Progress<'_>) -> Result<Vec<f64>> {
     let mut diagonal = vec![0.0; scans];
     let mut rest = vec![0.0; scans];
@@ -316,7 +315,7 @@ mod tests {
         (i as f64 * 0.618_033_988_75).fract()
     }
 
-    /// Pairs of scans of these exposures, each with so many of those that follow it; `error` is added to what each pair says.
+    /// Pairs of scans of these exposures, each with so many of those that follow it. `error` is added to what each pair says.
     fn pairs_of(exposures: &[f64], next: usize, error: impl Fn(usize) -> f64) -> Vec<Pair> {
         let mut pairs = Vec::new();
         for a in 0..exposures.len() {

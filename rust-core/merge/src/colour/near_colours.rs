@@ -1,4 +1,4 @@
-//! Colours of vertices that no scan has a colour of: those of the nearest that have one, ring by ring along the surface; in parts without
+//! Colours of vertices that no scan has a colour of: those of the nearest that have one, ring by ring along the surface. In parts without
 //! any, the nearest in space. Alpha stays 0, so that what was seen can be told from what was not.
 
 use std::hash::BuildHasher as _;
@@ -13,9 +13,9 @@ use base::progress::Progress;
 use geom::neighbours::{Few, KdTree};
 use mesh::srgb::Mix;
 
-/// Where no vertex has a colour.
+/// Colour if no vertex has one.
 const NOWHERE: [u8; 4] = [u8::MAX, u8::MAX, u8::MAX, 0];
-/// About so many vertices are searched for the nearest in space; of more, some are taken, wherever they are.
+/// About so many vertices are searched for the nearest in space. Of more, some are taken, wherever they are.
 const MOST: u64 = 1 << 20;
 
 /// Gives vertices of alpha 0 the colours of those beside them. O(triangles).
@@ -32,8 +32,8 @@ pub fn fill_in(surface: &mut Surface, progress: &Progress<'_>) -> Result<()> {
     seen.fill_in(surface, &apart, progress)
 }
 
-/// The same of vertices that are in parts with colours; the others are returned. Of the surface the bare vertices, the triangles at
-/// them and their corners have to be known.
+/// The same of vertices that are in parts with colours. The others are returned. Of the surface the bare vertices, the triangles at them
+/// and their corners have to be known.
 ///
 /// # Errors
 /// Cancelled.
@@ -144,7 +144,7 @@ impl Seen {
     }
 }
 
-/// The vertices beside each that has a number, as starts and a flat list; each as often as triangles have both.
+/// The vertices beside each that has a number, as starts and a flat list. Each as often as triangles have both.
 fn beside(
     triangles: &[[u32; 3]],
     number: &[u32],

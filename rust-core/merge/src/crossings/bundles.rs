@@ -16,8 +16,7 @@ use base::progress::Progress;
 
 const CHUNK: usize = 256;
 
-/// The crossings of one worker, by bundle. Where there are many they are added up: what is held follows the surface, not
-/// the scans.
+/// The crossings of one worker, by bundle. If there are many they are added up: the memory held follows the surface, not the scans.
 #[derive(Default)]
 pub struct Buckets {
     index: FxHashMap<BundleKey, u32>,
@@ -28,11 +27,11 @@ pub struct Buckets {
     pub len: u64,
     /// Those that are not added up yet.
     held: u64,
-    /// Where all workers add theirs up.
+    /// The store in which all workers add theirs up.
     store: Arc<SumsStore>,
 }
 
-/// What the crossings of all workers come to, as far as they are added up.
+/// Sums of the crossings of all workers, as far as they are added up.
 #[derive(Default)]
 pub struct SumsStore {
     bundles: Mutex<FxHashMap<BundleKey, Arc<Mutex<Added>>>>,
@@ -40,7 +39,7 @@ pub struct SumsStore {
     len: AtomicU64,
 }
 
-/// What is added up of a bundle.
+/// Sums of a bundle.
 #[derive(Default)]
 pub struct Added {
     /// Sorted.
@@ -49,7 +48,7 @@ pub struct Added {
     pub sample: Vec<Crossing>,
 }
 
-/// What was found in a bundle.
+/// Crossings found in a bundle.
 #[derive(Default)]
 pub struct Found {
     /// Crossings, in chunks of fixed size: growing copies nothing.
@@ -91,8 +90,8 @@ impl Buckets {
         list
     }
 
-    /// Adds up the crossings of whole scans, some of those of the order, where they are more than `kept`, and so many that each
-    /// edge is met a few times only, however many there are.
+    /// Adds up the crossings of whole scans, some of those of the order, once they are more than `kept`. That is so many that each edge is
+    /// met a few times only, however many scans there are.
     ///
     /// # Errors
     /// Cancelled.
@@ -132,7 +131,7 @@ fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
 
 /// Crossings that a worker keeps one by one.
 pub const MANY: u64 = 1 << 20;
-/// Where there are more than [`MANY`], overlaps are measured on one line in so many.
+/// If there are more than [`MANY`], overlaps are measured on one line in so many.
 const SAMPLED_LINES: u64 = 64;
 
 /// Whether overlaps are measured by this crossing where crossings are many: the line decides, and the scan.
@@ -197,9 +196,9 @@ pub fn join<'a>(scans: impl Iterator<Item = (u32, &'a ScanCrossings)>) -> Vec<Ra
 
 /// The crossings of one bundle, as several workers found them: in no particular order.
 pub struct RawBundle {
-    /// Which row of bricks.
+    /// The row of bricks.
     pub key: BundleKey,
-    /// What was found there.
+    /// Crossings that were found there.
     pub found: Found,
 }
 

@@ -12,7 +12,7 @@ pub struct Crossing {
     packed: u32,
     /// Cell along the line.
     pub cell: i32,
-    /// Place within the cell, 0 to 1; with `cell` the paper's `ic`.
+    /// Place within the cell, 0 to 1. With `cell` the paper's `ic`.
     pub fraction: f32,
     /// Component of the surface's unit normal along the line, the paper's `dr`: negative where the line enters the object.
     pub normal: f32,
@@ -22,7 +22,7 @@ pub struct Crossing {
     pub colour: [u8; 4],
     /// How much further along the normal the surface lies, without the bias of smoothing, in units of 1 / 4096 cell.
     residual: i16,
-    /// Standard deviation of the samples here, in units of 1 / 1024 cell; 0: clean.
+    /// Standard deviation of the samples here, in units of 1 / 1024 cell. 0: clean.
     deviation: u16,
 }
 
@@ -68,7 +68,7 @@ impl Crossing {
         f64::from(self.residual) / RESIDUAL_UNITS
     }
 
-    /// Standard deviation of the samples here, in cells; 0: clean.
+    /// Standard deviation of the samples here, in cells. 0: clean.
     #[inline]
     pub fn deviation(&self) -> f64 {
         f64::from(self.deviation) / Self::DEVIATION_UNITS
@@ -91,7 +91,7 @@ impl Crossing {
         (self.packed & LINE_MASK) as usize
     }
 
-    /// Number of the scan; for a fused crossing that of the scan of largest weight.
+    /// Number of the scan. For a fused crossing that of the scan of largest weight.
     #[inline]
     pub fn scan(&self) -> u32 {
         self.packed >> SCAN_SHIFT

@@ -1,10 +1,9 @@
 //! Stage 1: the intersections of a surface with the lines of the grid. [MI04, sec. 3.1]
 //!
-//! Watertight by construction. The vertices are snapped to fixed point; which line meets which triangle and in which cell
-//! is decided exactly, for a grid moved by the infinitesimals (e, e^2, e^3) along x, y, z (simulation of simplicity,
-//! Edelsbrunner and Muecke 1990). So no line ever meets an edge or vertex of the surface and no node lies on it: a line
-//! through a shared edge belongs to one of its triangles, and the crossings of a closed surface along the twelve edges of
-//! a cell are always those of some labelling of its corners.
+//! Watertight by construction. The vertices are snapped to fixed point. An exact test decides which line meets which triangle and in which
+//! cell, for a grid moved by the infinitesimals (e, e^2, e^3) along x, y, z (simulation of simplicity, Edelsbrunner and Muecke 1990). So no
+//! line ever meets an edge or vertex of the surface and no node lies on it. A line through a shared edge belongs to one of its triangles.
+//! The crossings of a closed surface along the twelve edges of a cell are always those of some labelling of its corners.
 
 use glam::DVec3;
 
@@ -19,13 +18,13 @@ use mesh::srgb::Mix;
 /// Crossings between two looks at the cancel flag, and triangles between them.
 const CHECK_EVERY: u64 = 1 << 14;
 
-/// A triangle's edges are measured in 64-bit integers up to this extent in cells; larger ones take 128 bits.
+/// A triangle's edges are measured in 64-bit integers up to this extent in cells. Larger ones take 128 bits.
 const SMALL_EXTENT: i64 = 1 << 9;
 
 /// Finds all crossings of `surface`, the scan of number `scan`, and adds them to `buckets`.
 ///
 /// # Errors
-/// A coordinate out of range; cancelled.
+/// A coordinate out of range. Cancelled.
 pub fn discretize(
     surface: &OrientedSurface,
     name: &str,
@@ -110,7 +109,7 @@ pub fn discretize(
     Ok(())
 }
 
-/// The first line at or after a coordinate; lines stand an infinitesimal beyond their node.
+/// The first line at or after a coordinate. Lines stand an infinitesimal beyond their node.
 #[inline]
 fn ceil_cell(coordinate: i64) -> i32 {
     ((coordinate + CELL - 1) >> FRACTION_BITS) as i32
@@ -120,7 +119,7 @@ struct Triangle {
     vertices: [[i64; 3]; 3],
 }
 
-/// Where a line meets a triangle.
+/// The place where a line meets a triangle.
 struct Hit {
     /// Coordinates of the line across its axis.
     line: [i32; 2],
@@ -216,7 +215,7 @@ fn scan_lines<W: Wide>(
     if orientation == 0 {
         return;
     }
-    // Which side of side i a line at distance (e^a, e^b) from a point exactly on it stands; lower axes move further.
+    // The side of side i on which a line at distance (e^a, e^b) from a point exactly on it stands; lower axes move further.
     let ties = sides.map(|side| {
         let by_u = -side[1].signum() as i32;
         let by_v = side[0].signum() as i32;

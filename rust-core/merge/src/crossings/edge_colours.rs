@@ -1,10 +1,10 @@
 //! Colours of the surface from those of the scans that cross it.
 //!
-//! Of the scans that cross an edge of the grid a few are kept as **members**, each with its own colour: so that what one of them
-//! is too bright by can be taken out when all are known ([`crate::colour::gains`]), and so that highlights can be outvoted. Which are
-//! kept is decided by a number made of the member's own content, so neither the order of scans, nor how they are shared among
-//! threads, nor where bricks begin can matter, and a thousand scans take as much as four. Weights have no say in it: what faces its
-//! camera weighs most, and reflects the camera's lamp.
+//! Of the scans that cross an edge of the grid a few are kept as **members**, each with its own colour. So one that is too bright can be
+//! corrected when all are known ([`crate::colour::gains`]), and highlights can be outvoted. A number made of the member's own content
+//! decides which are kept. So neither the order of scans, nor how they are shared among threads, nor where bricks begin can matter. A
+//! thousand scans take as much as four. Weights have no say in it: a surface that faces its camera weighs most, and reflects the camera's
+//! lamp.
 
 use bytemuck::{Pod, Zeroable};
 use mesh::srgb;
@@ -39,7 +39,7 @@ pub struct Member {
 }
 
 impl Members {
-    /// One, of a weight from 0 to 1; none if alpha is 0.
+    /// One, of a weight from 0 to 1. None if alpha is 0.
     pub fn of(scan: u32, [red, green, blue, alpha]: [u8; 4], weight: f64) -> Self {
         let mut members = Members::default();
         if alpha > 0 {
@@ -115,7 +115,7 @@ fn mixed(bits: u64) -> u64 {
     (bits ^ bits >> 32).wrapping_mul(0xd6e8_feb8_6659_fd93)
 }
 
-/// What the light of each scan is multiplied by; nothing where scans agree.
+/// Factors of the light of each scan. Nothing if scans agree.
 #[derive(Default)]
 pub struct Gains {
     /// By the scan's number, in units of 1 / 2^16.
@@ -160,7 +160,7 @@ impl Gains {
     }
 }
 
-/// What is more than so many times as bright as the middle one, of two the darker one, is a highlight: those only add light. A
+/// A colour that is more than so many times as bright as the middle one, of two the darker one, is a highlight: those only add light. A
 /// little more is none, however dark the place is.
 const BRIGHTER: u64 = 9;
 const BRIGHTER_THAN: u64 = 8;
@@ -184,7 +184,7 @@ struct Lit {
 
 /// Edges count with as many crossings as they have, but no more than these.
 const MOST_CROSSINGS: u32 = 1 << 16;
-/// What each number of members, by which the crossings of their edge are divided, divides.
+/// A multiple of each number of members, by which the crossings of their edge are divided.
 const DIVISIBLE: u64 = 12;
 
 impl Poll {
@@ -199,7 +199,7 @@ impl Poll {
         }
     }
 
-    /// The mean colour without highlights; alpha is 0 where nobody has a say. Forgets all.
+    /// The mean colour without highlights. Alpha is 0 where nobody has a say. Forgets all.
     pub fn decide(&mut self) -> [u8; 4] {
         if self.members.is_empty() {
             return [0; 4];

@@ -1,5 +1,4 @@
-//! What the crossings of one edge of the grid, of one sign, come to: sums, of which as many are kept for a thousand scans of
-//! a place as for one.
+//! Sums of the crossings of one edge of the grid, of one sign. As many are kept for a thousand scans of a place as for one.
 //!
 //! Sums are whole numbers, so that neither the order of the scans nor how they are shared among threads can matter.
 
@@ -12,8 +11,8 @@ use super::edge_colours::Members;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct EdgeSums {
-    /// Line within the bundle (bits 0 to 9); flags; in the upper 18 bits half the distance to the next edge of the other
-    /// sign below and above.
+    /// Line within the bundle (bits 0 to 9). Flags. In the upper 18 bits half the distance to the next edge of the other sign below and
+    /// above.
     packed: u32,
     /// Cell along the line.
     pub cell: i32,
@@ -27,10 +26,10 @@ pub struct EdgeSums {
     /// Colours of some of the scans.
     colours: Members,
     trust: u64,
-    /// Weights of the votes; times the normal's component along the line.
+    /// Weights of the votes. Times the normal's component along the line.
     weight: i64,
     slope: i64,
-    /// Of one crossing the bits of its place on the edge; else weights times places.
+    /// Of one crossing the bits of its place on the edge. Else weights times places.
     place: i64,
     /// Weights times how far along the normal the surface is from the edge's lower node.
     offset: i64,
@@ -45,17 +44,17 @@ const NOISY: u32 = MIXED << 1;
 /// Weights of a million scans fit, and the faintest, of grazing lines in deep noise, have a dozen bits.
 const UNIT: f64 = (1_u64 << 42) as f64;
 const TRUST_UNIT: f64 = (1_u64 << 32) as f64;
-/// Rooms have 9 bits each and are in units of 1 / 128 cell; the largest is far.
+/// Rooms have 9 bits each and are in units of 1 / 128 cell. The largest is far.
 const ROOM_SHIFTS: [u32; 2] = [14, 23];
 const ROOM_UNITS: f64 = 128.0;
 const ROOM_FAR: u32 = (1 << 9) - 1;
 
-/// Weight of a vote at borders, where trust is 0; at trust 1 or more it is 1.
+/// Weight of a vote at borders, where trust is 0. At trust 1 or more it is 1.
 const LEAST_SHARE: f64 = 0.25;
 /// Noise, in cells, that halves the weight of a vote.
 const HALVES: f64 = 0.1;
 
-/// What a crossing's vote weighs before its line counts.
+/// Weight of a crossing's vote before its line counts.
 fn vote(c: &Crossing) -> f64 {
     let precision = if c.is_clean() { 1.0 } else { 1.0 / (1.0 + (c.deviation() / HALVES).powi(2)) };
     (LEAST_SHARE + (1.0 - LEAST_SHARE) * f64::from(c.weight.clamp(0.0, 1.0))) * precision
@@ -94,7 +93,7 @@ impl OnLine for EdgeSums {
 }
 
 impl EdgeSums {
-    /// What sums are sorted by, and the same for those that can be added.
+    /// The key that sums are sorted by, and the same for those that can be added.
     pub fn key(&self) -> (u32, i32, u32) {
         (self.packed & LINE_MASK, self.cell, self.packed & ENTERS)
     }
@@ -147,7 +146,7 @@ impl EdgeSums {
         self.slope as f64 / (self.weight as f64).max(1.0)
     }
 
-    /// Mean place on the edge; to the bit that of a single crossing.
+    /// Mean place on the edge. To the bit that of a single crossing.
     #[inline]
     pub fn fraction(&self) -> f64 {
         if self.count == 1 { self.single_place() } else { self.place as f64 / (self.weight as f64).max(1.0) }

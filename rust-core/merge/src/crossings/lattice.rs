@@ -47,8 +47,8 @@ pub struct Lattice {
 }
 
 impl Lattice {
-    /// A grid whose base is the place for one that is nearest to `near`; bricks are counted from the world node `corner`, which changes no result but
-    /// the order of its vertices and triangles.
+    /// A grid whose base is the place for one that is nearest to `near`. Bricks are counted from the world node `corner`, which changes no
+    /// result but the order of its vertices and triangles.
     ///
     /// # Errors
     /// `near` is too far from the world's origin, counted in cells.
@@ -128,8 +128,7 @@ fn is_outside(world: f64, grid: i64) -> bool {
         || grid.unsigned_abs() > (MAX_NODE as u64) << FRACTION_BITS
 }
 
-/// The nearest integer, halves to even. Adding 1.5 * 2^52 leaves no bits after the point; where the sum would round
-/// further, the slower way.
+/// The nearest integer, halves to even. Adding 1.5 * 2^52 leaves no bits after the point; if the sum would round further, the slower way.
 #[inline]
 fn round(x: f64) -> i64 {
     const SHIFT: f64 = 6_755_399_441_055_744.0;

@@ -5,7 +5,7 @@ use super::edge_sums::{self, EdgeSums, edge_line};
 use super::fine_details::remove_fine_details;
 use super::lattice::{BRICK_BITS, ROWS};
 
-/// What there is on the lines of a row of bricks: by brick along the axis, then line, then place.
+/// Content of the lines of a row of bricks: by brick along the axis, then line, then place.
 #[derive(Clone)]
 pub struct SortedBundle<T = EdgeSums> {
     /// Axis and place of the row of bricks.
@@ -17,7 +17,7 @@ pub struct SortedBundle<T = EdgeSums> {
 }
 
 impl<T: OnLine> SortedBundle<T> {
-    /// What lies in cells of brick `brick` along the axis.
+    /// The part that lies in cells of brick `brick` along the axis.
     pub fn in_brick(&self, brick: i32) -> &[T] {
         match self.bricks.binary_search_by_key(&brick, |b| b.0) {
             Ok(i) => {
@@ -29,8 +29,8 @@ impl<T: OnLine> SortedBundle<T> {
     }
 }
 
-/// Sorts the crossings of a bundle by line, then along the line; equal places by content, so that the order in which
-/// scans and threads delivered them is forgotten. Calls `each` with every line that has crossings.
+/// Sorts the crossings of a bundle by line, then along the line. Equal places by content, so that the order in which scans and threads
+/// delivered them is forgotten. Calls `each` with every line that has crossings.
 pub fn for_each_line(chunks: &[Vec<Crossing>], mut each: impl FnMut(usize, &mut Vec<Crossing>)) {
     let mut starts = [0_u32; ROWS + 1];
     let all = || chunks.iter().flatten();
@@ -65,7 +65,7 @@ pub fn for_each_line(chunks: &[Vec<Crossing>], mut each: impl FnMut(usize, &mut 
     }
 }
 
-/// Adds up the crossings of whole scans by edge and sign; sorted by [`EdgeSums::key`].
+/// Adds up the crossings of whole scans by edge and sign. Sorted by [`EdgeSums::key`].
 pub fn sums(chunks: &[Vec<Crossing>]) -> Vec<EdgeSums> {
     let mut all = Vec::new();
     for_each_line(chunks, |_, line| {
@@ -106,7 +106,7 @@ pub fn sort_sums(key: BundleKey, mut all: Vec<EdgeSums>) -> SortedBundle {
     by_brick(key, all)
 }
 
-/// Another surface has at least this share of the weight; what has less is a fold that noise made.
+/// Another surface has at least this share of the weight. A surface with less is a fold that noise made.
 const SHARE: f64 = 0.25;
 
 /// Notes of what is on a line how far the other surfaces are, those of the other sign.

@@ -1,4 +1,4 @@
-//! Which scan is which: their order, by name, then by content, and the numbers that crossings know them by.
+//! The scans: their order, by name, then by content, and the numbers that crossings know them by.
 //!
 //! A number is made of the scan's name: so a scan that comes or goes leaves the others theirs, wherever it stands in the order, and what was
 //! found out of them stays true. Nothing but names and contents decides, so the order of the list does not matter.
@@ -11,7 +11,7 @@ use super::crossing::MAX_SCANS;
 use base::{Progress, Result};
 use image::source::ScanSource;
 
-/// Where crossings are many, overlaps are measured between no fewer pairs of scans than this, if there are so many.
+/// If crossings are many, overlaps are measured between no fewer pairs of scans than this, if there are so many.
 const SAMPLED_PAIRS: usize = 256;
 
 /// The scans of a merge, in order.
@@ -19,19 +19,19 @@ const SAMPLED_PAIRS: usize = 256;
 pub struct ScanOrder<'a> {
     /// The scans.
     pub sources: Vec<&'a dyn ScanSource>,
-    /// What each of them is, in a number that no other has.
+    /// The version of each of them: a number that no other has.
     pub versions: Vec<u64>,
-    /// What crossings know each of them by.
+    /// The numbers by which crossings know each of them.
     numbers: Vec<u32>,
     places: ScanPlaces,
 }
 
-/// Where the scans of numbers stand in the order.
+/// Places of the scans of numbers in the order.
 #[derive(Clone, Debug, Default)]
 pub struct ScanPlaces(pub FxHashMap<u32, u32>);
 
 impl ScanPlaces {
-    /// What users know the scan of a vertex by; less than 0 is none.
+    /// The number by which users know the scan of a vertex. Less than 0 is none.
     pub fn told(&self, scan: i32) -> i32 {
         u32::try_from(scan).map_or(scan, |number| self.0[&number] as i32)
     }
@@ -73,7 +73,7 @@ impl<'a> ScanOrder<'a> {
         &self.numbers
     }
 
-    /// Where the scan of a number stands.
+    /// Place of the scan of a number.
     pub fn place(&self, number: u32) -> Option<usize> {
         self.places.0.get(&number).map(|&place| place as usize)
     }
@@ -83,7 +83,7 @@ impl<'a> ScanOrder<'a> {
         self.versions[self.place(number).expect("it is of a scan of the order")]
     }
 
-    /// Where all of them stand.
+    /// Places of all of them.
     pub fn places(&self) -> ScanPlaces {
         self.places.clone()
     }
@@ -105,7 +105,7 @@ fn number(name: &[u8], nth: u32, attempt: u32) -> u32 {
 /// The scans, as places in the list, in order: by name, then by `content`. That is asked for of scans that share a name.
 ///
 /// # Errors
-/// What `content` says; cancelled.
+/// What `content` says. Cancelled.
 pub fn in_order(
     sources: &[&dyn ScanSource],
     content: impl Fn(usize) -> Result<u64> + Sync,

@@ -17,7 +17,7 @@ use crate::{MergeParams, MergeReport};
 /// By default the distance of merging is so many times what 95 in 100 distances between overlapping scans are within, and at
 /// least a cell: of normally distributed ones 3.5 deviations.
 const OVERLAP: f64 = 1.8;
-/// What 95 in 100 normally distributed distances are within, by what a quarter of them is.
+/// Bound of 95 in 100 normally distributed distances, by the bound of a quarter of them.
 const Q95_BY_QUARTER: f64 = 6.15;
 /// Of normally distributed errors the standard deviation, by the median distance of two that have it.
 const SPREAD: f64 = 1.048_4;
@@ -34,7 +34,7 @@ pub struct Reaches {
     pub reach: f64,
     /// Standard deviation of the distance between a scan and the surface.
     pub spread: f64,
-    /// What surfaces may be off by where scans look.
+    /// Error of surfaces where scans look.
     tolerance: f64,
 }
 
@@ -54,7 +54,7 @@ impl Reaches {
         Reaches { reach, spread, tolerance: reach.max(1.0).max(aside) }
     }
 
-    /// What surfaces may be off by where scans look, in world units.
+    /// Error of surfaces where scans look, in world units.
     pub fn tolerance(&self, voxel: f64) -> f64 {
         self.tolerance * voxel
     }
@@ -90,7 +90,7 @@ pub fn sort_lines(raw: Vec<RawBundle>, progress: &Progress<'_>) -> Result<Bundle
     Ok(Bundles::new(raw.into_par_iter().map(sort).collect::<Result<_>>()?))
 }
 
-/// What a brick's crossings make of it; nothing where none says anything of any of its nodes.
+/// The labels and vertices that a brick's crossings make. Nothing if none says anything of any of its nodes.
 pub type Labelled = Option<(Box<BrickLabels>, Vertices)>;
 
 /// The labels and vertices of bricks.

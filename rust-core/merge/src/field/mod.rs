@@ -1,14 +1,14 @@
 //! Stage 4: which nodes are inside, and where the surface passes between them.
 //!
-//! The crossings of an edge tell the nodes of its line how far from the surface they are, along the normal: a **vote**. A node's
-//! label is the sign of the mean of its votes, and between nodes of different labels a vertex lies where that mean,
-//! taken as linear, is zero. A vote weighs as much as the sample is trusted, less where it is noisy, and with the square of
-//! the normal's component along the line: over three lines these add up to one, so that a crossing of a grazing line,
-//! whose place says little, has little to say, and all axes see the same surface. The mean of distances is the least
-//! squares surface of independent errors \[CL96\]; taken at nodes a little to both sides of the surface only, it has no bias.
+//! The crossings of an edge tell the nodes of its line how far from the surface they are, along the normal: a **vote**. A node's label is
+//! the sign of the mean of its votes, and between nodes of different labels a vertex lies where that mean, taken as linear, is zero. A vote
+//! weighs as much as the sample is trusted, less where it is noisy, and with the square of the normal's component along the line. Over
+//! three lines these add up to one. So a crossing of a grazing line, whose place says little, has little to say, and all axes see the same
+//! surface. The mean of distances is the least squares surface of independent errors \[CL96\]. Taken at nodes a little to both sides of the
+//! surface only, it has no bias.
 //!
-//! Where one clean scan is all that speaks of a node, the crossings of the node's edges label it, as in the paper; and where
-//! all crossings of clean scans nearby lie in one edge, its vertex is their mean. So a single clean scan is not resampled.
+//! If one clean scan is all that speaks of a node, the crossings of the node's edges label it, as in the paper. If all crossings of clean
+//! scans nearby lie in one edge, its vertex is their mean. So a single clean scan is not resampled.
 
 pub mod fuse;
 pub mod nodes;
@@ -127,10 +127,9 @@ const FARTHEST: f64 = 16.0;
 const HALF_A_SHEET: f64 = 0.75;
 /// How far from nodes, in cells, vertices of sheets stay that the votes would put beyond.
 const INSET: f64 = 0.02;
-/// What remains of a vote's weight beyond half way to the next surface.
+/// The rest of a vote's weight beyond half way to the next surface.
 const BEYOND: f64 = 1e-6;
-/// Share of the weight nearby from which on clean crossings of an edge have a say about its vertex; with all of it they
-/// decide.
+/// Share of the weight nearby from which on clean crossings of an edge have a say about its vertex. With all of it they decide.
 const CERTAIN: f64 = 0.9;
 
 impl VoteRule {
@@ -161,7 +160,7 @@ impl Default for Field {
 }
 
 impl Field {
-    /// Labels the nodes of a brick and finds its vertices; `None` if no crossing says anything about any of them.
+    /// Labels the nodes of a brick and finds its vertices. `None` if no crossing says anything about any of them.
     pub fn label(
         &mut self,
         bundles: &Bundles,
@@ -239,7 +238,7 @@ impl Field {
         let below = edge.cell - first_node;
         let place = f64::from(below) + fraction;
         let reach = rule.along(normal);
-        // Where the surface lies, without the bias of smoothing; on grazing lines that says nothing.
+        // The place of the surface, without the bias of smoothing; on grazing lines that says nothing.
         let middle = place + (residual / normal).clamp(-1.0, 1.0);
         // The nodes of its edge always, others no further than half way to the next surface.
         let passes = smooth::passes(rule.spread);
@@ -326,7 +325,7 @@ fn vertex(
             }
         }
     }
-    // Where another surface speaks of one of the edge's nodes, their means are of two surfaces.
+    // If another surface speaks of one of the edge's nodes, their means are of two surfaces.
     let zero = if is_thin && total > 0.0 { (along_line / total).clamp(INSET, 1.0 - INSET) } else { zero };
     let certainty = if total > 0.0 { ((certain / total - CERTAIN) / (1.0 - CERTAIN)).clamp(0.0, 1.0) } else { 0.0 };
     // Of certainty 1 to the bit.

@@ -1,15 +1,15 @@
-//! Stage 4, where it is needed: the mean distance of a node is made that of the node and its neighbours where too few samples
-//! vote for it to be better than a tenth of a cell.
+//! Stage 4, where it is needed. The mean distance of a node is made that of the node and its neighbours if too few samples vote for it to
+//! be better than a tenth of a cell.
 //!
-//! What votes of a place have in common, errors of a scan's pose, errors of pixels that depend on their neighbours, does not go
-//! when the votes of a node are averaged, but differs from node to node. Neighbours say where the surface passes the node
-//! by their distance and the mean normal \[KW93\]: half way between their own normal and that of the surroundings, so that a
-//! surface that bends evenly stays where it is. The further scans lie from each other the less is known by a node of its normal.
+//! Votes of a place have errors in common: errors of a scan's pose, and errors of pixels that depend on their neighbours. These do not go
+//! when the votes of a node are averaged, but differ from node to node. Neighbours say where the surface passes the node by their distance
+//! and the mean normal \[KW93\]. That is half way between their own normal and that of the surroundings, so that a surface that bends
+//! evenly stays where it is. The further scans lie from each other, the less a node knows of its normal.
 
 use super::nodes::{BEFORE, MIXED, Node, SIDE, STEPS, place};
 use crate::crossings::lattice::BRICK;
 
-/// Noise of a node's mean, in cells, from which on the first pass smooths it; twice this, and the second does.
+/// Noise of a node's mean, in cells, from which on the first pass smooths it. Twice this, and the second does.
 const FROM: f64 = 0.1;
 
 /// The nodes around one and itself: the weight of each, and the way to it.
@@ -25,7 +25,7 @@ const AROUND: [(f64, [f64; 3]); 27] = {
     around
 };
 
-/// What is smoothed of a node.
+/// The values of a node that are smoothed.
 #[derive(Clone, Copy, Default)]
 struct Mean {
     /// Distance to the surface, positive outside.
@@ -43,7 +43,7 @@ pub fn passes(spread: f64) -> i32 {
 
 /// Smooths window after window, keeping its buffers.
 pub struct Smoother {
-    /// Of all nodes; where no vote is heard the weight is 0.
+    /// Of all nodes. If no vote is heard the weight is 0.
     means: Vec<Mean>,
     changed: Vec<(u32, f64)>,
 }
@@ -55,8 +55,8 @@ impl Default for Smoother {
 }
 
 impl Smoother {
-    /// Smooths the means of the nodes of a brick; `touched` are those of its window with votes. Votes are complete in as many
-    /// nodes around the brick as there are passes.
+    /// Smooths the means of the nodes of a brick. `touched` are those of its window with votes. Votes are complete in as many nodes around
+    /// the brick as there are passes.
     pub fn smooth(&mut self, nodes: &mut [Node], touched: &[u32], spread: f64) {
         let passes = passes(spread);
         if passes == 0 {
@@ -92,7 +92,7 @@ impl Smoother {
         }
     }
 
-    /// What a node and those around it say of its distance; `own` is the share of their own normals in that.
+    /// The distance of a node, by itself and those around it. `own` is the share of their own normals in that.
     fn around(&self, index: u32, own: f64) -> f64 {
         let first = index as usize - STEPS[0] - STEPS[1] - STEPS[2];
         let (mut sum, mut total, mut centroid, mut slope) = (0.0, 0.0, [0.0; 3], [0.0; 3]);

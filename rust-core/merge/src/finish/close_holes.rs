@@ -40,7 +40,7 @@ pub enum Limit {
 }
 
 impl Limit {
-    /// As asked for, or the default for what is of this size; said in the report.
+    /// As asked for, or the default for what is of this size. Said in the report.
     pub fn of(params: &MergeParams, report: &mut MergeReport, size: DVec3) -> Self {
         let length = params.max_hole_length.unwrap_or((HOLE_VOXELS * report.voxel).min(HOLE_SHARE * size.length()));
         report.max_hole_length = length;
@@ -50,7 +50,7 @@ impl Limit {
         }
     }
 
-    /// That of a part.
+    /// The limit of a part.
     pub fn of_part(&self, part: &Part) -> f64 {
         match *self {
             Limit::Length(length) => length,
@@ -58,14 +58,14 @@ impl Limit {
         }
     }
 
-    /// That of no part.
+    /// The limit of no part.
     pub fn length(&self) -> f64 {
         let (Limit::Length(length) | Limit::OfPart(length, _)) = *self;
         length
     }
 }
 
-/// What may be in memory at a time.
+/// Limits on what may be in memory at a time.
 #[derive(Clone, Copy)]
 pub struct Room {
     /// Bytes of what lies around holes.
@@ -85,7 +85,7 @@ struct Boundary {
     sides: Vec<[u32; 2]>,
     /// Numbers, rising.
     vertices: Vec<u64>,
-    /// Where they lie, and their parts.
+    /// Their places, and their parts.
     at: Vec<(DVec3, u32)>,
 }
 
@@ -93,7 +93,7 @@ struct Boundary {
 type Corner = u64;
 const NEW: Corner = 1 << 63;
 
-/// What is added in one place.
+/// Content that is added in one place.
 struct Addition {
     /// Additions are in this order.
     order: u64,
@@ -104,7 +104,7 @@ struct Addition {
 /// Closes the holes that `params` name, or up to the default length.
 ///
 /// # Errors
-/// A tile can't be read; nothing is left; cancelled.
+/// A tile can't be read. Nothing is left. Cancelled.
 pub fn close<T: Tiles>(
     whole: &mut Whole<T>,
     lattice: &Lattice,
@@ -177,12 +177,12 @@ impl Boundary {
         Ok(boundary)
     }
 
-    /// Where a vertex is that it has.
+    /// The local number of a vertex that it has.
     fn local(&self, vertex: u64) -> u32 {
         self.vertices.binary_search(&vertex).expect("it is of the boundary") as u32
     }
 
-    /// Where vertices of it are in a window that has them.
+    /// Numbers, in a window, of vertices of it that the window has.
     fn in_window(&self, window: &Window, vertices: &[u32]) -> Vec<u32> {
         let local = |&v: &u32| window.local(self.vertices[v as usize]).expect("its triangles are near");
         vertices.iter().map(local).collect()
@@ -197,7 +197,7 @@ fn pick<T: Copy>(list: &[T], places: &[usize]) -> Vec<T> {
     places.iter().map(|&place| list[place]).collect()
 }
 
-/// Regions in batches that memory holds; those that meet, or come as near to each other as `apart`, are in one.
+/// Regions in batches that memory holds. Those that meet, or come as near to each other as `apart`, are in one.
 fn batches(regions: &[Bounds], apart: f64, voxel: f64, room: Room, progress: &Progress<'_>) -> Result<Vec<Vec<usize>>> {
     let grown: Vec<(usize, Bounds)> = regions.iter().map(|region| region.grown(0.5 * apart)).enumerate().collect();
     let links: Vec<[u32; 3]> =
@@ -233,7 +233,7 @@ fn batches(regions: &[Bounds], apart: f64, voxel: f64, room: Room, progress: &Pr
     Ok(batches)
 }
 
-/// Closes holes in a window; those that can't be closed are returned.
+/// Closes holes in a window. Those that can't be closed are returned.
 fn fill(
     mut window: Window,
     boundary: &Boundary,
@@ -261,7 +261,7 @@ fn fill(
 }
 
 impl Addition {
-    /// Of some vertices and triangles of a surface; others of its vertices have these numbers.
+    /// Of some vertices and triangles of a surface. Others of its vertices have these numbers.
     fn new(
         order: u64,
         surface: &Surface,
@@ -285,7 +285,7 @@ impl Addition {
 }
 
 impl<T: Tiles> Whole<T> {
-    /// Adds in order; `rims` are the vertices there were.
+    /// Adds in order. `rims` are the vertices there were.
     fn add(&mut self, mut additions: Vec<Addition>, rims: BTreeMap<u64, Row>) {
         additions.sort_by_key(|addition| addition.order);
         for Addition { vertices, triangles, .. } in additions {
@@ -347,12 +347,12 @@ fn peel<T: Tiles>(
     Ok(peeled)
 }
 
-/// The number of a corner; those of its own follow `first`.
+/// The number of a corner. Those of its own follow `first`.
 fn numbered(corner: Corner, first: u64) -> u64 {
     corner.checked_sub(NEW).map_or(corner, |new| first + new)
 }
 
-/// What an attempt makes of the surface.
+/// The surface that an attempt makes.
 struct Paste {
     addition: Addition,
     /// Triangles with other corners.

@@ -1,4 +1,4 @@
-//! Stage 8: connected parts of the surface; small ones are dropped where that is asked for.
+//! Stage 8: connected parts of the surface. Small ones are dropped if that is asked for.
 
 use glam::DVec3;
 
@@ -12,7 +12,7 @@ use base::progress::Progress;
 /// Decides which parts are kept, and says of the others in the report.
 ///
 /// # Errors
-/// A tile can't be read; cancelled.
+/// A tile can't be read. Cancelled.
 pub fn choose<T: Tiles>(
     tiles: &T,
     reach: f64,

@@ -17,8 +17,8 @@ use mesh::measure::{self, Deviation, Side};
 /// As [`measure::deviation`] with the triangles of all scans. The result is the same for any number of threads.
 ///
 /// # Errors
-/// A scan can't be loaded; no scan has a triangle; coordinates that aren't finite; scans of different coordinate reference
-/// systems, or in degrees; [`Error::Cancelled`].
+/// A scan can't be loaded. No scan has a triangle. Coordinates that aren't finite. Scans of different coordinate reference systems, or in
+/// degrees. [`Error::Cancelled`].
 pub fn deviation(
     points: &[DVec3],
     sources: &[&dyn ScanSource],
@@ -64,7 +64,7 @@ fn append(whole: &mut TriMesh, surface: &OrientedSurface, progress: &Progress<'_
     for block in progress.ranges(surface.positions.len()) {
         whole.positions.extend(surface.positions[block?].iter().map(|&p| world.transform_point3(p)));
     }
-    // What is in front of a mirrored surface stays in front of it.
+    // A point in front of a mirrored surface stays in front of it.
     let mirrored = world.matrix3.determinant() < 0.0;
     for block in progress.ranges(surface.triangles.len()) {
         whole.triangles.extend(surface.triangles[block?].iter().map(|&[a, b, c]| {

@@ -9,10 +9,10 @@ use base::error::Result;
 use base::progress::Progress;
 
 impl<T: Tiles> Whole<T> {
-    /// All of it, taken out; nothing where it is several tiles, or in files.
+    /// All of it, taken out. Nothing where it is several tiles, or in files.
     ///
     /// # Errors
-    /// More vertices than there are numbers for in memory; cancelled.
+    /// More vertices than there are numbers for in memory. Cancelled.
     pub fn take_surface(&mut self, progress: &Progress<'_>) -> Result<Option<Surface>> {
         let Some(Tile { mut surface, part_of, .. }) = self.tiles.take_only() else { return Ok(None) };
         if self.chosen.kept.contains(&false) {

@@ -10,9 +10,9 @@ const BITS: u32 = 16;
 /// Median of the noise over the vertices of all tiles, world units: of an even number the upper one.
 ///
 /// # Errors
-/// A tile can't be read; cancelled.
+/// A tile can't be read. Cancelled.
 pub fn typical(tiles: &impl Tiles, progress: &Progress<'_>) -> Result<f64> {
-    // What is not negative is in the order of its bits.
+    // A number that is not negative is in the order of its bits.
     let upper = count(tiles, progress, |bits| Some(bits >> BITS))?;
     let vertices: u64 = upper.iter().sum();
     if vertices == 0 {
@@ -33,7 +33,7 @@ fn count(tiles: &impl Tiles, progress: &Progress<'_>, of: impl Fn(u32) -> Option
     Ok(counts)
 }
 
-/// Which of the counted the one of this place is, and how many come before it and its equals.
+/// The counted one of this place, and how many come before it and its equals.
 fn find(counts: &[u64], place: u64) -> (u32, u64) {
     let mut before = 0;
     for (bits, count) in (0..).zip(counts) {

@@ -1,8 +1,8 @@
 //! Stage 9b: a second chance for holes whose surroundings stand in the way. [MI04, sec. 3.4]
 //!
-//! A hole between the ragged borders of two scans may have no fill that does not cross the surface. Its border is peeled,
-//! ring by ring, until there is one: what is lost is the border of a scan that disagreed with the others. Where peeling
-//! does not lead to a fill, all that was peeled is put back.
+//! A hole between the ragged borders of two scans may have no fill that does not cross the surface. Its border is peeled, ring by ring,
+//! until there is one. The part that is lost is the border of a scan that disagreed with the others. If peeling does not lead to a fill,
+//! all that was peeled is put back.
 //!
 //! Peeling and filling stay within the hole's **window**, a box around it, and holes are tried together only if their
 //! windows have something in common. So what is tried in vain in one place changes nothing in another, and a window is all
@@ -26,7 +26,7 @@ const TRIALS: usize = 8;
 /// How wide a ring may be, in cells: sides of triangles are at most the diagonal of one.
 const RING: f64 = 2.0;
 
-/// What came of it.
+/// Report of the attempts.
 #[derive(Default)]
 pub struct Retried {
     /// Holes that are open no more.
@@ -46,8 +46,8 @@ impl Retried {
     }
 }
 
-/// What the surface becomes around the holes that have loops of these vertices where peeling leads to a fill, in the order of the
-/// holes. Of the surface what lies in the [`window`]s of the holes has to be known.
+/// The surface around the holes that have loops of these vertices, where peeling leads to a fill, in the order of the holes. The part of
+/// the surface in the [`window`]s of the holes has to be known.
 ///
 /// # Errors
 /// Cancelled.
@@ -97,11 +97,11 @@ pub fn window(hole: Bounds, voxel: f64) -> Bounds {
     Window::of(hole, voxel).whole
 }
 
-/// What is tried for a hole stays in here.
+/// All that is tried for a hole stays in here.
 struct Window {
-    /// Where its border may be peeled to.
+    /// Region in which its border may be peeled.
     reach: Bounds,
-    /// What fills of that may meet.
+    /// Region that fills of that may meet.
     whole: Bounds,
 }
 
@@ -116,8 +116,7 @@ impl Window {
     }
 }
 
-/// The holes in groups: those whose windows meet, or have a triangle in common; `near` are the triangles that each window
-/// meets.
+/// The holes in groups: those whose windows meet, or have a triangle in common. `near` are the triangles that each window meets.
 fn groups(windows: &[Bounds], near: &[Vec<u32>], progress: &Progress<'_>) -> Result<Vec<Vec<usize>>> {
     let boxes: Vec<(usize, Bounds)> = windows.iter().copied().enumerate().collect();
     let meeting = holes::meeting(&boxes, progress)?;
@@ -143,7 +142,7 @@ fn groups(windows: &[Bounds], near: &[Vec<u32>], progress: &Progress<'_>) -> Res
 
 /// The surface in the windows of a group.
 pub struct Excerpt {
-    /// What it was.
+    /// The surface before.
     pub surface: Surface,
     /// Numbers in the whole surface, ascending.
     pub vertices: Vec<u32>,
@@ -152,7 +151,7 @@ pub struct Excerpt {
 }
 
 impl Excerpt {
-    /// Of these triangles; `next` are the successors of the boundary.
+    /// Of these triangles. `next` are the successors of the boundary.
     fn new(whole: &Surface, next: &FxHashMap<u32, u32>, mut triangles: Vec<u32>) -> Self {
         triangles.sort_unstable();
         triangles.dedup();
@@ -277,7 +276,7 @@ impl<'a> Trial<'a> {
         wanted
     }
 
-    /// Drops pieces of fewer than `least` triangles that are connected to nothing else; gives their number and that of their triangles.
+    /// Drops pieces of fewer than `least` triangles that are connected to nothing else. Gives their number and that of their triangles.
     fn drop_pieces(&mut self, least: f64, progress: &Progress<'_>) -> Result<[u64; 2]> {
         if least <= 0.0 {
             return Ok([0; 2]);
@@ -343,11 +342,11 @@ fn keep<T>(list: &mut Vec<T>, goes: &[bool]) {
     list.retain(|_| !goes.next().is_some_and(|goes| *goes));
 }
 
-/// What a group became.
+/// New surface of a group.
 pub struct Attempt {
-    /// What it was.
+    /// The surface before.
     pub cut: Excerpt,
-    /// What that is now: vertices that there were keep their numbers.
+    /// The surface now: vertices that there were keep their numbers.
     pub surface: Surface,
     /// Of the triangles that are left, which they were, the others follow.
     pub origin: Vec<u32>,

@@ -1,10 +1,9 @@
 //! Stage 8: connected parts that are no evidence of a surface of their own.
 //!
-//! Where scans of a place lie further apart than they are merged, or their noise leaves single crossings behind, blobs
-//! float between the layers. Only one of their sides is what a scan saw: many of their vertices lie on no scan. A part
-//! goes if that is so, or if all of it is noise, and if it is as small as what surrounds a node of the grid, or lies
-//! everywhere near a larger part; noise that faces away from that is the other side of a sheet and stays. What scans saw
-//! and what is apart from other surfaces is kept, however small.
+//! Blobs float between the layers if scans of a place lie further apart than they are merged, or if their noise leaves single crossings
+//! behind. A scan saw only one of their sides: many of their vertices lie on no scan. A part goes if that is so, or if all of it is noise.
+//! It also has to be as small as the surroundings of a node of the grid, or to lie everywhere near a larger part. Noise that faces away
+//! from that is the other side of a sheet and stays. A part that scans saw and that is apart from other surfaces is kept, however small.
 
 use std::cmp::Ordering;
 
@@ -42,7 +41,7 @@ impl Part {
     }
 }
 
-/// What lies around a part.
+/// Surroundings of a part.
 #[derive(Clone, Copy, Default)]
 struct Surroundings {
     /// Whether a vertex of it is known that is near no larger part.
@@ -51,10 +50,10 @@ struct Surroundings {
     facing: i64,
 }
 
-/// Which parts go; the largest always stays. `reach` is the distance of merging in cells. O(vertices).
+/// Parts that go. The largest always stays. `reach` is the distance of merging in cells. O(vertices).
 ///
 /// # Errors
-/// A tile can't be read; cancelled.
+/// A tile can't be read. Cancelled.
 pub fn stray<T: Tiles>(tiles: &T, parts: &Parts, voxel: f64, reach: f64, progress: &Progress<'_>) -> Result<Vec<bool>> {
     let largest = parts.list.iter().map(|part| part.faces).max().unwrap_or(0);
     let searched: Vec<bool> =
@@ -84,7 +83,7 @@ struct Near {
 }
 
 impl<T: Tiles> Search<'_, T> {
-    /// What lies around the parts that are searched.
+    /// Surroundings of the parts that are searched.
     fn surroundings(&self, progress: &Progress<'_>) -> Result<Vec<Surroundings>> {
         let mut found = vec![Surroundings::default(); self.parts.list.len()];
         if !self.searched.contains(&true) {
@@ -116,7 +115,7 @@ impl<T: Tiles> Search<'_, T> {
         self.parts.of[tile][part as usize] as usize
     }
 
-    /// What lies around the vertices of a tile.
+    /// Surroundings of the vertices of a tile.
     fn around_tile(
         &self,
         own: usize,
@@ -211,7 +210,7 @@ fn sums(tile: &Tile, progress: &Progress<'_>) -> Result<Vec<[i32; 3]>> {
     Ok(sums)
 }
 
-/// Unit normals of a tile's own vertices; `others` are sums of the normals of triangles of other tiles.
+/// Unit normals of a tile's own vertices. `others` are sums of the normals of triangles of other tiles.
 fn normals(tile: &Tile, others: &FxHashMap<VertexKey, [i32; 3]>, progress: &Progress<'_>) -> Result<Vec<Vec3>> {
     let mut sums = sums(tile, progress)?;
     for &v in &tile.shared {

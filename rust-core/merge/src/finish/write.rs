@@ -19,14 +19,14 @@ use base::progress::Progress;
 use mesh::sink::{MeshOutline, MeshSink};
 use mesh::{AttributeData, Crs, Extent};
 
-/// What is told of a surface besides.
+/// Data of a surface that are told besides.
 #[derive(Default)]
 pub struct Besides {
     /// Whether any scan has colours.
     pub coloured: bool,
     /// The system that it lies in.
     pub crs: Option<Crs>,
-    /// Where the scans of its vertices stand in their order.
+    /// Places of the scans of its vertices in their order.
     pub places: ScanPlaces,
 }
 
@@ -34,7 +34,7 @@ pub struct Besides {
 /// number of triangles of each case.
 ///
 /// # Errors
-/// A tile can't be read; the sink's; cancelled.
+/// A tile can't be read. The sink's. Cancelled.
 pub fn write<T: Tiles>(
     mut whole: Whole<T>,
     besides: Besides,
@@ -67,7 +67,7 @@ fn at_once(
     Ok(counts)
 }
 
-/// `colours` are those of vertices that no scan has a colour of; nothing where no scan has any.
+/// `colours` are those of vertices that no scan has a colour of. Nothing where no scan has any.
 fn in_pieces<T: Tiles>(
     whole: &Whole<T>,
     colours: Option<&FxHashMap<u64, [u8; 4]>>,
@@ -118,7 +118,7 @@ impl<T: Tiles> Out<'_, T> {
         call(&mut **self.sink.lock().unwrap_or_else(std::sync::PoisonError::into_inner))
     }
 
-    /// What a vertex is called where those without a triangle are left out.
+    /// Number of a vertex if those without a triangle are left out.
     fn vertex(&self, v: u64) -> u64 {
         v - self.whole.changes.bare.partition_point(|&bare| bare < v) as u64
     }
@@ -170,7 +170,7 @@ impl<T: Tiles> Out<'_, T> {
         self.to_sink(|sink| sink.vertices(self.vertex(first), &positions, &attributes))
     }
 
-    /// Hands over triangles with their numbers, which follow each other, corners and cases; counts the cases.
+    /// Hands over triangles with their numbers, which follow each other, corners and cases. Counts the cases.
     fn triangles(&self, list: impl Iterator<Item = (u64, [u64; 3], Case)>) -> Result<[u64; 3]> {
         let (mut first, mut counts, mut run) = (None, [0; 3], Run::default());
         for (t, corners, case) in list {

@@ -21,10 +21,10 @@ const BYTES_A_BRICK: f64 = 59.5e3;
 const KEPT: [f64; 2] = [28.0, 30e3];
 /// Bytes that the surface alone takes at least, by crossing of the scan that has most: a vertex, the triangles at it.
 const BYTES_A_VERTEX: f64 = 50.0;
-/// Bytes of it, by crossing, that are held between two merges; no more than that.
+/// Bytes of it, by crossing, that are held between two merges. No more than that.
 const HELD: f64 = 100.0;
-/// Crossings of a brick that count: more are of the same edges, and added up. Ten times what a plane has; of a hundred frames
-/// of a room with a Kinect's noise 1.35 times the peak is foreseen with it.
+/// Crossings of a brick that count: more are of the same edges, and added up. Ten times what a plane has. Of a hundred frames of a room
+/// with a Kinect's noise 1.35 times the peak is foreseen with it.
 const CROSSINGS_A_BRICK: f32 = 20e3;
 
 /// Words for what decides.
@@ -34,23 +34,24 @@ const ALLOWED: &str = "allowed";
 /// Scans that weren't seen when memory was used up make it so many times as much, at most.
 const UNSEEN: f64 = 3.0;
 
-/// What the scans will take, as far as they are counted: one after the other in their order, whichever of them are loaded first, so that what is
-/// decided follows from the scans and from what is allowed.
+/// Memory that the scans will take, as far as they are counted: one after the other in their order, whichever of them are loaded first. So
+/// decisions follow from the scans and from the memory that is allowed.
 pub struct Budget {
     /// Size of a cell.
     pub voxel: f64,
     /// Scans there are.
     scans: usize,
-    /// Bytes that decide, and whether they are `given`, only `allowed` or, where neither is said, `free`; infinite where the system does not say.
+    /// Bytes that decide, and whether they are `given`, only `allowed` or, where neither is said, `free`. Infinite if the system does not
+    /// say.
     available: (f64, &'static str),
     /// Bytes that are free, where they do not decide: a merge that needs more is refused.
     free: f64,
-    /// Where scans are kept for another merge.
+    /// Scans that are kept for another merge.
     keeping: Option<Keeping>,
     counting: Mutex<Counting>,
 }
 
-/// What is to be kept for another merge.
+/// Memory for what is to be kept for another merge.
 #[derive(Clone, Copy)]
 struct Keeping {
     /// Bytes that are held already of what is foreseen.
@@ -65,7 +66,7 @@ struct Counting {
     seen: Seen,
     /// The first that is not counted yet ...
     next: usize,
-    /// ... and those after it that were loaded before; `None` for those without a triangle.
+    /// ... and those after it that were loaded before. `None` for those without a triangle.
     waiting: BTreeMap<usize, Option<Arc<Foreseen>>>,
     refusal: Option<Refusal>,
 }
@@ -83,7 +84,7 @@ struct Refusal {
     is_for_all: bool,
 }
 
-/// What is foreseen of a scan in cells of one size.
+/// Estimate for a scan in cells of one size.
 #[derive(Default)]
 pub struct Foreseen {
     /// Bricks with the middle of a triangle, and the crossings of their triangles, each brick once.
@@ -94,7 +95,7 @@ pub struct Foreseen {
     crossings: f64,
 }
 
-/// What the grid will hold.
+/// The estimated content of the grid.
 #[derive(Default)]
 struct Seen {
     crossings: f64,
@@ -130,8 +131,8 @@ impl Seen {
 }
 
 impl Foreseen {
-    /// About how many lines of the grid meet the surface: along each axis as many as its shadow has cells; and which bricks
-    /// it lies in. Bricks that take more than `most` bytes are not listed but counted, so that the list is small beside them.
+    /// About how many lines of the grid meet the surface: along each axis as many as its shadow has cells. Also the bricks it lies in.
+    /// Bricks that take more than `most` bytes are not listed but counted, so that the list is small beside them.
     fn of(surface: &OrientedSurface, voxel: f64, most: f64) -> Self {
         let cells_from_surface = surface.world_from_surface.matrix3 * voxel.recip();
         let side = f64::from(BRICK);
@@ -198,9 +199,9 @@ pub fn crossings(surface: &OrientedSurface, voxel: f64) -> f64 {
 }
 
 impl Budget {
-    /// For a grid of cells of size `voxel`, within `most` bytes and what is allowed; where neither is said, within what is free now.
+    /// For a grid of cells of size `voxel`, within `most` bytes and what is allowed. If neither is said, within what is free now.
     pub fn new(voxel: f64, scans: usize, most: f64) -> Self {
-        // What the scans that are loaded take is given back before the peak.
+        // Memory that loaded scans take is given back before the peak.
         let (there, known) = memory::available();
         let there = there + memory::taken();
         let allowed = memory::limit_of_calls().map_or(f64::INFINITY, |bytes| bytes as f64);
@@ -232,14 +233,14 @@ impl Budget {
         refusal.is_some() && BYTES_A_VERTEX * seen.most_crossings <= self.available.0.min(self.free)
     }
 
-    /// Begins anew for scans that are kept for another merge, of which so many crossings are kept already; `as_fresh` where those fit alone
+    /// Begins anew for scans that are kept for another merge, of which so many crossings are kept already. `as_fresh` where those fit alone
     /// that fit if nothing is kept.
     pub fn begin_keeping(&mut self, crossings: u64, as_fresh: bool) {
         self.keeping = Some(Keeping { held: HELD * crossings as f64, as_fresh });
         *self.counting() = Counting::default();
     }
 
-    /// Takes a scan into account of which this was foreseen; `None` for one without a triangle.
+    /// Takes a scan into account of which this was foreseen. `None` for one without a triangle.
     pub fn know(&self, scan: usize, foreseen: Option<Arc<Foreseen>>) {
         let counting = &mut *self.counting();
         if counting.refusal.is_some() || scan < counting.next {
@@ -392,7 +393,7 @@ mod tests {
             let refused = |&&scan: &&usize| budget.expect(scan, &scans[scan]).is_err();
             let of: Vec<usize> = order.iter().filter(refused).copied().collect();
             let (scan, error) = budget.refused()?;
-            // What is refused before all scans before it are known is so by itself.
+            // A scan that is refused before all scans before it are known is refused by itself.
             assert!(of.iter().all(|&refused| refused >= scan), "{of:?} {scan}");
             Some((scan, error.to_string(), budget.counting().refusal.map(|refusal| refusal.fits.to_bits())))
         };

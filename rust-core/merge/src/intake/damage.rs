@@ -6,7 +6,7 @@ use image::source::ScanSource;
 /// More are not described one by one.
 const DESCRIBED: usize = 3;
 
-/// Returns a warning that describes damaged scans; `None` if there are none. It knows of scans that this process has read: not of those
+/// Returns a warning that describes damaged scans. `None` if there are none. It knows of scans that this process has read: not of those
 /// that another one read, or that an earlier merge left in files.
 pub fn warning(sources: &[&dyn ScanSource]) -> Option<Warning> {
     let mut damaged: Vec<String> =

@@ -15,7 +15,7 @@ use base::progress::Progress;
 use image::source::{Loading, OrientedSurface};
 use image::triangulate::TriangulateParams;
 
-/// At least so many mean distances of neighbouring samples. Coarser cells lose what clean scans show (docs/decisions.md), finer
+/// At least so many mean distances of neighbouring samples. Coarser cells lose what clean scans show (docs/decisions/cell.md), finer
 /// ones show the facets between samples.
 const SPACINGS: f64 = 1.5;
 /// At least so many standard deviations of the noise: what is finer can't be told from it, however many scans are averaged.
@@ -37,7 +37,7 @@ const CROSSINGS_A_SAMPLE: f64 = 4.0;
 /// Distances of more than this many medians of their scan are mistakes, which must not count.
 const OUTLIER: f64 = 10.0;
 
-/// What one scan tells.
+/// Figures that one scan tells.
 #[derive(Clone, Copy, Default)]
 struct Told {
     /// Sum of the distances of samples to their nearest neighbour, and their number.
@@ -54,24 +54,24 @@ struct Trial {
     spacing: f64,
 }
 
-/// What was found out of a scan.
+/// Findings about a scan.
 struct Tried {
     told: Told,
-    /// The grid that it would have others compared in; `None` if it has no triangle or no spacing.
+    /// The grid that it would have others compared in. `None` if it has no triangle or no spacing.
     own: Option<Trial>,
     /// Its crossings with the lines of a grid.
     crossings: Option<(Trial, ScanCrossings)>,
 }
 
-/// What was found out of scans, by the versions that their owner gives them.
+/// Findings about scans, by the versions that their owner gives them.
 #[derive(Default)]
 pub struct Known {
     triangulation: TriangulateParams,
     scans: FxHashMap<u64, Tried>,
 }
 
-/// The size of a cell as given or, by default, as measured on the scans; what decided it. What is `known` of scans of their versions
-/// is not found out again.
+/// The size of a cell as given or, by default, as measured on the scans. Also what decided it. Whatever is `known` of scans of their
+/// versions is not found out again.
 ///
 /// # Errors
 /// As [`voxel`].
@@ -95,7 +95,7 @@ pub fn choose_cell(
 /// their noise, or how far scans that overlap lie from each other.
 ///
 /// # Errors
-/// A scan can't be loaded; no scan has a triangle; cancelled.
+/// A scan can't be loaded. No scan has a triangle. Cancelled.
 pub fn voxel(
     scan_order: &ScanOrder<'_>,
     triangulation: &TriangulateParams,
@@ -161,8 +161,8 @@ pub fn voxel(
     Ok((rounded(cell), reason))
 }
 
-/// The places of the scans that are read: all, or of each part of the order the one of the smallest number and the one after it, so that a
-/// scan that comes or goes seldom changes which these are.
+/// The places of the scans that are read. These are all, or of each part of the order the one of the smallest number and the one after it.
+/// So a scan that comes or goes seldom changes which these are.
 pub fn looked_at(scan_order: &ScanOrder<'_>) -> Vec<usize> {
     if scan_order.len() <= SCANS {
         return (0..scan_order.len()).collect();
@@ -173,8 +173,8 @@ pub fn looked_at(scan_order: &ScanOrder<'_>) -> Vec<usize> {
     (0..parts).filter_map(first).flat_map(|first| [first, first + 1]).collect()
 }
 
-/// To three digits: so a scan more or less, or one that is turned, seldom changes what all others come to; and the cell that was
-/// reported, given as it is read, gives the same surface.
+/// To three digits. So a scan more or less, or one that is turned, seldom changes the sum of all others. The cell that was reported, given
+/// as it is read, gives the same surface.
 pub fn rounded(cell: f64) -> f64 {
     format!("{cell:.2e}").parse().expect("a number")
 }
@@ -194,7 +194,7 @@ struct Scans<'a, 'p> {
 }
 
 impl Scans<'_, '_> {
-    /// Finds out what is not known of scans at these places; their crossings with a grid, or with their own where none is given.
+    /// Finds out what is not known of scans at these places. Their crossings with a grid, or with their own where none is given.
     fn find_out(&self, places: &[usize], trial: Option<Trial>, known: &mut Known) -> Result<()> {
         let version = |place: usize| self.scan_order.versions[place];
         let is_known = |place: &&usize| {
@@ -228,7 +228,7 @@ impl Trial {
         let &[corner, ..] = surface.triangles.first()?;
         let spacing = told.mean_spacing().filter(|spacing| *spacing > 0.0)?;
         let near = surface.world_from_surface.transform_point3(surface.positions[corner as usize]);
-        // What can't be counted in these cells is said when it is counted in smaller ones.
+        // A scan that can't be counted in these cells is told when it is counted in smaller ones.
         Lattice::new(TRIAL * spacing, near, [0; 3]).ok().map(|lattice| Trial { lattice, spacing })
     }
 }

@@ -1,8 +1,8 @@
 //! Stage 1 over all scans: each is loaded when its turn comes, at most one a worker at a time, and leaves its crossings.
 //!
-//! Nodes are counted from a base near the first scan that has a triangle. Which scan is loaded first is chance: until that
-//! one is, others count from a base near the first of those known. Bases lie so far apart that it nearly always is the
-//! same; a scan that counted from another is loaded again, and forgotten with whatever was wrong with it.
+//! Nodes are counted from a base near the first scan that has a triangle. It is chance which scan is loaded first. Until that one is,
+//! others count from a base near the first of those known. Bases lie so far apart that it nearly always is the same. A scan that counted
+//! from another is loaded again, and forgotten with whatever was wrong with it.
 
 pub mod budget;
 pub mod damage;
@@ -39,7 +39,7 @@ pub fn nothing_to_merge() -> Error {
     )
 }
 
-/// What stage 1 found in all scans.
+/// Findings of stage 1 in all scans.
 pub struct Discretized {
     /// The grid that all crossings are counted in.
     pub lattice: Lattice,
@@ -53,19 +53,19 @@ pub struct Discretized {
     pub coloured: bool,
     /// How they were given.
     pub placing: Placing,
-    /// What was measured of those scans that are range images, with their numbers, ascending.
+    /// Measures of those scans that are range images, with their numbers, ascending.
     pub images: Vec<(u32, Measured)>,
 }
 
-/// What one worker found in scans that were counted from one base.
+/// Findings of one worker in scans that were counted from one base.
 pub struct Group {
     /// Their places in the order.
     pub scans: Vec<usize>,
-    /// What it found.
+    /// Its findings.
     pub found: Discretized,
-    /// What was foreseen of its scan, where each is a group of its own.
+    /// Estimate for its scan, if each is a group of its own.
     pub foreseen: Option<Arc<Foreseen>>,
-    /// Where the first of them has its first triangle, in the world.
+    /// Place of the first triangle of the first of them, in the world.
     pub near: DVec3,
 }
 
@@ -81,7 +81,7 @@ pub struct Intake<'a, 'p> {
     scan_order: &'a ScanOrder<'a>,
     params: &'a MergeParams,
     setup: &'a Setup,
-    /// Where crossings are added up, by the grid they are counted in.
+    /// Stores in which crossings are added up, by the grid they are counted in.
     stores: Mutex<Vec<(Lattice, Arc<SumsStore>)>>,
     budget: &'a Budget,
     /// Whether each scan is a group of its own, and its crossings are kept one by one.
@@ -96,7 +96,7 @@ pub struct Intake<'a, 'p> {
 /// Stage 1: the crossings of all scans with the grid, of larger cells where these were not given and would not fit into memory.
 ///
 /// # Errors
-/// As [`Intake::take_all`]; no scan has a triangle.
+/// As [`Intake::take_all`]. No scan has a triangle.
 pub fn find_crossings(
     scan_order: &ScanOrder<'_>,
     params: &MergeParams,
@@ -119,8 +119,8 @@ pub fn find_crossings(
     Ok(scans)
 }
 
-/// What `find` finds with a grid of cells as the report has them, or larger ones where these were not given, would not fit into
-/// memory, and may be larger.
+/// The result of `find` with a grid of cells as the report has them. Cells are larger if these were not given, would not fit into memory,
+/// and may be larger.
 ///
 /// # Errors
 /// Those of `find`.
@@ -162,7 +162,7 @@ impl Discretized {
         }
     }
 
-    /// Adds what is known of other scans; not their crossings.
+    /// Adds what is known of other scans. Not their crossings.
     pub fn add(&mut self, other: &Discretized) {
         self.triangles += other.triangles;
         self.full_trust = self.full_trust.max(other.full_trust);
@@ -208,7 +208,7 @@ impl<'a, 'p> Intake<'a, 'p> {
         }
     }
 
-    /// Of some scans of the list, each by itself; of the others `first` is the first that has a triangle, and the grid of that.
+    /// Of some scans of the list, each by itself. Of the others `first` is the first that has a triangle, and the grid of that.
     pub fn of_some(self, first: Option<(usize, Lattice)>) -> Self {
         Intake { are_apart: true, first: Mutex::new(first), ..self }
     }
@@ -217,7 +217,7 @@ impl<'a, 'p> Intake<'a, 'p> {
     /// found.
     ///
     /// # Errors
-    /// That of the first scan that can't be loaded, or counted in cells; cancelled.
+    /// The error of the first scan that can't be loaded, or counted in cells. Cancelled.
     pub fn take_all(&self, mut todo: BTreeSet<usize>) -> Result<(Option<Lattice>, Vec<Group>)> {
         let mut good: Vec<Group> = Vec::new();
         let mut failure: Option<Failure> = None;
@@ -301,7 +301,7 @@ impl<'a, 'p> Intake<'a, 'p> {
         (groups, empty, None)
     }
 
-    /// Loads a scan and finds its crossings; false if it has no triangle.
+    /// Loads a scan and finds its crossings. False if it has no triangle.
     fn take(&self, scan: usize, counted_in: &mut Option<Lattice>, groups: &mut Vec<Group>) -> Result<bool> {
         let (source, number) = (self.scan_order.sources[scan], self.scan_order.numbers()[scan]);
         let surface = source

@@ -64,7 +64,7 @@ impl BundleDistances {
         self.crossings == 0.0
     }
 
-    /// Measures a bundle; `are_sampled` as in [`OverlapDistances::measure`].
+    /// Measures a bundle. `are_sampled` as in [`OverlapDistances::measure`].
     pub fn measure(raw: &RawBundle, scan_order: &ScanOrder<'_>, are_sampled: bool) -> Self {
         let mut counts = Counts::none();
         counts.count(raw, scan_order, are_sampled);
@@ -84,7 +84,7 @@ impl OverlapDistances {
         self.of_axis.iter().flat_map(|of| of.pairs.iter().copied().chain([of.crossings])).collect()
     }
 
-    /// What [`OverlapDistances::to_numbers`] gave; `None` for other numbers.
+    /// The distances that [`OverlapDistances::to_numbers`] wrote. `None` for other numbers.
     pub fn from_numbers(numbers: &[f64]) -> Option<Self> {
         let mut all = Self::none();
         let each = all.of_axis[0].pairs.len() + 1;
@@ -128,15 +128,15 @@ impl OverlapDistances {
             })
     }
 
-    /// The distance in cells that this share of the pairs stays below; `None` where too few scans overlap to tell.
+    /// The distance in cells that this share of the pairs stays below. `None` if too few scans overlap to tell.
     pub fn quantile(&self, share: f64) -> Option<f64> {
         let mut all = Counts::none();
         self.of_axis.iter().for_each(|of_axis| all.add(of_axis));
         all.quantile(share)
     }
 
-    /// What a quarter of the pairs stays below on the lines of the axis where that is most: what lies level says nothing of
-    /// errors to the side, and veils and things that moved, which fit nothing, are the smaller part.
+    /// The distance that a quarter of the pairs stays below, on the lines of the axis where that is most. Level surfaces say nothing of
+    /// errors to the side. Veils and things that moved, which fit nothing, are the smaller part.
     pub fn largest_quarter(&self) -> Option<f64> {
         let told = |counts: &&Counts| counts.pairs.iter().sum::<f64>() >= LEAST_PAIRS;
         let quarters = self.of_axis.iter().filter(told).filter_map(|of_axis| of_axis.quantile(0.25));

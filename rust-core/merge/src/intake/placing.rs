@@ -4,8 +4,8 @@ use crate::{MergeReport, Warning, WarningKind};
 use base::error::Shown;
 use image::source::OrientedSurface;
 
-/// Scans do not fit if they lie apart by so many standard deviations of their noise: of depth cameras, whose errors depend on each other, they
-/// lie up to 6 apart where poses are right ...
+/// Scans do not fit if they lie apart by so many standard deviations of their noise. Those of depth cameras, whose errors depend on each
+/// other, lie up to 6 apart where poses are right ...
 const DEVIATIONS: f64 = 10.0;
 /// ... and by so many distances of samples, with noise and without, where that may not be known: they lie up to 1 apart where poses are right.
 const SPACINGS: [f64; 2] = [2.0, 4.0];
@@ -33,7 +33,7 @@ impl Placing {
         self.unplaced += other.unplaced;
     }
 
-    /// What a person should know of it, by the figures of the report so far.
+    /// Warnings for people, by the figures of the report so far.
     pub fn warnings(&self, report: &MergeReport) -> Vec<Warning> {
         let are_unplaced = report.scans > 1 && self.unplaced == report.scans as u64;
         let [deviations, spacings] = match (are_unplaced, report.noise > 0.0) {

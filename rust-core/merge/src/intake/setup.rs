@@ -4,18 +4,18 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::crossings::bundles;
 
-/// What no parameter says.
+/// Settings that no parameter says.
 pub struct Setup {
-    /// Where bricks are counted from.
+    /// The corner that bricks are counted from.
     pub corner: [i64; 3],
-    /// Crossings of a worker that are kept one by one; where there are more they are added up.
+    /// Crossings of a worker that are kept one by one. If there are more they are added up.
     pub kept: u64,
-    /// Bricks along each side of a block; else all is one.
+    /// Bricks along each side of a block. Else all is one.
     pub block: Option<i32>,
     pub fit: Fit,
 }
 
-/// What follows where cells do not fit into memory.
+/// Means if cells do not fit into memory.
 pub struct Fit {
     /// Bytes that there are at most.
     pub memory: f64,

@@ -1,10 +1,10 @@
 //! The paper's labels: which nodes are inside. [MI04, sec. 3.3]
 //!
-//! A fused crossing says of the nodes beyond it along its line that they are inside, of those before it that they are
-//! outside. Each node weighs what the crossings around it say by their trust and by their distance to the node along the
-//! normal; its label is the sign of the sum. Where all agree this is the paper's classification. Where fusing has moved a
-//! surface past a node, the lines through the node may disagree: one label a node settles it, and the artificial
-//! crossings follow as the edges whose two labelled nodes differ without a crossing between them.
+//! A fused crossing says of the nodes beyond it along its line that they are inside, of those before it that they are outside. Each node
+//! weighs these words of the crossings around it by their trust and by their distance to the node along the normal. Its label is the sign
+//! of the sum. If all agree this is the paper's classification. If fusing has moved a surface past a node, the lines through the node may
+//! disagree. One label per node settles it. The artificial crossings follow as the edges whose two labelled nodes differ without a crossing
+//! between them.
 
 use crate::crossings::crossing::Crossing;
 use crate::crossings::lattice::{ACROSS, BRICK, BRICK_BITS, ROWS};
@@ -16,11 +16,11 @@ const NEAREST: f32 = 1e-3;
 /// Sums of one kind of votes.
 #[derive(Clone, Copy, Default)]
 struct Votes {
-    /// What crossings of the edges at the node say, positive for inside.
+    /// Votes of crossings of the edges at the node, positive for inside.
     near: f32,
-    /// What crossings one edge further along a line say; counts only where no nearer one speaks.
+    /// Votes of crossings one edge further along a line. They count only if no nearer one speaks.
     far: f32,
-    /// Who spoke: bit 0 edges at the node, bit 1 edges further along.
+    /// Voters: bit 0 edges at the node, bit 1 edges further along.
     said: u8,
 }
 
@@ -37,7 +37,7 @@ impl Default for Classifier {
 }
 
 impl Classifier {
-    /// Labels the nodes of a brick; `None` if no crossing says anything about any of them.
+    /// Labels the nodes of a brick. `None` if no crossing says anything about any of them.
     pub fn label(&mut self, bundles: &Bundles<Crossing>, brick: [i32; 3]) -> Option<Box<BrickLabels>> {
         for axis in 0..3 {
             let Some(bundle) = bundles.through(axis, brick) else { continue };

@@ -1,15 +1,13 @@
 //! The paper's fusing: crossings of different scans that mean the same surface become one. [MI04, sec. 3.2, eq. 1 and 2]
 //!
 //! Differences from the paper:
-//! 1. A line is fused from its original crossings at once, not pair by pair, so no order can matter: a group of crossings
-//!    of one sign and of different scans whose span is within the merge distance becomes one crossing; a group that is
-//!    too long is cut at its largest gap.
+//! 1. A line is fused from its original crossings at once, not pair by pair, so no order can matter. A group of crossings of one sign and
+//!    of different scans whose span is within the merge distance becomes one crossing. A group that is too long is cut at its largest gap.
 //! 2. The distance along the normal is the distance along the line times `|dr|` (the printed eq. 1 divides).
-//! 3. A crossing counts with at least a quarter of the largest trust of all scans. At borders trust is 0, eq. 2 would be
-//!    0/0 there; and a border next to a single other scan would have no say at all.
-//! 4. A cell edge keeps at most one crossing: the shift across cells and its artificial crossings follow from the signs
-//!    that the fused crossings give the nodes (stage 4), which does on every line at once what the paper's insertions and
-//!    removals do one after the other.
+//! 3. A crossing counts with at least a quarter of the largest trust of all scans. At borders trust is 0, and eq. 2 would be 0/0 there. A
+//!    border next to a single other scan would have no say at all.
+//! 4. A cell edge keeps at most one crossing. The shift across cells and its artificial crossings follow from the signs that the fused
+//!    crossings give the nodes (stage 4). That does on every line at once what the paper's insertions and removals do one after the other.
 
 use crate::crossings::bundles::RawBundle;
 use crate::crossings::crossing::Crossing;
@@ -17,7 +15,7 @@ use crate::crossings::fine_details::remove_fine_details;
 use crate::crossings::lines::{SortedBundle, by_brick, for_each_line};
 use mesh::srgb::Mix;
 
-/// What makes crossings one, and how they are averaged.
+/// The rule that makes crossings one, and averages them.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Rule {
     /// Largest distance along the normal, in cells.
@@ -153,8 +151,8 @@ fn fused(group: &[Crossing], rule: &Rule) -> Crossing {
     )
 }
 
-/// What is left of the crossings of one cell edge: none if as many enter as leave, else one of the surplus sign, the
-/// mean of those left when neighbours of opposite sign have cancelled.
+/// The rest of the crossings of one cell edge. None if as many enter as leave. Else one of the surplus sign, the mean of those left when
+/// neighbours of opposite sign have cancelled.
 fn one_per_edge(crossings: &[Crossing], rule: &Rule, stack: &mut Vec<Crossing>) -> Option<Crossing> {
     if let [single] = crossings {
         return Some(*single);

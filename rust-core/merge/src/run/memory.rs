@@ -29,7 +29,7 @@ pub struct Memory<'a> {
     pub params: &'a MergeParams,
     pub setup: &'a Setup,
     pub report: MergeReport,
-    /// What was found in the scans, but for their crossings.
+    /// Findings in the scans, but for their crossings.
     pub found: Option<Discretized>,
     /// Their crossings.
     pub raw: Vec<RawBundle>,
@@ -61,7 +61,7 @@ impl<'a> Memory<'a> {
         }
     }
 
-    /// What was found in the scans.
+    /// Findings in the scans.
     pub fn found(&self) -> &Discretized {
         self.found.as_ref().expect("scans are collected")
     }

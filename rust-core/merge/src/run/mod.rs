@@ -29,26 +29,26 @@ use out_of_core::{LEAST, Workspace};
 pub struct Run<'a> {
     /// The place where stages keep what they leave for each other.
     pub store: Store,
-    /// Most bytes of memory that are taken, beside scans that are being read, and in files the surface; by default, and at most, what the
-    /// limit allows or what is free.
+    /// Most bytes of memory that are taken, beside scans that are being read, and in files the surface. By default, and at most, as many as
+    /// the limit allows or as are free.
     pub memory: Option<u64>,
     /// Findings of a run before.
     pub reuse: Option<Reuse<'a>>,
 }
 
-/// Where a merge keeps what its stages leave for each other.
+/// The store in which a merge keeps what its stages leave for each other.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum Store {
-    /// Memory; cells that were not given grow where they would not fit.
+    /// Memory. Cells that were not given grow where they would not fit.
     #[default]
     Memory,
     /// Files, for more scans than memory holds.
     Files {
-        /// A folder that exists, which is as before at the end; by default the system's for temporary files.
+        /// A folder that exists, which is as before at the end. By default the system's for temporary files.
         workspace: Option<PathBuf>,
     },
-    /// Memory as long as cells fit that are as large as given or measured, else files. Where files do not do either, cells that were not
-    /// given grow.
+    /// Memory as long as cells fit that are as large as given or measured, else files. If files do not do either, cells that were not given
+    /// grow.
     MemoryOrFiles {
         /// As of [`Store::Files`].
         workspace: Option<PathBuf>,
@@ -71,9 +71,9 @@ pub struct Reuse<'a> {
 /// so long that took in vain.
 ///
 /// # Errors
-/// Parameters out of range; scans of different coordinate reference systems, or in degrees; whatever loading a scan can meet; too little
-/// memory; versions that are not one a scan; in files also a workspace that is no folder, and files that can't be written: nothing is left
-/// there then; [`Error::Cancelled`].
+/// Parameters out of range. Scans of different coordinate reference systems, or in degrees. All errors of loading a scan. Too little
+/// memory. Versions that are not one per scan. In files also a workspace that is no folder, and files that can't be written: nothing is
+/// left there then. [`Error::Cancelled`].
 pub fn merge(scans: &[&dyn ScanSource], params: &MergeParams, run: Run<'_>, progress: &Progress<'_>) -> Result<Merged> {
     let Run { store, memory, reuse } = run;
     match &store {
@@ -103,7 +103,7 @@ fn in_memory(
     }
 }
 
-/// Gives what `run` gives that keeps to cells as they are; `None` where these do not fit into memory, and the surface alone may.
+/// Gives what `run` gives that keeps to cells as they are. `None` if these do not fit into memory, and the surface alone may.
 ///
 /// # Errors
 /// Those of `run`.
@@ -115,7 +115,7 @@ pub fn if_it_fits(memory: Option<u64>, run: impl FnOnce(&Setup) -> Result<Merged
     }
 }
 
-/// Gives what `in_memory` gives; else the merge in files, else one in cells that fit.
+/// Gives what `in_memory` gives. Else the merge in files, else one in cells that fit.
 fn where_it_fits(
     scans: &[&dyn ScanSource],
     params: &MergeParams,
@@ -178,14 +178,14 @@ pub fn run_by(
         let params = &MergeParams { threads, ..*params };
         started(scans, params, progress, || surface(&mut Memory::new(scans, params, setup), params, progress))
     };
-    // What was foreseen not to fit does not with one either.
+    // A merge that was foreseen not to fit does not with one either.
     fewer_threads::where_memory_is_short(params.threads, || !setup.fit.is_refused.load(Ordering::Relaxed), merge)
 }
 
 /// Does the work of merging scans, if they can be merged.
 ///
 /// # Errors
-/// They can't; those of `work`.
+/// They can't. Those of `work`.
 pub fn started<T: Send>(
     scans: &[&dyn ScanSource],
     params: &MergeParams,
@@ -203,7 +203,7 @@ pub fn started<T: Send>(
     progress.plan(PLAN);
     let pool = threads::pool(params.threads)?;
     let merged = progress.run(&pool, work);
-    // Whatever else went wrong meanwhile, the caller asked for an end.
+    // The caller asked for an end, whatever else went wrong meanwhile.
     if merged.is_err() {
         progress.check()?
     }

@@ -3,27 +3,27 @@
 //! Works on 32 nodes at a time: one bit a node, rows of a brick with a margin of its neighbours. The steps, each a few
 //! operations on whole rows:
 //!
-//! 1. **active edges**: both nodes labelled by crossings, with different labels;
-//! 2. the other corners of the cells around them take the label of their neighbours along edges without a crossing, twice,
-//!    where these agree;
-//! 3. **gap edges**: different labels, but not both from crossings: the surface would pass here, yet no scan was seen. One
-//!    is accepted (the paper's case b) if it leaves no neighbouring cell with a configuration that can't be reconstructed:
-//!    so pinholes close, while a surface never grows beyond its border;
-//! 4. a **valid cell** has all corners labelled and its surface meets active or accepted edges only;
+//! 1. **active edges**: both nodes labelled by crossings, with different labels.
+//! 2. the other corners of the cells around them take the label of their neighbours along edges without a crossing, twice, where these
+//!    agree.
+//! 3. **gap edges**: different labels, but not both from crossings. The surface would pass here, yet no scan was seen. One is accepted (the
+//!    paper's case b) if it leaves no neighbouring cell with a configuration that can't be reconstructed. So pinholes close, while a
+//!    surface never grows beyond its border.
+//! 4. a **valid cell** has all corners labelled and its surface meets active or accepted edges only.
 //! 5. cells that touch along an edge of the grid only, where two fans of triangles would share a vertex, are given up.
 
 use crate::crossings::lattice::{BRICK, ROWS};
 use crate::field::Plane;
 
-/// Margin of neighbouring nodes on each side of a brick: the reach of all steps together. Whether an edge is used depends
-/// on the labels of nodes from 7 below to 9 above it: labels of corners reach 3 and 4, gap edges 1 more above, each of the
-/// [`GAP_ROUNDS`] and [`PINCH_ROUNDS`] 1 on both sides, cells 1 more each.
+/// Margin of neighbouring nodes on each side of a brick: the reach of all steps together. Whether an edge is used depends on the labels of
+/// nodes from 7 below to 9 above it. Labels of corners reach 3 and 4, gap edges 1 more above. Each of the [`GAP_ROUNDS`] and
+/// [`PINCH_ROUNDS`] reaches 1 on both sides, cells 1 more each.
 pub const MARGIN: i32 = 9;
 /// How far from a labelled node, along each axis, a corner can get a label, or a cell lie.
 pub const LABEL_REACH: i32 = 4;
 /// Rows along y and z of a window.
 const WIDTH: usize = (BRICK + 2 * MARGIN) as usize;
-/// Rows before and after the window, so that neighbours need no test; what they hold never reaches the brick.
+/// Rows before and after the window, so that neighbours need no test. Their content never reaches the brick.
 const PAD: usize = WIDTH + 1;
 /// Times a gap edge is tested against the cells around it.
 const GAP_ROUNDS: usize = 2;
@@ -34,7 +34,7 @@ const PINCH_ROUNDS: usize = 1;
 type Rows = Box<[u64; LENGTH]>;
 const LENGTH: usize = WIDTH * WIDTH + 2 * PAD;
 
-/// What reconstruction needs to know of a brick.
+/// Facts on a brick that reconstruction needs.
 pub struct BrickSurface {
     /// Brick coordinates.
     pub brick: [i32; 3],
@@ -116,8 +116,8 @@ const NEXT_Y: usize = 1;
 const NEXT_Z: usize = WIDTH;
 
 impl Analyser {
-    /// Analyses a brick; `labels` gives the inside and outside nodes of the brick at an offset. `None` if it has
-    /// neither a vertex nor a cell.
+    /// Analyses a brick. `labels` gives the inside and outside nodes of the brick at an offset. `None` if it has neither a vertex nor a
+    /// cell.
     pub fn analyse<'a>(
         &mut self,
         brick: [i32; 3],

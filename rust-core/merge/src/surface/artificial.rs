@@ -160,7 +160,7 @@ mod tests {
         else {
             panic!("attributes are missing")
         };
-        // What a place within a cell is rounded to.
+        // Unit that a place within a cell is rounded to.
         let exact = 2f64.powi(-20);
         assert!(off.iter().any(|d| *d > exact), "no vertex was moved");
         for v in 0..off.len() {

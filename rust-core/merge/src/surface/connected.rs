@@ -1,4 +1,4 @@
-//! Which vertices are connected by triangles.
+//! Vertices that are connected by triangles.
 
 use super::passes;
 use base::error::Result;

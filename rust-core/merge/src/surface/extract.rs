@@ -1,7 +1,7 @@
 //! Stage 6: vertices and triangles of the valid cells. [MI04, sec. 3.3]
 //!
-//! A vertex's number is its brick's first number, plus the vertices in the rows before, plus the bits before it in its row:
-//! no table of vertices is needed, and bricks write their parts of the mesh independently.
+//! A vertex's number is its brick's first number, plus the vertices in the rows before, plus the bits before it in its row. So no table of
+//! vertices is needed, and bricks write their parts of the mesh independently.
 
 use std::ops::Range;
 
@@ -57,7 +57,7 @@ pub struct Surface {
     pub positions: Vec<DVec3>,
     /// Trust, summed over the scans at the vertex.
     pub confidence: Vec<f32>,
-    /// Standard deviation of the samples here along their rays, world units; 0: clean.
+    /// Standard deviation of the samples here along their rays, world units. 0: clean.
     pub noise: Vec<f32>,
     /// sRGB with straight alpha: 0 where no scan has a colour.
     pub colour: Vec<[u8; 4]>,
@@ -71,7 +71,7 @@ pub struct Surface {
     pub cases: Vec<Case>,
 }
 
-/// What there is of a vertex of a [`Surface`].
+/// Data of a vertex of a [`Surface`].
 #[derive(Clone, Copy)]
 pub struct Row {
     pub position: DVec3,
@@ -82,7 +82,7 @@ pub struct Row {
 }
 
 impl Surface {
-    /// What there is of a vertex.
+    /// Data of a vertex.
     pub fn row(&self, v: usize) -> Row {
         let (position, confidence, noise) = (self.positions[v], self.confidence[v], self.noise[v]);
         Row { position, confidence, noise, colour: self.colour[v], scan: self.scan[v] }
@@ -226,7 +226,7 @@ impl Bricks<'_> {
     }
 }
 
-/// Counts the triangles of a brick; `inside` of its upper neighbours is needed for the cells on its upper faces.
+/// Counts the triangles of a brick. `inside` of its upper neighbours is needed for the cells on its upper faces.
 ///
 /// # Errors
 /// Cancelled.
@@ -370,8 +370,7 @@ fn split<'a>(bricks: &'a Bricks<'a>, surface: &'a mut Surface) -> Vec<Part<'a>> 
 }
 
 impl Part<'_> {
-    /// Places the vertices; returns those whose edges have no fitting crossing, placed at the middle for now, and those
-    /// that lie in nodes.
+    /// Places the vertices. Returns those whose edges have no fitting crossing, placed at the middle for now, and those that lie in nodes.
     fn place_vertices(&mut self, vertices: Option<&Vertices>, lattice: &Lattice) -> (Vec<Artificial>, Vec<AtNode>) {
         let surface = self.surface;
         let first_node = surface.brick.map(|b| b << BRICK_BITS);
@@ -435,7 +434,7 @@ impl Part<'_> {
         (artificial, at_nodes)
     }
 
-    /// Writes the triangles; returns the sides without a second triangle.
+    /// Writes the triangles. Returns the sides without a second triangle.
     fn write_triangles(&mut self, bricks: &Bricks<'_>, table: &Table) -> Vec<[u32; 2]> {
         let surface = self.surface;
         let inside = corner_rows(surface, |b| bricks.at(b).map(|s| &s.0.inside));

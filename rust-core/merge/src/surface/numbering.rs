@@ -1,4 +1,4 @@
-//! What vertices and triangles of tiles are called in the whole surface: bricks in order, then the vertices that were split off.
+//! Numbers of vertices and triangles of tiles in the whole surface: bricks in order, then the vertices that were split off.
 
 use std::borrow::Cow;
 
@@ -24,7 +24,7 @@ pub struct Numbers {
     pub triangles: u64,
 }
 
-/// What a brick has.
+/// Numbers of a brick.
 #[derive(Default)]
 struct Brick {
     vertices: u32,
@@ -42,17 +42,17 @@ struct Brick {
 pub struct Numbered<'a> {
     /// The tile.
     pub tile: Cow<'a, Tile>,
-    /// Of each vertex and each triangle; nothing where they have those of the tile.
+    /// Of each vertex and each triangle. Nothing where they have those of the tile.
     numbers: Option<[Vec<u64>; 2]>,
 }
 
 impl Numbered<'_> {
-    /// The number of a vertex; [`GONE`] of one that goes.
+    /// The number of a vertex. [`GONE`] of one that goes.
     pub fn vertex(&self, v: usize) -> u64 {
         self.numbers.as_ref().map_or(v as u64, |[vertices, _]| vertices[v])
     }
 
-    /// The number of a triangle; `None` of one that goes.
+    /// The number of a triangle. `None` of one that goes.
     pub fn triangle(&self, t: usize) -> Option<u64> {
         let Some([_, triangles]) = &self.numbers else { return Some(t as u64) };
         Some(triangles[t]).filter(|&number| number != GONE)
@@ -63,7 +63,7 @@ impl Numbers {
     /// Numbers what is chosen.
     ///
     /// # Errors
-    /// A tile can't be read; cancelled.
+    /// A tile can't be read. Cancelled.
     pub fn new(tiles: &impl Tiles, chosen: &Chosen, progress: &Progress<'_>) -> Result<Self> {
         if tiles.count() == 1 && !chosen.kept.contains(&false) {
             let tile = tiles.get(0)?;
@@ -144,7 +144,7 @@ impl Brick {
     }
 }
 
-/// Numbers of a tile's vertices and triangles; [`GONE`] of those that go.
+/// Numbers of a tile's vertices and triangles. [`GONE`] of those that go.
 fn by_bricks(of: &FxHashMap<[i32; 3], Brick>, tile: &Tile, is_kept: impl Fn(usize) -> bool) -> [Vec<u64>; 2] {
     let split_off = tile.own - tile.copied.len();
     let mut vertices = vec![GONE; tile.surface.positions.len()];

@@ -28,7 +28,7 @@ pub struct Chosen {
 }
 
 impl Chosen {
-    /// Which of all parts a part of a tile is.
+    /// Number, among all parts, of a part of a tile.
     pub fn part(&self, tile: usize, part: u32) -> u32 {
         self.parts.of[tile][part as usize]
     }
@@ -42,7 +42,7 @@ impl Chosen {
 /// The parts of all tiles together. O(parts + vertices that tiles share).
 ///
 /// # Errors
-/// A tile can't be read; cancelled.
+/// A tile can't be read. Cancelled.
 pub fn find<T: Tiles>(tiles: &T, progress: &Progress<'_>) -> Result<Parts> {
     let mut list: Vec<Part> = Vec::new();
     let mut joins: Vec<(VertexKey, u32)> = Vec::new();

@@ -1,8 +1,7 @@
 //! Stage 7b: vertices where two fans of triangles meet only in a point are split, one vertex a fan.
 //!
-//! Around an edge of the grid lie four cells. Where two opposite ones are valid and the others are not, their triangles
-//! share the edge's vertex and nothing else. Stage 5 gives most such cells up; what that leaves is split here, so that
-//! the result is manifold whatever the input.
+//! Around an edge of the grid lie four cells. If two opposite ones are valid and the others are not, their triangles share the edge's
+//! vertex and nothing else. Stage 5 gives most such cells up. The rest are split here, so that the result is manifold whatever the input.
 
 use glam::DVec3;
 use rustc_hash::FxHashMap;
@@ -17,8 +16,7 @@ use base::work;
 /// Distance, in cells, between the vertices of the fans along their edge of the grid.
 const APART: f64 = 1.0 / 1024.0;
 
-/// Splits all pinched vertices, the lowest first. The new vertices follow the others; returned is which vertex each of them
-/// was split from.
+/// Splits all pinched vertices, the lowest first. The new vertices follow the others. Returned is which vertex each of them was split from.
 pub fn split(surface: &mut Surface, lattice: &Lattice, progress: &Progress<'_>) -> Result<Vec<u32>> {
     // Every fan that isn't closed has one boundary side starting at its vertex.
     let mut starting: Vec<u32> = surface.boundary.iter().map(|side| side[0]).collect();
@@ -102,8 +100,8 @@ fn fans(triangles: &[[u32; 3]], vertex: u32, at: &[usize]) -> Vec<Vec<usize>> {
     fans
 }
 
-/// Gives each fan at `vertex` a vertex of its own, in a row along the grid line it lies on, in the order in which the fans
-/// lie along it. `sides`: the places of the vertex's sides of the boundary; `before`: where vertices were that have been moved.
+/// Gives each fan at `vertex` a vertex of its own, in a row along the grid line it lies on, in the order in which the fans lie along it.
+/// `sides`: the places of the vertex's sides of the boundary. `before`: where vertices were that have been moved.
 fn separate(
     surface: &mut Surface,
     before: &mut FxHashMap<u32, DVec3>,
@@ -198,7 +196,7 @@ mod tests {
         }
     }
 
-    /// Splits and returns the steps it took; the result is manifold and its boundary that of its triangles.
+    /// Splits and returns the steps it took. The result is manifold and its boundary that of its triangles.
     fn steps(mut surface: Surface, pinches: usize) -> u64 {
         let lattice = Lattice::new(1.0, DVec3::ZERO, [0; 3]).unwrap();
         let (split, steps) = work::counted(|| split(&mut surface, &lattice, &Progress::none()).unwrap());

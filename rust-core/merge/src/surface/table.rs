@@ -11,11 +11,10 @@
 //!     0 ────────── 1         o─ x
 //! ```
 //!
-//! The table is made, not typed: on each face every run of inside corners is cut off by its own segment, which depends on
-//! the face alone, so neighbouring cells always agree (no crack; as Montani et al.). The segments join to loops; each loop
-//! is triangulated without a diagonal between two vertices of one face. Such a diagonal could meet the same diagonal of
-//! the neighbouring cell, and four triangles would share an edge. So any set of whole cells gives edges with at most two
-//! triangles.
+//! The table is made, not typed. On each face every run of inside corners is cut off by its own segment, which depends on the face alone.
+//! So neighbouring cells always agree (no crack, as Montani et al.). The segments join to loops. Each loop is triangulated without a
+//! diagonal between two vertices of one face. Such a diagonal could meet the same diagonal of the neighbouring cell, and four triangles
+//! would share an edge. So any set of whole cells gives edges with at most two triangles.
 
 use std::sync::Arc;
 
@@ -40,7 +39,7 @@ pub struct CellTriangle {
     pub faces: [u8; 3],
 }
 
-/// Triangles of every configuration; bit `c` of a configuration is set where corner `c` is inside.
+/// Triangles of every configuration. Bit `c` of a configuration is set where corner `c` is inside.
 pub struct Table {
     triangles: Vec<CellTriangle>,
     starts: [u16; 257],

@@ -1,4 +1,4 @@
-//! What a block has of the surface, as it is kept, and what its vertices are called everywhere.
+//! A block's part of the surface, as it is kept, and the names of its vertices everywhere.
 
 use std::borrow::Cow;
 
@@ -22,7 +22,7 @@ pub struct VertexKey {
     pub copy: u32,
 }
 
-/// What a brick has of the surface.
+/// A brick's part of the surface.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub struct Share {
@@ -36,16 +36,16 @@ pub struct Share {
     pub triangles: u32,
 }
 
-/// What a block has of the surface.
+/// A block's part of the surface.
 #[derive(Clone)]
 pub struct Tile {
     /// Its vertices brick by brick, then those split from them, then those of other blocks that its triangles have.
     pub surface: Surface,
-    /// What each of its bricks has, in order.
+    /// The parts of its bricks, in order.
     pub shares: Vec<Share>,
     /// The first vertex of each share.
     pub first: Vec<u32>,
-    /// Of the vertices that were split off, which was split; rising.
+    /// Of the vertices that were split off, which was split. Rising.
     pub copied: Vec<u32>,
     /// The vertices of other blocks, rising.
     pub foreign: Vec<VertexKey>,
@@ -72,7 +72,7 @@ pub trait Tiles: Sync {
     /// It can't be read.
     fn get(&self, tile: usize) -> Result<Cow<'_, Tile>>;
 
-    /// Where the vertices of one are, those of other tiles among them.
+    /// Places of the vertices of one, those of other tiles among them.
     ///
     /// # Errors
     /// It can't be read.
@@ -119,7 +119,7 @@ impl Tiles for Vec<Tile> {
 }
 
 impl Tile {
-    /// What a vertex is called everywhere.
+    /// Name of a vertex everywhere.
     pub fn key(&self, vertex: u32) -> VertexKey {
         let split_off = self.own - self.copied.len();
         let v = vertex as usize;
@@ -139,7 +139,7 @@ impl Tile {
     }
 }
 
-/// What is known of a part.
+/// Figures of a part.
 #[derive(Clone, Copy, Debug)]
 pub struct Part {
     /// Its triangles.

@@ -1,8 +1,8 @@
 //! Stages 5 to 7 in blocks: the surface is made block by block, and what each block has of it is the same however space is cut.
 //!
-//! Labels of nodes depend on votes of nodes around them, valid cells on labels, vertices on vertices around them; all of that
-//! ends within a brick. So a block is made with the bricks around it, and what it has made of these is left to others.
-//! Bricks are numbered in the order of their places, whatever block they are in.
+//! Labels of nodes depend on votes of nodes around them, valid cells on labels, vertices on vertices around them. All of that ends within a
+//! brick. So a block is made with the bricks around it, and what it has made of these is left to others. Bricks are numbered in the order
+//! of their places, whatever block they are in.
 
 use rayon::prelude::*;
 
@@ -19,15 +19,15 @@ use crate::field::{BrickVertices, Labels};
 use base::error::Result;
 use base::progress::Progress;
 
-/// A box of bricks; its upper corner is the first that is outside.
+/// A box of bricks. Its upper corner is the first that is outside.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Block {
     low: [i32; 3],
     high: [i32; 3],
 }
 
-/// How far beyond its block, in cells, the surface has to be known: a vertex of a triangle of the block may lie a cell away, the
-/// triangles at it two, their vertices three; and where a vertex is depends on those up to six further on.
+/// Distance beyond its block, in cells, to which the surface has to be known. A vertex of a triangle of the block may lie a cell away, the
+/// triangles at it two, their vertices three. The place of a vertex depends on those up to six further on.
 const HALO: i32 = 12;
 
 impl Block {
@@ -80,7 +80,7 @@ pub fn bricks(labels: &Labels) -> Vec<[i32; 3]> {
     bricks
 }
 
-/// Stages 5 to 7: the surface, in a tile for each block of `side` bricks; else it is one.
+/// Stages 5 to 7: the surface, in a tile for each block of `side` bricks. Else it is one.
 ///
 /// # Errors
 /// As [`build`].
@@ -142,7 +142,7 @@ pub fn build_one(
 /// Makes the tile of a block of its bricks and those beside it, in order.
 ///
 /// # Errors
-/// Cancelled; more vertices than there are numbers for.
+/// Cancelled. More vertices than there are numbers for.
 fn build(
     block: Block,
     bricks: &mut [Box<BrickSurface>],
@@ -165,7 +165,7 @@ fn build(
     Ok(tile)
 }
 
-/// What reconstruction needs to know of bricks; nothing of those without a vertex or cell.
+/// Facts on bricks that reconstruction needs. Nothing of those without a vertex or cell.
 ///
 /// # Errors
 /// Cancelled.
@@ -216,7 +216,7 @@ struct Window<'a> {
 }
 
 impl Window<'_> {
-    /// What the block has of it.
+    /// The block's part of it.
     fn cut(self, block: Block, artificial: u64) -> Tile {
         let mut shares: Vec<Share> = (self.bricks.iter())
             .map(|of| Share { brick: of.brick, vertices: of.vertices, copies: 0, triangles: of.triangles })
@@ -245,7 +245,7 @@ impl Window<'_> {
 }
 
 impl Tile {
-    /// What those of its bricks have that are `is_own`; `sides` of the boundary belong to each.
+    /// The parts of those of its bricks that are `is_own`. `sides` of the boundary belong to each.
     fn cut(self, is_own: &[bool], sides: &[u32]) -> Tile {
         let of = |vertex: u32| match (vertex as usize).checked_sub(self.own - self.copied.len()) {
             None => vertex,

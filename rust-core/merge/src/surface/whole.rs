@@ -24,17 +24,17 @@ pub struct Whole<T> {
     pub numbers: Numbers,
     /// The box around each tile's vertices, those of other tiles among them.
     pub boxes: Vec<Bounds>,
-    /// What was added: its vertices and triangles follow those of the tiles. Without the corners of the triangles ...
+    /// The part that was added: its vertices and triangles follow those of the tiles. Without the corners of the triangles ...
     pub added: Surface,
     /// ... which are numbers of all vertices.
     pub corners: Vec<[u64; 3]>,
     /// Vertices of tiles that triangles that were added have, as they are there, by their numbers.
     pub rims: BTreeMap<u64, Row>,
-    /// What of the surface, the added among it, is not as it was.
+    /// The parts of the surface, the added among it, that are not as they were.
     pub changes: Changes,
 }
 
-/// What has changed of vertices and triangles, by their numbers.
+/// Changes of vertices and triangles, by their numbers.
 #[derive(Default)]
 pub struct Changes {
     /// Vertices that lie elsewhere, and whether they are on a scan still.
@@ -50,21 +50,21 @@ pub struct Changes {
 /// Some of the surface.
 #[derive(Default)]
 pub struct Window {
-    /// It as a surface; without its boundary.
+    /// It as a surface. Without its boundary.
     pub surface: Surface,
     /// Numbers of its vertices, rising.
     pub vertices: Vec<u64>,
     /// Numbers of its triangles, rising.
     pub triangles: Vec<u64>,
-    /// Parts of its vertices; [`NONE`] of those that were added.
+    /// Parts of its vertices. [`NONE`] of those that were added.
     pub part_of: Vec<u32>,
 }
 
 impl<T: Tiles> Whole<T> {
-    /// What is chosen of the tiles.
+    /// The chosen part of the tiles.
     ///
     /// # Errors
-    /// A tile can't be read; cancelled.
+    /// A tile can't be read. Cancelled.
     pub fn new(tiles: T, chosen: Chosen, progress: &Progress<'_>) -> Result<Self> {
         let numbers = Numbers::new(&tiles, &chosen, progress)?;
         let bounds = |tile: usize| Ok(Bounds::of(tiles.positions(tile)?.iter().copied()));
@@ -105,7 +105,7 @@ impl<T: Tiles> Whole<T> {
     /// The triangles whose boxes meet any of these regions.
     ///
     /// # Errors
-    /// A tile can't be read; cancelled.
+    /// A tile can't be read. Cancelled.
     pub fn window(&self, regions: &[Bounds], progress: &Progress<'_>) -> Result<Window> {
         let mut found = Gathered::default();
         for (i, bounds) in self.boxes.iter().enumerate() {
@@ -157,11 +157,11 @@ impl<T: Tiles> Whole<T> {
     /// Calls `each` with the corners of every triangle.
     ///
     /// # Errors
-    /// A tile can't be read; cancelled.
+    /// A tile can't be read. Cancelled.
     pub fn each_triangle(&self, progress: &Progress<'_>, mut each: impl FnMut(Corners)) -> Result<()> {
         let Changes { moved, removed, renamed, .. } = &self.changes;
         let at = |v: u64, place: DVec3| moved.get(&v).map_or(place, |moved| moved.0);
-        // Where corners are others they are added ones.
+        // Other corners are added ones.
         let known = self.numbers.vertices;
         let added = |v: u64| match v.checked_sub(known) {
             Some(place) => (v, at(v, self.added.positions[place as usize]), self.added.colour[place as usize]),
@@ -195,7 +195,7 @@ impl<T: Tiles> Whole<T> {
     /// Calls `each` with the number, place and colour of every vertex.
     ///
     /// # Errors
-    /// A tile can't be read; cancelled.
+    /// A tile can't be read. Cancelled.
     pub fn each_vertex(&self, progress: &Progress<'_>, mut each: impl FnMut(u64, DVec3, [u8; 4])) -> Result<()> {
         let mut call = |v: u64, place: DVec3, colour: [u8; 4]| {
             if self.changes.bare.binary_search(&v).is_err() {
@@ -277,7 +277,7 @@ impl Gathered {
 }
 
 impl Window {
-    /// Where a vertex is that it has.
+    /// Place of a vertex that it has.
     pub fn local(&self, vertex: u64) -> Option<u32> {
         self.vertices.binary_search(&vertex).ok().map(|place| place as u32)
     }

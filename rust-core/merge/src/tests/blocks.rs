@@ -6,7 +6,7 @@ fn merged(scans: &[RangeImage], params: &MergeParams, block: Option<i32>) -> Mer
     let sources: Vec<&dyn ScanSource> = scans.iter().map(|s| s as &dyn ScanSource).collect();
     let setup = Setup { block, ..Setup::default() };
     let mut merged = by_setup(&sources, params, &setup, &Progress::none()).unwrap();
-    // What was held and how long it took may differ.
+    // The memory held and the time may differ.
     (merged.report.seconds, merged.report.working_bytes) = Default::default();
     merged
 }

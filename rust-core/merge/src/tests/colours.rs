@@ -9,8 +9,8 @@ fn light_at(p: DVec3) -> [f64; 3] {
     [0.30 + 0.08 * waves, 0.22 + 0.06 * waves, 0.15 - 0.04 * waves]
 }
 
-/// Scans of a shape with the pattern on it, a scan as bright as `exposure` says; `sheen` is light that a place sends to one scan
-/// in addition.
+/// Scans of a shape with the pattern on it, a scan as bright as `exposure` says. `sheen` is light that a place sends to one scan in
+/// addition.
 fn patterned(shape: Shape, exposure: impl Fn(usize) -> f64, sheen: impl Fn(usize, DVec3) -> f64) -> Vec<RangeImage> {
     let mut scans = clean_scans(shape, 100);
     for (i, scan) in scans.iter_mut().enumerate() {
@@ -152,7 +152,7 @@ fn scans_without_colours_take_none_away() {
 #[test]
 fn where_no_scan_has_a_colour_it_is_the_nearest_and_alpha_says_so() {
     let mut scans = patterned(SHAPE, |_| 1.0, |_, _| 0.0);
-    // What lies below has no colour in any scan.
+    // A surface below has no colour in any scan.
     for scan in &mut scans {
         let (cols, world_from_sensor) = (scan.cols(), scan.world_from_sensor);
         let mut colours = scan.colour.take().unwrap();

@@ -33,7 +33,7 @@ fn depth_images_without_poses_around_an_object_are_said() {
     assert_eq!(kinds(&moved(&scans, |_, _| DAffine3::IDENTITY)), [WarningKind::NoPoses]);
 }
 
-/// What a camera sees of the room as it turns.
+/// Views of the room that a camera sees as it turns.
 fn tour(count: usize, noise: f64) -> Vec<RangeImage> {
     let room = room();
     let bvh = Bvh::build(&room.positions, &room.triangles, 0).unwrap();

@@ -1,4 +1,4 @@
-//! What can't be merged, and what is said then.
+//! Scans that can't be merged, and what is said then.
 
 use super::*;
 

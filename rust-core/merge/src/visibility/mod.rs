@@ -1,9 +1,9 @@
-//! What scans see through is not there: flying pixels, veils at jumps, things that moved. \[MAW07\] votes so on depths;
-//! here on the intersections.
+//! Things that scans see through are not there: flying pixels, veils at jumps, things that moved. \[MAW07\] votes so on depths. Here on the
+//! intersections.
 //!
-//! Every scan whose lines of sight are known votes on every edge: it has a surface there, or it sees through. What more
-//! scans see through than have a surface there goes, before anything is made of it. Two at least have to, since a rod
-//! thinner than a pixel is missed now and then.
+//! Every scan whose lines of sight are known votes on every edge: it has a surface there, or it sees through. A surface is dropped if more
+//! scans see through it than measured it, before anything is made of it. Two at least have to see through it, since a rod thinner than a
+//! pixel is missed now and then.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU16, Ordering::Relaxed};
@@ -25,7 +25,7 @@ use image::visibility::{LinesOfSight, Seen};
 
 /// At most so many scans vote, those of the smallest numbers, which is as good as by chance: more would tell the same.
 const MOST_VOTERS: usize = 256;
-/// What fewer scans see through stays.
+/// Fewest scans that see through a surface that goes: it stays if fewer do.
 const LEAST_THROUGH: u16 = 2;
 
 /// The votes on an edge.
@@ -41,11 +41,11 @@ impl Votes {
     }
 }
 
-/// What the scans see at the sums of each bundle; nothing where none votes. `images` is what was measured of those that are range images,
-/// by number. Surfaces may be off by `tolerance`, in world units.
+/// Sights of the scans at the sums of each bundle. Nothing if none votes. `images` are the measures of those that are range images, by
+/// number. Surfaces may be off by `tolerance`, in world units.
 ///
 /// # Errors
-/// A scan can't be loaded any more; cancelled.
+/// A scan can't be loaded any more. Cancelled.
 pub fn ask(
     bundles: &Bundles,
     scan_order: &ScanOrder<'_>,
@@ -99,7 +99,7 @@ pub fn drop_seen_through(bundles: Bundles, votes: Vec<Vec<Votes>>, progress: &Pr
     Ok((Bundles::new(list), dropped))
 }
 
-/// The numbers of the scans that vote, with their noise; none where they are too few.
+/// The numbers of the scans that vote, with their noise. None if they are too few.
 pub fn voters(images: &[(u32, Measured)]) -> Vec<(u32, &Noise)> {
     let mut noises: Vec<_> =
         images.iter().filter(|image| image.1.has_lines_of_sight).map(|(scan, image)| (*scan, &image.noise)).collect();
@@ -114,7 +114,7 @@ pub fn voters(images: &[(u32, Measured)]) -> Vec<(u32, &Noise)> {
 /// A scan, by its number, made to be asked what it sees.
 ///
 /// # Errors
-/// It can't be loaded any more; cancelled.
+/// It can't be loaded any more. Cancelled.
 pub fn lines_of_sight(
     scan_order: &ScanOrder<'_>,
     number: u32,

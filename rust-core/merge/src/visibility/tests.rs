@@ -30,7 +30,7 @@ pub(crate) fn cuboids(parts: &[[DVec3; 2]]) -> TriMesh {
 pub(crate) const FLOOR: [DVec3; 2] = [DVec3::new(0.0, 0.0, -0.1), DVec3::new(2.5, 2.5, 0.1)];
 pub(crate) const BOX: [DVec3; 2] = [DVec3::new(0.1, 0.0, 0.25), DVec3::new(0.2, 0.3, 0.25)];
 
-/// What `count` cameras around the origin see of a scene each, with noise of `sigma` cells and poses off by `off` cells.
+/// Views of `count` cameras around the origin of a scene each, with noise of `sigma` cells and poses off by `off` cells.
 pub(crate) fn frames(count: usize, [sigma, off]: [f64; 2], scene: impl Fn(usize) -> TriMesh) -> Vec<RangeImage> {
     let look = |k: usize| {
         let mesh = scene(k);
@@ -112,7 +112,7 @@ fn rods_and_sheets_stay() {
         let found = merged(&frames(16, [0.0, off], |_| cuboids(&[FLOOR, rod, sheet])));
         assert_eq!(found.report.seen_through, 0, "half a width of {half}");
         let up = found.mesh.positions.iter().filter(|p| p.z > 0.1 && p.x.abs() < 0.1 && (p.y - 0.1).abs() < 0.1);
-        // What no triangle of any scan shows can't be in the result.
+        // A thing that no triangle of any scan shows can't be in the result.
         assert!(half < 0.03 || up.count() > 40, "half a width of {half}");
     }
 }

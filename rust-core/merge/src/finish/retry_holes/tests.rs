@@ -1,4 +1,4 @@
-//! What peeling must hold, on sheets with holes.
+//! Rules that peeling must hold, on sheets with holes.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -25,7 +25,7 @@ const SIDE: i32 = 20;
 /// How far sheets lie apart: exact in all places of a sheet.
 const APART: f64 = 1024.0;
 
-/// A sheet with a hole, around which vertices stand out of it, by place and height; a fin through the hole's middle.
+/// A sheet with a hole, around which vertices stand out of it, by place and height. A fin through the hole's middle.
 #[derive(Clone, Debug)]
 struct Sheet {
     hole: i32,
@@ -114,7 +114,7 @@ fn whole<T: Tiles>(tiles: T) -> Whole<T> {
     Whole::new(tiles, Chosen { parts, kept, size: DVec3::ONE }, &progress).unwrap()
 }
 
-/// Closes what can be closed and hands the surface over; holes closed and left open.
+/// Closes what can be closed and hands the surface over. Holes closed and left open.
 fn closed_into<T: Tiles>(mut whole: Whole<T>, sink: &mut dyn MeshSink) -> [u64; 2] {
     let progress = Progress::none();
     let lattice = Lattice::new(1.0, DVec3::ZERO, [0; 3]).unwrap();
@@ -168,7 +168,7 @@ impl Tiles for Apart {
     }
 }
 
-/// What is handed over, by number.
+/// Things that are handed over, by number.
 #[derive(Default)]
 struct Taken {
     outline: MeshOutline,

@@ -1,4 +1,4 @@
-//! What is changed in place is what is written piece by piece.
+//! A surface that is changed in place is the same as one that is written piece by piece.
 
 use glam::DVec3;
 use proptest::prelude::*;
@@ -49,7 +49,7 @@ fn tile(sheets: u32) -> Tile {
     tile
 }
 
-/// What closing holes may do: places in lists are taken modulo their lengths.
+/// Changes that closing holes may make: places in lists are taken modulo their lengths.
 #[derive(Clone, Debug)]
 struct Changed {
     kept: Vec<bool>,

@@ -14,18 +14,18 @@ use crate::surface::tiles;
 use base::error::Result;
 use base::progress::Progress;
 
-/// What is known of bricks.
+/// State of bricks.
 #[derive(Default)]
 pub struct Bricks {
-    /// Which nodes lie inside.
+    /// Nodes that lie inside.
     pub labels: Labels,
     /// Vertices on the edges from inside to outside.
     pub vertices: BrickVertices,
-    /// What they were found by.
+    /// The basis that they were found by.
     basis: Option<(Lattice, VoteRule, Gains)>,
     /// Bricks where what is left of bundles has changed since then.
     changed: FxHashSet<[i32; 3]>,
-    /// What the labels make of each brick; nothing of some.
+    /// The surface that the labels make of each brick. Nothing of some.
     cells: FxHashMap<[i32; 3], Option<Box<BrickSurface>>>,
     /// Bricks whose labels have changed since then.
     relabelled: FxHashSet<[i32; 3]>,
@@ -52,7 +52,7 @@ impl Bricks {
         progress: &Progress<'_>,
     ) -> Result<()> {
         let bricks = bundles.labelled_bricks();
-        // Where a scan is new or gone the bundles have changed; votes come from bricks beside a brick, at most.
+        // If a scan is new or gone, the bundles have changed; votes come from bricks beside a brick, at most.
         let is_known = self.basis.as_ref().is_some_and(|(of_lattice, of_rule, of_gains)| {
             (of_lattice, of_rule) == (lattice, &rule) && of_gains.agree_with(&gains)
         });
@@ -85,7 +85,7 @@ impl Bricks {
         Ok(())
     }
 
-    /// What the labels make of each brick, in order, taken out; to be put back.
+    /// The surface that the labels make of each brick, in order, taken out, to be put back.
     ///
     /// # Errors
     /// Cancelled: nothing has changed then.

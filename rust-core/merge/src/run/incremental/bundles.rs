@@ -20,12 +20,12 @@ use crate::{FUSING, MergeParams, MergeReport, field};
 use base::error::Result;
 use base::progress::Progress;
 
-/// What all scans come to.
+/// Sums of all scans.
 #[derive(Default)]
 pub struct KeptBundles {
     /// The grid they are counted in.
     lattice: Option<Lattice>,
-    /// What the scans are that they are of.
+    /// The scans that they are of.
     members: FxHashSet<Member>,
     /// Whether distances are measured on a sample.
     are_sampled: bool,
@@ -36,16 +36,16 @@ pub struct KeptBundles {
 /// A scan: its version, its number, and whether distances from it are measured.
 type Member = (u64, u32, bool);
 
-/// What is kept of a bundle.
+/// The kept parts of a bundle.
 pub(super) struct KeptBundle {
-    /// What its crossings come to.
+    /// Sums of its crossings.
     pub all: Arc<SortedBundle>,
     distances: BundleDistances,
     /// Whether that is new to those who look at it.
     pub is_new: bool,
-    /// The votes of those scans that see any of it, by version; two bits an edge.
+    /// The votes of those scans that see any of it, by version. Two bits an edge.
     pub votes: FxHashMap<u64, Box<[u8]>>,
-    /// What of it is left where scans see through.
+    /// The rest of it where scans see through.
     pub shown: Arc<SortedBundle>,
     /// How much isn't.
     pub dropped: u64,
@@ -109,7 +109,7 @@ impl KeptBundles {
         Reaches::of(&distances, params, report)
     }
 
-    /// What is left of all bundles.
+    /// The rest of all bundles.
     pub fn shown(&self, report: &mut MergeReport) -> field::Bundles {
         let mut list: Vec<_> =
             self.all.values().map(|bundle| &bundle.shown).filter(|of| !of.list.is_empty()).cloned().collect();

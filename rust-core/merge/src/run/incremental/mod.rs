@@ -10,8 +10,8 @@
 //! | labels and vertices, by brick | `bricks` | what is left of the sums changed in it or beside it |
 //! | cells, by brick | `bricks` | labels changed in it or beside it |
 //!
-//! What is measured of all scans together, the cell, the merge distance, how bright scans are, is measured anew; where it differs, so does
-//! what follows from it, everywhere.
+//! Whatever is measured of all scans together, the cell, the merge distance, how bright scans are, is measured anew. If it differs, so does
+//! all that follows from it, everywhere.
 
 mod bricks;
 mod bundles;
@@ -46,8 +46,8 @@ pub struct Versioned<'a> {
 
 /// Keeps what merges leave for the next one, which is faster by it: [`Reuse`](crate::Reuse) takes it.
 ///
-/// Scans are loaded when they are new to it, and not again. What it keeps is about 125 bytes an intersection of a scan with the grid,
-/// 11 bytes a pixel of images with lines of sight among it; at its peak it takes half as much again as a merge that keeps nothing.
+/// Scans are loaded when they are new to it, and not again. It keeps about 125 bytes per intersection of a scan with the grid. Among it are
+/// 11 bytes per pixel of images with lines of sight. At its peak it takes half as much again as a merge that keeps nothing.
 #[derive(Default)]
 pub struct Merger {
     kept: Option<Box<Findings>>,
@@ -83,9 +83,9 @@ impl Merger {
         if_it_fits(memory, |setup| self.run_by((&sources, &versions), params, setup, progress))
     }
 
-    /// Merges scans of so many versions: the same as a merge that keeps nothing gives, but for the seconds and the working bytes in the
-    /// report. After an error, or when it was cancelled, what was kept before stays; where memory holds the merge but not what would be kept,
-    /// nothing is.
+    /// Merges scans of so many versions. The result is the same as that of a merge that keeps nothing, but for the seconds and the working
+    /// bytes in the report. After an error, or when it was cancelled, what was kept before stays. If memory holds the merge but not what
+    /// would be kept, nothing is kept.
     pub(crate) fn run_by(
         &mut self,
         (scans, versions): (&[&dyn ScanSource], &[u64]),
@@ -94,7 +94,7 @@ impl Merger {
         progress: &Progress<'_>,
     ) -> Result<Merged> {
         refuse_twins(scans.len(), versions)?;
-        // Where a refused allocation ends the work, nothing is kept.
+        // If a refused allocation ends the work, nothing is kept.
         let mut kept = self.kept.take().unwrap_or_default();
         setup.fit.begin();
         let merged = attempted(|| {
@@ -139,11 +139,11 @@ pub struct Renewed {
     pub of: usize,
 }
 
-/// What a run leaves for the next.
+/// Findings that a run leaves for the next.
 #[derive(Default)]
 struct Findings {
     triangulation: TriangulateParams,
-    /// What ties between scans of one name are broken by, by their versions.
+    /// The hashes that break ties between scans of one name, by their versions.
     contents: FxHashMap<u64, u64>,
     known: defaults::Known,
     scans: scans::Scans,

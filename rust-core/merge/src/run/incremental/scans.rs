@@ -26,25 +26,25 @@ pub struct Scans {
     all: FxHashMap<u64, Scan>,
 }
 
-/// What is known of a scan.
+/// State of a scan.
 pub struct Scan {
     /// Its crossings.
     pub crossings: ScanCrossings,
-    /// Where its first triangle is, in the world; `None` if it has none.
+    /// Place of its first triangle, in the world. `None` if it has none.
     near: Option<DVec3>,
-    /// What was foreseen of it.
+    /// Estimate for it.
     foreseen: Option<Arc<Foreseen>>,
-    /// What was measured of it, if it is a range image.
+    /// Measures of it, if it is a range image.
     measured: Option<Measured>,
-    /// What else was found.
+    /// Other findings.
     found: Option<Discretized>,
 }
 
 impl Scans {
-    /// What is known of scans: the new ones are loaded.
+    /// State of scans: the new ones are loaded.
     ///
     /// # Errors
-    /// That of the first scan that can't be loaded, or counted in cells; no scan has a triangle; cancelled.
+    /// The error of the first scan that can't be loaded, or counted in cells. No scan has a triangle. Cancelled.
     pub fn take(
         &mut self,
         scan_order: &ScanOrder<'_>,
@@ -88,7 +88,7 @@ impl Scans {
                 self.all.insert(versions[group.scans[0]], group.into());
             }
             let lattice = lattice.ok_or_else(nothing_to_merge)?;
-            // Where a new scan comes before the others, these may have been counted from another base.
+            // If a new scan comes before the others, these may have been counted from another base.
             let mut all = Discretized::none(lattice);
             let mut is_one = true;
             for (&number, version) in list.scan_order.numbers().iter().zip(versions) {

@@ -16,7 +16,7 @@ use image::source::ScanSource;
 /// A merge at work, with what is kept.
 pub struct Incremental<'a> {
     kept: &'a mut Findings,
-    /// What each scan is, as they were given.
+    /// Versions of the scans, as they were given.
     versions: Vec<u64>,
     /// All that a merge has of which nothing is kept.
     at_work: Memory<'a>,

@@ -1,4 +1,4 @@
-//! What is merged again is what is merged for the first time.
+//! A merge that is done again gives the same as one that is done for the first time.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -23,7 +23,7 @@ fn images() -> Vec<RangeImage> {
 }
 
 fn plain(mut merged: Merged) -> Merged {
-    // What was held and how long it took may differ.
+    // The memory held and the time may differ.
     (merged.report.seconds, merged.report.working_bytes) = Default::default();
     merged
 }
@@ -179,7 +179,7 @@ fn nothing_is_loaded_twice_and_little_is_done_where_little_has_changed() {
     (patches[7], versions[7]) = (patch(7, 0.2), 20);
     let (loaded, renewed) = merge(&patches, &versions);
     assert!(loaded <= 2 && renewed.bricks > 0 && 5 * renewed.bricks < renewed.of, "{loaded} {renewed:?}");
-    // What goes or comes in the middle of the order, or at its begin, leaves the rest as it was.
+    // A scan that goes or comes in the middle of the order, or at its begin, leaves the rest as it was.
     for place in [7, 0, 12] {
         let gone = (patches.remove(place), versions.remove(place));
         let (loaded, renewed) = merge(&patches, &versions);
@@ -277,7 +277,7 @@ fn versions_are_one_a_scan() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(base::tier::cases(48)))]
 
-    /// Whole numbers put vertices into nodes; bases and holes differ.
+    /// Whole numbers put vertices into nodes. Bases and holes differ.
     #[test]
     fn soups_of_triangles_are_merged_again(
         corners in prop::collection::vec(prop::array::uniform3(-50..50_i32), 60..90),

@@ -1,4 +1,4 @@
-//! What scans see through, where sums of crossings are new or scans are.
+//! Crossings that scans see through, if sums of crossings are new or scans are.
 
 use std::sync::Arc;
 
@@ -17,12 +17,12 @@ use base::error::Result;
 use base::progress::Progress;
 use image::visibility::{LinesOfSight, Seen};
 
-/// Who has looked.
+/// Scans that have looked.
 #[derive(Default)]
 pub struct VisibilityCache {
-    /// Those that were asked about all bundles that are not new, by version; of some nothing is to be known.
+    /// Those that were asked about all bundles that are not new, by version. Of some nothing is to be known.
     asked: FxHashMap<u64, Option<Arc<LinesOfSight>>>,
-    /// What surfaces could be off by, in world units.
+    /// Possible error of surfaces, in world units.
     tolerance: f64,
 }
 
@@ -31,7 +31,7 @@ const BITS: usize = 2;
 const SURFACE: u8 = 1;
 const THROUGH: u8 = 2;
 
-/// What became of a bundle.
+/// Result for a bundle.
 struct Looked {
     key: BundleKey,
     votes: FxHashMap<u64, Box<[u8]>>,
@@ -44,7 +44,7 @@ impl VisibilityCache {
     /// anything that is left of the bundles has changed.
     ///
     /// # Errors
-    /// A scan can't be loaded any more; cancelled: nothing has changed then.
+    /// A scan can't be loaded any more. Cancelled: nothing has changed then.
     pub fn look(
         &mut self,
         bundles: &mut KeptBundles,
@@ -85,7 +85,7 @@ impl VisibilityCache {
     }
 }
 
-/// Who is asked, and about what.
+/// Scans that are asked, and the place in question.
 struct Looking<'a> {
     sights: &'a FxHashMap<u64, Option<Arc<LinesOfSight>>>,
     asked: &'a FxHashMap<u64, Option<Arc<LinesOfSight>>>,
@@ -94,7 +94,7 @@ struct Looking<'a> {
 }
 
 impl Looking<'_> {
-    /// What becomes of a bundle, if anything.
+    /// The result for a bundle, if there is any.
     fn at(&self, key: BundleKey, bundle: &KeptBundle, is_asked_anew: bool) -> Option<Looked> {
         let is_new = bundle.is_new || is_asked_anew;
         let is_known = |version: &u64| !is_new && self.asked.contains_key(version);
@@ -121,7 +121,7 @@ impl Looking<'_> {
         })
     }
 
-    /// A scan's votes on a bundle; nothing if it sees nothing of it.
+    /// A scan's votes on a bundle. Nothing if it sees nothing of it.
     fn votes(&self, sight: &LinesOfSight, bundle: &SortedBundle) -> Option<Box<[u8]>> {
         let mut votes: Vec<u8> = Vec::new();
         look(sight, bundle, self.lattice, self.tolerance, |edge, seen| {
@@ -135,7 +135,7 @@ impl Looking<'_> {
     }
 }
 
-/// What is left of a bundle, and how much isn't.
+/// The rest of a bundle, and how much is gone.
 fn left(bundle: &Arc<SortedBundle>, votes: &FxHashMap<u64, Box<[u8]>>) -> (Arc<SortedBundle>, u64) {
     let goes = |edge: usize| {
         let of = |kind: u8| move |votes: &&[u8]| votes[edge * BITS / 8] >> (edge * BITS % 8) & 3 == kind;

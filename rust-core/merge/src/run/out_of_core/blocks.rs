@@ -22,7 +22,7 @@ use crate::field;
 use base::error::Result;
 use base::progress::Progress;
 
-/// What there is in a brick on lines along each axis, sorted by [`EdgeSums::key`].
+/// Content of a brick on lines along each axis, sorted by [`EdgeSums::key`].
 pub type BrickSums = [Vec<EdgeSums>; 3];
 
 /// The sums of all blocks.
@@ -49,15 +49,15 @@ struct Entry {
     scans: Place,
 }
 
-/// What files of blocks are called, and those of what is left of them.
+/// Kind of files of blocks, and of those of the rest of them.
 pub const KIND: &str = "block";
 pub const LEFT: &str = "left";
 
 impl Blocks {
-    /// Adds up what the segments have in a portion of the blocks, as far as that is not done; gives their files.
+    /// Adds up what the segments have in a portion of the blocks, as far as that is not done. Gives their files.
     ///
     /// # Errors
-    /// A file can't be read or written; cancelled.
+    /// A file can't be read or written. Cancelled.
     pub fn fuse(
         collected: &Collected,
         portion: Portion,
@@ -89,7 +89,7 @@ impl Blocks {
         blocks.into_par_iter().with_max_len(1).map(fuse).collect()
     }
 
-    /// Those of these files; of what is left of blocks where some of them is gone, which is noted.
+    /// Those of these files. Of what is left of blocks where some of them is gone, which is noted.
     ///
     /// # Errors
     /// A file can't be read.
@@ -111,7 +111,7 @@ impl Blocks {
         self.files.keys().copied().collect()
     }
 
-    /// What there is in a block follows from this; nothing in others.
+    /// The key that the content of a block follows from. Nothing in others.
     pub fn key(&self, block: [i32; 3]) -> Option<Key> {
         self.files.get(&block).map(|file| file.key)
     }
@@ -124,10 +124,10 @@ impl Blocks {
         self.files.get(&block).map_or(Ok(Vec::new()), |file| file.read(|_| true))
     }
 
-    /// The factors that make the scans equally bright; empty if they are.
+    /// The factors that make the scans equally bright. Empty if they are.
     ///
     /// # Errors
-    /// A file can't be read; cancelled.
+    /// A file can't be read. Cancelled.
     pub fn gains(&self, scan_order: &ScanOrder<'_>, progress: &Progress<'_>) -> Result<Vec<[f64; 3]>> {
         let list = self.list();
         let each = |block: &[i32; 3]| {
@@ -168,8 +168,8 @@ impl Blocks {
         Ok(scans)
     }
 
-    /// What there is on lines through a block and the bricks around it, as far as these bricks: with how far it is from each edge
-    /// to the next surface along its line, as far as that matters in the block.
+    /// Content of lines through a block and the bricks around it, as far as these bricks. With the distance from each edge to the next
+    /// surface along its line, as far as that matters in the block.
     ///
     /// # Errors
     /// A file can't be read.

@@ -25,12 +25,12 @@ use image::triangulate::TriangulateParams;
 /// Bytes of crossings that are kept together for another merge, so that scans of a few samples have no file each.
 const STAYS: u64 = 1 << 18;
 
-/// What collecting needs to know of all scans.
+/// Facts on all scans that collecting needs.
 pub struct Collecting<'a> {
     pub scan_order: &'a ScanOrder<'a>,
     pub triangulation: TriangulateParams,
     pub grid: Grid,
-    /// What segments follow from besides their scans.
+    /// Basis that segments follow from besides their scans.
     pub basis: Key,
     /// Segments of merges before that are used, as [`usable`] gave them.
     pub known: &'a [Key],
@@ -53,11 +53,11 @@ pub fn usable(scan_order: &ScanOrder<'_>, basis: Key, lattice: Lattice, setting:
     Ok(keys)
 }
 
-/// Finds the crossings of a portion of the scans, as far as no segment has them; each worker holds `held` bytes of them at most, and those
+/// Finds the crossings of a portion of the scans, as far as no segment has them. Each worker holds `held` bytes of them at most, and those
 /// of a scan. Gives the keys of the segments.
 ///
 /// # Errors
-/// That of the first scan that can't be loaded, or counted in cells; a segment can't be written; cancelled.
+/// The error of the first scan that can't be loaded, or counted in cells. A segment can't be written. Cancelled.
 pub fn collect(
     collecting: &Collecting<'_>,
     portion: Portion,
@@ -80,7 +80,7 @@ pub fn collect(
         }
         done.extend(about.scans);
     }
-    // What a task has left that was stopped, or another one at the same work.
+    // Files that a task has left that was stopped, or another one at the same work.
     for (segment, about) in new {
         let is_of =
             |member: &SegmentMember| is_own(member) && member.is_of(scan_order) && !done.contains(&member.number);
@@ -139,10 +139,10 @@ pub struct Grid {
 }
 
 impl Grid {
-    /// That of the first scan that has a triangle.
+    /// The grid of the first scan that has a triangle.
     ///
     /// # Errors
-    /// None has; one before it can't be loaded; cells too small for where it lies; cancelled.
+    /// None has. One before it can't be loaded. Cells too small for where it lies. Cancelled.
     pub fn of_first(
         sources: &[&dyn ScanSource],
         loading: &Loading,
@@ -163,7 +163,7 @@ impl Grid {
     }
 }
 
-/// What workers share.
+/// State that workers share.
 struct Shared<'a> {
     collecting: &'a Collecting<'a>,
     loading: Loading,
@@ -177,7 +177,7 @@ struct Shared<'a> {
 struct Worker<'a> {
     shared: &'a Shared<'a>,
     buckets: Buckets,
-    /// What was found out of those whose crossings are held.
+    /// Findings about those whose crossings are held.
     about: About,
 }
 
@@ -203,7 +203,7 @@ impl Worker<'_> {
             found.images.extend(surface.measured.map(|measured| (number, measured)));
         }
         self.about.add(&About { scans: vec![number], intersections: 0, found });
-        // Where segments stay for another merge, it goes without those of which a scan has changed.
+        // If segments stay for another merge, it goes without those of which a scan has changed.
         if self.buckets.bytes() > if setting.stays { setting.held.min(STAYS) } else { setting.held } {
             self.spill(progress)?;
         }

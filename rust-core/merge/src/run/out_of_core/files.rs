@@ -1,7 +1,7 @@
 //! Files of a workspace: columns of plain numbers, each with its checksum, and a table of where they are.
 //!
 //! A file is written under a name of its own and gets its name once it is whole, so what has a name is complete. Numbers are written as the
-//! machine has them; a workspace is of one machine.
+//! machine has them. A workspace is of one machine.
 
 use std::fs::File;
 use std::io::{BufWriter, Read as _, Seek as _, SeekFrom, Write as _};
@@ -15,12 +15,12 @@ use twox_hash::XxHash3_128;
 use base::error::{Error, Result};
 use base::memory::size;
 
-/// What a file ends with.
+/// End of a file.
 const MARK: [u8; 8] = *b"srfcol02";
 /// Bytes handed to the system at a time.
 const BUFFER: usize = 1 << 18;
 
-/// Where a column is in its file.
+/// Place of a column in its file.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 pub struct Place {
@@ -99,7 +99,7 @@ impl Columns {
         Ok(())
     }
 
-    /// As [`Columns::finish`], with the first of these names that no file has yet; gives its place among them, nothing where files have
+    /// As [`Columns::finish`], with the first of these names that no file has yet. Gives its place among them, nothing where files have
     /// all.
     ///
     /// # Errors
@@ -130,7 +130,7 @@ impl Columns {
     }
 }
 
-/// What a write that failed is told as: on full disks with what had been written.
+/// The error of a write that failed: on full disks with what had been written.
 fn cant_write(path: &Path, bytes: u64, error: std::io::Error) -> Error {
     if error.kind() == std::io::ErrorKind::StorageFull {
         let text = format!(
@@ -149,7 +149,7 @@ pub struct Stored {
 }
 
 impl Stored {
-    /// Opens a file; with its table.
+    /// Opens a file. With its table.
     ///
     /// # Errors
     /// It is not there, or not whole.
@@ -180,7 +180,7 @@ impl Stored {
     /// Reads a column.
     ///
     /// # Errors
-    /// It can't be read; it is not what was written.
+    /// It can't be read. It is not what was written.
     pub fn get<T: AnyBitPattern + NoUninit>(&self, place: &Place) -> Result<Vec<T>> {
         let mut column = Vec::new();
         self.append(place, &mut column)?;
@@ -223,7 +223,7 @@ fn unread(path: &Path, error: std::io::Error) -> Error {
     }
 }
 
-/// What to do where a file is not what it was.
+/// Remedy for a file that is not what it was.
 fn anew(path: &Path) -> String {
     format!("remove the folder {} and merge, or plan, again", path.parent().unwrap_or(Path::new(".")).display())
 }
@@ -260,7 +260,7 @@ mod tests {
             let mut damaged = whole.clone();
             damaged[at] ^= 0x10;
             let found: Result<_> = read(&damaged);
-            // What is beside a place in the table is not looked at.
+            // Bytes beside a place in the table are not looked at.
             if let Ok(found) = found {
                 assert_eq!(found, (numbers.clone(), vec![0.5, -1.0]), "byte {at}");
             }
@@ -277,7 +277,7 @@ mod tests {
         file.put(&[1_u8; 100]).unwrap();
         drop(file);
         assert_eq!(folder.path().read_dir().unwrap().count(), 0);
-        // What has a name keeps it.
+        // A file that has a name keeps it.
         let names = ["a", "b"].map(|name| folder.path().join(name));
         for expected in [Some(0), Some(1), None] {
             let file = Columns::new(&names[0]).unwrap();

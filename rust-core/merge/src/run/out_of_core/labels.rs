@@ -18,7 +18,7 @@ use crate::field::{BrickVertices, Labels};
 use base::error::Result;
 use base::progress::Progress;
 
-/// What files of labels are called.
+/// Kind of files of labels.
 pub const KIND: &str = "labels";
 
 /// The labels of all blocks.
@@ -71,10 +71,10 @@ impl From<&Keep> for Vertex {
 }
 
 impl BlockLabels {
-    /// Labels a portion of the blocks, as far as that is not done; gives their files, which note how many vertices they have.
+    /// Labels a portion of the blocks, as far as that is not done. Gives their files, which note how many vertices they have.
     ///
     /// # Errors
-    /// A file can't be read or written; cancelled.
+    /// A file can't be read or written. Cancelled.
     pub fn label(
         blocks: &Blocks,
         (rule, gains): (&VoteRule, &Gains),
@@ -83,7 +83,7 @@ impl BlockLabels {
         progress: &Progress<'_>,
     ) -> Result<Vec<Named>> {
         let cut = setting.cut;
-        // What speaks of nodes may lie in the brick before, of another block.
+        // Crossings that speak of nodes may lie in the brick before, of another block.
         let mut list: Vec<[i32; 3]> = blocks.list().into_iter().flat_map(|block| cut.around(block, 1)).collect();
         list.sort_unstable();
         list.dedup();
@@ -155,7 +155,7 @@ impl BlockLabels {
         self.files.values().map(|file| file.table.len() as u64).sum()
     }
 
-    /// What has to be known to make a block: labels of its bricks and of two around it, vertices of one.
+    /// The data that a block is made from: labels of its bricks and of two around it, vertices of one.
     ///
     /// # Errors
     /// A file can't be read.

@@ -1,4 +1,4 @@
-//! A merge of more scans than memory holds: the same stages with the same results, to the bit, but what they leave for each other is in
+//! A merge of more scans than memory holds: the same stages with the same results, to the bit. But what they leave for each other is in
 //! files of a workspace, and of the grid a few blocks are in memory at a time.
 //!
 //! Stages are cut into tasks (`stages`), which one process does one after the other, or several do at once. Their list, and what is made of the
@@ -50,7 +50,7 @@ pub const LEAST: u64 = 12_000_000;
 /// Taken where neither a limit nor the system says what memory there is.
 const UNKNOWN: u64 = 2 << 30;
 
-/// Where a merge keeps what memory does not hold, and how much it may hold.
+/// The place where a merge keeps what memory does not hold, and how much it may hold.
 #[derive(Clone, Copy, Debug)]
 pub struct Workspace<'a> {
     /// A folder that exists: what is kept there, in a folder of its own, is removed at the end.
@@ -61,21 +61,21 @@ pub struct Workspace<'a> {
     pub kept: Option<Keep<'a>>,
 }
 
-/// What of a merge is kept for the next one with the same parameters.
+/// Parts of a merge that are kept for the next one with the same parameters.
 #[derive(Clone, Copy, Debug)]
 pub struct Keep<'a> {
-    /// What each scan is, in a number that no other scan has, and another where the scan is another.
+    /// A number for each scan that no other scan has, and another one if the scan is another.
     pub versions: &'a [u64],
-    /// Whether a merge that is done is kept as well, so that a scan more or less renews only what it has a part in; else what a merge
-    /// has left that was stopped.
+    /// Whether a merge that is done is kept as well, so that a scan more or less renews only what it has a part in. Else what a merge has
+    /// left that was stopped.
     pub stays: bool,
 }
 
 /// Merges scans, of which there may be more than memory holds, into one surface, which is handed to `sink`: the same as [`crate::merge`] gives.
 ///
 /// # Errors
-/// As [`crate::merge`]; versions that are not one a scan; a file can't be written; another merge with the same parameters is at work in the
-/// folder; the sink's.
+/// As [`crate::merge`]. Versions that are not one a scan. A file can't be written. Another merge with the same parameters is at work in the
+/// folder. The sink's.
 pub fn run(
     sources: &[&dyn ScanSource],
     params: &MergeParams,
@@ -118,7 +118,7 @@ fn places(sources: &[&dyn ScanSource]) -> Vec<u64> {
 /// A merge that processes do together, each the tasks that it is given.
 #[derive(Clone, Copy, Debug)]
 pub struct Together<'a> {
-    /// A folder that exists, which all of them reach; nothing else is in it.
+    /// A folder that exists, which all of them reach. Nothing else is in it.
     pub folder: &'a Path,
     /// Bytes of memory of each.
     pub memory: u64,
@@ -143,11 +143,11 @@ impl<'a> Together<'a> {
     }
 }
 
-/// Does a task of a merge, unless it is done. All tasks of all stages before have to be done; those of a stage may be done in any order, at
+/// Does a task of a merge, unless it is done. All tasks of all stages before have to be done. Those of a stage may be done in any order, at
 /// once, and twice.
 ///
 /// # Errors
-/// As [`crate::merge`]; there is no such task; one before is not done; a file can't be written.
+/// As [`crate::merge`]. There is no such task. One before is not done. A file can't be written.
 pub fn run_task(
     sources: &[&dyn ScanSource],
     params: &MergeParams,
@@ -169,11 +169,11 @@ pub fn run_task(
     })
 }
 
-/// Hands the surface to `sink` once all tasks are done: the same as [`run`] gives. The folder stays as it is; once the surface is in its
+/// Hands the surface to `sink` once all tasks are done: the same as [`run`] gives. The folder stays as it is. Once the surface is in its
 /// place, [`end`] tidies it up.
 ///
 /// # Errors
-/// As [`run_task`]; the sink's.
+/// As [`run_task`]. The sink's.
 pub fn put_together(
     sources: &[&dyn ScanSource],
     params: &MergeParams,
@@ -208,14 +208,14 @@ pub fn existing(folder: &Path) -> Result<&Path> {
     Ok(folder)
 }
 
-/// Returns the bytes to work with, at most so many, for so many threads; `how` says where.
+/// Returns the bytes to work with, at most so many, for so many threads. `how` says where.
 ///
 /// # Errors
 /// Less than they need.
 pub fn memory(most: Option<u64>, workers: usize, how: &str) -> Result<u64> {
     let (left, known) = available();
     let there = match limit_of_calls() {
-        // What is taken at the moment is chance.
+        // The memory that is taken at the moment is chance.
         Some(limit) if known != "free" => limit,
         _ if left.is_finite() => left as u64,
         _ => UNKNOWN,
@@ -236,7 +236,7 @@ pub fn memory(most: Option<u64>, workers: usize, how: &str) -> Result<u64> {
 /// The folder of what merges leave for each other.
 struct KeptFolder {
     path: PathBuf,
-    /// What nobody else has as long as it is held.
+    /// File that nobody else has as long as it is held.
     lock: File,
     /// Whether it was not there before.
     is_new: bool,

@@ -23,7 +23,7 @@ const SOME: usize = 3;
 /// Tells what room the merge will take, and refuses one whose least there is not.
 ///
 /// # Errors
-/// [`Error::Io`]: there is not that room. [`Error::OutOfMemory`]: a scan that is looked at is too large. A scan can't be loaded; cancelled.
+/// [`Error::Io`]: there is not that room. [`Error::OutOfMemory`]: a scan that is looked at is too large. A scan can't be loaded. Cancelled.
 pub fn foresee(
     sources: &[&dyn ScanSource],
     loading: &Loading,
@@ -59,7 +59,7 @@ pub fn foresee(
     if least >= MUCH {
         log::tell(Level::Info, &format!("{}: {text}", folder.display()));
     }
-    // What is there of a merge that goes on is no more to be written; where the system does not say what is free, writing will.
+    // Files of a merge that goes on need not be written again; if the system does not say what is free, writing will.
     let there = fs4::available_space(folder).map_or(f64::INFINITY, |bytes| bytes as f64) + taken(folder);
     if least <= there {
         return Ok(());

@@ -1,4 +1,4 @@
-//! Segments: files with the crossings of some scans, added up by edge and sorted by block; and what all of them come to.
+//! Segments: files with the crossings of some scans, added up by edge and sorted by block. Also the sum of all of them.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -23,21 +23,21 @@ use base::progress::Progress;
 use image::range_image::noise::Noise;
 use image::source::Measured;
 
-/// What all scans came to.
+/// Sum of all scans.
 pub struct Collected {
-    /// What was found out of them.
+    /// Findings about them.
     pub about: About,
-    /// Where their crossings are.
+    /// The segments that hold their crossings.
     pub segments: Vec<Segment>,
 }
 
-/// What was found out of some scans, but for their crossings.
+/// Findings about some scans, but for their crossings.
 pub struct About {
     /// The numbers of those that were looked at, also of those that have none.
     pub scans: Vec<u32>,
     /// How many crossings there are.
     pub intersections: u64,
-    /// What was measured of them; no crossings.
+    /// Measures of them. No crossings.
     pub found: Discretized,
 }
 
@@ -70,7 +70,7 @@ impl About {
         all
     }
 
-    /// What [`About::to_numbers`] gave; `None` for other numbers.
+    /// The findings that [`About::to_numbers`] wrote. `None` for other numbers.
     pub fn from_numbers(lattice: Lattice, numbers: &[f64]) -> Option<Self> {
         let (&[intersections, triangles, full_trust, coloured, spacing, unplaced, scans], rest) =
             numbers.split_first_chunk()?;
@@ -116,7 +116,7 @@ pub struct SegmentMember {
     pub number: u32,
     /// Whether samples for overlaps are taken of it.
     pub is_sampled: u32,
-    /// What it is.
+    /// Its version.
     pub version: u64,
 }
 
@@ -133,10 +133,10 @@ impl SegmentMember {
     }
 }
 
-/// What a segment is called.
+/// Kind of a segment's file.
 pub const KIND: &str = "segment";
 
-/// Where a segment has what there is in a block, on lines along an axis, sorted by bundle, line and place; or a sample of crossings in a
+/// Place in a segment of the content of a block, on lines along an axis, sorted by bundle, line and place. Or of a sample of crossings in a
 /// row of blocks, by bundle.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
@@ -144,11 +144,11 @@ struct Entry {
     axis: u32,
     kind: u32,
     block: [i32; 3],
-    /// Whether crossings are added up; of [`ABOUT`] whether the samples are whole.
+    /// Whether crossings are added up. Of [`ABOUT`] whether the samples are whole.
     are_sums: u32,
     /// [`Row`]s.
     bundles: Place,
-    /// What the rows have, one after the other.
+    /// Content of the rows, one after the other.
     list: Place,
 }
 
@@ -174,16 +174,16 @@ struct Row {
 /// Whose crossings a segment has.
 pub struct Whose<'a> {
     pub members: &'a [SegmentMember],
-    /// What segments follow from besides their scans.
+    /// Basis that segments follow from besides their scans.
     pub basis: Key,
     /// All scans that there are.
     pub scan_order: &'a ScanOrder<'a>,
 }
 
-/// Writes crossings of whole scans to a segment, whose key it gives; if `are_few`, overlaps are measured by all of them.
+/// Writes crossings of whole scans to a segment, whose key it gives. If `are_few`, overlaps are measured by all of them.
 ///
 /// # Errors
-/// It can't be written; cancelled.
+/// It can't be written. Cancelled.
 pub fn write(
     raw: Vec<RawBundle>,
     about: &About,
@@ -282,7 +282,7 @@ impl Segment {
         setting.files(KIND)?.into_iter().filter_map(|path| open(path).transpose()).collect()
     }
 
-    /// What it follows from.
+    /// Key that it follows from.
     pub fn key(&self) -> Key {
         self.key
     }
@@ -295,7 +295,7 @@ impl Segment {
         remove(&self.path)
     }
 
-    /// Where it has what there is in a block, or of a row of blocks the sample.
+    /// Place of its content of a block, or of the sample of a row of blocks.
     fn find(&self, kind: u32, block: [i32; 3], axis: u32) -> Option<&Entry> {
         let place = self.table.binary_search_by_key(&(kind, block, axis), Entry::key).ok()?;
         Some(&self.table[place])
@@ -322,7 +322,7 @@ impl Collected {
         Ok(all)
     }
 
-    /// What is in a block follows from this.
+    /// Key that the content of a block follows from.
     pub fn key_of(&self, block: [i32; 3]) -> Key {
         let has = |segment: &&Segment| (0..3).any(|axis| segment.find(BLOCK, block, axis).is_some());
         let mut keys: Vec<Key> = self.segments.iter().filter(has).map(Segment::key).collect();
@@ -335,7 +335,7 @@ impl Collected {
         self.all(BLOCK, |entry| entry.block)
     }
 
-    /// What is different of the entries of a kind, in order.
+    /// Different values of the entries of a kind, in order.
     fn all<T: Ord>(&self, kind: u32, of: impl Fn(&Entry) -> T) -> Vec<T> {
         let entries = self.segments.iter().flat_map(|segment| &segment.table).filter(|entry| entry.kind == kind);
         let mut all: Vec<T> = entries.map(of).collect();
@@ -352,7 +352,7 @@ impl Collected {
     /// How far the scans lie from each other.
     ///
     /// # Errors
-    /// A segment can't be read; cancelled.
+    /// A segment can't be read. Cancelled.
     pub fn distances(
         &self,
         scan_order: &ScanOrder<'_>,
@@ -388,10 +388,10 @@ impl Collected {
         Ok(all)
     }
 
-    /// What is in a block on lines along an axis, added up, by bundle.
+    /// Sums of the crossings in one block on lines along an axis, per bundle.
     ///
     /// # Errors
-    /// A segment can't be read; cancelled.
+    /// A segment can't be read. Cancelled.
     pub fn sums(
         &self,
         block: [i32; 3],
@@ -416,7 +416,7 @@ impl Collected {
     }
 }
 
-/// What rows have of a list.
+/// Parts of a list by rows.
 fn by_bundle<'a, T>(rows: &'a [Row], mut list: &'a [T]) -> impl Iterator<Item = ([i32; 2], &'a [T])> {
     rows.iter().map(move |row| {
         let (of_row, rest) = list.split_at(row.count as usize);

@@ -1,4 +1,4 @@
-//! The folder of a merge, and what follows from the memory there is; how space is cut into blocks, and work into portions.
+//! The folder of a merge, and what follows from the memory there is: how space is cut into blocks, and work into portions.
 
 use std::hash::{DefaultHasher, Hash, Hasher as _};
 use std::ops::Range;
@@ -15,7 +15,7 @@ use base::memory::size;
 /// Bytes that loading a scan takes, for each of its samples and beside. Measured.
 const BYTES_A_SAMPLE: u64 = 160;
 const SCAN: u64 = 1 << 20;
-/// Bytes that a brick takes, with those around a block and what is made of it: a block has some twice as many with a part of the surface as
+/// Bytes that a brick takes, with those around a block and what is made of it. A block has some twice as many with a part of the surface as
 /// it has along two sides. Measured.
 const BYTES_A_BRICK: f64 = 0.75e6;
 
@@ -59,7 +59,7 @@ impl<'a> Setting<'a> {
         }
     }
 
-    /// What may be in memory of what lies around holes.
+    /// Bytes of the surroundings of holes that may be in memory.
     pub fn room(&self) -> Room {
         Room { held: self.held as f64, side: self.cut.side }
     }
@@ -83,12 +83,12 @@ impl<'a> Setting<'a> {
         Ok((workers.max(1) as usize).min(rayon::current_num_threads()))
     }
 
-    /// Where a mark is, by its number.
+    /// Path of a mark, by its number.
     pub fn mark(&self, kind: &str, number: u32) -> PathBuf {
         self.folder.join(format!("{kind}-{number:06}"))
     }
 
-    /// Where a file of a kind is, by what it follows from.
+    /// Path of a file of a kind, by the key that it follows from.
     pub fn path(&self, kind: &str, key: Key) -> PathBuf {
         self.folder.join(format!("{kind}-{key}"))
     }
@@ -116,7 +116,7 @@ impl<'a> Setting<'a> {
         kinds.iter().try_for_each(|kind| self.files(kind)?.iter().try_for_each(|path| remove(path)))
     }
 
-    /// Keeps a list in a mark; where there is one, that one stays.
+    /// Keeps a list in a mark. If there is one, that one stays.
     pub fn keep<T: NoUninit>(&self, kind: &str, number: u32, list: &[T]) -> Result<()> {
         let path = self.mark(kind, number);
         let mut file = Columns::new(&path)?;
@@ -169,12 +169,12 @@ impl std::fmt::Display for Key {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Pod, Zeroable)]
 pub struct Named {
     pub block: [i32; 3],
-    /// What stages note besides.
+    /// Note of a stage.
     pub note: u32,
     pub key: Key,
 }
 
-/// Which of what there is to do a task does.
+/// The part of the work that a task does.
 #[derive(Clone, Copy, Debug)]
 pub struct Portion {
     pub number: u32,

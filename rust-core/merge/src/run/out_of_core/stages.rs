@@ -34,7 +34,7 @@ use image::source::{Loading, ScanSource, common_crs};
 /// A merge in a folder, whose stages are done task by task.
 pub struct Tasks<'a> {
     pub sources: &'a [&'a dyn ScanSource],
-    /// What each scan is, in a number that no other has.
+    /// A number for each scan that no other has.
     pub versions: Vec<u64>,
     pub params: &'a MergeParams,
     pub setting: Setting<'a>,
@@ -42,7 +42,7 @@ pub struct Tasks<'a> {
     pub portions: u32,
 }
 
-/// What was found out before scans are collected.
+/// Findings before scans are collected.
 struct Planned<'a> {
     grid: Grid,
     reason: VoxelReason,
@@ -50,11 +50,11 @@ struct Planned<'a> {
     /// The scans, as places in the list.
     order: Vec<usize>,
     scan_order: ScanOrder<'a>,
-    /// What crossings follow from besides the scans.
+    /// Basis that crossings follow from besides the scans.
     basis: Key,
 }
 
-/// What scans come to, but for their crossings.
+/// Findings about scans, but for their crossings.
 struct Known {
     about: About,
     reaches: Reaches,
@@ -65,7 +65,7 @@ impl<'a> Tasks<'a> {
     /// Does a task, unless that is done.
     ///
     /// # Errors
-    /// Tasks before it are not done; a scan can't be loaded; a file can't be read or written; cancelled.
+    /// Tasks before it are not done. A scan can't be loaded. A file can't be read or written. Cancelled.
     pub fn task(&mut self, stage: Stage, number: u32, progress: &Progress<'_>) -> Result<()> {
         if self.is_done(stage, number) {
             return Ok(());
@@ -80,7 +80,7 @@ impl<'a> Tasks<'a> {
     /// Begins with what merges before have left: of the marks those are no more true that were of other scans.
     ///
     /// # Errors
-    /// Another version has left it; a file can't be read, written or removed.
+    /// Another version has left it. A file can't be read, written or removed.
     pub fn begin(&self) -> Result<()> {
         self.refuse_other_versions()?;
         if self.are_marks_true()? {
@@ -90,7 +90,7 @@ impl<'a> Tasks<'a> {
         self.setting.keep(SCANS, 0, &[self.scans()])
     }
 
-    /// What files mean may be another thing to another version.
+    /// Files may mean another thing to another version.
     fn refuse_other_versions(&self) -> Result<()> {
         let (folder, path) = (self.setting.folder.display(), self.setting.folder.join(VERSION));
         let here =
@@ -101,7 +101,7 @@ impl<'a> Tasks<'a> {
         };
         let there: String = String::from_utf8_lossy(&there).trim().chars().take(40).collect();
         if there.is_empty() {
-            // Who was stopped at it has left nothing else yet.
+            // One that was stopped at it has left nothing else yet.
             return std::fs::write(&path, &here).map_err(|error| Error::io(&path, error));
         }
         if there != here {
@@ -196,7 +196,7 @@ impl<'a> Tasks<'a> {
         self.setting.keep(&mark(stage), number, found)
     }
 
-    /// What the tasks of a stage have found, one after the other.
+    /// Findings of the tasks of a stage, one after the other.
     fn all<T: AnyBitPattern + NoUninit>(&self, stage: Stage) -> Result<Vec<T>> {
         let of = |number| {
             self.setting.recall(&mark(stage), number)?.ok_or_else(|| {
@@ -226,7 +226,7 @@ impl<'a> Tasks<'a> {
         let grid = Grid::of_first(&scan_order.sources, &loading, setting.corner, progress)?;
         setting.workers(grid.samples)?;
         room::foresee(&scan_order.sources, &loading, &grid, setting, progress)?;
-        // What is there is cut as it is.
+        // Files that are there are cut as they are.
         let cut = match setting.recall::<i32>(CUT, 0)? {
             Some(side) => Cut { side: side.first().copied().unwrap_or(setting.cut.side) },
             None => setting.cut,
@@ -294,7 +294,7 @@ impl<'a> Tasks<'a> {
         Ok(numbers)
     }
 
-    /// What was collected, with whole samples of overlaps: those of a merge before, of more scans, may not be whole.
+    /// The collected scans, with whole samples of overlaps: those of a merge before, of more scans, may not be whole.
     fn collected_whole(
         &self,
         collected: Collected,
@@ -322,7 +322,7 @@ impl<'a> Tasks<'a> {
         Ok(files)
     }
 
-    /// What is known once scans have been compared.
+    /// Facts that are known once scans have been compared.
     fn compared(&self, planned: &Planned<'_>) -> Result<Known> {
         let numbers: Vec<f64> = self.all(Stage::Overlap)?;
         let told = |numbers: &[f64]| {
@@ -370,7 +370,7 @@ impl<'a> Tasks<'a> {
         Ok(files)
     }
 
-    /// What is left of the blocks.
+    /// The rest of the blocks.
     fn left(&self) -> Result<Blocks> {
         Blocks::open(&self.files(Stage::Drop)?, &self.setting)
     }
@@ -429,16 +429,16 @@ impl Graph for Tasks<'_> {
     }
 }
 
-/// What the file is called that tells which version has made the others.
+/// Name of the file that tells which version has made the others.
 const VERSION: &str = "version";
 
-/// What the file is called that tells of which scans marks are.
+/// Name of the file that tells of which scans marks are.
 const SCANS: &str = "scans";
 
-/// What the file is called that says which segments of merges before are used.
+/// Name of the file that says which segments of merges before are used.
 const KNOWN: &str = "known";
 
-/// What the file is called that has the side of the blocks.
+/// Name of the file that has the side of the blocks.
 const CUT: &str = "cut";
 
 /// The mark of a merge that is planned.
@@ -446,7 +446,7 @@ pub fn plan_mark(setting: &Setting<'_>) -> PathBuf {
     setting.mark(&mark(Stage::Plan), 0)
 }
 
-/// What the marks of a stage's tasks are called.
+/// Name of the marks of a stage's tasks.
 fn mark(stage: Stage) -> String {
     format!("done-{}", stage.name())
 }

@@ -21,7 +21,7 @@ use scan::{ScanParams, shapes::Shape};
 mod corners;
 mod kept;
 
-/// What was held and how long it took may differ.
+/// The merge without the memory held and the time, which may differ.
 fn without_cost(mut merged: Merged) -> Merged {
     (merged.report.seconds, merged.report.working_bytes) = Default::default();
     merged
@@ -262,7 +262,7 @@ fn a_merge_that_is_stopped_goes_on_from_what_is_complete() {
     assert_eq!(std::fs::read(&beside).unwrap(), b"else");
     assert_eq!(folder.path().read_dir().unwrap().count(), 1);
 
-    // What is damaged is told; two are not at work at once.
+    // A damaged file is told; two are not at work at once.
     let left = || folder.path().read_dir().unwrap().map(|file| file.unwrap().path()).find(|path| path.is_dir());
     let segment = || {
         let mut files = left()?.read_dir().unwrap().map(|file| file.unwrap().path());

@@ -23,7 +23,7 @@ use glam::DVec3;
 pub struct TileFile {
     path: PathBuf,
     table: Table,
-    /// What each of its bricks has, in order.
+    /// The shares of its bricks, in order.
     pub shares: Vec<Share>,
     /// Its parts, as far as its own triangles tell.
     parts: Vec<Part>,
@@ -96,7 +96,7 @@ impl From<KeptPart> for Part {
     }
 }
 
-/// What files of tiles are called.
+/// Kind of files of tiles.
 pub const KIND: &str = "tile";
 
 /// Those of these files.
@@ -107,10 +107,10 @@ pub fn open(files: &[Named], setting: &Setting<'_>) -> Result<Vec<TileFile>> {
     files.iter().filter_map(|named| TileFile::open(setting.path(KIND, named.key)).transpose()).collect()
 }
 
-/// Makes the tiles of a portion of the blocks that have a part of the surface, as far as that is not done; gives their files.
+/// Makes the tiles of a portion of the blocks that have a part of the surface, as far as that is not done. Gives their files.
 ///
 /// # Errors
-/// A file can't be read or written; cancelled.
+/// A file can't be read or written. Cancelled.
 pub fn build(
     labels: &BlockLabels,
     lattice: &Lattice,

@@ -1,4 +1,4 @@
-//! What scans are, in numbers, where nobody has given them any.
+//! Versions of scans, in numbers, if nobody has given them any.
 
 use std::hash::BuildHasher as _;
 
@@ -10,10 +10,10 @@ use base::error::Result;
 use base::progress::Progress;
 use image::source::ScanSource;
 
-/// What each scan is, in a number by its name and [`ScanSource::version`]; of scans that share these the second is another than the first.
+/// A number for each scan by its name and [`ScanSource::version`]. Of scans that share these the second is another than the first.
 ///
 /// # Errors
-/// Those of the scans; cancelled.
+/// Those of the scans. Cancelled.
 pub fn versions(sources: &[&dyn ScanSource], params: &MergeParams, progress: &Progress<'_>) -> Result<Vec<u64>> {
     let of = |&scan| {
         progress.check()?;

@@ -1,5 +1,5 @@
-//! What scans see through: each scan that votes has a file with what it sees at the sums of each block; voters are loaded in batches,
-//! which blocks are read for once.
+//! Crossings that scans see through. Each scan that votes has a file with what it sees at the sums of each block. Voters are loaded in
+//! batches, which blocks are read for once.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -21,7 +21,7 @@ use glam::DVec3;
 use image::range_image::noise::Noise;
 use image::visibility::{LinesOfSight, Seen};
 
-/// What a scan sees at an edge: nothing, a surface, or through it.
+/// Sight of a scan at an edge: nothing, a surface, or through it.
 type Vote = u8;
 const SURFACE: Vote = 1;
 const THROUGH: Vote = 2;
@@ -29,10 +29,10 @@ const THROUGH: Vote = 2;
 /// By block, whether a scan may see any of it, and its votes.
 type Answers = BTreeMap<[i32; 3], (bool, Vec<Vote>)>;
 
-/// What files of votes are called.
+/// Kind of files of votes.
 pub const KIND: &str = "votes";
 
-/// What a scan was asked about a block.
+/// Questions to a scan about a block.
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
 struct Asked {
@@ -41,20 +41,20 @@ struct Asked {
     may_see: u32,
     /// The block's.
     key: Key,
-    /// A vote per edge, in the order of the block's file; nothing where it sees none.
+    /// A vote per edge, in the order of the block's file. Nothing where it sees none.
     votes: Place,
 }
 
-/// Who votes: all scans that have lines of sight, or as many as are asked.
+/// Scans that vote: all that have lines of sight, or as many as are asked.
 pub struct Voters<'a> {
     /// Numbers and noise.
     list: Vec<(u32, &'a Noise)>,
     /// All scans.
     scan_order: &'a ScanOrder<'a>,
-    /// What votes follow from besides scan and block.
+    /// Basis that votes follow from besides scan and block.
     basis: Key,
     lattice: &'a Lattice,
-    /// What surfaces may be off by, in world units.
+    /// Possible error of surfaces, in world units.
     tolerance: f64,
 }
 
@@ -77,7 +77,7 @@ impl<'a> Voters<'a> {
     /// Asks a portion of them about all blocks, as far as they were not asked.
     ///
     /// # Errors
-    /// A scan can't be loaded any more; a file can't be read or written; cancelled.
+    /// A scan can't be loaded any more. A file can't be read or written. Cancelled.
     pub fn look(
         &self,
         blocks: &Blocks,
@@ -168,11 +168,10 @@ impl<'a> Voters<'a> {
         batch.into_iter().zip(seen).try_for_each(|(asking, seen)| asking.ballot.write(&asking.path, blocks, &seen))
     }
 
-    /// Drops of a portion of the blocks what scans see through; gives the files of what is left of each, which note how many sums
-    /// went.
+    /// Drops of a portion of the blocks what scans see through. Gives the files of what is left of each, which note how many sums went.
     ///
     /// # Errors
-    /// A file can't be read or written; cancelled.
+    /// A file can't be read or written. Cancelled.
     pub fn drop_seen_through(
         &self,
         blocks: &Blocks,
@@ -225,7 +224,7 @@ impl<'a> Voters<'a> {
     }
 }
 
-/// A scan to be asked; without lines of sight it sees nothing.
+/// A scan to be asked. Without lines of sight it sees nothing.
 struct Asking {
     path: PathBuf,
     sight: Option<LinesOfSight>,
@@ -234,7 +233,7 @@ struct Asking {
     open: Vec<[i32; 3]>,
 }
 
-/// What a scan was asked; nothing yet where there is no file.
+/// Questions to a scan so far. Nothing yet if there is no file.
 struct Ballot {
     file: Option<Stored>,
     asked: BTreeMap<[i32; 3], Asked>,
@@ -257,7 +256,7 @@ impl Ballot {
         blocks.list().into_iter().filter(is_open).collect()
     }
 
-    /// The votes on a block of that key; nothing where the scan sees none of it.
+    /// The votes on a block of that key. Nothing where the scan sees none of it.
     fn votes(&self, block: [i32; 3], key: Key) -> Result<Option<Vec<Vote>>> {
         let asked = self.asked.get(&block).filter(|asked| asked.key == key && asked.votes.count::<Vote>() > 0);
         let (Some(asked), Some(file)) = (asked, &self.file) else { return Ok(None) };

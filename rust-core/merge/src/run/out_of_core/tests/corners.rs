@@ -1,4 +1,4 @@
-//! What lies on a corner of blocks, whatever their size: the node of which all coordinates are 0.
+//! A surface on a corner of blocks, whatever their size: the node of which all coordinates are 0.
 
 use super::*;
 

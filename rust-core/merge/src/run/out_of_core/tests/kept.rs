@@ -142,7 +142,7 @@ fn scans_come_and_go_and_what_they_have_no_part_in_stays() {
         run(&scans, 2);
         scans.push(last);
         run(&scans, 1);
-        // What scans were is of no use in other cells.
+        // Findings about scans are of no use in other cells.
         let voxel = Some(0.03);
         let params = MergeParams { voxel, ..params };
         let sources: Vec<&dyn ScanSource> = scans.iter().map(|scan| &scan.1 as &dyn ScanSource).collect();
