@@ -1,10 +1,9 @@
 //! Stage 2: empty space falls into basins. \[GJ03\], \[Ede03\]
 //!
-//! Around every point of space, how far is it to the nearest sample? The balls of the cells are where this clearance is
-//! known: from a cell whose ball's centre lies beyond one of its facets, clearance grows through that facet. Following
-//! the largest ball uphill, every cell ends in a *basin*, the cells around one local maximum. Cells whose way leads
-//! through the convex hull end outside; they are the paper's erosion of cells with a centre outside the hull (Fig. 1b),
-//! taken together with all that flows into them.
+//! Around every point of space, how far is it to the nearest sample? The balls of the cells are where this clearance is known: from a cell
+//! whose ball's centre lies beyond one of its facets, clearance grows through that facet. Following the largest ball uphill, every cell
+//! ends in a *basin*, the cells around one local maximum. Cells whose way leads through the convex hull end outside. They are the paper's
+//! erosion of cells with a centre outside the hull (Fig. 1b), taken together with all that flows into them.
 //!
 //! Between two basins the largest *gate* counts: the smallest clearance on the way from one ball's centre to the other's
 //! through a facet. Nothing depends on the order of the cells.
@@ -61,7 +60,7 @@ impl Gate {
 pub(super) struct Basins {
     /// Of each cell.
     pub(super) basin: Vec<u32>,
-    /// The largest ball of each basin; infinite for the outside.
+    /// The largest ball of each basin. Infinite for the outside.
     pub(super) depth: Vec<f32>,
     /// From the widest to the narrowest.
     pub(super) gates: Vec<Gate>,

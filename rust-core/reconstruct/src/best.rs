@@ -58,7 +58,7 @@ impl<F: FnMut([u32; 3]) -> f64> Front<'_, F> {
         best
     }
 
-    /// What facets over an edge of the border are measured by, and the first of them.
+    /// The hinge by which facets over an edge of the border are measured, and the first of them.
     fn hinge(&self, edge: [u32; 2]) -> (Hinge, Around) {
         let [opposite, start] = self.beside[edge[0] as usize];
         let [from, to, third] = [edge[0], edge[1], opposite].map(|v| self.complex.points[v as usize]);
@@ -76,7 +76,7 @@ impl<F: FnMut([u32; 3]) -> f64> Front<'_, F> {
         let edge = hinge.edge;
         let beyond = self.complex.points[apex as usize] - hinge.to;
         let bend = hinge.normal.dot((hinge.from - hinge.to).cross(beyond).normalize_or_zero());
-        // What closes a hole of three edges is welcome however it is bent: facets cross nothing.
+        // A facet that closes a hole of three edges is welcome however it is bent: facets cross nothing.
         if bend < SHARPEST && !(self.border.has([apex, edge[0]]) && self.border.has([edge[1], apex])) {
             return None;
         }

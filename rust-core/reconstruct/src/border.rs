@@ -6,7 +6,7 @@ const NONE: u32 = u32::MAX;
 /// A vertex that has no triangle yet.
 const UNUSED: u32 = u32::MAX - 1;
 
-/// Cycles of directed edges; the direction is that of the triangle beside the edge.
+/// Cycles of directed edges. The direction is that of the triangle beside the edge.
 pub(super) struct Border {
     next: Vec<u32>,
     previous: Vec<u32>,
@@ -82,8 +82,8 @@ impl Border {
         }
     }
 
-    /// Takes two triangles at once: the first shares its first edge with the border and touches it with its last vertex;
-    /// the second lies between it and an edge of the border at that vertex, and may close an ear beyond.
+    /// Takes two triangles at once. The first shares its first edge with the border and touches it with its last vertex. The second lies
+    /// between it and an edge of the border at that vertex, and may close an ear beyond.
     pub(super) fn glue(&mut self, [to, from, apex]: [u32; 3], twin: [u32; 3]) {
         let (next, previous) = (self.next[apex as usize], self.previous[apex as usize]);
         if twin == [next, apex, from] {

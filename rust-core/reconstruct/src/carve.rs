@@ -1,12 +1,12 @@
 //! The paper's own carving, with `topology = free`. \[RELP00, sec. 3\]
 //!
-//! Cells whose ball has its centre outside the hull go first. Then every cell goes that shows the outside a facet with a
-//! perimeter above the threshold, which is the mean over the exterior facets times the factor; the mean is taken anew
-//! until it changes by less than 1 %. With a local threshold perimeters are measured in spacings of the samples around.
+//! Cells whose ball has its centre outside the hull go first. Then every cell goes that shows the outside a facet with a perimeter above
+//! the threshold, which is the mean over the exterior facets times the factor. The mean is taken anew until it changes by less than 1 %.
+//! With a local threshold perimeters are measured in spacings of the samples around.
 //!
-//! Differences from the paper: (1) a stack makes each facet enter once a threshold instead of a pass over all cells a
-//! step; what goes at one threshold does not depend on the order, so the result is the same. (2) Sums are taken in whole
-//! numbers, so that they do not depend on the order either.
+//! Differences from the paper: (1) A stack makes each facet enter once per threshold instead of a pass over all cells per step. The cells
+//! that go at one threshold do not depend on the order, so the result is the same. (2) Sums are taken in whole numbers, so that they do not
+//! depend on the order either.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -20,10 +20,10 @@ use geom::predicates::orient3d;
 /// Change of the mean that ends the carving.
 const SETTLED: f64 = 0.01;
 
-/// Rounds after which it ends in any case; the mean falls by 1 % or more in each, so a thousand mean nothing is left.
+/// Rounds after which it ends in any case. The mean falls by 1 % or more in each, so a thousand mean nothing is left.
 const ROUNDS: usize = 1000;
 
-/// What carving left.
+/// Result of carving.
 pub(super) struct Carved {
     /// The side of each cell: 1 inside, 0 outside.
     pub(super) sides: Vec<u8>,

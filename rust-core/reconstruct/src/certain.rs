@@ -18,8 +18,8 @@ pub(super) struct Certain {
     pub(super) cell: u32,
 }
 
-/// Of the facets with wanted vertices only, and of these of one in `share` by the lowest number of a vertex, those whose two balls
-/// exceed their clearance by a factor, the most certain first.
+/// Facets with wanted vertices only, and of these one in `share` by the lowest number of a vertex. They are those whose two balls exceed
+/// their clearance by a factor, the most certain first.
 pub(super) fn certain(
     complex: Complex<'_>,
     balls: &Balls,

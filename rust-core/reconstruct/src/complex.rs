@@ -22,7 +22,7 @@ pub(super) fn place_in(four: [u32; 4], number: u32) -> usize {
     usize::from(four[1] == number) + 2 * usize::from(four[2] == number) + 3 * usize::from(four[3] == number)
 }
 
-/// A view of the Delaunay cells; those with the vertex [`INFINITE`] lie outside the convex hull.
+/// A view of the Delaunay cells. Those with the vertex [`INFINITE`] lie outside the convex hull.
 #[derive(Clone, Copy)]
 pub(super) struct Complex<'a> {
     pub(super) points: &'a [DVec3],
@@ -120,7 +120,7 @@ impl Complex<'_> {
         (b - a).cross(c - a).length() / 2.0
     }
 
-    /// Radius of a facet's circumscribed circle; infinity where its corners lie on a line.
+    /// Radius of a facet's circumscribed circle. Infinity where its corners lie on a line.
     pub(super) fn circle(&self, vertices: [u32; 3]) -> f64 {
         let [a, b, c] = self.corners(vertices);
         let (u, v) = (b - a, c - a);
@@ -179,7 +179,7 @@ impl Complex<'_> {
 pub(super) struct Star {
     /// Each cell with the vertex's slot in it.
     pub(super) cells: Vec<(u32, u8)>,
-    /// Places in `cells` by cell, open addressing; used once a star is large.
+    /// Places in `cells` by cell, open addressing. Used once a star is large.
     table: Vec<u32>,
 }
 

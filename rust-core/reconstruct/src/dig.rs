@@ -1,8 +1,8 @@
 //! Stage 4, continued: ways through several cells to samples that lie deeper. \[Boi84\]
 //!
-//! From the sample, the shortest way through cells of one side to a cell with a facet on the surface. The cells on it
-//! change sides one by one from the surface on, each by one of Boissonnat's rules ([`Solid::gives_way`]). Where one may not,
-//! all are put back and the next way is tried.
+//! From the sample, the shortest way through cells of one side to a cell with a facet on the surface. The cells on it change sides one by
+//! one from the surface on, each by one of Boissonnat's rules ([`Solid::gives_way`]). If one may not, all are put back and the next way is
+//! tried.
 
 use rustc_hash::FxHashSet;
 
@@ -21,7 +21,7 @@ const TRIES: usize = 24;
 /// Perimeter of a small facet, in the largest one that is allowed.
 const SMALL: f64 = 1.5;
 
-/// What a way may lead through.
+/// Cells that a way may lead through.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Through {
     /// Cells whose facets are small: what they show when they change sides closes no opening.
@@ -47,8 +47,8 @@ struct Step {
 }
 
 impl Solid<'_> {
-    /// Digs to the samples off the surface where a way is found, and notes what comes onto it; returns how many it was dug
-    /// to. `allowed`: largest perimeter of a facet.
+    /// Digs to the samples off the surface where a way is found, and notes what comes onto it. Returns how many it was dug to. `allowed`:
+    /// largest perimeter of a facet.
     pub(super) fn dig(
         &mut self,
         on_surface: &mut [bool],

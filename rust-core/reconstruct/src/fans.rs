@@ -48,7 +48,7 @@ impl Corners {
     }
 }
 
-/// Parts that the vertices are looked at in, which bounds the memory for their corners; each takes a look at all triangles.
+/// Parts that the vertices are looked at in, which bounds the memory for their corners. Each takes a look at all triangles.
 const RANGES: usize = 2;
 
 /// The vertices at which the triangles are not one fan, in ascending order.
@@ -75,7 +75,7 @@ pub(super) fn ends(triangles: &[[u32; 3]], corner: u32) -> [u32; 2] {
     [triangle[(place + 1) % 3], triangle[(place + 2) % 3]]
 }
 
-/// Triangles at a vertex that fit beside each other without an allocation; there are six on average.
+/// Triangles at a vertex that fit beside each other without an allocation. There are six on average.
 const USUAL: usize = 16;
 
 /// Whether the triangles at a vertex are one fan, open or closed, turning one way. Without triangles they are.
@@ -163,8 +163,8 @@ fn fans(triangles: &[[u32; 3]], corners: &[u32]) -> Vec<Vec<usize>> {
     fans
 }
 
-/// Removes triangles until those at each vertex are one fan; `key` orders triangles where fans are equally large, the
-/// smaller stays, and of equal ones that with the first triangle. Returns how many were removed.
+/// Removes triangles until those at each vertex are one fan. `key` orders triangles where fans are equally large, the smaller stays, and of
+/// equal ones that with the first triangle. Returns how many were removed.
 ///
 /// Cost: O(k log k) for a vertex of k triangles, again after each round in which it lost some.
 pub(super) fn keep_largest(
@@ -182,7 +182,7 @@ pub(super) fn keep_largest(
     let mut is_gone = vec![false; triangles.len()];
     let mut around = Vec::new();
     while !suspects.is_empty() {
-        // What goes in one round is decided by what the one before left.
+        // The triangles that go in one round are decided by those that the one before left.
         let mut going = Vec::new();
         for vertex in suspects {
             around.clear();
@@ -237,7 +237,7 @@ mod tests {
             .collect()
     }
 
-    /// What is found by comparing all triangles at a vertex with each other.
+    /// Parts found by comparing all triangles at a vertex with each other.
     fn parts(triangles: &[[u32; 3]], vertex: u32) -> Vec<Vec<usize>> {
         let at: Vec<usize> = (0..triangles.len()).filter(|&t| triangles[t].contains(&vertex)).collect();
         let edge = |t: usize, k: usize| {

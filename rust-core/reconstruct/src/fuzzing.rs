@@ -1,4 +1,4 @@
-//! What the fuzz target calls.
+//! Function that the fuzz target calls.
 
 use glam::DVec3;
 
@@ -20,8 +20,8 @@ const REFUSALS: &[&str] = &[
     "is too small beside the others to be multiplied with them",
 ];
 
-/// Makes a surface of any points, from small lattices full of ties and copies to doubles of any size: a manifold that accounts
-/// for every point, or an error that says why there is none.
+/// Makes a surface of any points, from small lattices full of ties and copies to doubles of any size. It is a manifold that accounts for
+/// every point, or an error says why there is none.
 pub fn points(bytes: &[u8]) {
     let [kind, options, bytes @ ..] = bytes else { return };
     let coordinates: Vec<f64> = match kind % 3 {

@@ -1,6 +1,6 @@
 //! Facets above the threshold that are no gap: few beside each other, with the surface all around them.
 //!
-//! Samples at random leave some facets larger than any factor; what a few samples bound nobody left out on purpose.
+//! Samples at random leave some facets larger than any factor. Nobody left out on purpose what a few samples bound.
 
 use rustc_hash::{FxHashMap, FxHashSet};
 

@@ -13,7 +13,7 @@ use super::grow::Front;
 use base::error::Result;
 use base::progress::{Pace, Progress};
 
-/// A cell by the size of the facets it would bring, the smallest first; then by its vertices, with the slot of the sample.
+/// A cell by the size of the facets it would bring, the smallest first. Then by its vertices, with the slot of the sample.
 type Offer = Reverse<(u32, [u32; 4], u32, usize)>;
 
 impl<F: FnMut([u32; 3]) -> f64> Front<'_, F> {

@@ -10,11 +10,11 @@
 //! * at a sample elsewhere on the border. That alone would pinch the surface there, so it comes together with the facet
 //!   that joins it to one of the border's edges at that sample, or waits.
 //!
-//! So every vertex has one fan of triangles and the surface is oriented, always. What waits is tried again when nothing
-//! else is left, first with any facet that joins it, then with the next best facet of its edge.
+//! So every vertex has one fan of triangles and the surface is oriented, always. A facet that waits is tried again when nothing else is
+//! left, first with any facet that joins it, then with the next best facet of its edge.
 //!
-//! A facet that ends at another loop of the border of the same part makes a handle, and is refused: whatever was scanned
-//! from one side has none, but noise offers one at every crumpled place. `handles` finds those that the samples force.
+//! A facet that ends at another loop of the border of the same part makes a handle, and is refused. Things scanned from one side have none,
+//! but noise offers one at every crumpled place. `handles` finds those that the samples force.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -65,7 +65,7 @@ pub(super) struct Candidate {
     pub(super) cell: u32,
 }
 
-/// What may happen to facets that would pinch the surface.
+/// Rules for facets that would pinch the surface.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Patience {
     /// They wait until the facet that joins them is the best at its edge ...
@@ -87,7 +87,7 @@ pub(super) enum Fit {
     Turned,
 }
 
-/// Which facets are not too large.
+/// Facets that are not too large.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Reach {
     /// Those that the sampling allows.
@@ -161,7 +161,7 @@ impl<'a, F: FnMut([u32; 3]) -> f64> Front<'a, F> {
             ring: Vec::new(),
         };
         for (share, factor) in [(FEW, TANGENT), (1, TANGENT), (1, 0.0)] {
-            // Where opposite walls are nearer than their samples are to each other, few facets are certain or none.
+            // If opposite walls are nearer than their samples are to each other, few facets are certain or none.
             let is_missed: Vec<bool> = (0..count as u32).map(|v| !front.border.is_used(v)).collect();
             let missed = is_missed.iter().filter(|is| **is).count();
             if factor == 0.0 && (missed as f64) < MISSED * count as f64 {
@@ -267,10 +267,10 @@ impl<'a, F: FnMut([u32; 3]) -> f64> Front<'a, F> {
 
     /// Takes what is queued until nothing is left.
     ///
-    /// Theorem: it ends. Three numbers fall, as the digits of one number do: facets that are no triangles, facets that are not refused, and facets that
-    /// may still turn a part over ([`Front::may_turn`]). A facet that is taken and becomes a triangle, is refused anew or turns a part makes one of
-    /// them fall, and only those behind it may rise. Any other leaves the queue for the best facet at its edge that is possible, or for none.
-    /// That one, unless a number has fallen meanwhile, makes one fall when it is taken, or leaves the queue for none.
+    /// Theorem: it ends. Three numbers fall, as the digits of one number do: facets that are no triangles, facets that are not refused, and
+    /// facets that may still turn a part over ([`Front::may_turn`]). A facet that is taken and becomes a triangle, is refused anew or turns
+    /// a part makes one of them fall, and only those behind it may rise. Any other leaves the queue for the best facet at its edge that is
+    /// possible, or for none. Unless a number has fallen meanwhile, that one makes one fall when it is taken, or leaves the queue for none.
     fn exhaust(&mut self, progress: &Progress<'_>) -> Result<()> {
         while let Some(Reverse(Candidate { edge: [from, to], apex, cell, .. })) = self.queue.pop() {
             progress.check()?;
@@ -431,7 +431,7 @@ impl<'a, F: FnMut([u32; 3]) -> f64> Front<'a, F> {
         }
     }
 
-    /// Like [`Front::enqueue`] for the best that is possible; with the least patience, that fits at once.
+    /// Like [`Front::enqueue`] for the best that is possible. With the least patience, that fits at once.
     fn enqueue_possible(&mut self, edge: [u32; 2]) {
         let is_last = self.patience == Patience::NextBest;
         self.enqueue_if(edge, |front, candidate| {

@@ -29,7 +29,7 @@ impl<F: FnMut([u32; 3]) -> f64> Front<'_, F> {
             let mut is_joined = vec![false; count];
             self.patience = Patience::NextBest;
             for Seam { loops, contacts, .. } in seams {
-                // What else one of them meets is another question once it is joined.
+                // Whether one of them meets another loop is another question once it is joined.
                 if loops.iter().any(|&one| is_joined[one as usize]) {
                     continue;
                 }
@@ -76,7 +76,7 @@ impl<F: FnMut([u32; 3]) -> f64> Front<'_, F> {
         Ok((loop_of, count as usize))
     }
 
-    /// Where loops of one part meet.
+    /// Places where loops of one part meet.
     fn seams(&mut self, loop_of: &[u32], progress: &Progress<'_>) -> Result<Vec<Seam>> {
         let mut contacts: Vec<([u32; 2], Candidate)> = Vec::new();
         let mut pace = Pace::new(progress);
@@ -111,7 +111,7 @@ impl<F: FnMut([u32; 3]) -> f64> Front<'_, F> {
     }
 }
 
-/// Where two loops of the border meet.
+/// A place where two loops of the border meet.
 struct Seam {
     /// The lower number first.
     loops: [u32; 2],

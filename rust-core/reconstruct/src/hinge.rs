@@ -17,11 +17,11 @@ pub(super) struct Hinge {
     pub(super) normal: DVec3,
 }
 
-/// What the radius of a ball through two samples is at least, by their distance: half, less what rounding takes.
+/// Least radius of a ball through two samples, by their distance: half, less what rounding takes.
 const LEAST: f64 = 0.499;
 
 impl Hinge {
-    /// What the clearance of the facet that ends at a vertex is at least.
+    /// Least clearance of the facet that ends at a vertex.
     pub(super) fn least(&self, complex: Complex<'_>, apex: u32) -> f32 {
         let apex = complex.points[apex as usize];
         (LEAST * apex.distance_squared(self.from).max(apex.distance_squared(self.to)).sqrt()) as f32
@@ -49,7 +49,7 @@ impl Around {
         Around { ends, start: cell, cell, slot, apex }
     }
 
-    /// Goes on through the facet; false once all were seen.
+    /// Goes on through the facet. False once all were seen.
     pub(super) fn turn(&mut self, complex: Complex<'_>) -> bool {
         self.cell = complex.neighbour(self.cell, self.slot);
         let vertices = complex.vertices(self.cell);

@@ -1,7 +1,7 @@
 //! Whether outliers lie around points that otherwise carry no noise.
 //!
-//! Sparse parts of a surface, its creases and its borders lie apart as outliers do; alone none of these can be told from an outlier. But samples of a surface
-//! lie along it, however few they are, and outliers fill space: all that lie apart are asked together.
+//! Sparse parts of a surface, its creases and its borders lie apart as outliers do. Alone none of these can be told from an outlier. But
+//! samples of a surface lie along it, however few they are, and outliers fill space: all that lie apart are asked together.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -29,7 +29,7 @@ const AROUND: usize = 16;
 /// ... and of those that lie apart.
 const AMONG: usize = 9;
 
-/// What neighbours that fill space are thick by, beside their length, at least; and the share that is.
+/// Least thickness of neighbours that fill space, beside their length. Also the share of neighbours that have it.
 const THICK: f64 = 0.2;
 const THICK_SHARE: f64 = 0.75;
 

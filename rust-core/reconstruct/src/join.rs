@@ -10,7 +10,7 @@ use base::error::Result;
 use base::progress::{Pace, Progress};
 
 impl<F: FnMut([u32; 3]) -> f64> Front<'_, F> {
-    /// Joins parts; facets may be `times` as large as the sampling allows before only smooth ones count.
+    /// Joins parts. Facets may be `times` as large as the sampling allows before only smooth ones count.
     pub(super) fn join_parts(&mut self, times: u32, progress: &Progress<'_>) -> Result<()> {
         let mut pace = Pace::new(progress);
         for triangle in 0..self.triangles.len() {

@@ -23,14 +23,14 @@
 //! With `topology = free` stages 2 to 5 give way to `carve`, the paper's own. `space` has them in their order. Samples that
 //! lie in one plane have no tetrahedra: `plane` triangulates them in it.
 //!
-//! *Differences from the paper.* (1) No sample is lost to numerical errors. (2) Which cells are outside is not decided by
-//! one threshold on perimeters but by how empty space hangs together: through gates that are wide beside the rooms
-//! they join. So sparse places stay closed and dense gaps open, and a threshold that is too small can not eat the
-//! object. (3) The surface is manifold, after Boissonnat's rules \[Boi84\]. (4) Open surfaces are found, too. (5) The
-//! threshold, global or local, says which facets are too large to be trusted: those that would tie a stray point to
-//! the surface, those over the border of an open one, and on request those that close a gap.
+//! *Differences from the paper.* (1) No sample is lost to numerical errors. (2) It is not one threshold on perimeters that decides which
+//! cells are outside, but how empty space hangs together: through gates that are wide beside the rooms they join. So sparse places stay
+//! closed and dense gaps open, and a threshold that is too small can not eat the object. (3) The surface is manifold, after Boissonnat's
+//! rules \[Boi84\]. (4) Open surfaces are found, too. (5) The threshold, global or local, says which facets are too large to be trusted.
+//! These are those that would tie a stray point to the surface, those over the border of an open one, and on request those that close a
+//! gap.
 //!
-//! Cost: O(n log n) in practice; the tetrahedralization takes more than half of the time.
+//! Cost: O(n log n) in practice. The tetrahedralization takes more than half of the time.
 
 #![cfg_attr(test, allow(clippy::print_stdout))]
 
@@ -120,8 +120,8 @@ const TRUSTED: f64 = 2.5;
 /// How many times as large facets across the gaps of an open surface may be as others before they have to be smooth.
 const BRIDGED: u32 = 4;
 
-/// Part of all samples that a closed surface goes through at least, if what was enclosed at first met less than half:
-/// the walls of a vessel may be thinner than its samples are apart. Of an open surface next to nothing is enclosed.
+/// Part of all samples that a closed surface goes through at least, if what was enclosed at first met less than half. The walls of a vessel
+/// may be thinner than its samples are apart. Of an open surface next to nothing is enclosed.
 const ENCLOSED: f64 = 0.99;
 
 /// Reconstructs a surface from a cloud. To try several parameters use a [`Reconstructor`].
@@ -161,7 +161,7 @@ fn separate(
     Ok((solid.into_separated(repaired), balls))
 }
 
-/// What was found.
+/// The surface that was found.
 struct Found {
     triangles: Vec<[u32; 3]>,
     /// Of each sample, whether the surface is around it.
@@ -170,14 +170,14 @@ struct Found {
     is_outward: bool,
 }
 
-/// What the perimeter of a facet is measured with, and how much of it is trusted.
+/// Measure of the perimeter of a facet, and how much of it is trusted.
 struct Scale<'a> {
     complex: Complex<'a>,
     incident: &'a [u32],
     star: Star,
     /// Of each sample, 0 where not yet asked for.
     spacings: Vec<f64>,
-    /// Perimeter trusted everywhere; `None`: in spacings of the facet's samples.
+    /// Perimeter trusted everywhere. `None`: in spacings of the facet's samples.
     global: Option<f64>,
     trusted: f64,
 }
@@ -227,8 +227,8 @@ fn scale<'a>(
     Ok(Scale { complex, incident, star: Star::default(), spacings, global, trusted })
 }
 
-/// The closed surface, through all samples in its reach. `is_mostly_met`: whether what is enclosed at first meets most of them; `may_be_lids`: whether
-/// to look for these.
+/// The closed surface, through all samples in its reach. `is_mostly_met`: whether what is enclosed at first meets most of them.
+/// `may_be_lids`: whether to look for these.
 fn close(
     solid: &mut Solid<'_>,
     mut on_surface: Vec<bool>,
@@ -266,7 +266,7 @@ fn close(
         let sizes = |triangle| [complex.perimeter(triangle), scale.allowed(triangle)];
         gaps::close_small(&mut triangles, &left_out, sizes, params.closure, progress)?;
     }
-    // What the repair could not mend, and vertices where gaps meet.
+    // Triangles that the repair could not mend, and vertices where gaps meet.
     fans::keep_largest(&mut triangles, complex.points.len(), |triangle| complex.perimeter(triangle), progress)?;
     report.cut_facets = before - triangles.len();
     report.closed = report.cut_facets == 0 || fans::are_closed(&triangles, complex.points.len());
@@ -278,7 +278,7 @@ fn close(
 /// A closed surface.
 struct Enclosing {
     triangles: Vec<[u32; 3]>,
-    /// The share of its area that is in facets larger than the sampling allows; 0 where these are not looked for.
+    /// The share of its area that is in facets larger than the sampling allows. 0 if these are not looked for.
     lids: f64,
 }
 
@@ -310,7 +310,7 @@ fn share(on_surface: &[bool]) -> f64 {
     on_surface.iter().filter(|is_on| **is_on).count() as f64 / on_surface.len() as f64
 }
 
-/// The open surface, grown from what is certain; `balls` if they are at hand.
+/// The open surface, grown from what is certain. `balls` if they are at hand.
 fn open(
     complex: Complex<'_>,
     sighted: Sighted<'_>,

@@ -19,7 +19,7 @@ const LONGEST: f64 = 16.0;
 /// Parts of fewer triangles that no facet joins to others are crumbs: samples of five by five or so.
 const CRUMB: usize = 64;
 
-/// What parts are made of.
+/// Size of a part.
 #[derive(Clone, Copy, Default)]
 struct Size {
     triangles: usize,
@@ -30,8 +30,8 @@ struct Size {
 type Sizes = FxHashMap<u32, Size>;
 
 impl<F: FnMut([u32; 3]) -> f64> Front<'_, F> {
-    /// The triangles, with loops closed that are at most `times` as long as the perimeter of a facet may be; where
-    /// `is_joined`, also longer ones of large parts, and without crumbs beside other parts.
+    /// The triangles, with loops closed that are at most `times` as long as the perimeter of a facet may be. If `is_joined`, also longer
+    /// ones of large parts, and without crumbs beside other parts.
     pub(super) fn close_loops(mut self, times: u32, is_joined: bool, progress: &Progress<'_>) -> Result<Vec<[u32; 3]>> {
         let (border, sizes) = self.measure(progress)?;
         let (points, lines) = (self.complex.points, self.lines);

@@ -29,7 +29,7 @@ const MEMBERS: usize = 8;
 /// A line of sight.
 #[derive(Clone, Copy)]
 struct Line {
-    /// From the sample to its sensor, of length 1; zero where that is not known.
+    /// From the sample to its sensor, of length 1. Zero if that is not known.
     direction: DVec3,
     /// How far the sensor is.
     length: f64,
@@ -37,7 +37,7 @@ struct Line {
     behind: f64,
 }
 
-/// The lines of sight of all samples; none where no sensor is known.
+/// The lines of sight of all samples. None if no sensor is known.
 #[derive(Default)]
 pub(super) struct Lines {
     lines: Vec<Line>,
@@ -123,7 +123,7 @@ impl Lines {
             .is_some_and(|top| self.any_pass(points, corners, &Ball::around(&corners), self.levels.len(), 0..top.len()))
     }
 
-    /// The same for the bundles `which` of the level below `level`; of 0, for lines.
+    /// The same for the bundles `which` of the level below `level`. Of 0, for lines.
     fn any_pass(&self, points: &[DVec3], corners: [DVec3; 3], ball: &Ball, level: usize, which: Range<usize>) -> bool {
         match level.checked_sub(1) {
             None => which.into_iter().any(|i| self.lines[i].passes(points[i], corners)),
@@ -167,7 +167,7 @@ impl Ball {
 struct Bundle {
     from: Ball,
     direction: DVec3,
-    /// How far directions are from that one; negative where there are no lines.
+    /// How far directions are from that one. Negative if there are no lines.
     spread: f64,
 }
 

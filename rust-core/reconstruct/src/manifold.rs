@@ -1,13 +1,12 @@
 //! Stage 4: the surface between the sides becomes manifold, and samples it passed by come onto it. \[Boi84\]
 //!
-//! At a vertex the surface is manifold exactly if the cells inside around it hang together over facets, and those outside
-//! too: the link of a vertex is a sphere, and what divides a sphere into two connected parts is one closed curve. Where
-//! it isn't so, the smaller parts change sides.
+//! At a vertex the surface is manifold exactly if the cells inside around it hang together over facets, and those outside too. The link of
+//! a vertex is a sphere, and one closed curve divides a sphere into two connected parts. If it isn't so, the smaller parts change sides.
 //!
-//! A sample with only inside cells (or only outside cells) around it lies off the surface. A cell between it and one
-//! facet of the surface changes sides: the facet gives way to three that meet in the sample. This is the first of
-//! Boissonnat's rules for removing a cell (one facet on the surface, the fourth vertex not on it), and its mirror image; it
-//! never makes a vertex or an edge that isn't manifold and keeps the genus.
+//! A sample with only inside cells (or only outside cells) around it lies off the surface. A cell between it and one facet of the surface
+//! changes sides: the facet gives way to three that meet in the sample. This is the first of Boissonnat's rules for removing a cell (one
+//! facet on the surface, the fourth vertex not on it), and its mirror image. It never makes a vertex or an edge that isn't manifold and
+//! keeps the genus.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -142,7 +141,7 @@ impl<'a> Solid<'a> {
         Ok(())
     }
 
-    /// Makes the surface manifold at all vertices but a few that resist; returns the cells that changed sides.
+    /// Makes the surface manifold at all vertices but a few that resist. Returns the cells that changed sides.
     pub(super) fn repair(&mut self, progress: &Progress<'_>) -> Result<usize> {
         let mut changed = 0;
         let mut suspects = pinched(&self.surface(progress)?, self.complex.points.len(), progress)?;
@@ -167,10 +166,10 @@ impl<'a> Solid<'a> {
         Ok(changed)
     }
 
-    /// Whether a cell may change sides: the surface, manifold at the cell's vertices, stays so and keeps all of them. Theorem:
-    /// exactly where one of its facets is on the surface and the vertex opposite is not, or two are and the edge that neither has
-    /// is not \[Boi84\]; in the link of each vertex a triangle then goes from one disc to another that it touches in one piece.
-    /// `is_on`: whether the surface has a vertex.
+    /// Whether a cell may change sides: the surface, manifold at the cell's vertices, stays so and keeps all of them. Theorem: it may
+    /// exactly where one of its facets is on the surface and the vertex opposite is not, or two are and the edge that neither has is not
+    /// \[Boi84\]. In the link of each vertex a triangle then goes from one disc to another that it touches in one piece. `is_on`: whether
+    /// the surface has a vertex.
     pub(super) fn gives_way(&self, cell: u32, is_on: impl Fn(u32) -> bool) -> bool {
         let side = self.is_inside(cell);
         let vertices = self.complex.vertices(cell);
@@ -190,7 +189,7 @@ impl<'a> Solid<'a> {
         }
     }
 
-    /// The cells around a vertex that have to change sides for it to be manifold; none if it is or can't become so.
+    /// The cells around a vertex that have to change sides for it to be manifold. None if it is or can't become so.
     fn minorities(&self, vertex: u32, star: &mut Star) -> Vec<u32> {
         let parts = self.parts(vertex, star);
         // Of the ways to leave one part inside and one outside, the one that changes fewest cells.
@@ -302,7 +301,7 @@ impl<'a> Solid<'a> {
     }
 }
 
-/// Cells by the size of the facets they would bring, the smallest first; equal ones by their vertices.
+/// Cells by the size of the facets they would bring, the smallest first. Equal ones by their vertices.
 type Queue = BinaryHeap<Reverse<(u32, [u32; 4], u32, usize)>>;
 
 #[cfg(test)]

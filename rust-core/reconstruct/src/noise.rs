@@ -1,8 +1,8 @@
 //! How much noise samples carry: how far they lie off the surface around them, beside how far they lie apart.
 //!
-//! Around some samples a height field is fitted to the half of the nearest ones that fits best, starting from those at the
-//! height of the sample itself: of the two sides of a wall thinner than its samples are apart, that is one. What is left across it
-//! is noise, unless it is as large as the neighbourhood: then a larger one is taken.
+//! Around some samples a height field is fitted to the half of the nearest ones that fits best, starting from those at the height of the
+//! sample itself. Of the two sides of a wall thinner than its samples are apart, that is one. The rest across it is noise, unless it is as
+//! large as the neighbourhood: then a larger one is taken.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -19,7 +19,7 @@ use geom::neighbours::{Few, KdTree};
 /// Samples below which noise can't be told from shape, and none is taken to be there.
 const LEAST: usize = 1024;
 
-/// Neighbours a height field is fitted to at most; at first [`FEWEST`].
+/// Neighbours a height field is fitted to at most. At first [`FEWEST`].
 const MOST: usize = 512;
 
 /// Largest noise that a neighbourhood tells, in its radii.
@@ -35,7 +35,7 @@ fn consistency(half: usize) -> f64 {
 }
 const CORRECTION: f64 = 6.0;
 
-/// What was measured, in the unit of the samples.
+/// Measured noise, in the unit of the samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Noise {
     /// Standard deviation across the surface.
@@ -50,11 +50,11 @@ impl Noise {
     }
 }
 
-/// What was measured, and how.
+/// The noise as measured, and how.
 #[derive(Default)]
 pub(super) struct Measured {
     pub(super) noise: Noise,
-    /// What the seeds say of it.
+    /// Looks at the seeds.
     pub(super) looks: Vec<Option<Look>>,
     /// Neighbours that this was seen from.
     pub(super) count: usize,
@@ -64,7 +64,7 @@ pub(super) struct Measured {
     pub(super) tree: Option<KdTree>,
 }
 
-/// What is seen around a sample.
+/// The view around a sample.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Look {
     /// Noise, in spacings.
@@ -80,8 +80,8 @@ impl Look {
     }
 }
 
-/// Measures it on samples in the order of the curve; where there is noise, on each side of them by itself. Cost: that of a few hundred small fits; where there is noise, also a
-/// tree over all samples.
+/// Measures it on samples in the order of the curve. If there is noise, on each side of them by itself. Cost: that of a few hundred small
+/// fits. If there is noise, also a tree over all samples.
 pub(super) fn measure(samples: &[DVec3], fronts: &Fronts, progress: &Progress<'_>) -> Result<Measured> {
     if samples.len() < LEAST {
         return Ok(Measured::default());
@@ -115,7 +115,7 @@ pub(super) fn measure(samples: &[DVec3], fronts: &Fronts, progress: &Progress<'_
     Ok(Measured { tree: Some(tree), ..hidden.unwrap_or(seen) })
 }
 
-/// What is seen at the seeds among so many neighbours that noise is no larger than what they lie in.
+/// Views at the seeds among so many neighbours that noise is no larger than their neighbourhood.
 fn as_far_as_tells(
     samples: &[DVec3],
     seeds: &[usize],
@@ -135,7 +135,7 @@ fn as_far_as_tells(
     }
 }
 
-/// What is seen around seeds among the nearest of the samples before and after them on the curve.
+/// Views around seeds among the nearest of the samples before and after them on the curve.
 fn along(
     samples: &[DVec3],
     seeds: &[usize],
@@ -153,7 +153,7 @@ fn along(
     })
 }
 
-/// What is seen around seeds among so many of the nearest samples.
+/// Views around seeds among so many of the nearest samples.
 pub(super) fn around(
     samples: &[DVec3],
     seeds: &[usize],
@@ -164,7 +164,7 @@ pub(super) fn around(
 ) -> Result<Vec<Option<Look>>> {
     over(seeds, progress, |seed, few: &mut Few, nearest| {
         tree.nearest_few(samples[seed], count, f64::INFINITY, few);
-        // What was seen from the other side is of another surface, however near.
+        // A sample that was seen from the other side is of another surface, however near.
         let near = few.iter().filter(|&(i, _)| !fronts.is_behind(i as usize, fronts.at(seed)));
         nearest.extend(near.map(|(i, squared)| (squared, samples[i as usize])));
         look(samples[seed], nearest, rounding)
@@ -227,7 +227,7 @@ fn look(seed: DVec3, nearest: &mut [(f64, DVec3)], rounding: &Rounding) -> Optio
     }
     let deviation = square.sqrt() * consistency(half);
     let added = rounding.variance(frame.across());
-    // Where nothing was added, to the bit.
+    // The same to the bit if nothing was added.
     let deviation = if added > 0.0 { (deviation * deviation - added).max(0.0).sqrt() } else { deviation };
     Some(Look { spacings: deviation / spacing, spacing, radius })
 }

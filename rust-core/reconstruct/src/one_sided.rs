@@ -1,4 +1,4 @@
-//! Closed surfaces of which the sensors saw one side only: what the samples of a single view enclose is a room behind it, or before it, and the
+//! Closed surfaces of which the sensors saw one side only. The samples of a single view enclose a room behind it, or before it, and the
 //! rest of the surface is a lid.
 //!
 //! A place from which samples are said to be seen, that need not be one: of a whole object someone may name any, to have it turned
@@ -12,8 +12,8 @@ use super::{TRUSTED, spacing};
 use base::error::Result;
 use base::progress::Progress;
 
-/// Share of the surface, as large as it looks from where its samples were seen, that shows its back whichever side is its front. Of what one
-/// sensor saw from outside it is a half with any lid; of a surface seen all round, what sensors did not see.
+/// Share of the surface, as large as it looks from where its samples were seen, that shows its back whichever side is its front. Of what
+/// one sensor saw from outside it is a half with any lid. Of a surface seen all round, what sensors did not see.
 const BACKS: f64 = 0.2;
 
 /// Share of the facets between neighbouring samples, as large as they look, through which lines of sight pass, from which no sensor is where it
@@ -21,7 +21,7 @@ const BACKS: f64 = 0.2;
 /// meet: a fifth to a half.
 const PASSED: f64 = 0.1;
 
-/// Whether the samples of a closed surface were seen from one side of it only; not where no sensors are known.
+/// Whether the samples of a closed surface were seen from one side of it only. Not where no sensors are known.
 pub(super) fn is_one_sided(
     complex: Complex<'_>,
     triangles: &[[u32; 3]],

@@ -1,15 +1,15 @@
-//! Which side of each part of the surface is shown: outwards, or as normals or sensors say.
+//! The side of each part of the surface that is shown: outwards, or as normals or sensors say.
 
 use glam::DVec3;
 
 use base::error::Result;
 use base::progress::Progress;
 
-/// What tells the outside.
+/// Sources that tell the outside.
 pub(super) enum Witness<'a> {
     /// Nothing: what divides inside from outside looks outwards already, other parts turn away from their middle.
     None,
-    /// The direction in which each vertex was seen from, or its normal; zero where there is neither.
+    /// The direction in which each vertex was seen from, or its normal. Zero if there is neither.
     Fronts(&'a dyn Fn(u32) -> DVec3),
 }
 

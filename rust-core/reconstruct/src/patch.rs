@@ -26,8 +26,8 @@ impl Frame {
         sums.frame(origin)
     }
 
-    /// In the middle of samples that count the same, its third axis up; in a vertical plane, towards where y is large, in
-    /// one along y, where x is. Axes turn counter-clockwise seen from there.
+    /// In the middle of samples that count the same, its third axis up. In a vertical plane, towards where y is large, in one along y,
+    /// where x is. Axes turn counter-clockwise seen from there.
     pub(super) fn of_all(samples: &[DVec3], progress: &Progress<'_>) -> Result<Option<Frame>> {
         let Some(&first) = samples.first() else { return Ok(None) };
         let mut sums = Sums::default();
@@ -58,7 +58,7 @@ impl Frame {
         self.axes[2]
     }
 
-    /// The direction across the surface on whose side another lies; zero for zero.
+    /// The direction across the surface on whose side another lies. Zero for zero.
     pub(super) fn front(&self, towards: DVec3) -> DVec3 {
         let across = self.axes[2];
         let side = across.dot(towards);
@@ -119,7 +119,7 @@ pub(super) struct Quadric {
 }
 
 impl Quadric {
-    /// That with the least sum of weighted squares, of lower order where samples don't tell more; and the sum of the weights.
+    /// The quadric with the least sum of weighted squares, of lower order if samples don't tell more. Also the sum of the weights.
     pub(super) fn fit(local: impl Iterator<Item = ([f64; 3], f64)>, scale: f64) -> Option<(Quadric, f64)> {
         // Of weight times powers of u and v, up to the second, of the third and the fourth order; and of the first of these times height.
         let (mut low, mut right, mut third, mut fourth) = ([0.0; 6], [0.0; 6], [0.0; 4], [0.0; 5]);

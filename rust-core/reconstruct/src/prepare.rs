@@ -1,4 +1,4 @@
-//! Stage 0: the samples in an order of their own, whatever order they come in; no duplicates, nothing but numbers.
+//! Stage 0: the samples in an order of their own, whatever order they come in. No duplicates, nothing but numbers.
 
 use glam::DVec3;
 
@@ -10,8 +10,8 @@ use base::progress::Progress;
 pub(super) struct Samples {
     /// Multiplied by `factor`.
     pub(super) points: Vec<DVec3>,
-    /// A power of two; 1 unless the coordinates are so large or small that products of them, or radii in single
-    /// precision, would leave the range of floating point.
+    /// A power of two. 1 unless the coordinates are so large or small that products of them, or radii in single precision, would leave the
+    /// range of floating point.
     pub(super) factor: f64,
     /// Place of each in the input.
     pub(super) input: Vec<u32>,
@@ -34,7 +34,7 @@ impl Samples {
     }
 }
 
-/// Without the values of samples that are left out; there may be none of any sample.
+/// Without the values of samples that are left out. There may be none of any sample.
 pub(super) fn keep<T>(of_samples: &mut Vec<T>, is_left_out: &[bool]) {
     let mut is_left_out = is_left_out.iter();
     of_samples.retain(|_| !is_left_out.next().expect("one a sample"));
@@ -88,7 +88,7 @@ pub(super) fn prepare(positions: &[DVec3], progress: &Progress<'_>) -> Result<Sa
 /// Sizes from which no product of coordinates overflows or underflows, as exponents of two.
 const ORDINARY: i32 = 60;
 
-/// What makes the size of most points ordinary, if that changes no bit of any; else 1.
+/// Factor that makes the size of most points ordinary, if that changes no bit of any. Else 1.
 fn factor(positions: &[DVec3], order: &[(u64, u32)], progress: &Progress<'_>) -> Result<f64> {
     let mut sizes = Vec::with_capacity(order.len());
     for block in progress.blocks(order) {

@@ -23,7 +23,7 @@ use geom::span;
 use mesh::point_cloud::PointCloud;
 use mesh::{Attribute, Crs, TriMesh};
 
-/// At the peak; measured, 350 on noisy surfaces, 660 on a sphere.
+/// At the peak. Measured, 350 on noisy surfaces, 660 on a sphere.
 const BYTES_A_POINT: f64 = 400.0;
 base::stages! {
     /// Stages with their shares of the time ...
@@ -47,25 +47,25 @@ base::stages! {
 pub struct Reconstructor<C> {
     cloud: C,
     sensors: Vec<DVec3>,
-    /// Where parts of the surface are turned to, whoever saw them.
+    /// Point that parts of the surface are turned to, whoever saw them.
     toward: Option<DVec3>,
     prepared: Option<Prepared>,
     /// Whether what depends on the points only is kept for the next surface.
     is_kept: bool,
 }
 
-/// What depends on the points only.
+/// State that depends on the points only.
 struct Prepared {
     samples: Samples,
-    /// What they were smoothed with.
+    /// Smoothing of them.
     smooth: Smooth,
     smoothing: Smoothing,
     shape: Shape,
-    /// What that took.
+    /// Times that this took.
     seconds: Seconds,
 }
 
-/// What the samples span, divided.
+/// Span of the samples, divided.
 enum Shape {
     Plane(Plane),
     Space(Space),
@@ -75,7 +75,7 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
     /// Takes a cloud. O(1): the points are tetrahedralized for the first surface.
     ///
     /// # Errors
-    /// Attributes of another length than the points; a sensor that isn't finite.
+    /// Attributes of another length than the points. A sensor that isn't finite.
     pub fn new(cloud: C) -> Result<Self> {
         let points = cloud.borrow();
         Crs::lengths(points.crs.as_ref())?;
@@ -99,15 +99,15 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
         self.cloud.borrow()
     }
 
-    /// Says where the points were seen from, in the cloud's frame, instead of the cloud's own sensor: one place for all, or one a point,
-    /// three NaN where that is not known. Parts of the surface are then turned towards it; where points carry noise it also tells the sides of thin walls
-    /// apart, and what is inside. Open surfaces span no jumps, over which sensors looked from one point past it at another, and
-    /// no gaps and holes through which points were seen; what was seen from one side only is closed only if that is asked for. A jump is told
-    /// only between points whose sensors are all known: where those of every second point are not, there are none. Goes before the cloud's
-    /// normals, which count where it is not known.
+    /// Says where the points were seen from, in the cloud's frame, instead of the cloud's own sensor. It is one place for all, or one per
+    /// point, three NaN if that is not known. Parts of the surface are then turned towards it. If points carry noise it also tells the
+    /// sides of thin walls apart, and what is inside. Open surfaces span no jumps, over which sensors looked from one point past it at
+    /// another, and no gaps and holes through which points were seen. A surface that was seen from one side only is closed only if that is
+    /// asked for. A jump is told only between points whose sensors are all known. If those of every second point are not, there are none.
+    /// Goes before the cloud's normals, which count where it is not known.
     ///
     /// # Errors
-    /// Neither one place nor one a point; a coordinate that isn't finite.
+    /// Neither one place nor one a point. A coordinate that isn't finite.
     pub fn seen_from(&mut self, sensors: Vec<DVec3>) -> Result<()> {
         let points = self.cloud().positions.len();
         if sensors.len() != 1 && sensors.len() != points {
@@ -135,8 +135,8 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
     /// Makes a surface: the first in O(n log n) in practice for n points, others in a fifth of the time or less.
     ///
     /// # Errors
-    /// Parameters out of range; fewer than three different points, or all on one line; a closed surface asked for of points
-    /// in one plane; points without a surface; [`Error::OutOfMemory`]; [`Error::Cancelled`].
+    /// Parameters out of range. Fewer than three different points, or all on one line. A closed surface asked for of points in one plane.
+    /// Points without a surface. [`Error::OutOfMemory`]. [`Error::Cancelled`].
     pub fn surface(&mut self, params: &ReconstructParams, progress: &Progress<'_>) -> Result<Reconstructed> {
         self.surface_with(params, |_| (), progress)
     }
@@ -150,7 +150,7 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
     ) -> Result<Reconstructed> {
         params.validate()?;
         let pool = base::threads::pool(params.threads)?;
-        // What is kept of points smoothed otherwise is of no use.
+        // Points that were smoothed otherwise are of no use.
         self.prepared.take_if(|prepared| prepared.smooth != Smooth::of(params));
         progress.plan(if self.prepared.is_none() { PLAN } else { PLAN_AGAIN });
         progress.run(&pool, || self.make_surface(params, release, progress))
@@ -201,7 +201,7 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
         Ok(made)
     }
 
-    /// What depends on the points only: sorted, smoothed, and what they span divided.
+    /// State that depends on the points only: sorted, smoothed, and what they span divided.
     fn prepare(
         &mut self,
         params: &ReconstructParams,
@@ -216,8 +216,8 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
         Prepared::new(samples, self.seen(), params, progress)
     }
 
-    /// The facets of the surface in any order and turned either way, and what is known so far; `stages` are those of the plan that
-    /// find the sides and the surface.
+    /// The facets of the surface in any order and turned either way, and what is known so far. `stages` are those of the plan that find the
+    /// sides and the surface.
     fn facets(
         &mut self,
         params: &ReconstructParams,
@@ -376,7 +376,7 @@ impl Prepared {
     }
 }
 
-/// What stands for a sensor that is not known, where there is one a point.
+/// Whether a sensor stands for one that is not known, if there is one per point.
 fn is_unknown(sensor: &DVec3) -> bool {
     sensor.is_nan_mask().all()
 }

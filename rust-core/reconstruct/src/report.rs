@@ -8,7 +8,7 @@ use mesh::TriMesh;
 pub enum Reason {
     /// A coordinate isn't a finite number.
     NotFinite,
-    /// At the same place as a point before it; of points that are flat but for noise, also right above another.
+    /// At the same place as a point before it. Of points that are flat but for noise, also right above another.
     Duplicate,
     /// Inside the closed surface, out of its reach.
     Inside,
@@ -56,7 +56,8 @@ base::report! {
         noise: f64 = length("Noise of the points").since("0.2"),
         /// Side of a square of the surface that has one point, as measured.
         spacing: f64 = length("Spacing of the points").since("0.2"),
-        /// Radius within which the surface was smoothed; 0 if it goes through the points. Where points that carry noise lie much closer together or further apart than usual, it was so many times smaller or larger there.
+        /// Radius within which the surface was smoothed. 0 if it goes through the points. It was so many times smaller or larger where
+        /// points that carry noise lie much closer together or further apart than usual.
         smoothing: f64 = length("Smoothed within").since("0.2"),
         /// Root mean square of the distances by which smoothing moved the points on the surface.
         moved: f64 = length("Points moved by").since("0.2"),
@@ -110,9 +111,8 @@ impl ReconstructReport {
 
 /// Result of a reconstruction.
 ///
-/// The mesh stands in the cloud's own frame; its vertices are the used points in the order of the cloud. Vertex attributes:
-/// `source_point` (i32, place in the cloud), `colour`, `intensity` and `normal_x`, `normal_y`, `normal_z` where the cloud has
-/// them.
+/// The mesh stands in the cloud's own frame. Its vertices are the used points in the order of the cloud. Vertex attributes: `source_point`
+/// (i32, place in the cloud), `colour`, `intensity` and `normal_x`, `normal_y`, `normal_z` where the cloud has them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Reconstructed {
     /// The surface.

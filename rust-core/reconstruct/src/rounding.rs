@@ -33,10 +33,10 @@ const FRACTION: u64 = (1 << 52) - 1;
 /// Spacings of noise up to which a surface goes through all points.
 pub(super) const INTERPOLATED: f64 = 0.2;
 
-/// What is hidden is so many times what is seen, at least: what chance makes of both differs by less.
+/// Hidden noise is so many times the seen one, at least. By chance both differ by less.
 const HIDDEN: f64 = 1.2;
 
-/// What rounding to a step of 1 adds to the square of a deviation.
+/// Share of rounding to a step of 1 in the square of a deviation.
 const VARIANCE: f64 = 1.0 / 12.0;
 
 /// The steps along the axes.
@@ -49,7 +49,7 @@ pub(super) struct Rounding {
 }
 
 impl Rounding {
-    /// Of samples in the order of the curve with the spacing as measured; `None` where rounding hides nothing. Cost: that of sorting a few
+    /// Of samples in the order of the curve with the spacing as measured. `None` if rounding hides nothing. Cost: that of sorting a few
     /// thousand numbers.
     pub(super) fn of(samples: &[DVec3], spacing: f64, progress: &Progress<'_>) -> Result<Option<Rounding>> {
         if !(spacing > 0.0) {
@@ -89,7 +89,7 @@ impl Rounding {
         sample + DVec3::from(by)
     }
 
-    /// What [`Rounding::spread`] adds to the square of the deviation along a direction.
+    /// Share of [`Rounding::spread`] in the square of the deviation along a direction.
     pub(super) fn variance(&self, along: DVec3) -> f64 {
         VARIANCE * (along * self.steps).length_squared()
     }

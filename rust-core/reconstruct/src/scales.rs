@@ -1,6 +1,6 @@
 //! How spacing and noise differ over a cloud whose samples carry noise: what lengths are multiplied by from place to place.
 //!
-//! Where both differ by little, nothing is multiplied by anything. Samples that are far from any surface say nothing; they are taken to be
+//! If both differ by little, nothing is multiplied by anything. Samples that are far from any surface say nothing. They are taken to be
 //! sampled as the surface next to them is.
 
 use glam::DVec3;
@@ -34,7 +34,7 @@ const PLACES: usize = 9;
 /// Samples between two looks at the progress.
 const BLOCK: usize = 64;
 
-/// What lengths are multiplied by.
+/// Factors of lengths.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Scale {
     /// Those that go with the spacing.
@@ -47,13 +47,13 @@ impl Scale {
     pub(super) const USUAL: Scale = Scale { spacing: 1.0, deviation: 1.0 };
 }
 
-/// That of each sample; none where all are usual.
+/// The scale of each sample. None if all are usual.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Scales(Vec<Scale>);
 
 impl Scales {
-    /// What was `measured` at seeds says whether there is anything to look for; `tree`: over the samples. Cost: where there is, that
-    /// of a small fit for every few samples.
+    /// The noise `measured` at seeds says whether there is anything to look for. `tree`: over the samples. Cost: if there is, that of a
+    /// small fit for every few samples.
     pub(super) fn of(
         samples: &[DVec3],
         fronts: &Fronts,
@@ -119,7 +119,7 @@ impl Scales {
     }
 }
 
-/// What a ratio to the usual counts for: 1 up to the first limit, itself from the second on.
+/// Factor for a ratio to the usual: 1 up to the first limit, itself from the second on.
 fn factor(ratio: f64, [usual, all]: [f64; 2]) -> f64 {
     let size = ratio.max(1.0 / ratio).min(MOST);
     if !(size > usual) {

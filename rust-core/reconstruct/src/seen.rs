@@ -9,16 +9,16 @@ use base::progress::Progress;
 
 /// Share of a sample's neighbours that show the other side, up to which it agrees with them.
 const OTHERS: f64 = 0.25;
-/// Share of the samples that agree with their neighbours, at least: of normals turned at random next to none do; of thin walls whose
-/// noise is larger than they are, those at edges, handles and wherever else something is thicker.
+/// Share of the samples that agree with their neighbours, at least. Of normals turned at random next to none do. Of thin walls whose noise
+/// is larger than they are, those at edges, handles and wherever else something is thicker do.
 const AGREED: f64 = 0.05;
 
-/// What is known of a cloud's points.
+/// Sensors and normals of a cloud's points, as far as they are known.
 #[derive(Clone, Copy)]
 pub(super) struct Seen<'a> {
-    /// One a point; zero, or no number, where there is none.
+    /// One a point. Zero, or no number, where there is none.
     pub(super) normals: Option<&'a [[f32; 3]]>,
-    /// None, one for all, or one a point; NaN where a point's is not known.
+    /// None, one for all, or one a point. NaN if a point's is not known.
     pub(super) sensors: &'a [DVec3],
 }
 
@@ -47,7 +47,7 @@ impl Sighted<'_> {
         DVec3::from(normal.map(f64::from)).normalize_or_zero()
     }
 
-    /// From a sample to its sensor; zero, or no numbers, where that is not known.
+    /// From a sample to its sensor. Zero, or no numbers, where that is not known.
     pub(super) fn toward_sensor(&self, sample: usize) -> DVec3 {
         let Sighted { samples, seen: Seen { sensors, .. } } = *self;
         let point = samples.input[sample] as usize;

@@ -1,11 +1,10 @@
 //! Stage 3: which side of the surface is each basin on?
 //!
-//! Two basins joined by a gate nearly as wide as themselves are parts of one room. What remains then are rooms that touch
-//! through narrow gates: the outside, the inside of an object, its legs behind thin necks, voids in noise. Where the
-//! surface lies between two rooms, large balls touch from both sides at its facets, all over it; where it does not, the
-//! few facets between them cross the neck and no balls touch. So the facets vote, and rooms get sides by decreasing
-//! number of votes, then the rest by decreasing gate. One wide gate does not empty an object that hundreds of its facets
-//! speak for, which a threshold on the size of facets alone can not tell.
+//! Two basins joined by a gate nearly as wide as themselves are parts of one room. Then rooms remain that touch through narrow gates: the
+//! outside, the inside of an object, its legs behind thin necks, voids in noise. If the surface lies between two rooms, large balls touch
+//! from both sides at its facets, all over it. If it does not, the few facets between them cross the neck and no balls touch. So the facets
+//! vote, and rooms get sides by decreasing number of votes, then the rest by decreasing gate. One wide gate does not empty an object that
+//! hundreds of its facets speak for, which a threshold on the size of facets alone can not tell.
 
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;

@@ -11,8 +11,8 @@ use geom::double_double::{self, DoubleDouble, Vector};
 /// A cell is too flat for twice the precision as well if its volume is less than this share of that of a box over its edges.
 const FLATTEST: f64 = 1e-28;
 
-/// The centre of the ball through the corners of a cell as seen from the first of them, and whether it lies on the cell's side of the facet opposite
-/// to each; `None` for cells that lie in a plane as far as can be told.
+/// The centre of the ball through the corners of a cell as seen from the first of them, and whether it lies on the cell's side of the facet
+/// opposite to each. `None` for cells that lie in a plane as far as can be told.
 pub(super) fn ball([a, b, c, d]: [DVec3; 4]) -> Option<(DVec3, [bool; 4])> {
     let edges @ [u, v, w] = [b, c, d].map(|corner| double_double::difference(corner, a));
     let normals = [double_double::cross(v, w), double_double::cross(w, u), double_double::cross(u, v)];

@@ -1,11 +1,11 @@
-//! Samples moved to the surface that those around them tell, where they carry noise; those far from any are outliers.
+//! Samples moved to the surface that those around them tell, where they carry noise. Those far from any are outliers.
 //!
-//! Some of the samples go across the plane of their neighbourhood to the height field of second order fitted there, again from
-//! where they came to (moving least squares \[Lev04\]): second order, so that the surface does not shrink where it bends. All
-//! fits read the measured places, so that no sample waits for another. What a fit counts falls off with the distance along
-//! the surface and, so that the other side of a thin wall says nothing, with the height. All samples then go to where these fields
-//! (`patches`) lie between them. Where it is known from which side samples were seen, those that were seen from different sides don't count for each
-//! other: so the sides of a wall are told apart that is thinner than its noise.
+//! Some of the samples go across the plane of their neighbourhood to the height field of second order fitted there, again from where they
+//! came to (moving least squares \[Lev04\]). It is of second order, so that the surface does not shrink where it bends. All fits read the
+//! measured places, so that no sample waits for another. The weight in a fit falls off with the distance along the surface and, so that the
+//! other side of a thin wall says nothing, with the height. All samples then go to where these fields (`patches`) lie between them. If it
+//! is known from which side samples were seen, those that were seen from different sides don't count for each other. So the sides of a wall
+//! are told apart that is thinner than its noise.
 
 mod patches;
 mod strays;
@@ -24,11 +24,11 @@ use base::progress::Progress;
 use geom::neighbours::{Few, KdTree};
 use patches::{Patch, Patches};
 
-/// What is asked for.
+/// The smoothing that is asked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Smooth {
     noisy_points: NoisyPoints,
-    /// In the unit of the points; `None` as noise asks.
+    /// In the unit of the points. `None` as noise asks.
     radius: Option<f64>,
 }
 
@@ -39,15 +39,15 @@ impl Smooth {
     }
 }
 
-/// What was measured of samples, and done about it; lengths in their unit.
+/// Measures of samples, and the smoothing of them. Lengths in their unit.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Smoothing {
     pub(super) noise: Noise,
     /// 0 if they are where they were.
     pub(super) radius: f64,
-    /// How far each came; empty if they are where they were, or go back there.
+    /// How far each came. Empty if they are where they were, or go back there.
     pub(super) moved: Vec<f64>,
-    /// Where each was measured, if it is to go back there once the surface is found \[DMSL11\].
+    /// Measured place of each, if it is to go back there once the surface is found \[DMSL11\].
     pub(super) measured: Vec<DVec3>,
 }
 
@@ -80,12 +80,12 @@ const ALONE: f64 = 3.0;
 
 /// Times a sample is moved at least, by all around it ...
 const ROUNDS: usize = 2;
-/// ... and again while it still moves more than this part of the heights that count; one that does not settle lies on nothing.
+/// ... and again while it still moves more than this part of the heights that count. One that does not settle lies on nothing.
 const SETTLED: f64 = 0.02;
 const MOST_ROUNDS: usize = 6;
-/// Share of what is around a place on a surface that speaks for it, at least; on a side of a thin wall it is a third.
+/// Share of what is around a place on a surface that speaks for it, at least. On a side of a thin wall it is a third.
 const SUPPORT: f64 = 0.2;
-/// What is around a place is looked for again where it has moved by this part of its reach.
+/// Samples around a place are looked for again if it has moved by this part of its reach.
 const STALE: f64 = 0.1;
 /// Times it is moved first by few samples, in neighbourhoods as wide as noise asks for ...
 const SPARSE: usize = 2;
@@ -190,7 +190,7 @@ struct Lengths {
 }
 
 impl Lengths {
-    /// What counts as noise: also what is to be smoothed out, even where it was not taken for noise.
+    /// Deviation that counts as noise: also one that is to be smoothed out, even if it was not taken for noise.
     fn deviation(&self, scale: Scale) -> f64 {
         let asked = self.given.map_or(0.0, |given| self.radius(given, scale) / TO_DEVIATION);
         (self.noise.deviation * scale.deviation).max(asked)
@@ -220,11 +220,11 @@ struct Kept {
     /// Over every so many-th of them: from it places are found to begin with.
     sparse: KdTree,
     stride: usize,
-    /// Of each sample, whether it is not to be counted; empty where all are.
+    /// Of each sample, whether it is not to be counted. Empty if all are.
     strays: Vec<bool>,
 }
 
-/// What is used again from sample to sample.
+/// Memory that is used again from sample to sample.
 #[derive(Default)]
 struct Room {
     few: Few,
@@ -238,9 +238,9 @@ struct Room {
 /// A sample that others are to foretell.
 struct Trial {
     sample: usize,
-    /// Where it came to last.
+    /// The place that it came to last.
     course: Option<Course>,
-    /// Its distance from there, in deviations; at most [`HIGH`].
+    /// Its distance from there, in deviations. At most [`HIGH`].
     off: f64,
 }
 
@@ -330,8 +330,7 @@ impl Kept {
         })
     }
 
-    /// The surface where a sample comes to, of those around it that were seen from no other side; `None` where
-    /// nothing is around it.
+    /// The surface where a sample comes to, of those around it that were seen from no other side. `None` if nothing is around it.
     fn patch(&self, sample: usize, radius: f64, room: &mut Room) -> Option<Patch> {
         let course = self.begun(sample, false, room)?;
         self.settled(sample, false, radius, course, ROUNDS, room)
@@ -382,7 +381,7 @@ impl Kept {
         None
     }
 
-    /// Fills `room.around` with the samples around a place that are not behind it; gives how far they reach.
+    /// Fills `room.around` with the samples around a place that are not behind it. Gives how far they reach.
     fn gather(
         &self,
         Course { place, front }: Course,
@@ -407,8 +406,8 @@ impl Kept {
         Some(reach)
     }
 
-    /// Where a place comes to on the surface of the samples around it, of which those further than `high` above or below it don't count; and that surface,
-    /// with the weight of those that do.
+    /// The place that a place comes to on the surface of the samples around it. Those further than `high` above or below it don't count.
+    /// Also that surface, with the weight of those that do count.
     fn fit(&self, course: Course, reach: f64, high: f64, room: &mut Room) -> Option<(Course, Patch)> {
         let place = course.place;
         room.near.clear();
@@ -435,7 +434,7 @@ impl Kept {
     }
 }
 
-/// Where weights end, where that is given by the furthest neighbour.
+/// End of weights, if the furthest neighbour gives it.
 const BEYOND: f64 = 1.2;
 
 /// How much counts what lies at a part of the height up to which anything does.
@@ -447,7 +446,7 @@ fn level(height: f64) -> f64 {
 /// Samples moved between two looks at the progress.
 const BLOCK: usize = 64;
 
-/// Of each sample, whether it is much further from its neighbours than they are from theirs; and how far these usually are.
+/// Of each sample, whether it is much further from its neighbours than they are from theirs. Also how far these usually are.
 fn lonely(samples: &[DVec3], scales: &Scales, tree: &KdTree, progress: &Progress<'_>) -> Result<(Vec<bool>, f64)> {
     let mut reaches = vec![0.0; samples.len()];
     let with_itself = FEW + 1;

@@ -34,7 +34,7 @@ const MET: f64 = 0.05;
 /// closed shapes it is 0.11 at most, of trees seen from above, which are filled with samples as noise is, 0.15 to 0.36. Measured.
 const LIDS: f64 = 0.15;
 
-/// What depends on the samples only.
+/// State that depends on the samples only.
 pub(super) struct Space {
     delaunay: Delaunay3,
     /// Whether samples carry noise, or did before they were smoothed.
@@ -86,7 +86,7 @@ impl Space {
             progress.stage(stages[1], 1);
             let mut solid = Solid::again(complex, separated);
             let closed = enclose(&mut solid, sighted, &mut balls, self.is_noisy, params, report, progress)?;
-            // Where nothing is enclosed at first, what grows may still close: of few samples, or between bars.
+            // If nothing is enclosed at first, a surface that grows may still close: of few samples, or between bars.
             let is_to_close = closed.as_ref().is_some_and(Vec::is_empty);
             let mut triangles = closed.unwrap_or_default();
             if triangles.is_empty() {
@@ -116,7 +116,7 @@ fn foresee(complex: Complex<'_>, [each_cell, each_point]: [f64; 2]) -> Result<()
     memory::expect_in_all(bytes, || format!("a surface through {points} points"), "use fewer")
 }
 
-/// The closed surface, if the samples are of one or it is asked for; else `solid` and `report` are left as they were. Where it is tried,
+/// The closed surface, if the samples are of one or it is asked for. Else `solid` and `report` are left as they were. If it is tried,
 /// `balls`, which only an open one needs, are given back.
 fn enclose<'a>(
     solid: &mut Solid<'a>,

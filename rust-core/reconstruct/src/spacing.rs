@@ -50,7 +50,7 @@ impl Nearest {
     }
 }
 
-/// Mean distance of a sample to its six nearest Delaunay neighbours; the nearest of all samples always is one.
+/// Mean distance of a sample to its six nearest Delaunay neighbours. The nearest of all samples always is one.
 pub(super) fn spacing(complex: Complex<'_>, vertex: u32, cell: u32, star: &mut Star) -> f64 {
     complex.star(vertex, cell, star);
     let here = complex.points[vertex as usize];
@@ -113,8 +113,8 @@ pub(super) fn all(complex: Complex<'_>, progress: &Progress<'_>) -> Result<Vec<f
     Ok(nearest.iter().map(Nearest::mean).collect())
 }
 
-/// The same at every sample of a plane: to the six nearest samples of all. In space a sample has more than twice as many
-/// Delaunay neighbours as count; in a plane those at a border would be counted over the gap beside it.
+/// The same at every sample of a plane: to the six nearest samples of all. In space a sample has more than twice as many Delaunay
+/// neighbours as count. In a plane those at a border would be counted over the gap beside it.
 ///
 /// The next nearest sample always is a neighbour of one that is nearer \[DDS92\].
 pub(super) fn in_plane(points: &[DVec3], triangles: &[[u32; 3]], progress: &Progress<'_>) -> Result<Vec<f64>> {

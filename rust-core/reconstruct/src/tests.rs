@@ -116,7 +116,7 @@ fn walls_thinner_than_their_samples_are_apart() {
     let (made, report) = reconstruct(beaker(0.4, 14, 0.2), &ReconstructParams::default());
     assert!(made.report.closed && report.is_closed() && report.genus() == Some(0), "{report}");
     assert_eq!((made.report.used, report.components), (made.report.points, 1));
-    // Which side of its wall a sample is of can't be told any more: none but the middle of the bottom is lost for that.
+    // It can't be told any more which side of its wall a sample is of: none but the middle of the bottom is lost for that.
     for wall in [0.05, 0.1] {
         let (made, report) = reconstruct(beaker(wall, 20, 0.2), &ReconstructParams::default());
         assert!(report.is_manifold(), "{report}");
@@ -390,8 +390,7 @@ fn bad_parameters_are_refused() {
 proptest! {
     #![proptest_config(ProptestConfig { cases: base::tier::cases(64), ..ProptestConfig::default() })]
 
-    /// Whatever the points, also on a lattice with duplicates: the surface is manifold, closed if it says so, and every
-    /// point is accounted for.
+    /// Any points, also on a lattice with duplicates: the surface is manifold, closed if it says so, and every point is accounted for.
     #[test]
     fn any_points_give_a_manifold_surface(
         points in prop::collection::vec([0..6_i32, 0..6, 0..6], 0..120),

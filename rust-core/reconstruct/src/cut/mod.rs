@@ -1,16 +1,17 @@
 //! Stage 3 for samples that carry noise: sides by a minimum cut. \[LPK09\], \[KSO04\]
 //!
-//! Where basins of empty space are as small as the noise, gates and tangent balls between them say little. What is deep in empty
-//! space is certain all the same (`rooms`), and so is, at most samples, which cells lie across the surface from there (`poles`). All
-//! other cells are divided so that the fewest of these samples are contradicted and the surface is that of facets at which the
-//! balls on both sides are large beside the facet.
+//! If basins of empty space are as small as the noise, gates and tangent balls between them say little. Cells deep in empty space are
+//! certain all the same (`rooms`). At most samples, so are the cells that lie across the surface from there (`poles`). All other cells are
+//! divided so that the fewest of these samples are contradicted and the surface is that of facets at which the balls on both sides are
+//! large beside the facet.
 //!
-//! Where it is known from which side samples were seen, by sensors or by normals, each says so of the cells next to it on that line (`visibility`).
+//! If it is known from which side samples were seen, by sensors or by normals, each says so of the cells next to it on that line
+//! (`visibility`).
 //!
-//! *Differences from the papers.* Labatut, Pons and Keriven take whole lines of sight of cameras for what is outside; here deep rooms
-//! do that, which any samples have, and the other pole of a sample for what is inside; lines only where they are near their sample, as noise
-//! lets others pass through thin bars. Kolluri, Shewchuk and O'Brien divide poles by an
-//! eigenvector, and then cells by another; the cut divides all cells at once, exactly.
+//! *Differences from the papers.* Labatut, Pons and Keriven take whole lines of sight of cameras for what is outside. Here deep rooms do
+//! that, which any samples have, and the other pole of a sample for what is inside. Lines only where they are near their sample, as noise
+//! lets others pass through thin bars. Kolluri, Shewchuk and O'Brien divide poles by an eigenvector, and then cells by another. The cut
+//! divides all cells at once, exactly.
 
 mod poles;
 mod rooms;
@@ -25,11 +26,11 @@ use geom::flow::Network;
 use poles::{Poles, poles, spacing};
 use rooms::{Rooms, Side};
 
-/// What it costs to contradict a sample ...
+/// Cost of contradicting a sample ...
 const SAMPLE: u32 = 32;
 /// ... beside a facet on the surface through whose sides balls pass upright ...
 const FACET: f32 = 8.0;
-/// ... and one whose circumscribed circle has a radius of a spacing; no larger one counts for more than the largest.
+/// ... and one whose circumscribed circle has a radius of a spacing. No larger one counts for more than the largest.
 const AREA: f32 = 3.0;
 const LARGEST: f32 = 8.0;
 
@@ -45,7 +46,7 @@ const OPEN: f64 = 0.25;
 /// Share of the area over gaps, from which it is not, either, though fronts say what is behind the samples.
 const LIDS: f64 = 0.2;
 
-/// What is to be cut.
+/// The cells and samples that are to be cut.
 struct Problem {
     rooms: Rooms,
     /// The node of each cell whose side is not known, else `u32::MAX`.
@@ -198,8 +199,8 @@ fn add(network: &mut Network, node: u32, side: Side, price: u32) {
     }
 }
 
-/// What it costs to have a facet on the surface: the less, the smaller it is beside the spacing of its samples, and the flatter the balls beside
-/// it pass through it \[LPK09\].
+/// Cost of having a facet on the surface. It is the less, the smaller the facet is beside the spacing of its samples, and the flatter the
+/// balls beside it pass through it \[LPK09\].
 fn price(complex: Complex<'_>, balls: &Balls, poles: &[Poles], cell: u32, slot: usize) -> u32 {
     let facet = complex.facet(cell, slot);
     let circle = complex.circle(facet) as f32;

@@ -17,7 +17,7 @@ const NONE: u32 = u32::MAX;
 /// Of a sample.
 #[derive(Clone, Copy)]
 pub(super) struct Poles {
-    /// The cells whose balls they are; the one outside the hull counts as infinitely large.
+    /// The cells whose balls they are. The one outside the hull counts as infinitely large.
     pub(super) cells: [u32; 2],
     /// The sample's distance to its neighbours.
     pub(super) spacing: f32,
@@ -77,7 +77,7 @@ fn of(complex: Complex<'_>, balls: &Balls, vertex: u32, star: &Star) -> [u32; 2]
     [first, other.copied().unwrap_or(NONE)]
 }
 
-/// The direction from a place to the centre of a cell's ball; away from the hull, of one outside.
+/// The direction from a place to the centre of a cell's ball. Away from the hull, of one outside.
 pub(super) fn towards(complex: Complex<'_>, here: DVec3, cell: u32) -> DVec3 {
     let vertices = complex.vertices(cell);
     if complex.is_outer(cell) {

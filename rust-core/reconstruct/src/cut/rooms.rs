@@ -1,9 +1,9 @@
 //! Deep places of empty space, and on which side of the surface they are.
 //!
-//! A cell is deep if its ball is larger than any gap that samples at random leave in a surface; deep cells joined by facets as wide
-//! are one room. Most samples whose two poles lie in two rooms have the surface between these. Where it is known from which side samples were
-//! seen, they say of the rooms of their poles which are outside and which inside; a room of which many say either is one that noise or a
-//! gap tore the surface of, and is left to the cut.
+//! A cell is deep if its ball is larger than any gap that samples at random leave in a surface. Deep cells joined by facets as wide are one
+//! room. Most samples whose two poles lie in two rooms have the surface between these. If it is known from which side samples were seen,
+//! they say of the rooms of their poles which are outside and which inside. A room of which many say either is one that noise or a gap tore
+//! the surface of, and is left to the cut.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -50,7 +50,7 @@ impl Side {
 pub(super) struct Rooms {
     /// Of each cell.
     rooms: Vec<u32>,
-    /// Of each room; `None` if too few samples tell.
+    /// Of each room. `None` if too few samples tell.
     sides: Vec<Option<Side>>,
     /// Samples with both poles in the same room.
     pub(super) through: u32,
@@ -146,7 +146,7 @@ impl Rooms {
     }
 }
 
-/// The room of each deep cell, in the order of the cells; that of the outside is [`OUTSIDE`].
+/// The room of each deep cell, in the order of the cells. That of the outside is [`OUTSIDE`].
 fn joined(complex: Complex<'_>, balls: &Balls, poles: &[Poles], progress: &Progress<'_>) -> Result<Vec<u32>> {
     let mut rooms = vec![NONE; complex.len()];
     rooms.par_iter_mut().enumerate().for_each(|(cell, room)| {
@@ -207,7 +207,7 @@ fn root(rooms: &mut [u32], mut cell: u32) -> u32 {
     cell
 }
 
-/// What rooms are called whatever the numbers of their cells: the first name of a cell.
+/// Names of rooms, whatever the numbers of their cells: the first name of a cell.
 fn names(complex: Complex<'_>, rooms: &[u32], progress: &Progress<'_>) -> Result<Vec<[u32; 4]>> {
     let mut names = vec![[u32::MAX; 4]];
     for range in progress.ranges(rooms.len()) {

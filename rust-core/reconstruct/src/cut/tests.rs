@@ -22,7 +22,7 @@ fn with_complex<T>(points: &mut [DVec3], threads: usize, look: impl FnOnce(Compl
     look(Complex { points, cells: delaunay.cells(), finite: delaunay.finite_count() })
 }
 
-/// What a cut of the cells costs, and that of the smallest, found by one way after another.
+/// Cost of a cut of the cells, and of the smallest, found by one way after another.
 #[test]
 fn cuts_cost_what_the_largest_flow_of_single_ways_does() {
     for seed in 0..4 {

@@ -1,4 +1,4 @@
-//! What samples say of the cells along the line on which they were seen: before them is outside, behind them inside. \[LPK09\]
+//! Words of samples on the cells along the line on which they were seen: before them is outside, behind them inside. \[LPK09\]
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -15,7 +15,7 @@ const REACH: f64 = 1.0;
 /// Samples between two checks for cancelling.
 const CHUNK: usize = 1 << 11;
 
-/// Of each cell, the number of samples that say that it is outside, and inside; none where nothing is known of them.
+/// Of each cell, the number of samples that say that it is outside, and inside. None if nothing is known of them.
 pub(super) fn votes(
     complex: Complex<'_>,
     poles: &[Poles],
@@ -56,8 +56,8 @@ pub(super) fn votes(
     Ok(votes)
 }
 
-/// Looks at the cells along a line from a vertex, those inside the hull, as far as `reach`. Where the line meets an edge or a vertex to
-/// the last bit, at those of one side of it.
+/// Looks at the cells along a line from a vertex, those inside the hull, as far as `reach`. If the line meets an edge or a vertex to the
+/// last bit, it looks at those of one side of it.
 fn along(complex: Complex<'_>, vertex: u32, star: &Star, direction: DVec3, reach: f64, mut look: impl FnMut(u32)) {
     let here = complex.points[vertex as usize];
     // Six times the volume of the line with an edge: rounded the same from either end, so that cells with the edge agree.

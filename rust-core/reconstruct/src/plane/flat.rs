@@ -21,7 +21,7 @@ const DEVIATIONS: f64 = 10.0;
 const SPACINGS: f64 = 1e-3;
 
 impl Plane {
-    /// That of samples which lie along a plane; `None` where they are thicker than their noise. Of samples above each other the first one
+    /// The plane of samples which lie along one. `None` if they are thicker than their noise. Of samples above each other the first one
     /// stays.
     pub(crate) fn along(
         samples: &mut Samples,
@@ -43,7 +43,7 @@ impl Plane {
     }
 }
 
-/// The samples in the plane that fits them best; `None` if they do not lie along it.
+/// The samples in the plane that fits them best. `None` if they do not lie along it.
 fn flattened(samples: &[DVec3], noise: Noise, progress: &Progress<'_>) -> Result<Option<Vec<DVec3>>> {
     let Some(frame) = Frame::of_all(samples, progress)? else { return Ok(None) };
     let spacing = frame.radius() * (std::f64::consts::PI / samples.len() as f64).sqrt();

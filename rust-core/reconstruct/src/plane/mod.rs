@@ -14,7 +14,7 @@ use geom::delaunay2::Delaunay2;
 /// Change of the mean perimeter, as a part of it, at which it is taken for the last time: that of the paper.
 const SETTLED: f64 = 0.01;
 
-/// What depends on the samples only.
+/// State that depends on the samples only.
 pub(super) struct Plane {
     /// Of the whole convex hull.
     triangles: Vec<[u32; 3]>,

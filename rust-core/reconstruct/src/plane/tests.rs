@@ -256,7 +256,7 @@ fn a_lattice_seen_twice_is_one_sheet() {
     }
 }
 
-/// Where samples were measured, and how far they came, is still known of each once those above others are left out.
+/// The measured place of each sample, and how far it came, are still known once those above others are left out.
 #[test]
 fn what_is_known_of_samples_goes_with_them() {
     let progress = Progress::none();
@@ -275,8 +275,8 @@ fn what_is_known_of_samples_goes_with_them() {
     assert!(samples.input.iter().zip(&samples.points).all(|(&i, point)| points[i as usize] == *point));
 }
 
-/// Gaps and noise in spacings of either plane. Planes less than a spacing apart lose some of their points; those far apart are taken
-/// for the two sides of a plate, whose rim may stay open.
+/// Gaps and noise in spacings of either plane. Planes less than a spacing apart lose some of their points. Those far apart are taken for
+/// the two sides of a plate, whose rim may stay open.
 #[test]
 fn parallel_planes_are_no_sheet() {
     let spacing = 6.0 / 2000.0_f64.sqrt();

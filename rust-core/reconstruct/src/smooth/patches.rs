@@ -1,8 +1,8 @@
 //! The surface as patches that overlap, and what lies near it moved onto it.
 //!
-//! A place goes to the weighted mean of where the patches around it would put it, again from where it came to. A patch is
-//! fitted for several samples at once, since it says next to the same as one fitted for its neighbour; that leaves a fraction of the time,
-//! and the mean of patches has less of the noise than each.
+//! A place goes to the weighted mean of where the patches around it would put it, again from where it came to. A patch is fitted for
+//! several samples at once, since it says next to the same as one fitted for its neighbour. That leaves a fraction of the time, and the
+//! mean of patches has less of the noise than each.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -23,7 +23,7 @@ const WITHIN: f64 = 0.5;
 /// own, or there would be none near some.
 const LEAST_SHARED: usize = 2;
 
-/// Patches that are asked where a place is to go, at most; there are sixteen on average.
+/// Patches that are asked where a place is to go, at most. There are sixteen on average.
 const ASKED: usize = 48;
 
 /// A patch of outliers: so many times fewer samples than usual are around it.
@@ -84,7 +84,7 @@ impl Patches {
         Ok(Patches { patches, tree, lengths: kept.lengths, radius })
     }
 
-    /// Where samples come to; those that belong to no surface become outliers. Advances `progress` by their number.
+    /// Moves all samples to their places. Those that belong to no surface become outliers. Advances `progress` by their number.
     pub(super) fn moved_all(
         &self,
         samples: &[DVec3],
@@ -112,7 +112,7 @@ impl Patches {
         Ok(places)
     }
 
-    /// Where a sample that was seen from the side of `front` comes to; `None` if that is too far away, or nowhere.
+    /// The place that a sample comes to which was seen from the side of `front`. `None` if that is too far away, or nowhere.
     fn moved(&self, from: DVec3, front: DVec3, scale: Scale, room: &mut Room) -> Option<DVec3> {
         let (deviation, within) = (self.lengths.deviation(scale), WITHIN * self.lengths.radius(self.radius, scale));
         let high = HIGH * deviation;

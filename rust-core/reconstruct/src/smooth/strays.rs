@@ -35,7 +35,7 @@ impl Kept {
         all.map_init(Room::default, again).collect()
     }
 
-    /// The weight of the others that tell a surface where a sample is; 0 where they tell it elsewhere, or none.
+    /// The weight of the others that tell a surface where a sample is. 0 if they tell it elsewhere, or none.
     fn crowd_where_it_is(&self, sample: usize, radius: f64, room: &mut Room) -> f64 {
         let (noise, scale) = (self.lengths.noise, self.scales.at(sample));
         let off = (OFF * noise.spacing * scale.spacing).max(FAR * noise.deviation * scale.deviation);

@@ -260,7 +260,7 @@ fn a_reconstructor_smooths_anew_when_asked_otherwise() {
     }
 }
 
-/// Whatever comes, a surface or an error that says what to do; never a panic.
+/// Any points give a surface or an error that says what to do. Never a panic.
 #[test]
 fn clouds_that_are_no_surface() {
     let mut random = random(31);

@@ -71,7 +71,7 @@ fn a_cloud_knows_its_sensor() {
     assert!(own(None).unwrap().mesh == made(&step(), &[], 0).mesh);
     let text = own(Some(DVec3::NAN)).unwrap_err().to_string();
     assert!(text.contains("sensor origin lies at (NaN, NaN, NaN)") && text.contains("or no sensor"), "{text}");
-    // What is said of each point goes before it.
+    // A sensor per point goes before it.
     let mut reconstructor = Reconstructor::new(PointCloud { sensor: Some(SENSOR), ..cloud(step()) }).unwrap();
     reconstructor.seen_from(vec![DVec3::NAN; step().len()]).unwrap();
     let unseen = reconstructor.surface(&ReconstructParams::default(), &Progress::none()).unwrap();
@@ -169,7 +169,7 @@ fn sensors_that_are_nowhere_are_named() {
     assert!(text.contains("toward") && text.contains("finite"), "{text}");
 }
 
-/// Whatever else is closed of it: what lies under the sheet nobody saw.
+/// No lid, whatever else is closed: nobody saw what lies under the sheet.
 #[test]
 fn what_was_seen_from_one_side_gets_no_lid() {
     let (points, _) = ball_on_a_sheet(78);

@@ -82,7 +82,7 @@ fn what_lies_far_apart_stays_apart() {
     assert_eq!((apart.components, apart.boundary_loops, apart.genus()), (2, 2, Some(0)), "{apart}");
 }
 
-/// What an airborne laser sees of trees so close that their crowns touch: one point a pulse, on the ground or somewhere in a crown.
+/// An airborne laser's view of trees so close that their crowns touch: one point per pulse, on the ground or somewhere in a crown.
 fn forest(side: i32, seed: u64) -> Vec<DVec3> {
     let mut random = random(seed);
     let size = f64::from(side);
@@ -120,8 +120,8 @@ fn in_space<T>(points: &[DVec3], look: impl FnOnce(Complex<'_>) -> Result<T>) ->
     look(Complex { points, cells: delaunay.cells(), finite: delaunay.finite_count() }).unwrap()
 }
 
-/// A sheet of `side` by `side` samples with a ball of 300 on it, which is all that they enclose at once; and the share of all
-/// that what is enclosed at once meets.
+/// A sheet of `side` by `side` samples with a ball of 300 on it, which is all that they enclose at once. Also the share of all that what is
+/// enclosed at once meets.
 pub(super) fn ball_on_a_sheet(side: i32) -> (Vec<DVec3>, f64) {
     let mut random = random(3);
     let mut points = sphere(300, DVec3::Z * 5.0, 5.0);
@@ -176,8 +176,8 @@ fn sheets(sizes: &[[i32; 2]], gaps: &[f64], seed: u64) -> (Vec<DVec3>, Vec<usize
     (points, starts)
 }
 
-/// The surface as it has grown and its parts are joined, before anything else looks after edges and fans; with handles that the
-/// samples force, or without any.
+/// The surface as it has grown and its parts are joined, before anything else looks after edges and fans. With handles that the samples
+/// force, or without any.
 fn grown_and_joined(points: &[DVec3], has_handles: bool) -> CheckReport {
     let progress = Progress::none();
     in_space(points, |complex| {
@@ -256,7 +256,7 @@ fn lone_facets(mesh: &TriMesh) -> usize {
     border.keys().filter(|from| border[&border[&border[from]]] == **from).count() / 3
 }
 
-/// What three samples bound is no gap in the sampling, however the threshold has it; nor what few do where gaps may be closed.
+/// A hole of three samples is no gap in the sampling, whatever the threshold is. Nor is a hole of a few samples if gaps may be closed.
 #[test]
 fn samples_at_random_leave_no_small_holes() {
     let mut random = random(21);

@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::shapes::torus;
 use super::*;
 
-/// A ball with rings through it, each of a bar of half a spacing; a sample a unit of area.
+/// A ball with rings through it, each of a bar of half a spacing. A sample a unit of area.
 fn ringed() -> Vec<DVec3> {
     let mut random = random(23);
     let radius = 10.0;
@@ -25,7 +25,7 @@ fn ringed() -> Vec<DVec3> {
     points
 }
 
-/// What reaches the last samples of the bars, which neither side touches, must not close what lies between bars and ball.
+/// A surface that reaches the last samples of the bars, which neither side touches, must not close the space between bars and ball.
 #[test]
 fn no_lid_is_put_over_openings_to_reach_a_few_samples() {
     let (made, report) = reconstruct(ringed(), &ReconstructParams::default());

@@ -1,7 +1,7 @@
 //! Open surfaces of which no sensor is known, byte for byte.
 //!
-//! What is done faster, or only where sensors are known, leaves them as they are. Who changes them on purpose says in `CHANGELOG.md` what
-//! is otherwise, measures it in `docs/decisions.md`, and takes over the hashes that this test then prints.
+//! Work that is done faster, or only if sensors are known, leaves them as they are. Whoever changes them on purpose says in `CHANGELOG.md`
+//! what is otherwise. They measure it in `docs/decisions/`, and take over the hashes that this test then prints.
 
 use glam::DVec3;
 
@@ -9,7 +9,7 @@ use super::{random, reconstruct};
 use crate::{Closure, ReconstructParams, Threshold};
 use mesh::AttributeData;
 
-/// What a scanner far above sees in so many rows and columns about 1 apart: a slope, before it a ball, a wall with a hole, and a box. It
+/// The view of a scanner far above in so many rows and columns about 1 apart: a slope, before it a ball, a wall with a hole, and a box. It
 /// measures heights with noise and misses one pixel in thirty. Nothing is computed but by operations that all machines round alike.
 fn scan(side: i32) -> Vec<DVec3> {
     let mut random = random(31);

@@ -26,7 +26,7 @@ fn image(rows: i32, columns: i32, seed: u64) -> Vec<DVec3> {
         .collect()
 }
 
-/// To steps of `step`; 0 for single precision.
+/// To steps of `step`. 0 for single precision.
 fn rounded(points: &[DVec3], step: f64) -> Vec<DVec3> {
     let round = |x: f64| if step > 0.0 { (x / step).round() * step } else { f64::from(x as f32) };
     points.iter().map(|p| DVec3::from_array(p.to_array().map(round))).collect()

@@ -26,7 +26,7 @@ fn gauss(seed: u64) -> impl FnMut() -> f64 {
 const OUTER: f64 = 1.0;
 const INNER: f64 = 0.85;
 
-/// At random over both spheres; noise in spacings.
+/// At random over both spheres. Noise in spacings.
 pub(super) fn hollow_ball(count: usize, noise: f64) -> Noisy {
     let (mut random, mut gauss) = (random(7), gauss(9));
     let squares = OUTER * OUTER + INNER * INNER;
@@ -243,7 +243,7 @@ fn turning_to_a_place_only_turns() {
     assert!(Reconstructor::new(cloud(points.clone())).unwrap().turn_toward(DVec3::NAN).is_err());
 }
 
-/// What is kept of noisy points and their sensors gives what is made from scratch, whatever is asked for next.
+/// A state kept of noisy points and their sensors gives the same as one made from scratch, whatever is asked for next.
 #[test]
 fn kept_noisy_points_follow_the_parameters() {
     let ball = hollow_ball(3000, 0.3);

@@ -33,7 +33,7 @@ fn made(cloud: &PointCloud, sensors: &[DVec3], params: &ReconstructParams) -> Re
     made
 }
 
-/// What one thread makes, which any number of them does.
+/// The surface that one thread makes, which any number of them makes.
 fn by_any_threads(cloud: &PointCloud, sensors: &[DVec3], params: ReconstructParams) -> Reconstructed {
     let by_one = made(cloud, sensors, &ReconstructParams { threads: 1, ..params });
     for threads in [2, 3, 8] {

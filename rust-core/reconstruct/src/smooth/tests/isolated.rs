@@ -66,7 +66,7 @@ fn have_outliers(points: &[DVec3]) -> bool {
     isolated::are_around(&samples, noise.spacing, &mut None, &progress).unwrap()
 }
 
-/// What lies apart on a surface: sparse parts, also with creases; lines; and all of it at once.
+/// Samples that lie apart on a surface: sparse parts, also with creases, lines, and all of it at once.
 #[test]
 fn what_lies_apart_on_surfaces_is_no_outlier() {
     let mut random = random(51);

@@ -51,7 +51,7 @@ fn noise_is_measured_through_the_steps_of_coordinates() {
                 let measured = noise_of(&rounded(&points, steps)).deviation;
                 assert!((measured / exact - 1.0).abs() < 0.35, "{noise} in steps of {steps}: {measured} for {exact}");
             }
-            // What is rounded and then changed a little.
+            // Points that are rounded and then changed a little.
             let near: Vec<DVec3> = rounded(&points, DVec3::ONE).into_iter().map(|p| p + 1e-4 * normal()).collect();
             let measured = noise_of(&near).deviation;
             assert!((measured / exact - 1.0).abs() < 0.3, "{noise}: {measured} for {exact}");
@@ -126,7 +126,7 @@ fn steps_are_found_along_each_axis() {
         (DVec3::ONE, true),
         (DVec3::new(0.7, 0.001, 1e-6), true),
         (DVec3::splat(1.5), true),
-        // Whatever lies on coarser ones, neither noise nor surface can be told.
+        // Neither noise nor surface can be told of points on coarser ones, whatever they are.
         (DVec3::splat(8.0), false),
     ] {
         let [rounded, doubled] = [1.0, 1024.0].map(|scale| {

@@ -66,7 +66,7 @@ fn open_noisy_sheets_are_whole() {
     }
 }
 
-/// What is said of each sample, which is nothing where all lie about as far apart.
+/// Scale of each sample, which is none if all lie about as far apart.
 fn scales(samples: &[DVec3]) -> Scales {
     let (fronts, progress) = (Fronts::default(), Progress::none());
     let measured = noise::measure(samples, &fronts, &progress).unwrap();
