@@ -1,6 +1,5 @@
-//! What calling through the C library costs beyond calling the core, and its files in memory beside those on a disk: the same work both ways
-//! in turn, seconds as JSON lines.
-//! Usage: capi_overhead LIBRARY REPEATS
+//! Cost of calling through the C library beyond calling the core, and of its files in memory beside those on a disk: the same work both
+//! ways in turn, seconds as JSON lines. Usage: capi_overhead LIBRARY REPEATS
 #![allow(unsafe_code, clippy::print_stdout, clippy::unwrap_used)]
 
 use std::ffi::{CString, c_char, c_void};
@@ -245,8 +244,9 @@ unsafe extern "C" fn write_buffer(user: *mut c_void, _: Text, bytes: *const c_vo
     0
 }
 
-/// Writing and reading a mesh of a million triangles: a file on a disk, which the system holds in its cache, beside memory; once by
-/// functions of the program's, and once, of bytes that it has or wants, through a file or through a folder that keeps a copy of them.
+/// Writing and reading a mesh of a million triangles. One way is a file on a disk, which the system holds in its cache. The other is
+/// memory: once by functions of the program's, and once, of bytes that it has or wants, through a file or through a folder that keeps a
+/// copy of them.
 fn files(library: &Library, repeats: usize) {
     macro_rules! function {
         ($name:literal, $t:ty) => {

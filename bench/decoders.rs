@@ -1,8 +1,8 @@
-//! What reading a recording costs beside what decoding its images does, by the same decoders called without us: CPU seconds as a
-//! line of JSON. Usage: decoders decoders|frames|read RECORDING
+//! Cost of reading a recording beside that of decoding its images, by the same decoders called without us: CPU seconds as a line of JSON.
+//! Usage: decoders decoders|frames|read RECORDING
 //!
-//! `decoders` decodes each image into a buffer; `frames` reads the same images as frames, with their cameras; `read` makes range
-//! images with colours of them. Opening, which looks at some frames, is a number of its own.
+//! `decoders` decodes each image into a buffer. `frames` reads the same images as frames, with their cameras. `read` makes range images
+//! with colours of them. Opening, which looks at some frames, is a number of its own.
 #![allow(clippy::print_stdout, clippy::unwrap_used)]
 
 use std::hint::black_box;
@@ -80,7 +80,7 @@ fn sens(bytes: &[u8]) -> usize {
     pixels
 }
 
-/// Decodes an image by what its name says that it is; lists are none.
+/// Decodes an image by what its name says that it is. Lists are none.
 fn decode(name: &str, bytes: &[u8]) -> usize {
     match name.rsplit('.').next().unwrap_or_default() {
         "png" => png(bytes),

@@ -1,5 +1,5 @@
-//! Reading and writing scans. With SURFRECON_DATA the ten Stanford bunny scans as they are; always a scan of the same
-//! size made here, in each encoding.
+//! Reading and writing scans. With SURFRECON_DATA the ten Stanford bunny scans as they are. Always a scan of the same size made here, in
+//! each encoding.
 
 #![allow(missing_docs, clippy::print_stdout, clippy::unwrap_used)]
 

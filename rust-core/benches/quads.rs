@@ -1,5 +1,5 @@
-//! Quad grids on one core: the paper's image sizes, a large height map, a camera's image, a point grid; a size chosen for an
-//! error; the mesh and the B-spline surface of a grid.
+//! Quad grids on one core: the paper's image sizes, a large height map, a camera's image, a point grid. Also a size chosen for an error,
+//! and the mesh and the B-spline surface of a grid.
 
 #![allow(missing_docs)]
 

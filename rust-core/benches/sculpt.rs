@@ -1,5 +1,5 @@
-//! Sculpting of rough hills of 512^2 pixels on one core: the digging alone, with removals, with the search; as a height map
-//! and as a point grid; made ready; measured.
+//! Sculpting of rough hills of 512^2 pixels on one core: the digging alone, with removals, with the search. As a height map and as a point
+//! grid, made ready, and measured.
 
 #![allow(missing_docs)]
 

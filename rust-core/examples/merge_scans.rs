@@ -22,13 +22,13 @@ struct Arguments {
     scans: PathBuf,
     /// The PLY file to write.
     out: PathBuf,
-    /// Size of a cell of the grid; measured from the scans when not given.
+    /// Size of a cell of the grid. Measured from the scans when not given.
     #[arg(long)]
     voxel: Option<f64>,
-    /// Surfaces closer than this become one; measured from the scans when not given.
+    /// Surfaces closer than this become one. Measured from the scans when not given.
     #[arg(long)]
     merge_distance: Option<f64>,
-    /// Longest boundary of a hole that is closed; 0 leaves all open.
+    /// Longest boundary of a hole that is closed. 0 leaves all open.
     #[arg(long)]
     max_hole_length: Option<f64>,
     /// Connected parts with a smaller share of the triangles are dropped.

@@ -15,7 +15,7 @@ struct Options {
     points: PathBuf,
     /// Receives the number of triangles and, for each, the indices of its three points, all as 32-bit integers.
     triangles: PathBuf,
-    /// Receives x, y, z of each vertex, which smoothing may have moved; triangles then have indices of these.
+    /// Receives x, y, z of each vertex, which smoothing may have moved. Triangles then have indices of these.
     #[arg(long)]
     vertices: Option<PathBuf>,
     /// Worker threads, 0 for one a core.

@@ -19,7 +19,7 @@ use surfrecon::{Error, Progress, Result};
 /// Scans a sculpture with a virtual scanner.
 #[derive(Parser)]
 struct Args {
-    /// Folder for the files; made if it is missing.
+    /// Folder for the files. Made if it is missing.
     folder: PathBuf,
     /// Number of scans: two thirds in a ring, the others from above, one in twelve from below.
     #[arg(long, default_value_t = 12)]
@@ -42,7 +42,7 @@ struct Args {
     /// Standard deviation of the error of the reported orientations, degrees.
     #[arg(long, default_value_t = 0.03)]
     pose_turn: f64,
-    /// What all randomness follows from.
+    /// Number that all randomness follows from.
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// Detail of the sculpture: edge of its lattice, mm.

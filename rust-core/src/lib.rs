@@ -46,7 +46,7 @@ pub use scan;
 pub use sculpt;
 // end
 
-/// What the caller got wrong and what to do.
+/// Errors: what the caller got wrong and what to do.
 pub mod error {
     pub use base::error::{Error, Result, Shown, counted};
 }
@@ -56,7 +56,7 @@ pub mod magnitude {
     pub use base::magnitude::{LARGEST, SMALLEST};
 }
 
-/// Memory that a call will take, found out before it is taken; and what follows where it can't be had all the same.
+/// Memory that a call will take, found out before it is taken. Also what follows if it can't be had all the same.
 pub mod memory {
     pub use base::memory::{
         attempted, foresee, foreseen, guarded, held, limit, peak, refused, restart_peak, set_limit,
@@ -68,7 +68,7 @@ pub mod context {
     pub use base::context::{Chosen, Context, Owned, choose, chosen, exchange};
 }
 
-/// Who is told what a person may want to know of a call, or should look at.
+/// Messages of calls: what a person may want to know of a call, or should look at.
 pub mod log {
     pub use base::log::{Level, Listener, Log, set, tell};
 }
@@ -104,7 +104,7 @@ pub use mesh::TriMesh;
 pub use point_cloud::PointCloud;
 pub use progress::{Progress, Tick};
 
-/// What README.md says of Rust, compiled.
+/// Rust code in README.md, compiled.
 #[cfg(doctest)]
 #[doc = include_str!("../../README.md")]
 struct Readme;

@@ -11,19 +11,19 @@ use mesh::sink::MeshSink;
 
 use crate::merge_to_file::{memory, refuse_what_is_read};
 
-/// Where a merge works that processes do together.
+/// The folder in which a merge works that processes do together.
 #[derive(Clone, Copy, Debug)]
 pub struct TaskFolder<'a> {
     /// A folder that exists and has nothing else in it, which all processes reach under this name or another.
     pub folder: &'a Path,
-    /// Most bytes of memory that a process takes; by default, and at most, what the limit allows or what is free.
+    /// Most bytes of memory that a process takes. By default, and at most, what the limit allows or what is free.
     pub max_memory: Option<u64>,
-    /// How many tasks a stage has; some stages are one task. The same for all tasks of a merge.
+    /// Number of tasks of a stage. Some stages are one task. The same for all tasks of a merge.
     pub tasks: u32,
-    /// Whether what the merge finds out stays in the folder: the next one in it with the same parameters and as many tasks renews only what
-    /// scans have a part in that are new, gone or others, as [`IntoFile::keep`](crate::IntoFile::keep) says. One at a time.
+    /// Whether what the merge finds out stays in the folder. The next merge in it with the same parameters and as many tasks then renews
+    /// only what scans have a part in that are new, gone or others, as [`IntoFile::keep`](crate::IntoFile::keep) says. One at a time.
     pub keep: bool,
-    /// Whether the folder has those files alone that a task needs, and its own are taken elsewhere, as to an object store: then it is not
+    /// Whether the folder has those files alone that a task needs, and its own are taken elsewhere, as to an object store. Then it is not
     /// refused for having less room than all of them take.
     pub has_a_part: bool,
 }
@@ -50,8 +50,8 @@ impl<'a> TaskFolder<'a> {
 /// Does a task of a merge, unless it is done: see [`out_of_core::run_task`].
 ///
 /// # Errors
-/// As [`merge::merge()`]; a folder that is none; no such task; a task before it that is not done, by its name; too little memory; a file that
-/// can't be read or written.
+/// As [`merge::merge()`]. A folder that is none. No such task. A task before it that is not done, by its name. Too little memory. A file
+/// that can't be read or written.
 pub fn merge_task(
     sources: &[&dyn ScanSource],
     params: &MergeParams,
@@ -63,8 +63,8 @@ pub fn merge_task(
     out_of_core::run_task(sources, params, folder.together(params, &versions)?, (stage, number), progress)
 }
 
-/// Writes the surface into a PLY file once all tasks are done: its bytes are those of [`merge_to_file`](crate::merge_to_file). The folder of
-/// the tasks stays as it is; of one that is kept, [`end_merge_tasks`] removes what nobody needs any more.
+/// Writes the surface into a PLY file once all tasks are done. Its bytes are those of [`merge_to_file`](crate::merge_to_file). The folder
+/// of the tasks stays as it is. In one that is kept, [`end_merge_tasks`] removes what nobody needs any more.
 ///
 /// # Errors
 /// As [`merge_task`] and [`merge_to_file`](crate::merge_to_file).

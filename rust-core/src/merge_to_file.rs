@@ -10,15 +10,15 @@ use merge::out_of_core::{self, Keep, Workspace, existing, versions};
 use merge::{MergeParams, MergeReport, ScanSource};
 use mesh::sink::MeshSink;
 
-/// Where a merge works whose surface goes into a file, and how the file is written.
+/// The place where a merge works whose surface goes into a file, and how the file is written.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct IntoFile {
-    /// Most bytes of memory that are taken; by default, and at most, what the limit allows or what is free.
+    /// Most bytes of memory that are taken. By default, and at most, what the limit allows or what is free.
     pub max_memory: Option<u64>,
-    /// A folder that exists, for what memory does not hold, which is removed at the end; by default that of the file.
+    /// A folder that exists, for what memory does not hold, which is removed at the end. By default that of the file.
     pub workspace: Option<PathBuf>,
-    /// Whether what the merge finds out stays in the workspace, which has to be given: the next merge with the same parameters that finds
-    /// it there renews only what scans have a part in that are new, gone or others, and goes on where one was stopped. The scans are told
+    /// Whether what the merge finds out stays in the workspace, which has to be given. The next merge with the same parameters that finds
+    /// it there renews only what scans have a part in that are new, gone or others. It goes on where one was stopped. The scans are told
     /// apart by [`ScanSource::version`].
     pub keep: bool,
     /// How the file is written.
@@ -31,8 +31,9 @@ pub struct IntoFile {
 /// The folder for what memory does not hold needs room: up to 200 bytes for each intersection of a scan with the grid.
 ///
 /// # Errors
-/// As [`merge::merge()`]; a name that does not end in .ply, text as the encoding; a workspace that is no folder; too little memory, with the
-/// least that does; a scan is read from the file; files that can't be written. Then neither file nor anything else is left, and a file that was there is untouched.
+/// As [`merge::merge()`]. A name that does not end in .ply, or text as the encoding. A workspace that is no folder. Too little memory, with
+/// the least that does. A scan is read from the file. Files that can't be written. Then neither file nor anything else is left, and a file
+/// that was there is untouched.
 pub fn merge_to_file(
     sources: &[&dyn ScanSource],
     path: &Path,

@@ -1,6 +1,6 @@
 //! The one table of all parameters: each operation's schema, and its rows.
 //!
-//! C, Python, Blender and MeshLab are made from it; no default, no range and no text of a parameter is written anywhere else.
+//! C, Python, Blender and MeshLab are made from it. No default, no range and no text of a parameter is written anywhere else.
 
 pub use base::params::{Choice, Default, Field, Kind, ParamSpec, Params, Schema, Value};
 

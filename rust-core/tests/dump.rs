@@ -12,7 +12,7 @@ use surfrecon::{PointCloud, Progress, RangeImage, cluster, merge, quads, reconst
 /// Whether this is the test run once more, with the variable set.
 const AGAIN: &str = "SURFRECON_TEST_DUMPS";
 
-/// Every operation once; what it says if it fails.
+/// Every operation once. Returns what it says if it fails.
 fn operations() -> surfrecon::Result<()> {
     let none = Progress::none();
     let heights = (0..40 * 40).map(|i| f64::from(i % 40) * f64::from(i / 40) / 40.0).collect();

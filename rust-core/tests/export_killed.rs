@@ -1,6 +1,6 @@
 //! Writers that are killed: what they leave is nothing.
 #![cfg(target_os = "linux")]
-// What it prints is read by the test.
+// The test reads what it prints.
 #![allow(clippy::print_stdout, clippy::unwrap_used)]
 
 use std::io::{BufRead, BufReader};
@@ -13,9 +13,9 @@ use surfrecon::export::{PlyEncoding, write_ply, write_scan_list};
 use surfrecon::range_image::Viewing;
 use surfrecon::{Progress, RangeImage, TriMesh};
 
-/// Where the test, run once more as a program of its own, writes to.
+/// Variable with the path that the test, run once more as a program of its own, writes to.
 const TARGET: &str = "SURFRECON_TEST_WRITES_TO";
-/// What it says when it is halfway.
+/// Its words when it is halfway.
 const HALFWAY: &str = "halfway";
 
 /// Writes until it is halfway, says so and waits to be killed.

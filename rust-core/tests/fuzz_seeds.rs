@@ -211,7 +211,7 @@ fn exr(depths: &[f32]) -> Vec<u8> {
     bytes.into_inner()
 }
 
-/// What lists, places or describes scans.
+/// Files that list, place or describe scans.
 fn side_seeds() -> BTreeMap<String, Vec<u8>> {
     let identity = "1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n";
     let matrix = "<MLMatrix44>\n1 0 0 0.5\n0 1 0 0\n0 0 1 0\n0 0 0 1\n</MLMatrix44>";

@@ -1,5 +1,5 @@
-//! Files as other programs write them: marks at the start, line ends, decimal commas, layouts. What is valid reads as it
-//! is meant; what can't be read says why and what to do.
+//! Files as other programs write them: marks at the start, line ends, decimal commas, layouts. A valid file reads as it is meant. One that
+//! can't be read says why and what to do.
 #![allow(clippy::unwrap_used)]
 
 use std::path::Path;
@@ -10,7 +10,7 @@ use surfrecon::export;
 use surfrecon::import::{self, Content, ReadOptions, open_with};
 use surfrecon::{PointCloud, Progress, TriMesh};
 
-/// What some files open and read as, in words; the first one is opened with the others beside it where they are a set.
+/// Contents of some files, in words. The first one is opened with the others beside it if they are a set.
 fn read_all(paths: &[&Path]) -> surfrecon::Result<String> {
     let set = open_with(paths, &ReadOptions::default(), &Progress::none())?;
     let mut text = format!("{:?}", set.notes);
@@ -21,7 +21,7 @@ fn read_all(paths: &[&Path]) -> surfrecon::Result<String> {
     Ok(text)
 }
 
-/// What a file of so many bytes reads as.
+/// The content of a file of so many bytes.
 fn read(name: &str, bytes: &[u8]) -> surfrecon::Result<Content> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join(name);
@@ -208,7 +208,7 @@ fn decimal_commas() {
     let coloured = cloud(read("a.txt", b"1,5 2,5 3,5 255 0 7\n4,5 5,5 6,5 1 2 3\n"));
     assert_eq!(coloured.colour.unwrap(), [[255, 0, 7, 255], [1, 2, 3, 255]]);
     assert_eq!(coloured.positions[1], DVec3::new(4.5, 5.5, 6.5));
-    // What was guessed is said.
+    // A guess is told.
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.xyz");
     std::fs::write(&path, "1,5 2,5 3,5\n").unwrap();
@@ -438,7 +438,7 @@ fn empty_meshes_are_refused() {
         other => wrong.push(format!("quads.ply: {other:?}")),
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
-    // What holds nothing by mistake is still refused.
+    // A file that holds nothing by mistake is still refused.
     for (name, bytes) in [("a.obj", &b""[..]), ("a.obj", b"# cut off\n"), ("a.stl", b"")] {
         let error = refused(name, bytes);
         assert!(error.contains("line 1: "), "{error}");

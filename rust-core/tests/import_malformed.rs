@@ -19,7 +19,7 @@ enum Class {
     List,
     /// The file ends early, or a line doesn't.
     Cut,
-    /// Text, XML or JSON that isn't; too deep; with entities.
+    /// Text, XML or JSON that isn't, that is too deep, or with entities.
     Syntax,
     /// Unpacks to more than it should.
     Bomb,
@@ -247,7 +247,7 @@ fn cases() -> Vec<(&'static str, Class, Vec<u8>, &'static str)> {
     ]
 }
 
-/// What is said of a file, without its path.
+/// The words on a file, without its path.
 fn said(folder: &Path, name: &str, content: &[u8]) -> String {
     std::fs::write(folder.join(name), content).unwrap();
     let mut opened = vec![folder.join(name)];

@@ -53,7 +53,7 @@ fn memory_follows_the_file_and_the_result() {
     writing(&path);
 }
 
-/// Theorem: what a header claims costs nothing; only bytes that are there do.
+/// Theorem: what a header claims costs nothing. Only bytes that are there do.
 fn hostile(path: &Path) {
     let scan = FileScan::new(path);
     let header = |format: &str, counts: [&str; 2], lists: &str| {

@@ -48,8 +48,8 @@ fn image(side: usize) -> RangeImage {
     RangeImage::from_values(side, side, values.collect(), projection).unwrap()
 }
 
-/// Theorem: with half of what the work took at its peak allowed it is refused before it takes a tenth of that; with three
-/// times the peak it is done.
+/// Theorem: with half of what the work took at its peak allowed it is refused before it takes a tenth of that. With three times the peak it
+/// is done.
 fn foreseen(name: &str, work: impl Fn() -> Result<()>) {
     let measured = || {
         let before = NOW.load(Relaxed);

@@ -46,7 +46,7 @@ fn params(voxel: Option<f64>) -> MergeParams {
 
 const VOXEL: Option<f64> = Some(0.012);
 
-/// Where a merge works, and in how many bytes of memory.
+/// The store in which a merge works, and its bytes of memory.
 type Way = (Store, Option<u64>);
 
 fn if_needed(folder: &Path) -> Way {
@@ -139,7 +139,7 @@ fn where_memory_is_short_it_goes_by_files_and_nothing_else_changes() {
         let found = found.unwrap();
         assert!(found.report.in_files);
         assert_same(&found, &expected);
-        // What is kept was taken before; but a voxel that is measured has to fit as if nothing was.
+        // Kept memory was taken before; but a voxel that is measured has to fit as if nothing was.
         let found = allowing(LITTLE, &mut again);
         let found = found.unwrap();
         assert_eq!(found.report.in_files, voxel.is_none());

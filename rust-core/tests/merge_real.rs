@@ -9,7 +9,7 @@ use surfrecon::merge::{self, Loading, MergeParams, Merged, ScanSource};
 use surfrecon::mesh::measure::{Side, Summary, deviation};
 use surfrecon::mesh::{CheckReport, check, check_welded};
 
-/// A merge with the default limits, and the distances to its surface of all samples that have a triangle; metres.
+/// A merge with the default limits, and the distances to its surface of all samples that have a triangle. Metres.
 fn merge(conf: &str, voxel: f64) -> Option<(Merged, CheckReport, Summary)> {
     let Some(data) = std::env::var_os("SURFRECON_DATA").map(PathBuf::from) else {
         println!("SKIPPED: SURFRECON_DATA is not set");
@@ -28,7 +28,7 @@ fn merge(conf: &str, voxel: f64) -> Option<(Merged, CheckReport, Summary)> {
     let report = check(&merged.mesh);
     println!("{conf} {voxel}: {report}; {off:?}");
     assert!(report.is_manifold() && report.zero_area_triangles == 0, "{report}");
-    // What a file of single precision holds is no less a manifold.
+    // A mesh in a file of single precision is no less a manifold.
     let welded = check_welded(&merged.mesh);
     assert!(welded.is_manifold(), "{welded}");
     assert_eq!(welded.vertices, report.vertices, "vertices fall together in single precision");
@@ -36,7 +36,7 @@ fn merge(conf: &str, voxel: f64) -> Option<(Merged, CheckReport, Summary)> {
     Some((merged, report, off))
 }
 
-/// The published reconstruction has five holes; the paper's grids had 109 x 107 x 84 and 333 x 338 x 266 cells.
+/// The published reconstruction has five holes. The paper's grids had 109 x 107 x 84 and 333 x 338 x 266 cells.
 #[test]
 fn bunny() {
     for (voxel, cells, rms) in [(0.001436, [109, 107, 84], 0.16e-3), (0.00047, [333, 338, 266], 0.14e-3)] {

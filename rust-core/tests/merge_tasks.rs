@@ -166,7 +166,7 @@ fn a_task_that_was_stopped_is_done_again() {
             let (mut checks, mut stops) = (1, 0);
             while let Err(error) = job.task(stage, number, &Progress::cancel_after(checks)) {
                 assert!(matches!(error, Error::Cancelled), "{stage:?}: {error}");
-                // What a process leaves that is killed while it writes.
+                // A file that a process leaves which is killed while it writes.
                 std::fs::write(job.folder.path().join(format!("unfinished-{stops}")), b"half").unwrap();
                 (checks, stops) = (3 * checks / 2 + 1, stops + 1);
             }

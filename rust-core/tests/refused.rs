@@ -1,5 +1,5 @@
-//! An allocation that fails ends a call with an error, and neither the program nor anything else: each operation, reader and
-//! writer is run again and again, and each time one allocation more is granted. In one test, so that nothing else allocates.
+//! An allocation that fails ends a call with an error, and neither the program nor anything else. Each operation, reader and writer is run
+//! again and again, and each time one allocation more is granted. In one test, so that nothing else allocates.
 #![allow(unsafe_code, clippy::unwrap_used, clippy::print_stdout)]
 
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -77,7 +77,7 @@ impl Drop for Grant {
     }
 }
 
-/// Runs `work` with its `k`-th large allocation refused, and all later ones with `all`; whether one was.
+/// Runs `work` with its `k`-th large allocation refused, and all later ones with `all`. Returns whether one was.
 fn starved<R>(k: usize, all: bool, work: impl FnOnce() -> Result<R>) -> (bool, Result<R>) {
     ALL.store(all, Relaxed);
     COUNT.store(0, Relaxed);

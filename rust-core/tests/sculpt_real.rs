@@ -39,7 +39,7 @@ fn assert_each_ray_meets_the_mesh_once(image: &RangeImage, sculpted: &Sculpted) 
     for index in (0..image.len()).filter(|&i| !certificate.error_image[i].is_nan()) {
         let (origin, direction) = image.ray_in_sensor(index);
         let sample = image.point_in_sensor(index);
-        // Where rays start at the sensor, nothing behind it counts.
+        // If rays start at the sensor, nothing behind it counts.
         let start = match image.projection() {
             Projection::Orthographic { .. } | Projection::PointGrid(Viewing::Parallel(_)) => f64::NEG_INFINITY,
             _ => -sample.distance(origin),

@@ -1,8 +1,7 @@
 //! meshoptimizer as a peer of `bench/sculpt.py`: a mesh of every sample, collapsed to an error of its own measure.
 //!
-//! `surfrecon-bench-meshopt POSITIONS TRIANGLES ERROR OUT`: three floats a vertex, three 32-bit indices a triangle, the largest
-//! error in the unit of the positions; OUT receives the indices that are left. Prints the wall-clock seconds of the collapse as
-//! JSON.
+//! `surfrecon-bench-meshopt POSITIONS TRIANGLES ERROR OUT`: three floats per vertex, three 32-bit indices per triangle, the largest error
+//! in the unit of the positions. OUT receives the indices that are left. Prints the wall-clock seconds of the collapse as JSON.
 
 use std::error::Error;
 use std::time::Instant;

@@ -1,5 +1,5 @@
-//! Any bytes as a file of frames, an archive or a list of them, and as the images of a frame: read or refused, never a
-//! panic, and never more than the images may unpack to.
+//! Any bytes as a file of frames, an archive or a list of them, and as the images of a frame. They are read or refused, never a panic, and
+//! never more than the images may unpack to.
 
 #![no_main]
 

@@ -1,4 +1,4 @@
-//! Any bytes as a file of points in text: read or refused with a line, never a panic; what was read is valid.
+//! Any bytes as a file of points in text: read or refused with a line, never a panic. Content that was read is valid.
 
 #![no_main]
 

@@ -1,5 +1,4 @@
-//! Any bytes as a file of every format that recognizes them: read or refused with a place, never a panic; what was read is
-//! valid.
+//! Any bytes as a file of every format that recognizes them: read or refused with a place, never a panic. Content that was read is valid.
 
 #![no_main]
 

@@ -47,7 +47,7 @@ impl<F: FnMut([u32; 3]) -> f64> Front<'_, F> {
                 return 0.0;
             }
             let allowed = hole.iter().map(|&v| (self.allowed)([v; 3])).sum::<f64>() / hole.len() as f64;
-            // Where gaps stay open, too, three samples bound none.
+            // Three samples bound no gap, even if gaps stay open.
             let times = if hole.len() == 3 { times.max(BRIDGED) } else { times };
             let longer = if is_joined { (SHARE * size.border).min(LONGEST * allowed) } else { 0.0 };
             longer.max(f64::from(times) * allowed)
