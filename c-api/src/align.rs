@@ -49,7 +49,7 @@ impl Aligner {
         &self.sources
     }
 
-    /// The poses that a caller hands over, or those of adding; none of scans that are left out.
+    /// The poses that a caller hands over, or those of adding. None of scans that are left out.
     pub fn poses(&self, given: *const srf_pose, count: usize) -> Result<Vec<Option<DAffine3>>, Failure> {
         if given.is_null() && count == 0 {
             return Ok(self.sources.iter().map(|source| Some(source.world_from_scan())).collect());
@@ -92,7 +92,7 @@ pub struct srf_aligner {
 
 handle!(srf_aligner, Aligner);
 
-/// A point that two scans show. Starts with its size; prepared by srf_pick_init().
+/// A point that two scans show. Starts with its size. Prepared by srf_pick_init().
 #[allow(non_camel_case_types)]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
@@ -128,7 +128,7 @@ pub unsafe extern "C" fn srf_pick_init_sized(pick: *mut srf_pick, size: usize) -
 }
 
 /// Begins an alignment without scans.
-/// out_aligner  receives a new handle on SRF_OK only; not NULL
+/// out_aligner  receives a new handle on SRF_OK only. Not NULL
 /// returns      SRF_OK, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_aligner_create(out_aligner: *mut *mut srf_aligner) -> srf_status {
@@ -157,7 +157,7 @@ fn add(aligner: *mut srf_aligner, added: impl IntoIterator<Item = Source>) -> Re
     })
 }
 
-/// Adds a range image as it is now; it may be freed or changed afterwards. Its own frame is its sensor's.
+/// Adds a range image as it is now. It may be freed or changed afterwards. Its own frame is its sensor's.
 /// aligner    not NULL
 /// image      not NULL
 /// returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
@@ -169,8 +169,8 @@ pub unsafe extern "C" fn srf_aligner_add_image(aligner: *mut srf_aligner, image:
 /// Adds an oriented mesh as it is now.
 /// aligner          not NULL
 /// mesh             not NULL
-/// world_from_mesh  places it, rigid; NULL for the identity
-/// name             what texts call it and ties are broken by, UTF-8; not NULL
+/// world_from_mesh  places it, rigid. NULL for the identity
+/// name             what texts call it and ties are broken by, UTF-8. Not NULL
 /// returns          SRF_OK, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_aligner_add_mesh(
@@ -182,10 +182,10 @@ pub unsafe extern "C" fn srf_aligner_add_mesh(
     guard(|| add(aligner, [sources::of_mesh(mesh, world_from_mesh, name)?]))
 }
 
-/// Adds points as they are now, by their normals; their place is the cloud's.
+/// Adds points as they are now, by their normals. Their place is the cloud's.
 /// aligner    not NULL
-/// cloud      with normals, without which a run is refused; not NULL
-/// name       what texts call it and ties are broken by, UTF-8; not NULL
+/// cloud      with normals, without which a run is refused. Not NULL
+/// name       what texts call it and ties are broken by, UTF-8. Not NULL
 /// returns    SRF_OK, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_aligner_add_cloud(
@@ -196,8 +196,8 @@ pub unsafe extern "C" fn srf_aligner_add_cloud(
     guard(|| add(aligner, [sources::of_cloud(cloud, name)?]))
 }
 
-/// Adds all scans of a set; they are read once, when they are first needed, one a thread at a time, and their samples are not kept.
-/// What becomes of the files afterwards is not noticed until scans are added.
+/// Adds all scans of a set. They are read once, when they are first needed, one a thread at a time, and their samples are not kept. What
+/// becomes of the files afterwards is not noticed until scans are added.
 /// aligner    not NULL
 /// scans      not NULL
 /// returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
@@ -208,9 +208,9 @@ pub unsafe extern "C" fn srf_aligner_add_scans(aligner: *mut srf_aligner, scans:
 
 /// Adds a scan whose range image a function makes: it is made when it is first needed, one a thread at a time, and its samples are not kept.
 /// aligner            not NULL
-/// source             makes it; the struct is copied; not NULL
-/// world_from_sensor  places it, whatever pose its image has, a rotation and a translation; NULL for the identity
-/// name               what texts call it and ties are broken by, UTF-8; not NULL
+/// source             makes it. The struct is copied. Not NULL
+/// world_from_sensor  places it, whatever pose its image has, a rotation and a translation. NULL for the identity
+/// name               what texts call it and ties are broken by, UTF-8. Not NULL
 /// returns            SRF_OK, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_aligner_add_source(
@@ -267,7 +267,7 @@ pub unsafe extern "C" fn srf_aligner_fix(aligner: *mut srf_aligner, scan: usize)
 
 /// Says that two scans show the same point.
 /// aligner    not NULL
-/// pick       initialized by srf_pick_init(); not NULL
+/// pick       initialized by srf_pick_init(). Not NULL
 /// returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_aligner_pick(aligner: *mut srf_aligner, pick: *const srf_pick) -> srf_status {
@@ -335,10 +335,10 @@ pub unsafe extern "C" fn srf_aligner_reject(aligner: *mut srf_aligner, a: usize,
 /// Says how a table turned the object before a sensor that stood still: then only turns about its axis are looked for, whatever the
 /// parameter turntable says. Replaces what was said of it before.
 /// aligner    not NULL
-/// point      3 doubles: a point of the axis, in the frame that all scans were taken in; NULL where the axis is to be found
-/// direction  3 doubles: its direction, of any length but 0; NULL if point is
-/// angles     by how much it was turned when each scan was taken, in the order of adding, counter-clockwise where the axis points to
-///            the viewer, either way round without an axis; NULL where that is not known
+/// point      3 doubles: a point of the axis, in the frame that all scans were taken in. NULL where the axis is to be found
+/// direction  3 doubles: its direction, of any length but 0. NULL if point is
+/// angles     by how much it was turned when each scan was taken, in the order of adding, counter-clockwise where the axis points to the
+///            viewer, either way round without an axis. NULL where that is not known
 /// count      scans that were added, 0 if angles is NULL
 /// returns    SRF_OK, SRF_ERR_INPUT, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
@@ -369,13 +369,13 @@ fn triple(name: &str, numbers: *const f64) -> Result<DVec3, Failure> {
     Ok(DVec3::from_array(pointer::read(name, numbers.cast::<[f64; 3]>())?))
 }
 
-/// Brings what was added to one frame: that of the fixed scans, or of the largest one. A scan is placed only where overlap, how it
-/// is held and uniqueness are sure; the others are told with the reason. Poses the scans have are used where they are fixed and
-/// where start says that they are rough. The same to the bit for any number of threads and any order of adding. Blocks.
+/// Brings what was added to one frame: that of the fixed scans, or of the largest one. A scan is placed only where overlap, how it is held
+/// and uniqueness are sure. The others are told with the reason. Poses the scans have are used where they are fixed and where start says
+/// that they are rough. The same to the bit for any number of threads and any order of adding. Blocks.
 /// aligner        not NULL
 /// params         NULL for the defaults
 /// progress       NULL for none
-/// out_alignment  receives a new handle on SRF_OK only; not NULL
+/// out_alignment  receives a new handle on SRF_OK only. Not NULL
 /// returns        SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT for fewer than two scans, a pose that is not rigid, a pair that is both
 ///                trusted and rejected or angles for another number of scans, SRF_ERR_FORMAT, SRF_ERR_IO,
 ///                SRF_ERR_OUT_OF_MEMORY, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.

@@ -7,7 +7,7 @@ use std::sync::OnceLock;
 use crate::pointer;
 use crate::status::{remember_fixed, srf_status, srf_status::*};
 
-/// Gives size bytes, at least 1, that begin at a multiple of alignment, a power of two; NULL where there are none.
+/// Gives size bytes, at least 1, that begin at a multiple of alignment, a power of two. NULL where there are none.
 #[allow(non_camel_case_types)]
 pub type srf_allocate_fn =
     Option<unsafe extern "C" fn(user: *mut c_void, size: usize, alignment: usize) -> *mut c_void>;

@@ -24,7 +24,7 @@ pub enum srf_type {
     SRF_TYPE_U32 = 4,
     /// uint8_t
     SRF_TYPE_U8 = 5,
-    /// uint16_t; of the depths of frames
+    /// uint16_t. Of the depths of frames
     SRF_TYPE_U16 = 6,
 }
 
@@ -38,11 +38,11 @@ use srf_type::*;
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct srf_array {
-    /// The first number of the first element; may be NULL if count is 0. Needs no alignment.
+    /// The first number of the first element. May be NULL if count is 0. Needs no alignment.
     pub data: *const c_void,
     /// Number of elements.
     pub count: usize,
-    /// Bytes from one element to the next; 0 for elements without gaps. At least the size of an element.
+    /// Bytes from one element to the next. 0 for elements without gaps. At least the size of an element.
     pub stride: usize,
     /// A value of srf_type.
     pub r#type: u32,
@@ -79,7 +79,7 @@ fn name_of_type(type_: u32) -> &'static str {
 pub struct Rows {
     pub rows: usize,
     pub cols: usize,
-    /// Bytes from one row to the next; 0 for rows without gaps.
+    /// Bytes from one row to the next. 0 for rows without gaps.
     pub stride: usize,
 }
 
@@ -87,7 +87,7 @@ pub struct Rows {
 pub struct Borrowed<'a> {
     name: &'a str,
     bytes: &'a [u8],
-    /// Elements; those of a row follow each other at `stride` bytes.
+    /// Elements. Those of a row follow each other at `stride` bytes.
     count: usize,
     stride: usize,
     row: Row,
@@ -270,7 +270,7 @@ impl<'a> Borrowed<'a> {
         }
     }
 
-    /// Depths as doubles; NaN where one of 16 bits is the largest, which marks that nothing was measured.
+    /// Depths as doubles. NaN if one of 16 bits is the largest, which marks that nothing was measured.
     pub fn depths(&self) -> Result<Vec<f64>, Failure> {
         let whole = |[depth]: [u16; 1]| if depth == u16::MAX { f64::NAN } else { f64::from(depth) };
         match self.type_ {
@@ -322,7 +322,7 @@ impl<'a> Borrowed<'a> {
     }
 }
 
-/// A number in single precision; a finite one that becomes infinite is kept in `overflow`.
+/// A number in single precision. A finite one that becomes infinite is kept in `overflow`.
 fn single(number: f64, overflow: &mut Option<f64>) -> f32 {
     let rounded = number as f32;
     if rounded.is_infinite() && number.is_finite() {

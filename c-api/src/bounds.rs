@@ -11,7 +11,7 @@ use crate::progress::{srf_progress, watched};
 use crate::status::{Failure, srf_status, srf_status::*};
 use crate::{handle, pointer};
 
-/// The corners of the box around `count` points; those that are not finite are passed over.
+/// The corners of the box around `count` points. Those that are not finite are passed over.
 fn around(
     count: usize,
     point: impl Fn(usize) -> DVec3 + Sync,
@@ -55,7 +55,7 @@ pub unsafe extern "C" fn srf_mesh_size(
 
 /// Number of points of a cloud.
 /// cloud        not NULL
-/// out_points   receives the number on SRF_OK only; not NULL
+/// out_points   receives the number on SRF_OK only. Not NULL
 /// returns      SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_cloud_size(cloud: *const srf_cloud, out_points: *mut usize) -> srf_status {
@@ -65,8 +65,8 @@ pub unsafe extern "C" fn srf_cloud_size(cloud: *const srf_cloud, out_points: *mu
 /// The box around the vertices of a mesh, whether a triangle uses them or not. O(vertices).
 /// mesh       not NULL
 /// progress   NULL for none
-/// out_min    room for 3 doubles, the smallest coordinates; not NULL
-/// out_max    room for 3 doubles, the largest ones; not NULL
+/// out_min    room for 3 doubles, the smallest coordinates. Not NULL
+/// out_max    room for 3 doubles, the largest ones. Not NULL
 /// returns    SRF_OK, SRF_ERR_INPUT if there is no vertex, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_mesh_bounds(
@@ -86,11 +86,11 @@ pub unsafe extern "C" fn srf_mesh_bounds(
     })
 }
 
-/// The box around the points of a cloud in the world; those that are not finite are passed over. O(points).
+/// The box around the points of a cloud in the world. Those that are not finite are passed over. O(points).
 /// cloud      not NULL
 /// progress   NULL for none
-/// out_min    room for 3 doubles, the smallest coordinates; not NULL
-/// out_max    room for 3 doubles, the largest ones; not NULL
+/// out_min    room for 3 doubles, the smallest coordinates. Not NULL
+/// out_max    room for 3 doubles, the largest ones. Not NULL
 /// returns    SRF_OK, SRF_ERR_INPUT if there is no point, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_cloud_bounds(
@@ -114,8 +114,8 @@ pub unsafe extern "C" fn srf_cloud_bounds(
 /// The box around the samples of an image in the world. O(pixels).
 /// image      not NULL
 /// progress   NULL for none
-/// out_min    room for 3 doubles, the smallest coordinates; not NULL
-/// out_max    room for 3 doubles, the largest ones; not NULL
+/// out_min    room for 3 doubles, the smallest coordinates. Not NULL
+/// out_max    room for 3 doubles, the largest ones. Not NULL
 /// returns    SRF_OK, SRF_ERR_INPUT if no pixel is valid, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_image_bounds(
@@ -174,11 +174,11 @@ fn near(
     })
 }
 
-/// Copies the positions of a mesh in single precision, as vertices of graphics have them: 3 floats a vertex, relative to an origin, so that
+/// Copies the positions of a mesh in single precision, as vertices of graphics have them: 3 floats per vertex, relative to an origin, so that
 /// coordinates far from 0 keep their digits.
 /// mesh           not NULL
-/// origin         3 doubles that are taken off before rounding, for example the middle of srf_mesh_bounds(); NULL for 0 0 0
-/// out_positions  room for 3 floats a vertex; not NULL
+/// origin         3 doubles that are taken off before rounding, for example the middle of srf_mesh_bounds(). NULL for 0 0 0
+/// out_positions  room for 3 floats per vertex. Not NULL
 /// capacity       that room, in floats
 /// progress       NULL for none
 /// returns        SRF_OK, SRF_ERR_PARAMETER if there is too little room, SRF_ERR_INPUT naming a vertex that lies too far off,
@@ -197,10 +197,10 @@ pub unsafe extern "C" fn srf_mesh_positions_f32(
     })
 }
 
-/// srf_mesh_positions_f32() for the points of a cloud, in its own frame; those that are not finite stay so.
+/// srf_mesh_positions_f32() for the points of a cloud, in its own frame. Those that are not finite stay so.
 /// cloud          not NULL
-/// origin         3 doubles that are taken off before rounding; NULL for 0 0 0
-/// out_positions  room for 3 floats a point; not NULL
+/// origin         3 doubles that are taken off before rounding. NULL for 0 0 0
+/// out_positions  room for 3 floats per point. Not NULL
 /// capacity       that room, in floats
 /// progress       NULL for none
 /// returns        SRF_OK, SRF_ERR_PARAMETER if there is too little room, SRF_ERR_INPUT naming a point that lies too far off,

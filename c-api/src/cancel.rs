@@ -65,8 +65,8 @@ impl Drop for Cancel {
     }
 }
 
-/// Makes what cancels calls; it is not set.
-/// out_cancel  receives a new handle on SRF_OK only; not NULL
+/// Makes what cancels calls. It is not set.
+/// out_cancel  receives a new handle on SRF_OK only. Not NULL
 /// returns     SRF_OK, SRF_ERR_NULL. Since 0.2.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_cancel_create(out_cancel: *mut *mut srf_cancel) -> srf_status {
@@ -117,7 +117,7 @@ pub unsafe extern "C" fn srf_cancel_reset(cancel: *mut srf_cancel) -> srf_status
 
 /// Whether it is set.
 /// cancel      not NULL
-/// out_is_set  receives 1 or 0 on SRF_OK only; not NULL
+/// out_is_set  receives 1 or 0 on SRF_OK only. Not NULL
 /// returns     SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_cancel_is_set(cancel: *const srf_cancel, out_is_set: *mut u32) -> srf_status {

@@ -26,12 +26,12 @@ fn one_a_point(name: &str, count: usize, points: usize) -> Result<(), Failure> {
 }
 
 /// Makes a cloud.
-/// positions         3 SRF_TYPE_F64 or SRF_TYPE_F32 a point; those that are not finite are left out of surfaces and counted; not NULL
-/// normals           3 SRF_TYPE_F32 or SRF_TYPE_F64 a point, of unit length; NULL for none
-/// colours           4 SRF_TYPE_U8 a point, sRGB with straight alpha; NULL for none
-/// intensities       one SRF_TYPE_F32 or SRF_TYPE_F64 a point, in the sensor's own unit; NULL for none
+/// positions         3 SRF_TYPE_F64 or SRF_TYPE_F32 per point. Those that are not finite are left out of surfaces and counted. Not NULL
+/// normals           3 SRF_TYPE_F32 or SRF_TYPE_F64 per point, of unit length. NULL for none
+/// colours           4 SRF_TYPE_U8 per point, sRGB with straight alpha. NULL for none
+/// intensities       one SRF_TYPE_F32 or SRF_TYPE_F64 per point, in the sensor's own unit. NULL for none
 /// world_from_cloud  NULL for the identity
-/// out_cloud         receives a new handle on SRF_OK only; not NULL
+/// out_cloud         receives a new handle on SRF_OK only. Not NULL
 /// returns           SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT naming the element, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_cloud_create(
@@ -62,7 +62,7 @@ pub unsafe extern "C" fn srf_cloud_create(
     })
 }
 
-/// Releases a cloud; views of it are gone.
+/// Releases a cloud. Views of it are gone.
 /// cloud      NULL does nothing
 /// returns    SRF_OK, SRF_ERR_HANDLE. Since 0.1.
 #[unsafe(no_mangle)]
@@ -70,12 +70,12 @@ pub unsafe extern "C" fn srf_cloud_free(cloud: *mut srf_cloud) -> srf_status {
     guard(|| handle::free("cloud", cloud))
 }
 
-/// Views of a cloud's arrays; those it does not have are empty.
+/// Views of a cloud's arrays. Those it does not have are empty.
 /// cloud            not NULL
-/// out_positions    3 SRF_TYPE_F64 a point; NULL if not wanted
-/// out_normals      3 SRF_TYPE_F32 a point; NULL if not wanted
-/// out_colours      4 SRF_TYPE_U8 a point; NULL if not wanted
-/// out_intensities  one SRF_TYPE_F32 a point; NULL if not wanted
+/// out_positions    3 SRF_TYPE_F64 per point. NULL if not wanted
+/// out_normals      3 SRF_TYPE_F32 per point. NULL if not wanted
+/// out_colours      4 SRF_TYPE_U8 per point. NULL if not wanted
+/// out_intensities  one SRF_TYPE_F32 per point. NULL if not wanted
 /// returns          SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_cloud_arrays(
@@ -100,7 +100,7 @@ pub unsafe extern "C" fn srf_cloud_arrays(
 /// what files say; a VIEWPOINT of a PCD file at the origin says nothing, since it stands there where nobody set it.
 /// srf_reconstructor_create() heeds it.
 /// cloud       not NULL
-/// out_sensor  room for 3 doubles: the place, or three NaN where it is not known; not NULL
+/// out_sensor  room for 3 doubles: the place, or three NaN where it is not known. Not NULL
 /// returns     SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_cloud_sensor(cloud: *const srf_cloud, out_sensor: *mut f64) -> srf_status {
@@ -112,7 +112,7 @@ pub unsafe extern "C" fn srf_cloud_sensor(cloud: *const srf_cloud, out_sensor: *
 
 /// Where a cloud stands in the world.
 /// cloud      not NULL
-/// out_pose   receives world_from_cloud on SRF_OK only; not NULL
+/// out_pose   receives world_from_cloud on SRF_OK only. Not NULL
 /// returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_cloud_pose(cloud: *const srf_cloud, out_pose: *mut srf_pose) -> srf_status {

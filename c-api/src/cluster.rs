@@ -16,14 +16,14 @@ use crate::settings::SRF_FROM_DATA;
 use crate::status::{Failure, srf_status};
 use crate::{params, pointer, report, sized};
 
-/// Replaces a dense mesh by a coarse one of well-shaped triangles with the same components, boundaries and genus. Its vertices
-/// lie on the mesh, those of boundaries on its boundaries; attributes of vertices ride along. Edges of more than two triangles, or of
-/// two that turn against each other, are cut.
+/// Replaces a dense mesh by a coarse one of well-shaped triangles with the same components, boundaries and genus. Its vertices lie on the
+/// mesh, those of boundaries on its boundaries. Attributes of vertices ride along. Edges of more than two triangles, or of two that turn
+/// against each other, are cut.
 /// mesh        not NULL
 /// params      NULL for the defaults
 /// progress    NULL for none
-/// out_mesh    receives a new handle on SRF_OK only; not NULL
-/// out_report  initialized by srf_cluster_report_init(); NULL if not wanted
+/// out_mesh    receives a new handle on SRF_OK only. Not NULL
+/// out_report  initialized by srf_cluster_report_init(). NULL if not wanted
 /// returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT for a mesh without triangles or two of vertices, patches and max_error,
 ///             SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 #[unsafe(no_mangle)]
@@ -42,13 +42,13 @@ pub unsafe extern "C" fn srf_mesh_cluster(
     })
 }
 
-/// Makes a mesh of well-shaped triangles from points: the surface through them, as srf_reconstructor_surface() makes it with its
-/// default parameters, is clustered. In the cloud's frame; colours, intensities and normals ride along.
+/// Makes a mesh of well-shaped triangles from points: the surface through them, as srf_reconstructor_surface() makes it with its default
+/// parameters, is clustered. In the cloud's frame. Colours, intensities and normals ride along.
 /// cloud       not NULL
 /// params      NULL for the defaults
 /// progress    NULL for none
-/// out_mesh    receives a new handle on SRF_OK only; not NULL
-/// out_report  initialized by srf_cluster_report_init(); NULL if not wanted
+/// out_mesh    receives a new handle on SRF_OK only. Not NULL
+/// out_report  initialized by srf_cluster_report_init(). NULL if not wanted
 /// returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT for points without a surface or two of vertices, patches and max_error,
 ///             SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 #[unsafe(no_mangle)]
@@ -89,11 +89,11 @@ fn one(
 /// A chain of levels of detail from one run: finer levels go on splitting the patches of coarser ones.
 /// srf_meshes_write_glb_levels() writes them.
 /// mesh        not NULL
-/// vertices    vertices of each level, in any order; not NULL
+/// vertices    vertices of each level, in any order. Not NULL
 /// count       number of levels
-/// params      NULL for the defaults; its vertices, patches and max_error are not looked at
+/// params      NULL for the defaults. Its vertices, patches and max_error are not looked at
 /// progress    NULL for none
-/// out_meshes  room for count handles, which it receives in the order of vertices on SRF_OK only; not NULL
+/// out_meshes  room for count handles, which it receives in the order of vertices on SRF_OK only. Not NULL
 /// returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT for a mesh without triangles, SRF_ERR_CANCELLED, SRF_ERR_HANDLE,
 ///             SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 #[unsafe(no_mangle)]
@@ -113,13 +113,13 @@ pub unsafe extern "C" fn srf_mesh_cluster_levels(
     })
 }
 
-/// A chain of levels of detail of points; see srf_cloud_cluster() and srf_mesh_cluster_levels().
+/// A chain of levels of detail of points. See srf_cloud_cluster() and srf_mesh_cluster_levels().
 /// cloud       not NULL
-/// vertices    vertices of each level, in any order; not NULL
+/// vertices    vertices of each level, in any order. Not NULL
 /// count       number of levels
-/// params      NULL for the defaults; its vertices, patches and max_error are not looked at
+/// params      NULL for the defaults. Its vertices, patches and max_error are not looked at
 /// progress    NULL for none
-/// out_meshes  room for count handles, which it receives in the order of vertices on SRF_OK only; not NULL
+/// out_meshes  room for count handles, which it receives in the order of vertices on SRF_OK only. Not NULL
 /// returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT for points without a surface, SRF_ERR_CANCELLED, SRF_ERR_HANDLE,
 ///             SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 #[unsafe(no_mangle)]

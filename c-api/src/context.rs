@@ -26,11 +26,11 @@ pub struct srf_context {
 handle!(srf_context, Arc<Context>);
 
 thread_local! {
-    /// The handle of what this thread uses, once it has said that; until then it is that of the call which the thread works for.
+    /// The handle of what this thread uses, once it has said that. Until then it is that of the call which the thread works for.
     static USED: Cell<Option<*mut srf_context>> = const { Cell::new(None) };
 }
 
-/// The handle of each account's context, also once that is freed; 0 for none.
+/// The handle of each account's context, also once that is freed. 0 for none.
 static HANDLES: [AtomicUsize; ACCOUNTS] = [const { AtomicUsize::new(0) }; ACCOUNTS];
 
 fn handle_of(account: usize) -> *mut srf_context {
@@ -54,8 +54,8 @@ fn chosen(context: *mut srf_context, of_call: usize) -> Result<Chosen, Failure> 
 }
 
 /// Makes a context. Its worker threads are its own, started when they are first needed.
-/// out_context  receives a new handle on SRF_OK only; not NULL
-/// returns      SRF_OK, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY where there are 1023 already; what was made under one counts as it until that
+/// out_context  receives a new handle on SRF_OK only. Not NULL
+/// returns      SRF_OK, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY where there are 1023 already. What was made under one counts as it until that
 ///              is freed, too. Since 0.2.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_context_create(out_context: *mut *mut srf_context) -> srf_status {
@@ -87,11 +87,11 @@ pub unsafe extern "C" fn srf_context_free(context: *mut srf_context) -> srf_stat
     })
 }
 
-/// Calls that this thread makes from now on are made under this context; other threads are not concerned. A function of yours that
-/// is called by the library on one of its own threads is under the context of the call that it serves; where it uses another one, it must
-/// put back the former one at its end, which works as well where that one was freed meanwhile.
+/// Calls that this thread makes from now on are made under this context. Other threads are not concerned. A function of yours that is
+/// called by the library on one of its own threads is under the context of the call that it serves; where it uses another one, it must put
+/// back the former one at its end, which works as well where that one was freed meanwhile.
 /// context      NULL for none: the settings of the process
-/// out_former   receives what this thread used before, NULL for none, which may have been freed since; NULL if not wanted
+/// out_former   receives what this thread used before, NULL for none, which may have been freed since. NULL if not wanted
 /// returns      SRF_OK, SRF_ERR_HANDLE: all is as it was. Since 0.2.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_context_use(context: *mut srf_context, out_former: *mut *mut srf_context) -> srf_status {
@@ -108,7 +108,7 @@ pub unsafe extern "C" fn srf_context_use(context: *mut srf_context, out_former: 
 
 /// Worker threads of calls under a context whose parameters say 0. Results are the same for any number.
 /// context    not NULL
-/// threads    at most 1024; 0, the default, for the number of srf_set_threads()
+/// threads    at most 1024. 0, the default, for the number of srf_set_threads()
 /// returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_context_set_threads(context: *mut srf_context, threads: u32) -> srf_status {
@@ -122,16 +122,16 @@ pub unsafe extern "C" fn srf_context_set_threads(context: *mut srf_context, thre
 
 /// Number set by srf_context_set_threads().
 /// context      not NULL
-/// out_threads  receives the number on SRF_OK only; not NULL
+/// out_threads  receives the number on SRF_OK only. Not NULL
 /// returns      SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_context_threads(context: *const srf_context, out_threads: *mut u32) -> srf_status {
     guard(|| pointer::write("out_threads", out_threads, handle::get("context", context)?.threads()))
 }
 
-/// Most memory that calls under a context may take; together, where several run at a time. What others take, under another context or
-/// under none, does not count, nor does their limit concern this one. It limits calls, not what they leave: what was handed out before
-/// (meshes, images) does not count, however much it is, unless another call of the context was running all the time since; srf_context_memory() says
+/// Most memory that calls under a context may take. Together, where several run at a time. What others take, under another context or under
+/// none, does not count, nor does their limit concern this one. It limits calls, not what they leave: what was handed out before (meshes,
+/// images) does not count, however much it is, unless another call of the context was running all the time since; srf_context_memory() says
 /// how much that is. What is given back, by whatever thread, is no longer taken.
 /// context    not NULL
 /// bytes      0, the default, for as much as srf_set_memory_limit() says
@@ -146,8 +146,8 @@ pub unsafe extern "C" fn srf_context_set_memory_limit(context: *mut srf_context,
 
 /// Memory of a context.
 /// context    not NULL
-/// out_limit  receives the number set by srf_context_set_memory_limit(); NULL if not wanted
-/// out_held   receives the bytes that its calls, and what was made under it, hold now; NULL if not wanted
+/// out_limit  receives the number set by srf_context_set_memory_limit(). NULL if not wanted
+/// out_held   receives the bytes that its calls, and what was made under it, hold now. NULL if not wanted
 /// returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_context_memory(
@@ -165,9 +165,9 @@ pub unsafe extern "C" fn srf_context_memory(
 
 /// Who gets the messages of calls under a context from now on.
 /// context    not NULL
-/// log        NULL, the default, for who gets those of the process (srf_set_log()); a function that does nothing, for nobody
-/// user       handed to log as it is; must stay usable until another log is set or the context freed, and calls under it that were running then
-///            have returned
+/// log        NULL, the default, for who gets those of the process (srf_set_log()). A function that does nothing, for nobody
+/// user       handed to log as it is. Must stay usable until another log is set or the context freed, and calls under it that were running
+///            then have returned
 /// returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_context_set_log(

@@ -31,7 +31,7 @@ fn give_crs(crs: Option<&Crs>, out_text: *mut c_char, capacity: usize, out_lengt
     give(crs.map_or("", Crs::text), out_text, capacity, out_length)
 }
 
-/// The system that a text names; NULL or an empty one for none.
+/// The system that a text names. NULL or an empty one for none.
 fn crs_of(text: *const c_char) -> Result<Option<Crs>, Failure> {
     let text = if text.is_null() { "" } else { pointer::text("text", text)? };
     Ok(if text.is_empty() { None } else { Some(Crs::new(text)?) })
@@ -40,10 +40,10 @@ fn crs_of(text: *const c_char) -> Result<Option<Crs>, Failure> {
 /// The coordinate reference system that scans of files lie in, as their files name it: well-known text, or a code as EPSG:25832.
 /// Nothing is transformed: scans of different systems, or in degrees, are not merged or aligned, and results keep the text.
 /// scans       not NULL
-/// index       less than the number of scans; SIZE_MAX for what all that name one agree on
-/// out_text    receives the text with its zero byte, an empty one for none; NULL if not wanted
+/// index       less than the number of scans. SIZE_MAX for what all that name one agree on
+/// out_text    receives the text with its zero byte, an empty one for none. NULL if not wanted
 /// capacity    room there, in bytes
-/// out_length  receives the length of the text without its zero byte; not NULL
+/// out_length  receives the length of the text without its zero byte. Not NULL
 /// returns     SRF_OK, SRF_ERR_INPUT where scans disagree or are in degrees, SRF_ERR_PARAMETER if there is too little room, SRF_ERR_IO,
 ///             SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 #[unsafe(no_mangle)]
@@ -64,8 +64,8 @@ pub unsafe extern "C" fn srf_scans_crs(
 
 /// Says which coordinate reference system scans lie in, whatever their files name.
 /// scans      not NULL
-/// index      less than the number of scans; SIZE_MAX for all of them
-/// text       UTF-8; NULL or empty for none
+/// index      less than the number of scans. SIZE_MAX for all of them
+/// text       UTF-8. NULL or empty for none
 /// returns    SRF_OK, SRF_ERR_INPUT for what names none, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_scans_set_crs(scans: *mut srf_scans, index: usize, text: *const c_char) -> srf_status {
@@ -88,7 +88,7 @@ pub unsafe extern "C" fn srf_scans_set_crs(scans: *mut srf_scans, index: usize, 
 /// image       not NULL
 /// out_text    as for srf_scans_crs()
 /// capacity    room there, in bytes
-/// out_length  receives the length of the text without its zero byte; not NULL
+/// out_length  receives the length of the text without its zero byte. Not NULL
 /// returns     SRF_OK, SRF_ERR_PARAMETER if there is too little room, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_image_crs(
@@ -102,7 +102,7 @@ pub unsafe extern "C" fn srf_image_crs(
 
 /// Says which coordinate reference system the world of an image is in. Views of the image are gone.
 /// image      not NULL
-/// text       UTF-8; NULL or empty for none
+/// text       UTF-8. NULL or empty for none
 /// returns    SRF_OK, SRF_ERR_INPUT for what names none, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_image_set_crs(image: *mut srf_image, text: *const c_char) -> srf_status {
@@ -119,7 +119,7 @@ pub unsafe extern "C" fn srf_image_set_crs(image: *mut srf_image, text: *const c
 /// cloud       not NULL
 /// out_text    as for srf_scans_crs()
 /// capacity    room there, in bytes
-/// out_length  receives the length of the text without its zero byte; not NULL
+/// out_length  receives the length of the text without its zero byte. Not NULL
 /// returns     SRF_OK, SRF_ERR_PARAMETER if there is too little room, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_cloud_crs(
@@ -133,7 +133,7 @@ pub unsafe extern "C" fn srf_cloud_crs(
 
 /// Says which coordinate reference system the world of a cloud is in. Views of the cloud are gone.
 /// cloud      not NULL
-/// text       UTF-8; NULL or empty for none
+/// text       UTF-8. NULL or empty for none
 /// returns    SRF_OK, SRF_ERR_INPUT for what names none, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_cloud_set_crs(cloud: *mut srf_cloud, text: *const c_char) -> srf_status {
@@ -152,7 +152,7 @@ pub unsafe extern "C" fn srf_cloud_set_crs(cloud: *mut srf_cloud, text: *const c
 /// mesh        not NULL
 /// out_text    as for srf_scans_crs()
 /// capacity    room there, in bytes
-/// out_length  receives the length of the text without its zero byte; not NULL
+/// out_length  receives the length of the text without its zero byte. Not NULL
 /// returns     SRF_OK, SRF_ERR_PARAMETER if there is too little room, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_mesh_crs(
@@ -166,7 +166,7 @@ pub unsafe extern "C" fn srf_mesh_crs(
 
 /// Says which coordinate reference system the coordinates of a mesh are in. Views of the mesh are gone.
 /// mesh       not NULL
-/// text       UTF-8; NULL or empty for none
+/// text       UTF-8. NULL or empty for none
 /// returns    SRF_OK, SRF_ERR_INPUT for what names none, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_mesh_set_crs(mesh: *mut srf_mesh, text: *const c_char) -> srf_status {

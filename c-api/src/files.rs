@@ -66,11 +66,11 @@ pub fn path_of<'a>(name: &str, path: *const c_char) -> Result<&'a Path, Failure>
 /// images depth images, a trajectory places them. How the files were understood goes to the log too.
 /// Reads headers, and of a .conf whose quaternions could mean two things a few thousand points a scan, to find out which.
 /// What is wrong further on in a file is said when its scan is read.
-/// paths       UTF-8; not NULL, nor is any of them
+/// paths       UTF-8. Not NULL, nor is any of them
 /// count       number of paths, at least 1
-/// options     what the files do not say themselves; NULL for the defaults
+/// options     what the files do not say themselves. NULL for the defaults
 /// progress    NULL for none
-/// out_scans   receives a new handle on SRF_OK only; not NULL
+/// out_scans   receives a new handle on SRF_OK only. Not NULL
 /// returns     SRF_OK, SRF_ERR_IO, SRF_ERR_FORMAT naming the place, SRF_ERR_INPUT, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE,
 ///             SRF_ERR_STRUCT_SIZE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
@@ -84,7 +84,7 @@ pub unsafe extern "C" fn srf_scans_open(
     guard(|| watched(progress, |progress| open(paths, count, options, progress, out_scans)))
 }
 
-/// What the caller told of the files; the camera is no parameter of the table.
+/// What the caller told of the files. The camera is no parameter of the table.
 fn read_options(given: *const srf_read_options) -> Result<ReadOptions, Failure> {
     let given = sized::read("options", given, srf_read_options::defaults())?;
     let ([fx, fy, cx, cy], [cols, rows]) = (given.intrinsics, given.camera_size);
@@ -160,7 +160,7 @@ pub fn at<T>(all: &[T], index: usize) -> Result<&T, Failure> {
 /// A note on how the files were understood.
 /// scans      not NULL
 /// index      less than the number of notes
-/// out_note   receives a text that stays until the set is freed, on SRF_OK only; not NULL
+/// out_note   receives a text that stays until the set is freed, on SRF_OK only. Not NULL
 /// returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_scans_note(
@@ -174,8 +174,8 @@ pub unsafe extern "C" fn srf_scans_note(
 /// Name and place of a scan.
 /// scans      not NULL
 /// index      less than the number of scans
-/// out_name   receives a text that stays until the set is freed; NULL if not wanted
-/// out_pose   receives world_from_sensor; NULL if not wanted
+/// out_name   receives a text that stays until the set is freed. NULL if not wanted
+/// out_pose   receives world_from_sensor. NULL if not wanted
 /// returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_scans_describe(
@@ -202,7 +202,7 @@ pub unsafe extern "C" fn srf_scans_describe(
 /// that was added to a merge or an alignment before stays there as it was.
 /// scans              not NULL
 /// index              less than the number of scans
-/// world_from_sensor  a rotation and a translation; NULL for the identity
+/// world_from_sensor  a rotation and a translation. NULL for the identity
 /// returns            SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_scans_set_pose(
@@ -223,7 +223,7 @@ pub unsafe extern "C" fn srf_scans_set_pose(
 /// Whether a scan is a frame of a recording, of which there may be thousands.
 /// scans         not NULL
 /// index         less than the number of scans
-/// out_is_frame  receives 1 if it is, else 0; not NULL
+/// out_is_frame  receives 1 if it is, else 0. Not NULL
 /// returns       SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_scans_is_frame(
@@ -237,15 +237,14 @@ pub unsafe extern "C" fn srf_scans_is_frame(
     })
 }
 
-/// Reads a scan. A range image comes placed in the world; a mesh and a cloud in their own frame, which
-/// srf_scans_describe() places.
+/// Reads a scan. A range image comes placed in the world. A mesh and a cloud in their own frame, which srf_scans_describe() places.
 /// scans        not NULL
 /// index        less than the number of scans
-/// progress     counts the bytes of the file; NULL for none
-/// out_content  receives a value of srf_content: which of the three handles was made; not NULL
-/// out_image    receives a new handle or NULL; not NULL
-/// out_mesh     receives a new handle or NULL; not NULL
-/// out_cloud    receives a new handle or NULL; not NULL
+/// progress     counts the bytes of the file. NULL for none
+/// out_content  receives a value of srf_content: which of the three handles was made. Not NULL
+/// out_image    receives a new handle or NULL. Not NULL
+/// out_mesh     receives a new handle or NULL. Not NULL
+/// out_cloud    receives a new handle or NULL. Not NULL
 /// returns      SRF_OK, SRF_ERR_IO, SRF_ERR_FORMAT naming the place, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE,
 ///              SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY. Since 0.1.
 #[unsafe(no_mangle)]

@@ -14,9 +14,9 @@ use crate::status::{self, Failure, srf_status, srf_status::*};
 use crate::text::c_text;
 use crate::{fork, last_error, pointer};
 
-/// A folder whose files lie in memory, or behind functions of yours. Each of its files has a path (srf_folder_path()), which every
-/// function that takes the path of a file takes: so scans, lists of scans and whole recordings are read from memory, and whatever can be
-/// written is written there. Released with srf_folder_free(); scans that were opened in it keep it.
+/// A folder whose files lie in memory, or behind functions of yours. Each of its files has a path (srf_folder_path()), which every function
+/// that takes the path of a file takes: so scans, lists of scans and whole recordings are read from memory, and whatever can be written is
+/// written there. Released with srf_folder_free(). Scans that were opened in it keep it.
 #[allow(non_camel_case_types)]
 pub struct srf_folder {
     _opaque: [u8; 0],
@@ -54,16 +54,16 @@ impl Folder {
 /// the most that are wanted, at least 1; out_count, receives how many there are now, at least 1. No more is asked for than the file has.
 /// Called on any thread, for one file never on two at once. Answer SRF_OK, or the status of what went wrong: the call that reads then ends
 /// with SRF_ERR_IO, or SRF_ERR_OUT_OF_MEMORY for that, and says what srf_last_error_message() says on the thread of this function
-/// (srf_set_last_error() says it). Must not unwind, nor leave by longjmp(); must not call functions with handles of what is being read.
+/// (srf_set_last_error() says it). Must not unwind, nor leave by longjmp(). Must not call functions with handles of what is being read.
 #[allow(non_camel_case_types)]
 pub type srf_read_fn = Option<
     unsafe extern "C" fn(user: *mut c_void, at: u64, buffer: *mut c_void, count: usize, out_count: *mut usize) -> i32,
 >;
 
 /// Takes what is written into a folder: user, as given in srf_file_sink; name, of the file within the folder; bytes, the next ones, or
-/// NULL: the file is complete; count, how many. Files of a set may take turns, and its list is complete last; a file whose call ended with an
-/// error is not complete, and what came of it is to be discarded. Called on any thread, never on two at once. Answers are those of srf_read_fn, as is what it must not
-/// do; nor must it write into its own folder.
+/// NULL: the file is complete; count, how many. Files of a set may take turns, and its list is complete last. A file whose call ended with
+/// an error is not complete, and what came of it is to be discarded. Called on any thread, never on two at once. Answers are those of
+/// srf_read_fn, as is what it must not do. Nor must it write into its own folder.
 #[allow(non_camel_case_types)]
 pub type srf_write_fn =
     Option<unsafe extern "C" fn(user: *mut c_void, name: *const c_char, bytes: *const c_void, count: usize) -> i32>;
@@ -77,9 +77,9 @@ pub type srf_release_fn = Option<unsafe extern "C" fn(user: *mut c_void)>;
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct srf_file_source {
-    /// Number of bytes; must not change.
+    /// Number of bytes. Must not change.
     pub length: u64,
-    /// Reads them; not NULL.
+    /// Reads them. Not NULL.
     pub read: srf_read_fn,
     /// NULL if there is nothing to release.
     pub release: srf_release_fn,
@@ -92,7 +92,7 @@ pub struct srf_file_source {
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct srf_file_sink {
-    /// Takes them; not NULL.
+    /// Takes them. Not NULL.
     pub write: srf_write_fn,
     /// NULL if there is nothing to release.
     pub release: srf_release_fn,
@@ -100,7 +100,7 @@ pub struct srf_file_sink {
     pub user: *mut c_void,
 }
 
-/// The caller's pointer, as a number that goes back to where it came from, on whatever thread; released when it is dropped.
+/// The caller's pointer, as a number that goes back to where it came from, on whatever thread. Released when it is dropped.
 struct User {
     number: usize,
     release: srf_release_fn,
@@ -180,9 +180,9 @@ impl Sink for Files {
 }
 
 /// Creates an empty folder.
-/// sink        where what is written into it goes; NULL: the folder keeps it. On SRF_OK only, its user is released once the folder
-///             is freed and nothing is being written into it
-/// out_folder  receives a new handle on SRF_OK only; not NULL
+/// sink        where what is written into it goes. NULL: the folder keeps it. On SRF_OK only, its user is released once the folder is freed
+///             and nothing is being written into it
+/// out_folder  receives a new handle on SRF_OK only. Not NULL
 /// returns     SRF_OK, SRF_ERR_NULL also for a sink without write. Since 0.2.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_folder_create(sink: *const srf_file_sink, out_folder: *mut *mut srf_folder) -> srf_status {
@@ -209,8 +209,8 @@ pub unsafe extern "C" fn srf_folder_free(folder: *mut srf_folder) -> srf_status 
 
 /// The path of a file in a folder, whether it is there or not, for every function that takes a path.
 /// folder     not NULL
-/// name       of the file, UTF-8, with / between folders: "scan.ply", "depth/00001.png"; NULL for the folder itself
-/// out_path   receives a text that stays until the folder is freed, on SRF_OK only; not NULL
+/// name       of the file, UTF-8, with / between folders: "scan.ply", "depth/00001.png". NULL for the folder itself
+/// out_path   receives a text that stays until the folder is freed, on SRF_OK only. Not NULL
 /// returns    SRF_OK, SRF_ERR_INPUT for a name that is no file's within the folder, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_folder_path(
@@ -229,7 +229,7 @@ pub unsafe extern "C" fn srf_folder_path(
 
 /// Puts a file into a folder, in place of one of that name. The bytes are copied.
 /// folder     not NULL
-/// name       of the file, as in srf_folder_path(); not NULL
+/// name       of the file, as in srf_folder_path(). Not NULL
 /// bytes      not NULL unless count is 0
 /// count      number of bytes
 /// returns    SRF_OK, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY. Since 0.2.
@@ -255,9 +255,9 @@ pub unsafe extern "C" fn srf_folder_put(
 
 /// Puts a file into a folder whose bytes are asked for when they are read, in place of one of that name.
 /// folder     not NULL
-/// name       of the file, as in srf_folder_path(); not NULL
-/// source     where its bytes come from; its user is released once the file is replaced or removed or the folder has gone, and nobody reads
-///            it; not NULL
+/// name       of the file, as in srf_folder_path(). Not NULL
+/// source     where its bytes come from. Its user is released once the file is replaced or removed or the folder has gone, and nobody reads
+///            it. Not NULL
 /// returns    SRF_OK, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL also for a source without read. On errors nothing is released. Since 0.2.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_folder_put_source(
@@ -283,8 +283,8 @@ pub unsafe extern "C" fn srf_folder_put_source(
 
 /// Takes a file out of a folder. Who reads it just then reads on.
 /// folder       not NULL
-/// name         of the file; not NULL
-/// out_removed  receives 1 if it was there, else 0; NULL if not wanted
+/// name         of the file. Not NULL
+/// out_removed  receives 1 if it was there, else 0. NULL if not wanted
 /// returns      SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_INPUT. Since 0.2.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_folder_remove(
@@ -313,7 +313,7 @@ pub unsafe extern "C" fn srf_folder_count(folder: *const srf_folder, out_count: 
 /// Name of a file in a folder, in the order of names.
 /// folder     not NULL
 /// index      less than the number of files
-/// out_name   receives a text that stays until the folder is freed, on SRF_OK only; not NULL
+/// out_name   receives a text that stays until the folder is freed, on SRF_OK only. Not NULL
 /// returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_folder_name(
@@ -331,10 +331,10 @@ pub unsafe extern "C" fn srf_folder_name(
 
 /// What was written or put into a file.
 /// folder     not NULL
-/// name       of the file; not NULL
+/// name       of the file. Not NULL
 /// out_bytes  receives where they are, until this function or srf_folder_remove() is called for the file again or the folder is freed,
-///            whatever is written meanwhile; on SRF_OK only; not NULL
-/// out_count  receives how many; not NULL
+///            whatever is written meanwhile. On SRF_OK only. Not NULL
+/// out_count  receives how many. Not NULL
 /// returns    SRF_OK, SRF_ERR_INPUT if there is no such file or its bytes lie behind a function, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_folder_bytes(

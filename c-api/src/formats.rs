@@ -37,14 +37,13 @@ pub unsafe extern "C" fn srf_format_count(out_count: *mut usize) -> srf_status {
     guard(|| pointer::write("out_count", out_count, all().len()))
 }
 
-/// A format that srf_scans_open() knows. Files are recognized by their content; their endings serve the filters of file
-/// dialogues.
+/// A format that srf_scans_open() knows. Files are recognized by their content. Their endings serve the filters of file dialogues.
 /// index             less than the number of formats
-/// out_name          receives its name for people, static text; not NULL
-/// out_endings       receives the usual endings of names, in lower case, without the dot, a blank between two, static text; NULL if
-///                   not wanted
-/// out_is_side_file  receives 0 for files that hold scans; 1 for those that list, place or describe scans of other files; NULL if
-///                   not wanted
+/// out_name          receives its name for people, static text. Not NULL
+/// out_endings       receives the usual endings of names, in lower case, without the dot, a blank between two, static text. NULL if not
+///                   wanted
+/// out_is_side_file  receives 0 for files that hold scans. 1 for those that list, place or describe scans of other files. NULL if not
+///                   wanted
 /// returns           SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_format(

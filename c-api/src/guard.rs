@@ -6,7 +6,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use crate::fork;
 use crate::status::{Failure, remember, srf_status};
 
-/// Runs the body of an entry; a failure or a panic becomes a status, its text that of the last error.
+/// Runs the body of an entry. A failure or a panic becomes a status, its text that of the last error.
 pub fn guard(body: impl FnOnce() -> Result<(), Failure>) -> srf_status {
     fork::watch();
     // A body that panics has written nothing to the caller: results are written last.

@@ -90,7 +90,7 @@ pub fn get<H: Handle>(name: &str, handle: *const H) -> Result<Shared<H::Inner>, 
     Ok(slot(name, handle)?.read().unwrap_or_else(PoisonError::into_inner).clone())
 }
 
-/// Changes what a handle stands for; unchanged if `change` fails. What goes may be the caller's to release, in a function that calls this
+/// Changes what a handle stands for. Unchanged if `change` fails. What goes may be the caller's to release, in a function that calls this
 /// library: `change` must drop nothing of that kind, but hand it back.
 pub fn change<H: Handle, R>(
     name: &str,
@@ -141,7 +141,7 @@ pub fn give_numbered<H: Handle>(
     pointer::write(name, out, std::ptr::without_provenance_mut(number))
 }
 
-/// Ends a handle; NULL is fine.
+/// Ends a handle. NULL is fine.
 pub fn free<H: Handle>(name: &str, handle: *mut H) -> Result<(), Failure> {
     if handle.is_null() {
         return Ok(());

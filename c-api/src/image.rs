@@ -45,14 +45,14 @@ handle!(srf_image, Image);
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum srf_projection_kind {
-    /// Rays along -z; the value is z. numbers: x and y of pixel (0, 0), x from column to column, y from row to row.
+    /// Rays along -z. The value is z. numbers: x and y of pixel (0, 0), x from column to column, y from row to row.
     SRF_PROJECTION_ORTHOGRAPHIC = 1,
-    /// Rays from the origin through ((col - cx) / fx, (row - cy) / fy, 1); the value is z. numbers: fx, fy, cx, cy in pixels.
+    /// Rays from the origin through ((col - cx) / fx, (row - cy) / fy, 1). The value is z. numbers: fx, fy, cx, cy in pixels.
     SRF_PROJECTION_PINHOLE_DEPTH = 2,
     /// The same, the value is the distance along the ray.
     SRF_PROJECTION_PINHOLE_RANGE = 3,
-    /// Rays from the origin; the value is the distance along the ray. numbers: azimuth (from +x toward +y) and elevation
-    /// (from the horizon toward +z) of pixel (0, 0), azimuth from column to column, elevation from row to row, in radians.
+    /// Rays from the origin. The value is the distance along the ray. numbers: azimuth (from +x toward +y) and elevation (from the horizon
+    /// toward +z) of pixel (0, 0), azimuth from column to column, elevation from row to row, in radians.
     SRF_PROJECTION_SPHERICAL = 4,
     /// A point a pixel, seen along parallel rays. numbers: x, y, z of their direction, toward the scene.
     SRF_PROJECTION_GRID_PARALLEL = 5,
@@ -71,7 +71,7 @@ pub struct srf_projection {
     pub kind: u32,
     /// 0.
     pub reserved: u32,
-    /// What they mean is said with the kind; those it does not name are 0. srf_projection_pinhole() and the functions beside it fill them.
+    /// What they mean is said with the kind. Those it does not name are 0. srf_projection_pinhole() and the functions beside it fill them.
     pub numbers: [f64; 4],
 }
 
@@ -117,12 +117,12 @@ impl srf_projection {
 
 /// Makes a range image.
 /// rows, cols         size of the image
-/// projection         how pixels see; not NULL
+/// projection         how pixels see. Not NULL
 /// samples            rows * cols elements, row after row: for a grid 3 SRF_TYPE_F32 or SRF_TYPE_F64 (kept in single precision), for the
-///                    other kinds one SRF_TYPE_F64 or SRF_TYPE_F32; a number that is not finite makes its pixel invalid; not NULL
-/// world_from_sensor  a rotation and a translation; NULL for the identity
-/// name               for messages and as what ties are broken by when merging, UTF-8; NULL for none
-/// out_image          receives a new handle on SRF_OK only; not NULL
+///                    other kinds one SRF_TYPE_F64 or SRF_TYPE_F32. A number that is not finite makes its pixel invalid. Not NULL
+/// world_from_sensor  a rotation and a translation. NULL for the identity
+/// name               for messages and as what ties are broken by when merging, UTF-8. NULL for none
+/// out_image          receives a new handle on SRF_OK only. Not NULL
 /// returns            SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_image_create(
@@ -152,7 +152,7 @@ pub unsafe extern "C" fn srf_image_create(
     })
 }
 
-/// Releases an image; views of it are gone.
+/// Releases an image. Views of it are gone.
 /// image      NULL does nothing
 /// returns    SRF_OK, SRF_ERR_HANDLE. Since 0.1.
 #[unsafe(no_mangle)]
@@ -164,7 +164,7 @@ pub unsafe extern "C" fn srf_image_free(image: *mut srf_image) -> srf_status {
 /// image      not NULL
 /// out_rows   NULL if not wanted
 /// out_cols   NULL if not wanted
-/// out_valid  receives the number of valid pixels; NULL if not wanted
+/// out_valid  receives the number of valid pixels. NULL if not wanted
 /// returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_image_size(
@@ -184,7 +184,7 @@ pub unsafe extern "C" fn srf_image_size(
 
 /// Name of an image.
 /// image      not NULL
-/// out_name   receives a text that stays until the image is freed or changed, on SRF_OK only; not NULL
+/// out_name   receives a text that stays until the image is freed or changed, on SRF_OK only. Not NULL
 /// returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_image_name(image: *const srf_image, out_name: *mut *const c_char) -> srf_status {
@@ -194,7 +194,7 @@ pub unsafe extern "C" fn srf_image_name(image: *const srf_image, out_name: *mut 
 /// How the pixels of an image see, and where its sensor stands.
 /// image           not NULL
 /// out_projection  NULL if not wanted
-/// out_pose        receives world_from_sensor; NULL if not wanted
+/// out_pose        receives world_from_sensor. NULL if not wanted
 /// returns         SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_image_camera(
@@ -215,9 +215,9 @@ pub unsafe extern "C" fn srf_image_camera(
     })
 }
 
-/// A view of the samples, row after row: 3 SRF_TYPE_F32 a pixel for a grid, else one SRF_TYPE_F64. NaN: an invalid pixel.
+/// A view of the samples, row after row: 3 SRF_TYPE_F32 per pixel for a grid, else one SRF_TYPE_F64. NaN: an invalid pixel.
 /// image        not NULL
-/// out_samples  receives the view on SRF_OK only; not NULL
+/// out_samples  receives the view on SRF_OK only. Not NULL
 /// returns      SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_image_samples(image: *const srf_image, out_samples: *mut srf_array) -> srf_status {
@@ -230,9 +230,9 @@ pub unsafe extern "C" fn srf_image_samples(image: *const srf_image, out_samples:
     })
 }
 
-/// Copies the measured points in the world, 3 doubles a pixel, row after row; NaN for an invalid pixel.
+/// Copies the measured points in the world, 3 doubles per pixel, row after row. NaN for an invalid pixel.
 /// image        not NULL
-/// out_points   room for 3 * rows * cols doubles; not NULL
+/// out_points   room for 3 * rows * cols doubles. Not NULL
 /// capacity     that room, in doubles
 /// progress     NULL for none
 /// returns      SRF_OK, SRF_ERR_PARAMETER if there is too little room, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
@@ -266,8 +266,8 @@ pub unsafe extern "C" fn srf_image_world_points(
 /// invalid pixel of a grid.
 /// image          not NULL
 /// row, col       a pixel of the image
-/// out_origin     room for 3 doubles; not NULL
-/// out_direction  room for 3 doubles; not NULL
+/// out_origin     room for 3 doubles. Not NULL
+/// out_direction  room for 3 doubles. Not NULL
 /// returns        SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_image_ray(
@@ -293,7 +293,7 @@ pub unsafe extern "C" fn srf_image_ray(
 
 /// Places the sensor in the world. Views of the image are gone.
 /// image              not NULL
-/// world_from_sensor  a rotation and a translation; NULL for the identity
+/// world_from_sensor  a rotation and a translation. NULL for the identity
 /// returns            SRF_OK, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_image_set_pose(image: *mut srf_image, world_from_sensor: *const srf_pose) -> srf_status {
@@ -309,7 +309,7 @@ pub unsafe extern "C" fn srf_image_set_pose(image: *mut srf_image, world_from_se
 /// Names an image: for messages, as what ties are broken by when merging, and for the files of srf_images_write_conf().
 /// Views of the image are gone.
 /// image      not NULL
-/// name       UTF-8; NULL for none
+/// name       UTF-8. NULL for none
 /// returns    SRF_OK, SRF_ERR_INPUT for text that is not UTF-8, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_image_set_name(image: *mut srf_image, name: *const c_char) -> srf_status {
@@ -323,11 +323,11 @@ pub unsafe extern "C" fn srf_image_set_name(image: *mut srf_image, name: *const 
     })
 }
 
-/// Sets what pixels have besides their samples, in place of what was there; NULL removes it. Views of the image are gone.
+/// Sets what pixels have besides their samples, in place of what was there. NULL removes it. Views of the image are gone.
 /// image        not NULL
-/// colours      4 SRF_TYPE_U8 a pixel, sRGB with straight alpha
-/// intensities  one SRF_TYPE_F32 or SRF_TYPE_F64 a pixel, in the sensor's own unit
-/// confidences  one SRF_TYPE_F32 or SRF_TYPE_F64 a pixel, >= 0; without them they follow from the geometry
+/// colours      4 SRF_TYPE_U8 per pixel, sRGB with straight alpha
+/// intensities  one SRF_TYPE_F32 or SRF_TYPE_F64 per pixel, in the sensor's own unit
+/// confidences  one SRF_TYPE_F32 or SRF_TYPE_F64 per pixel, >= 0. Without them they follow from the geometry
 /// returns      SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT naming the pixel, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_image_set_attributes(
@@ -354,9 +354,9 @@ pub unsafe extern "C" fn srf_image_set_attributes(
 
 /// Views of what pixels have besides their samples; what an image does not have is empty.
 /// image            not NULL
-/// out_colours      4 SRF_TYPE_U8 a pixel; NULL if not wanted
-/// out_intensities  one SRF_TYPE_F32 a pixel; NULL if not wanted
-/// out_confidences  one SRF_TYPE_F32 a pixel; NULL if not wanted
+/// out_colours      4 SRF_TYPE_U8 per pixel. NULL if not wanted
+/// out_intensities  one SRF_TYPE_F32 per pixel. NULL if not wanted
+/// out_confidences  one SRF_TYPE_F32 per pixel. NULL if not wanted
 /// returns          SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_image_attributes(
@@ -382,7 +382,7 @@ pub unsafe extern "C" fn srf_image_attributes(
 /// image      not NULL
 /// params     NULL for the defaults
 /// progress   NULL for none
-/// out_mesh   receives a new handle on SRF_OK only; not NULL
+/// out_mesh   receives a new handle on SRF_OK only. Not NULL
 /// returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE.
 ///            Since 0.1.
 #[unsafe(no_mangle)]
@@ -406,7 +406,7 @@ pub unsafe extern "C" fn srf_image_triangulate(
 
 /// Where the rays of an image start, in the world.
 /// image       not NULL
-/// out_sensor  room for 3 doubles: the place, or three NaN where rays are parallel; not NULL
+/// out_sensor  room for 3 doubles: the place, or three NaN where rays are parallel. Not NULL
 /// returns     SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_image_sensor(image: *const srf_image, out_sensor: *mut f64) -> srf_status {
@@ -419,7 +419,7 @@ pub unsafe extern "C" fn srf_image_sensor(image: *const srf_image, out_sensor: *
 /// The valid pixels of an image as points, with normals, the image's colours and place in the world, and where its rays start. O(pixels).
 /// image      not NULL
 /// progress   NULL for none
-/// out_cloud  receives a new handle on SRF_OK only; not NULL
+/// out_cloud  receives a new handle on SRF_OK only. Not NULL
 /// returns    SRF_OK, SRF_ERR_INPUT, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_image_to_cloud(

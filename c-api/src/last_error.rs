@@ -27,8 +27,8 @@ pub fn short_text(status: i32) -> &'static str {
     known.and_then(|(_, text)| text.to_str().ok()).unwrap_or("unknown status")
 }
 
-/// Text of the last error of this thread: what is wrong and, where there is one, the remedy. Empty if no call has failed,
-/// never NULL; valid until the next call that fails on this thread. UTF-8. Since 0.1.
+/// Text of the last error of this thread: what is wrong and, where there is one, the remedy. Empty if no call has failed, never NULL. Valid
+/// until the next call that fails on this thread. UTF-8. Since 0.1.
 #[unsafe(no_mangle)]
 pub extern "C" fn srf_last_error_message() -> *const c_char {
     // `as_ptr` stays good after the borrow ends: only `remember` replaces the text.
@@ -36,7 +36,7 @@ pub extern "C" fn srf_last_error_message() -> *const c_char {
 }
 
 /// Says what went wrong in a function that the library calls (srf_image_source): becomes the text of the last error of this thread.
-/// text       UTF-8; not NULL
+/// text       UTF-8. Not NULL
 /// returns    SRF_OK, SRF_ERR_INPUT for text that is not UTF-8, SRF_ERR_NULL. Since 0.2.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_set_last_error(text: *const c_char) -> srf_status {
@@ -47,7 +47,7 @@ pub unsafe extern "C" fn srf_set_last_error(text: *const c_char) -> srf_status {
 }
 
 /// Short text of a status, for example "cancelled".
-/// out_text   receives a static text on SRF_OK only; not NULL
+/// out_text   receives a static text on SRF_OK only. Not NULL
 /// returns    SRF_OK, SRF_ERR_PARAMETER if there is no such status, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_status_text(status: i32, out_text: *mut *const c_char) -> srf_status {

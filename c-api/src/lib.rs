@@ -26,7 +26,7 @@
 //! | `sized` | structs that grow only at the end |
 //! | `pointer` | pointers of the caller, checked and used in one place |
 //!
-//! `unsafe` blocks are in `pointer` and `allocator` alone, a function of the system is declared in `fork`; the lint is lifted for the whole
+//! `unsafe` blocks are in `pointer` and `allocator` alone, a function of the system is declared in `fork`. The lint is lifted for the whole
 //! crate because exporting a symbol counts as unsafe too.
 
 #![allow(unsafe_code)]

@@ -86,7 +86,7 @@ impl Merger {
         merge::merge(&sources::borrowed(&self.sources), params, Run { store, memory, reuse }, progress)
     }
 
-    /// What is kept; nothing where another thread runs it, too: this run neither takes nor leaves anything then.
+    /// What is kept. Nothing where another thread runs it, too: this run neither takes nor leaves anything then.
     fn kept(&self) -> Option<MutexGuard<'_, Owned<incremental::Merger>>> {
         let mut kept = self.kept.as_ref()?.take().ok()?;
         // What the calls of another context found out stays on its account.
@@ -127,7 +127,7 @@ fn add(merger: *mut srf_merger, added: impl IntoIterator<Item = Source>) -> Resu
 }
 
 /// Begins a merge without scans.
-/// out_merger  receives a new handle on SRF_OK only; not NULL
+/// out_merger  receives a new handle on SRF_OK only. Not NULL
 /// returns     SRF_OK, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_merger_create(out_merger: *mut *mut srf_merger) -> srf_status {
@@ -142,7 +142,7 @@ pub unsafe extern "C" fn srf_merger_free(merger: *mut srf_merger) -> srf_status 
     guard(|| handle::free("merger", merger))
 }
 
-/// Adds a range image as it is now; it may be freed or changed afterwards.
+/// Adds a range image as it is now. It may be freed or changed afterwards.
 /// merger     not NULL
 /// image      not NULL
 /// returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
@@ -151,11 +151,11 @@ pub unsafe extern "C" fn srf_merger_add_image(merger: *mut srf_merger, image: *c
     guard(|| add(merger, [sources::of_image(image)?]))
 }
 
-/// Adds an oriented mesh as it is now; its vertex attributes confidence and colour are used if there.
+/// Adds an oriented mesh as it is now. Its vertex attributes confidence and colour are used if there.
 /// merger           not NULL
 /// mesh             not NULL
-/// world_from_mesh  places it; NULL for the identity
-/// name             what ties are broken by, so that the order of adding does not matter, UTF-8; not NULL
+/// world_from_mesh  places it. NULL for the identity
+/// name             what ties are broken by, so that the order of adding does not matter, UTF-8. Not NULL
 /// returns          SRF_OK, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_merger_add_mesh(
@@ -167,7 +167,7 @@ pub unsafe extern "C" fn srf_merger_add_mesh(
     guard(|| add(merger, [sources::of_mesh(mesh, world_from_mesh, name)?]))
 }
 
-/// Adds all scans of a set; they are read when the merge runs, one a thread at a time, and not kept.
+/// Adds all scans of a set. They are read when the merge runs, one a thread at a time, and not kept.
 /// merger     not NULL
 /// scans      not NULL
 /// returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
@@ -176,7 +176,7 @@ pub unsafe extern "C" fn srf_merger_add_scans(merger: *mut srf_merger, scans: *c
     guard(|| add(merger, sources::of_scans(scans)?))
 }
 
-/// Adds a scan of a set; it is read when the merge runs, and not kept.
+/// Adds a scan of a set. It is read when the merge runs, and not kept.
 /// merger     not NULL
 /// scans      not NULL
 /// of_set     number of the scan in the set
@@ -192,9 +192,9 @@ pub unsafe extern "C" fn srf_merger_add_scan(
 
 /// Adds a scan whose range image a function makes: it is made when the merge runs, one a thread at a time, and not kept.
 /// merger             not NULL
-/// source             makes it; the struct is copied; not NULL
-/// world_from_sensor  places it, whatever pose its image has, a rotation and a translation; NULL for the identity
-/// name               what texts call it and ties are broken by, UTF-8; not NULL
+/// source             makes it. The struct is copied. Not NULL
+/// world_from_sensor  places it, whatever pose its image has, a rotation and a translation. NULL for the identity
+/// name               what texts call it and ties are broken by, UTF-8. Not NULL
 /// returns            SRF_OK, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_merger_add_source(
@@ -206,7 +206,7 @@ pub unsafe extern "C" fn srf_merger_add_source(
     guard(|| add(merger, [sources::of_source(source, world_from_sensor, name)?]))
 }
 
-/// Number of scans. They are counted from 0 in the order of adding; those after one that is removed move up.
+/// Number of scans. They are counted from 0 in the order of adding. Those after one that is removed move up.
 /// merger     not NULL
 /// out_scans  not NULL
 /// returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
@@ -238,12 +238,12 @@ pub unsafe extern "C" fn srf_merger_replace_by_image(
     guard(|| replace(merger, index, sources::of_image(image)?))
 }
 
-/// Puts an oriented mesh as it is now in the place of a scan; as srf_merger_add_mesh().
+/// Puts an oriented mesh as it is now in the place of a scan. As srf_merger_add_mesh().
 /// merger           not NULL
 /// index            number of the scan
 /// mesh             not NULL
-/// world_from_mesh  places it; NULL for the identity
-/// name             UTF-8; not NULL
+/// world_from_mesh  places it. NULL for the identity
+/// name             UTF-8. Not NULL
 /// returns          SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_merger_replace_by_mesh(
@@ -256,7 +256,7 @@ pub unsafe extern "C" fn srf_merger_replace_by_mesh(
     guard(|| replace(merger, index, sources::of_mesh(mesh, world_from_mesh, name)?))
 }
 
-/// Puts a scan of a set in the place of a scan; it is read when the merge runs.
+/// Puts a scan of a set in the place of a scan. It is read when the merge runs.
 /// merger     not NULL
 /// index      number of the scan
 /// scans      not NULL
@@ -272,12 +272,12 @@ pub unsafe extern "C" fn srf_merger_replace_by_scan(
     guard(|| replace(merger, index, sources::of_scan(scans, "of_set", of_set)?))
 }
 
-/// Puts a scan whose range image a function makes in the place of a scan; as srf_merger_add_source().
+/// Puts a scan whose range image a function makes in the place of a scan. As srf_merger_add_source().
 /// merger             not NULL
 /// index              number of the scan
-/// source             makes it; the struct is copied; not NULL
-/// world_from_sensor  places it, a rotation and a translation; NULL for the identity
-/// name               UTF-8; not NULL
+/// source             makes it. The struct is copied. Not NULL
+/// world_from_sensor  places it, a rotation and a translation. NULL for the identity
+/// name               UTF-8. Not NULL
 /// returns            SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_merger_replace_by_source(
@@ -290,14 +290,14 @@ pub unsafe extern "C" fn srf_merger_replace_by_source(
     guard(|| replace(merger, index, sources::of_source(source, world_from_sensor, name)?))
 }
 
-/// Says whether each run keeps what it found out for the next, which then loads and counts only those scans that are new to it, and
-/// renews what these have a part in: the result is that of a first run, to the bit. Of files that change on the disk, and functions that
-/// would make another image, nothing is noticed: the scan has to be replaced, by itself if need be. A run keeps nothing for those under
-/// another context. Where the measured cell or merge
-/// distance differs, since a scan has changed, all follows anew; giving both as parameters makes that rarer. Of two runs at a time the second
-/// keeps nothing. Memory: about 125 bytes for each intersection of a scan with the grid, until srf_merger_free().
+/// Says whether each run keeps what it found out for the next, which then loads and counts only those scans that are new to it, and renews
+/// what these have a part in: the result is that of a first run, to the bit. Of files that change on the disk, and functions that would
+/// make another image, nothing is noticed: the scan has to be replaced, by itself if need be. A run keeps nothing for those under another
+/// context. Where the measured cell or merge distance differs, since a scan has changed, all follows anew. Giving both as parameters makes
+/// that rarer. Of two runs at a time the second keeps nothing. Memory: about 125 bytes for each intersection of a scan with the grid, until
+/// srf_merger_free().
 /// merger     not NULL
-/// keep       1 to keep; 0, the default, gives back what is kept
+/// keep       1 to keep. 0, the default, gives back what is kept
 /// returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_merger_keep(merger: *mut srf_merger, keep: u32) -> srf_status {
@@ -318,8 +318,8 @@ pub unsafe extern "C" fn srf_merger_keep(merger: *mut srf_merger, keep: u32) -> 
 /// How much the last run that kept something had to renew: bricks of 32 cells a side that scans speak of. 0 of 0 without
 /// srf_merger_keep() and before the first run with it: nothing is kept then, and each run finds out everything.
 /// merger       not NULL
-/// out_renewed  bricks labelled anew; NULL if not wanted
-/// out_bricks   all bricks; NULL if not wanted
+/// out_renewed  bricks labelled anew. NULL if not wanted
+/// out_bricks   all bricks. NULL if not wanted
 /// returns      SRF_OK, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_merger_renewed(

@@ -30,8 +30,8 @@ impl From<TriMesh> for Mesh {
     }
 }
 
-/// A triangle mesh with named attributes of its vertices and triangles; triangles turn counter-clockwise seen from
-/// outside. Released with srf_mesh_free().
+/// A triangle mesh with named attributes of its vertices and triangles. Triangles turn counter-clockwise seen from outside. Released with
+/// srf_mesh_free().
 #[allow(non_camel_case_types)]
 pub struct srf_mesh {
     _opaque: [u8; 0],
@@ -64,9 +64,9 @@ fn unknown_domain(domain: u32) -> Failure {
 }
 
 /// Makes a mesh.
-/// positions  3 SRF_TYPE_F64 or SRF_TYPE_F32 a vertex, finite, in any unit; not NULL
-/// triangles  3 SRF_TYPE_U32 or SRF_TYPE_I32 a triangle, each less than the number of vertices; NULL for a mesh of points alone
-/// out_mesh   receives a new handle on SRF_OK only; not NULL
+/// positions  3 SRF_TYPE_F64 or SRF_TYPE_F32 per vertex, finite, in any unit. Not NULL
+/// triangles  3 SRF_TYPE_U32 or SRF_TYPE_I32 per triangle, each less than the number of vertices. NULL for a mesh of points alone
+/// out_mesh   receives a new handle on SRF_OK only. Not NULL
 /// returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT naming the element, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_mesh_create(
@@ -87,7 +87,7 @@ pub unsafe extern "C" fn srf_mesh_create(
     })
 }
 
-/// Releases a mesh; views of it are gone. A call that works with it on another thread goes on.
+/// Releases a mesh. Views of it are gone. A call that works with it on another thread goes on.
 /// mesh       NULL does nothing
 /// returns    SRF_OK, SRF_ERR_HANDLE. Since 0.1.
 #[unsafe(no_mangle)]
@@ -95,18 +95,18 @@ pub unsafe extern "C" fn srf_mesh_free(mesh: *mut srf_mesh) -> srf_status {
     guard(|| handle::free("mesh", mesh))
 }
 
-/// A view of the coordinates: 3 SRF_TYPE_F64 a vertex.
+/// A view of the coordinates: 3 SRF_TYPE_F64 per vertex.
 /// mesh           not NULL
-/// out_positions  receives the view on SRF_OK only; not NULL
+/// out_positions  receives the view on SRF_OK only. Not NULL
 /// returns        SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_mesh_positions(mesh: *const srf_mesh, out_positions: *mut srf_array) -> srf_status {
     guard(|| pointer::write("out_positions", out_positions, array::points(&handle::get("mesh", mesh)?.mesh.positions)))
 }
 
-/// A view of the triangles: 3 SRF_TYPE_U32 a triangle.
+/// A view of the triangles: 3 SRF_TYPE_U32 per triangle.
 /// mesh           not NULL
-/// out_triangles  receives the view on SRF_OK only; not NULL
+/// out_triangles  receives the view on SRF_OK only. Not NULL
 /// returns        SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_mesh_triangles(mesh: *const srf_mesh, out_triangles: *mut srf_array) -> srf_status {
@@ -118,7 +118,7 @@ pub unsafe extern "C" fn srf_mesh_triangles(mesh: *const srf_mesh, out_triangles
 /// Number of attributes.
 /// mesh       not NULL
 /// domain     a value of srf_domain
-/// out_count  receives the number on SRF_OK only; not NULL
+/// out_count  receives the number on SRF_OK only. Not NULL
 /// returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_mesh_attribute_count(
@@ -137,7 +137,7 @@ pub unsafe extern "C" fn srf_mesh_attribute_count(
 /// mesh       not NULL
 /// domain     a value of srf_domain
 /// index      less than srf_mesh_attribute_count()
-/// out_name   receives a text that stays until the mesh is freed or changed, on SRF_OK only; not NULL
+/// out_name   receives a text that stays until the mesh is freed or changed, on SRF_OK only. Not NULL
 /// returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_mesh_attribute_name(
@@ -161,7 +161,7 @@ pub unsafe extern "C" fn srf_mesh_attribute_name(
 /// mesh       not NULL
 /// domain     a value of srf_domain
 /// name       not NULL
-/// out_data   receives the view on SRF_OK only; not NULL
+/// out_data   receives the view on SRF_OK only. Not NULL
 /// returns    SRF_OK, SRF_ERR_INPUT if there is none of that name, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_mesh_attribute(
@@ -187,7 +187,7 @@ pub unsafe extern "C" fn srf_mesh_attribute(
 /// mesh       not NULL
 /// domain     a value of srf_domain
 /// name       not NULL, not empty
-/// data       one entry a vertex or triangle of one of the types of srf_mesh_attribute(), copied; NULL removes the attribute
+/// data       one entry a vertex or triangle of one of the types of srf_mesh_attribute(), copied. NULL removes the attribute
 /// returns    SRF_OK, SRF_ERR_INPUT, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_mesh_set_attribute(
@@ -221,9 +221,9 @@ pub unsafe extern "C" fn srf_mesh_set_attribute(
 
 /// Checks whether a mesh is what a surface must be, and finds its topology. Shares no code with what makes meshes.
 /// mesh        not NULL
-/// welded      0: vertices are the same if they have the same index; 1: also if they are at the same place in single precision
+/// welded      0: vertices are the same if they have the same index. 1: also if they are at the same place in single precision
 /// progress    NULL for none
-/// out_report  initialized by srf_check_report_init(); not NULL
+/// out_report  initialized by srf_check_report_init(). Not NULL
 /// returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_OUT_OF_MEMORY, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_mesh_check(

@@ -14,7 +14,7 @@ fn not_null<T>(name: &str, pointer: *const T) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Writes a result through a pointer of the caller; `name` is the argument's, for the message.
+/// Writes a result through a pointer of the caller. `name` is the argument's, for the message.
 pub fn write<T>(name: &str, out: *mut T, value: T) -> Result<(), Failure> {
     not_null(name, out)?;
     // SAFETY: not NULL, and by the header's contract valid for a write of a T; `write` does not read what was there.
@@ -34,7 +34,7 @@ pub fn read<T: AnyBitPattern>(name: &str, pointer: *const T) -> Result<T, Failur
     Ok(unsafe { pointer.read_unaligned() })
 }
 
-/// The struct of pointers and numbers behind a pointer; `None` for NULL.
+/// The struct of pointers and numbers behind a pointer. `None` for NULL.
 pub fn read_struct<T: Copy>(pointer: *const T) -> Option<T> {
     // SAFETY: not NULL, and by the header's contract a T that the caller has filled in.
     (!pointer.is_null()).then(|| unsafe { pointer.read_unaligned() })
@@ -129,7 +129,7 @@ pub fn call_make<H>(
     unsafe { function(user, out_made) }
 }
 
-/// Calls the caller's function that reads bytes of a file; it answers how many.
+/// Calls the caller's function that reads bytes of a file. It answers how many.
 pub fn call_read(
     function: unsafe extern "C" fn(*mut c_void, u64, *mut c_void, usize, *mut usize) -> i32,
     user: *mut c_void,

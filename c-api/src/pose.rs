@@ -16,7 +16,7 @@ pub struct srf_pose {
     pub matrix: [f64; 16],
 }
 
-/// The transform behind a pointer; NULL is the identity.
+/// The transform behind a pointer. NULL is the identity.
 pub fn read(name: &str, pose: *const srf_pose) -> Result<DAffine3, Failure> {
     if pose.is_null() { Ok(DAffine3::IDENTITY) } else { transform(name, &pointer::read(name, pose)?) }
 }
@@ -45,7 +45,7 @@ pub fn read_rigid(name: &str, pose: *const srf_pose) -> Result<DAffine3, Failure
     rigid(name, read(name, pose)?)
 }
 
-/// The poses of `scans` scans behind a pointer, rigid; `None` for those that are all 0.
+/// The poses of `scans` scans behind a pointer, rigid. `None` for those that are all 0.
 pub fn read_all(
     name: &str,
     poses: *const srf_pose,

@@ -23,16 +23,16 @@ pub type srf_progress_fn =
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct srf_progress {
-    /// Asked during the call; NULL for nobody.
+    /// Asked during the call. NULL for nobody.
     pub report: srf_progress_fn,
     /// Handed to report as it is.
     pub user: *mut c_void,
-    /// Cancels the call once it is set, by whatever thread, also where it was before the call began; NULL for nothing. It may be freed
+    /// Cancels the call once it is set, by whatever thread, also where it was before the call began. NULL for nothing. It may be freed
     /// during the call, and be given to several calls at once.
     pub cancel: *const srf_cancel,
 }
 
-/// Work that reports to the caller's progress; at its end too, if it succeeds.
+/// Work that reports to the caller's progress. At its end too, if it succeeds.
 pub fn watched<R>(
     progress: *const srf_progress,
     work: impl FnOnce(&Progress<'static>) -> Result<R, Failure>,

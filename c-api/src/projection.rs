@@ -15,10 +15,10 @@ fn give(out_projection: *mut srf_projection, projection: Projection) -> Result<(
 }
 
 /// Says how a depth camera sees, which looks along z with x to the right and y down.
-/// fx, fy          focal lengths in pixels, across and down; not 0
-/// cx, cy          column and row of the principal point; pixel centres lie at whole numbers
+/// fx, fy          focal lengths in pixels, across and down. Not 0
+/// cx, cy          column and row of the principal point. Pixel centres lie at whole numbers
 /// along_ray       0 if the values of an image are depths along z, 1 if they are distances along the rays
-/// out_projection  receives it on SRF_OK only; not NULL
+/// out_projection  receives it on SRF_OK only. Not NULL
 /// returns         SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_NULL. Since 0.2.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_projection_pinhole(
@@ -37,9 +37,9 @@ pub unsafe extern "C" fn srf_projection_pinhole(
 
 /// Says that an image is a height map: rays along -z, its values are z.
 /// first_x, first_y  place of pixel (0, 0)
-/// step_x            x from column to column; not 0
-/// step_y            y from row to row; below 0 where row 0 is at the top; not 0
-/// out_projection    receives it on SRF_OK only; not NULL
+/// step_x            x from column to column. Not 0
+/// step_y            y from row to row. Below 0 where row 0 is at the top. Not 0
+/// out_projection    receives it on SRF_OK only. Not NULL
 /// returns           SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_NULL. Since 0.2.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_projection_orthographic(
@@ -52,13 +52,13 @@ pub unsafe extern "C" fn srf_projection_orthographic(
     guard(|| give(out_projection, Projection::Orthographic { first: [first_x, first_y], step: [step_x, step_y] }))
 }
 
-/// Says how a terrestrial scanner sees: its values are distances along the rays. Radians; azimuths turn from +x toward +y, elevations from
+/// Says how a terrestrial scanner sees: its values are distances along the rays. Radians. Azimuths turn from +x toward +y, elevations from
 /// the horizon toward +z.
 /// azimuth         of column 0
 /// elevation       of row 0
-/// azimuth_step    from column to column; not 0
-/// elevation_step  from row to row; below 0 where row 0 is the highest; not 0
-/// out_projection  receives it on SRF_OK only; not NULL
+/// azimuth_step    from column to column. Not 0
+/// elevation_step  from row to row. Below 0 where row 0 is the highest. Not 0
+/// out_projection  receives it on SRF_OK only. Not NULL
 /// returns         SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_NULL. Since 0.2.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_projection_spherical(
@@ -73,8 +73,8 @@ pub unsafe extern "C" fn srf_projection_spherical(
 }
 
 /// Says that an image has a point per pixel, seen along parallel rays.
-/// direction       3 numbers of any length but 0: where the rays lead, toward the scene, in the sensor's frame; not NULL
-/// out_projection  receives it on SRF_OK only; not NULL
+/// direction       3 numbers of any length but 0: where the rays lead, toward the scene, in the sensor's frame. Not NULL
+/// out_projection  receives it on SRF_OK only. Not NULL
 /// returns         SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_NULL. Since 0.2.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_projection_grid_parallel(
@@ -88,8 +88,8 @@ pub unsafe extern "C" fn srf_projection_grid_parallel(
 }
 
 /// Says that an image has a point per pixel, seen from one place.
-/// origin          3 numbers: the place in the sensor's frame; not NULL
-/// out_projection  receives it on SRF_OK only; not NULL
+/// origin          3 numbers: the place in the sensor's frame. Not NULL
+/// out_projection  receives it on SRF_OK only. Not NULL
 /// returns         SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_NULL. Since 0.2.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_projection_grid_from(

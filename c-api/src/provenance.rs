@@ -16,17 +16,17 @@ use crate::status::{Failure, srf_status};
 use crate::write::write_images;
 use crate::{handle, params, pointer};
 
-/// What a file is to say of where it is from; NULL for nothing.
+/// What a file is to say of where it is from. NULL for nothing.
 pub fn provenance_of(json: *const c_char) -> Result<Option<Provenance>, Failure> {
     if json.is_null() { Ok(None) } else { Ok(Some(Provenance::from_json(pointer::text("provenance", json)?)?)) }
 }
 
 /// Writes a mesh as srf_mesh_write() does, and says in the file where it is from.
 /// mesh        not NULL
-/// path        UTF-8; not NULL
+/// path        UTF-8. Not NULL
 /// options     NULL for the defaults
 /// provenance  an object in JSON, as program, parameters and hashes of what was read: .ply and .obj have it as comments, .glb in
-///             asset.extras.surfrecon, .stl has no place for it; NULL for none
+///             asset.extras.surfrecon, .stl has no place for it. NULL for none
 /// progress    NULL for none
 /// returns     SRF_OK, SRF_ERR_IO, SRF_ERR_INPUT for another ending and for what is no such object, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED,
 ///             SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.2.
@@ -51,10 +51,10 @@ pub unsafe extern "C" fn srf_mesh_write_from(
 
 /// Writes images as srf_images_write_e57() does, and says in the file where it is from: the text provenance of its root, in a namespace
 /// of its own, which readers that do not know it pass over.
-/// images      none of them NULL; not NULL
+/// images      none of them NULL. Not NULL
 /// count       number of images, at least 1
-/// path        UTF-8; not NULL
-/// provenance  an object in JSON; NULL for none
+/// path        UTF-8. Not NULL
+/// provenance  an object in JSON. NULL for none
 /// progress    NULL for none
 /// returns     SRF_OK, SRF_ERR_IO, SRF_ERR_INPUT for what is no such object and for images of different systems, SRF_ERR_PARAMETER,
 ///             SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
@@ -75,10 +75,10 @@ pub unsafe extern "C" fn srf_images_write_e57_from(
 }
 
 /// What a file that this library wrote says of where it is from: .ply, .obj, .glb, .e57.
-/// path        UTF-8; not NULL
-/// out_text    receives an object in JSON with its zero byte, an empty text where the file says nothing; NULL if not wanted
+/// path        UTF-8. Not NULL
+/// out_text    receives an object in JSON with its zero byte, an empty text where the file says nothing. NULL if not wanted
 /// capacity    room there, in bytes
-/// out_length  receives the length of the text without its zero byte; not NULL
+/// out_length  receives the length of the text without its zero byte. Not NULL
 /// returns     SRF_OK, SRF_ERR_PARAMETER if there is too little room, SRF_ERR_IO, SRF_ERR_INPUT, SRF_ERR_NULL. Since 0.2.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_file_provenance(

@@ -33,13 +33,13 @@ pub struct srf_quads {
 
 handle!(srf_quads, Gridded);
 
-/// Makes a quad grid of an image. Every vertex lies on a pixel of its own; seen on the pixels no quad folds over. The grid covers
-/// the whole image, and its mean error is at most that of the uniform grid of the same size. O(pixels).
+/// Makes a quad grid of an image. Every vertex lies on a pixel of its own. Seen on the pixels no quad folds over. The grid covers the whole
+/// image, and its mean error is at most that of the uniform grid of the same size. O(pixels).
 /// image       not NULL
 /// params      NULL for the defaults
 /// progress    NULL for none
-/// out_quads   receives a new handle on SRF_OK only; not NULL
-/// out_report  initialized by srf_quads_report_init(); NULL if not wanted
+/// out_quads   receives a new handle on SRF_OK only. Not NULL
+/// out_report  initialized by srf_quads_report_init(). NULL if not wanted
 /// returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL,
 ///             SRF_ERR_STRUCT_SIZE. Since 0.1.
 #[unsafe(no_mangle)]
@@ -68,7 +68,7 @@ pub unsafe extern "C" fn srf_quads_create(
     })
 }
 
-/// Releases a quad grid; views of it are gone.
+/// Releases a quad grid. Views of it are gone.
 /// quads      NULL does nothing
 /// returns    SRF_OK, SRF_ERR_HANDLE. Since 0.1.
 #[unsafe(no_mangle)]
@@ -78,11 +78,11 @@ pub unsafe extern "C" fn srf_quads_free(quads: *mut srf_quads) -> srf_status {
 
 /// All vertices of the grid, those on the background as well, row after row of rows * cols.
 /// quads           not NULL
-/// out_rows        rows of vertices; NULL if not wanted
-/// out_cols        columns of vertices; NULL if not wanted
-/// out_positions   3 SRF_TYPE_F64 a vertex, in the sensor's frame; on the background a continuation of the surface; NULL if not wanted
-/// out_pixels      2 SRF_TYPE_U32 a vertex: row and column of its pixel, rising strictly along both; NULL if not wanted
-/// out_background  one SRF_TYPE_U8 a vertex, 1 on pixels without a sample; NULL if not wanted
+/// out_rows        rows of vertices. NULL if not wanted
+/// out_cols        columns of vertices. NULL if not wanted
+/// out_positions   3 SRF_TYPE_F64 per vertex, in the sensor's frame. On the background a continuation of the surface. NULL if not wanted
+/// out_pixels      2 SRF_TYPE_U32 per vertex: row and column of its pixel, rising strictly along both. NULL if not wanted
+/// out_background  one SRF_TYPE_U8 per vertex, 1 on pixels without a sample. NULL if not wanted
 /// returns         SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_quads_grid(
@@ -106,10 +106,10 @@ pub unsafe extern "C" fn srf_quads_grid(
 
 /// The quads that are not on the background, with the vertices they use.
 /// quads          not NULL
-/// out_positions  3 SRF_TYPE_F64 a vertex, in the sensor's frame; NULL if not wanted
-/// out_uvs        2 SRF_TYPE_F32 a vertex: image coordinates, 0 to 1 from the left and from the bottom; NULL if not wanted
-/// out_corners    4 SRF_TYPE_U32 a quad, counter-clockwise seen from the sensor; NULL if not wanted
-/// out_errors     one SRF_TYPE_F32 a quad: largest distance of the samples seen in it; NULL if not wanted
+/// out_positions  3 SRF_TYPE_F64 per vertex, in the sensor's frame. NULL if not wanted
+/// out_uvs        2 SRF_TYPE_F32 per vertex: image coordinates, 0 to 1 from the left and from the bottom. NULL if not wanted
+/// out_corners    4 SRF_TYPE_U32 per quad, counter-clockwise seen from the sensor. NULL if not wanted
+/// out_errors     one SRF_TYPE_F32 per quad: largest distance of the samples seen in it. NULL if not wanted
 /// returns        SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_quads_faces(
@@ -134,11 +134,11 @@ fn give<T>(name: &str, out: *mut T, value: T) -> Result<(), Failure> {
     if out.is_null() { Ok(()) } else { pointer::write(name, out, value) }
 }
 
-/// The quads as triangles, each cut along the diagonal that lies nearer to the samples: quad q is the triangles 2 q and
-/// 2 q + 1. Vertices are those of srf_quads_faces(), with the attributes range_row, range_col, grid_row, grid_col, and colour,
-/// intensity, confidence where the image has them; of triangles: error.
+/// The quads as triangles, each cut along the diagonal that lies nearer to the samples: quad q is the triangles 2 q and 2 q + 1. Vertices
+/// are those of srf_quads_faces(), with the attributes range_row, range_col, grid_row, grid_col, and colour, intensity, confidence where
+/// the image has them. Of triangles: error.
 /// quads      not NULL
-/// out_mesh   receives a new handle on SRF_OK only; not NULL
+/// out_mesh   receives a new handle on SRF_OK only. Not NULL
 /// returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_quads_triangles(quads: *const srf_quads, out_mesh: *mut *mut srf_mesh) -> srf_status {
@@ -151,7 +151,7 @@ pub unsafe extern "C" fn srf_quads_triangles(quads: *const srf_quads, out_mesh: 
 
 /// Writes the quads as OBJ, with colours. A file of that name is replaced once all is written, or stays.
 /// quads      not NULL
-/// path       UTF-8; not NULL
+/// path       UTF-8. Not NULL
 /// progress   NULL for none
 /// returns    SRF_OK, SRF_ERR_IO, SRF_ERR_INPUT, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]

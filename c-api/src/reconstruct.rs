@@ -34,7 +34,7 @@ pub enum srf_dropped {
     SRF_DROPPED_USED = 0,
     /// A coordinate isn't a finite number.
     SRF_DROPPED_NOT_FINITE = 1,
-    /// At the same place as a point before it; of points that are flat but for noise, also right above another.
+    /// At the same place as a point before it. Of points that are flat but for noise, also right above another.
     SRF_DROPPED_DUPLICATE = 2,
     /// Inside the closed surface, out of its reach.
     SRF_DROPPED_INSIDE = 3,
@@ -44,17 +44,16 @@ pub enum srf_dropped {
     SRF_DROPPED_OUTLIER = 5,
 }
 
-/// Takes a cloud; it is kept as it is now and may be freed afterwards. O(1): the points are tetrahedralized for the first
-/// surface.
-/// cloud              not NULL; its normals, if it has any, say which side of the surface is seen; zero where unknown. Where points
-///                    carry noise they also tell the sides of thin walls apart, and what is inside
+/// Takes a cloud. It is kept as it is now and may be freed afterwards. O(1): the points are tetrahedralized for the first surface.
+/// cloud              not NULL. Its normals, if it has any, say which side of the surface is seen. Zero where unknown. Where points carry
+///                    noise they also tell the sides of thin walls apart, and what is inside
 /// sensors            3 SRF_TYPE_F64 or SRF_TYPE_F32 a place, one place or one a point: where the points were seen from, in the cloud's
-///                    frame; go before the normals. Open surfaces then span no jumps, over which sensors looked from one point past
-///                    it at another, and no gaps and holes through which points were seen; what was seen from one side only is
-///                    closed only if that is asked for. Three NaN where that is not known of a point, whose normal counts then; a
-///                    jump is told only between points whose sensors are all known. NULL for what srf_cloud_sensor() says. With
-///                    neither, closed surfaces are turned outwards, open ones up
-/// out_reconstructor  receives a new handle on SRF_OK only; not NULL
+///                    frame. Go before the normals. Open surfaces then span no jumps, over which sensors looked from one point past it at
+///                    another, and no gaps and holes through which points were seen. What was seen from one side only is closed only if
+///                    that is asked for. Three NaN where that is not known of a point, whose normal counts then. A jump is told only
+///                    between points whose sensors are all known. NULL for what srf_cloud_sensor() says. With neither, closed surfaces are
+///                    turned outwards, open ones up
+/// out_reconstructor  receives a new handle on SRF_OK only. Not NULL
 /// returns            SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_reconstructor_create(
@@ -80,15 +79,15 @@ pub unsafe extern "C" fn srf_reconstructor_free(reconstructor: *mut srf_reconstr
     guard(|| handle::free("reconstructor", reconstructor))
 }
 
-/// Makes a surface through the points: the first in O(n log n) in practice, others in a fraction of that; it does not depend
-/// on those. In the cloud's frame; its vertices are the used points in their order. Vertex attributes: source_point, and colour,
-/// intensity, normal_x, normal_y, normal_z where the cloud has them.
-/// reconstructor  not NULL; used by one call at a time, others are refused
+/// Makes a surface through the points: the first in O(n log n) in practice, others in a fraction of that; it does not depend on those. In
+/// the cloud's frame. Its vertices are the used points in their order. Vertex attributes: source_point, and colour, intensity, normal_x,
+/// normal_y, normal_z where the cloud has them.
+/// reconstructor  not NULL. Used by one call at a time, others are refused
 /// params         NULL for the defaults
 /// progress       NULL for none
-/// out_mesh       receives a new handle on SRF_OK only; not NULL
-/// out_report     initialized by srf_reconstruct_report_init(); NULL if not wanted
-/// out_dropped    room for a byte a point, values of srf_dropped; NULL if not wanted
+/// out_mesh       receives a new handle on SRF_OK only. Not NULL
+/// out_report     initialized by srf_reconstruct_report_init(). NULL if not wanted
+/// out_dropped    room for a byte per point, values of srf_dropped. NULL if not wanted
 /// returns        SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT for points without a surface, SRF_ERR_CANCELLED,
 ///                SRF_ERR_OUT_OF_MEMORY, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 #[unsafe(no_mangle)]

@@ -1,4 +1,4 @@
-//! Boxes, planes and masks that samples are kept or removed by; the dominant plane; true size and ground.
+//! Boxes, planes and masks that samples are kept or removed by. The dominant plane. True size and ground.
 
 use std::sync::Arc;
 
@@ -24,7 +24,7 @@ pub struct srf_region {
 
 handle!(srf_region, Region);
 
-/// A plane in the world. Starts with its size; prepared by srf_plane_init().
+/// A plane in the world. Starts with its size. Prepared by srf_plane_init().
 #[allow(non_camel_case_types)]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
@@ -35,7 +35,7 @@ pub struct srf_plane {
     pub is_found: u32,
     /// On the plane.
     pub point: [f64; 3],
-    /// Of any length but 0; points above.
+    /// Of any length but 0. Points above.
     pub normal: [f64; 3],
     /// What lies at most so far above the plane is removed with it.
     pub margin: f64,
@@ -87,9 +87,9 @@ pub fn place(name: &str, numbers: *const f64) -> Result<DVec3, Failure> {
 }
 
 /// The plane through three points, without a margin.
-/// points     nine numbers: x, y, z of each; not NULL
-/// above      x, y, z of a place that lies above, such as the eye; NULL: above is where the points turn counter-clockwise
-/// out_plane  prepared by srf_plane_init(); not NULL
+/// points     nine numbers: x, y, z of each. Not NULL
+/// above      x, y, z of a place that lies above, such as the eye. NULL: above is where the points turn counter-clockwise
+/// out_plane  prepared by srf_plane_init(). Not NULL
 /// returns    SRF_OK, SRF_ERR_INPUT for points on one line or a place on the plane, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_plane_through(
@@ -114,10 +114,10 @@ pub unsafe extern "C" fn srf_plane_through(
 
 /// Finds the plane that most samples lie on: a table, a turntable, the ground. Above is the side that its samples were seen from; where
 /// that is not known, the one that most of the others lie on. The same for any order of the scans and any number of threads.
-/// aligner    one that scans were added to, one at least; they lie where they were when they were added; clouds need no normals; not NULL
+/// aligner    one that scans were added to, one at least. They lie where they were when they were added. Clouds need no normals. Not NULL
 /// params     NULL for the defaults
 /// progress   NULL for none
-/// out_plane  prepared by srf_plane_init(); its margin takes along what its samples scatter by; not NULL
+/// out_plane  prepared by srf_plane_init(). Its margin takes along what its samples scatter by. Not NULL
 /// returns    SRF_OK, SRF_ERR_INPUT where no plane stands out, with the remedy, SRF_ERR_PARAMETER, SRF_ERR_IO, SRF_ERR_FORMAT,
 ///            SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE, SRF_ERR_OUT_OF_MEMORY. Since 0.1.
 #[unsafe(no_mangle)]
@@ -141,8 +141,8 @@ pub unsafe extern "C" fn srf_dominant_plane(
 }
 
 /// A region of what lies in a box or on its sides.
-/// world_from_box  the box is what the cube from -1 to 1 along each axis becomes; skewed and mirrored ones are fine; NULL for the identity
-/// out_region      receives a new handle on SRF_OK only; not NULL
+/// world_from_box  the box is what the cube from -1 to 1 along each axis becomes. Skewed and mirrored ones are fine. NULL for the identity
+/// out_region      receives a new handle on SRF_OK only. Not NULL
 /// returns         SRF_OK, SRF_ERR_INPUT for a flat box, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_region_box(
@@ -156,8 +156,8 @@ pub unsafe extern "C" fn srf_region_box(
 }
 
 /// A region of what lies below a plane, on it, or at most its margin above.
-/// plane       prepared by srf_plane_init(), srf_plane_through() or srf_dominant_plane(); not NULL
-/// out_region  receives a new handle on SRF_OK only; not NULL
+/// plane       prepared by srf_plane_init(), srf_plane_through() or srf_dominant_plane(). Not NULL
+/// out_region  receives a new handle on SRF_OK only. Not NULL
 /// returns     SRF_OK, SRF_ERR_INPUT for a normal of length 0, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_region_below(plane: *const srf_plane, out_region: *mut *mut srf_region) -> srf_status {
@@ -165,9 +165,9 @@ pub unsafe extern "C" fn srf_region_below(plane: *const srf_plane, out_region: *
 }
 
 /// A region of the marked samples of one scan.
-/// marks       one SRF_TYPE_U8 a sample, 0 for those that are not marked: pixels of an image row after row, vertices, or points; not NULL
-/// rows, cols  size of the image; 0 and 0 for meshes and clouds
-/// out_region  receives a new handle on SRF_OK only; not NULL
+/// marks       one SRF_TYPE_U8 per sample, 0 for those that are not marked: pixels of an image row after row, vertices, or points. Not NULL
+/// rows, cols  size of the image. 0 and 0 for meshes and clouds
+/// out_region  receives a new handle on SRF_OK only. Not NULL
 /// returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT for another number of marks than pixels, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_region_mask(
@@ -193,9 +193,9 @@ pub unsafe extern "C" fn srf_region_free(region: *mut srf_region) -> srf_status 
 }
 
 /// The scale about the origin that makes two picked places lie as far apart as they truly do.
-/// a, b            x, y, z of each, in the world; not NULL
+/// a, b            x, y, z of each, in the world. Not NULL
 /// distance        how far apart they are, > 0, in the unit that the scans are to have
-/// out_similarity  for srf_scans_transform() and the like; not NULL
+/// out_similarity  for srf_scans_transform() and the like. Not NULL
 /// returns         SRF_OK, SRF_ERR_INPUT for places that are the same, SRF_ERR_PARAMETER for a distance not above 0, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_true_size(
@@ -216,9 +216,9 @@ pub unsafe extern "C" fn srf_true_size(
 }
 
 /// The least turn, and shift along `up`, that lay a plane to height 0, with what is above it above.
-/// plane           as for srf_region_below(); not NULL
-/// up              x, y, z of a direction; NULL for z
-/// out_similarity  for srf_scans_transform() and the like; not NULL
+/// plane           as for srf_region_below(). Not NULL
+/// up              x, y, z of a direction. NULL for z
+/// out_similarity  for srf_scans_transform() and the like. Not NULL
 /// returns         SRF_OK, SRF_ERR_INPUT for a direction or normal of length 0, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_ground(

@@ -17,11 +17,11 @@ use crate::{params, pointer};
 /// vertex attribute colour, the image has colours.
 /// mesh               not NULL
 /// rows, cols         size of the image
-/// projection         how pixels see, no grid; not NULL
-/// world_from_sensor  where the sensor stands: a rotation and a translation; NULL for the identity
+/// projection         how pixels see, no grid. Not NULL
+/// world_from_sensor  where the sensor stands: a rotation and a translation. NULL for the identity
 /// params             NULL for the defaults
 /// progress           NULL for none
-/// out_image          receives a new handle on SRF_OK only; not NULL
+/// out_image          receives a new handle on SRF_OK only. Not NULL
 /// returns            SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT, SRF_ERR_OUT_OF_MEMORY, SRF_ERR_CANCELLED, SRF_ERR_HANDLE,
 ///                    SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 #[unsafe(no_mangle)]

@@ -30,12 +30,12 @@ pub struct srf_sculptor {
 
 handle!(srf_sculptor, Prepared);
 
-/// Makes an image ready to be sculpted: finds where the mesh may be, once for all tolerances. O(pixels). The image is kept as
-/// it is now; it may be freed or changed afterwards.
+/// Makes an image ready to be sculpted: finds where the mesh may be, once for all tolerances. O(pixels). The image is kept as it is now. It
+/// may be freed or changed afterwards.
 /// image         not NULL
 /// params        NULL for the defaults
 /// progress      NULL for none
-/// out_sculptor  receives a new handle on SRF_OK only; not NULL
+/// out_sculptor  receives a new handle on SRF_OK only. Not NULL
 /// returns       SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL,
 ///               SRF_ERR_STRUCT_SIZE. Since 0.1.
 #[unsafe(no_mangle)]
@@ -64,17 +64,16 @@ pub unsafe extern "C" fn srf_sculptor_free(sculptor: *mut srf_sculptor) -> srf_s
     guard(|| handle::free("sculptor", sculptor))
 }
 
-/// The mesh of few triangles within a tolerance, finer or coarser than any before; it does not depend on those. In the
-/// sensor's frame; srf_image_camera() places it. Every sample's ray meets the mesh within the tolerance, nothing covers an
-/// invalid pixel or bridges a jump, and seen from the sensor the mesh covers every place at most once. One exception: samples
-/// whose triangles all hide behind others, as seen along the rays, are not covered and have no bound; they count as
-/// isolated_pixels. Vertex attributes:
-/// range_row, range_col, error, and colour, intensity, confidence where the image has them; of triangles: error.
+/// The mesh of few triangles within a tolerance, finer or coarser than any before. It does not depend on those. In the sensor's frame.
+/// Srf_image_camera() places it. Every sample's ray meets the mesh within the tolerance, nothing covers an invalid pixel or bridges a jump,
+/// and seen from the sensor the mesh covers every place at most once. One exception: samples whose triangles all hide behind others, as
+/// seen along the rays, are not covered and have no bound; they count as isolated_pixels. Vertex attributes: range_row, range_col, error,
+/// and colour, intensity, confidence where the image has them; of triangles: error.
 /// sculptor         not NULL
-/// tolerance        in the unit of the samples, >= 0; SRF_FROM_DATA for that of the params of srf_sculptor_create()
+/// tolerance        in the unit of the samples, >= 0. SRF_FROM_DATA for that of the params of srf_sculptor_create()
 /// progress         NULL for none
-/// out_mesh         receives a new handle on SRF_OK only; not NULL
-/// out_report  initialized by srf_sculpt_report_init(); NULL if not wanted
+/// out_mesh         receives a new handle on SRF_OK only. Not NULL
+/// out_report  initialized by srf_sculpt_report_init(). NULL if not wanted
 /// returns          SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_sculptor_refine(
@@ -92,13 +91,13 @@ pub unsafe extern "C" fn srf_sculptor_refine(
     })
 }
 
-/// The mesh of the smallest tolerance found that has at most a number of triangles; up to 24 times the work of
-/// srf_sculptor_refine(), whose mesh of the tolerance in out_report it is.
+/// The mesh of the smallest tolerance found that has at most a number of triangles. Up to 24 times the work of srf_sculptor_refine(), whose
+/// mesh of the tolerance in out_report it is.
 /// sculptor         not NULL
 /// max_triangles    what the mesh may have at most
 /// progress         NULL for none
-/// out_mesh         receives a new handle on SRF_OK only; not NULL
-/// out_report  initialized by srf_sculpt_report_init(); NULL if not wanted
+/// out_mesh         receives a new handle on SRF_OK only. Not NULL
+/// out_report  initialized by srf_sculpt_report_init(). NULL if not wanted
 /// returns          SRF_OK, SRF_ERR_INPUT if any mesh that covers the image has more, SRF_ERR_CANCELLED, SRF_ERR_HANDLE,
 ///                  SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 #[unsafe(no_mangle)]

@@ -44,10 +44,10 @@ fn removed(out_removed: *mut usize, count: usize) -> Result<(), Failure> {
 /// Keeps or removes the samples of an image that lie in a region. Grid, projection and pose stay: what goes are invalid pixels, through
 /// which a merge does not see. Views of the image are gone.
 /// image        not NULL
-/// region       a mask of the image's size, a box or a plane; not NULL
-/// keep         1: what the region holds stays, all else goes; 0: the other way round
+/// region       a mask of the image's size, a box or a plane. Not NULL
+/// keep         1: what the region holds stays, all else goes. 0: the other way round
 /// progress     NULL for none
-/// out_removed  receives the number of samples that went; NULL if not wanted
+/// out_removed  receives the number of samples that went. NULL if not wanted
 /// returns      SRF_OK, SRF_ERR_INPUT for a mask of another size, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL,
 ///              SRF_ERR_OUT_OF_MEMORY. Since 0.1.
 #[unsafe(no_mangle)]
@@ -68,10 +68,10 @@ pub unsafe extern "C" fn srf_image_select(
 
 /// Keeps or removes the points of a cloud that lie in a region. Views of the cloud are gone.
 /// cloud        not NULL
-/// region       a mask of as many marks as points, a box or a plane; not NULL
+/// region       a mask of as many marks as points, a box or a plane. Not NULL
 /// keep         as for srf_image_select()
 /// progress     NULL for none
-/// out_removed  receives the number of points that went; NULL if not wanted
+/// out_removed  receives the number of points that went. NULL if not wanted
 /// returns      SRF_OK, SRF_ERR_INPUT for a mask of another size, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_cloud_select(
@@ -89,14 +89,14 @@ pub unsafe extern "C" fn srf_cloud_select(
     })
 }
 
-/// Keeps or removes the vertices of a mesh that lie in a region; faces of which all three stay do. Order and attributes stay. Views of
-/// the mesh are gone.
+/// Keeps or removes the vertices of a mesh that lie in a region. Faces of which all three stay do. Order and attributes stay. Views of the
+/// mesh are gone.
 /// mesh             not NULL
-/// world_from_mesh  where the mesh lies; NULL for the identity
-/// region           a mask of as many marks as vertices, a box or a plane; not NULL
+/// world_from_mesh  where the mesh lies. NULL for the identity
+/// region           a mask of as many marks as vertices, a box or a plane. Not NULL
 /// keep             as for srf_image_select()
 /// progress         NULL for none
-/// out_removed      receives the number of vertices that went; NULL if not wanted
+/// out_removed      receives the number of vertices that went. NULL if not wanted
 /// returns          SRF_OK, SRF_ERR_INPUT for a mask of another size, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE,
 ///                  SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
@@ -120,8 +120,8 @@ pub unsafe extern "C" fn srf_mesh_select(
 /// Keeps or removes samples of scans of a set, whenever they are read, merged or aligned from now on: nothing is read now. Selections
 /// stay with the samples where scans are placed elsewhere later. A scan may end up without samples: merging passes over it.
 /// scans      not NULL
-/// index      less than the number of scans; SIZE_MAX for all of them
-/// region     a box, a plane, or a mask of the scan, whose size is checked when it is read; not NULL
+/// index      less than the number of scans. SIZE_MAX for all of them
+/// region     a box, a plane, or a mask of the scan, whose size is checked when it is read. Not NULL
 /// keep       as for srf_image_select()
 /// returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
@@ -148,7 +148,7 @@ pub unsafe extern "C" fn srf_scans_select(
 
 /// Gives all scans of a set another size and place: poses now, samples whenever they are read. Poses stay rigid.
 /// scans       not NULL
-/// similarity  of srf_true_size(), srf_ground(), or their product: a scale, a rotation and a translation; not NULL
+/// similarity  of srf_true_size(), srf_ground(), or their product: a scale, a rotation and a translation. Not NULL
 /// returns     SRF_OK, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_scans_transform(scans: *mut srf_scans, similarity: *const srf_pose) -> srf_status {
@@ -161,7 +161,7 @@ pub unsafe extern "C" fn srf_scans_transform(scans: *mut srf_scans, similarity: 
 
 /// Gives an image another size and place: samples are scaled, the pose stays rigid. Views of the image are gone.
 /// image       not NULL
-/// similarity  as for srf_scans_transform(); not NULL
+/// similarity  as for srf_scans_transform(). Not NULL
 /// returns     SRF_OK, SRF_ERR_INPUT for samples that become too large or too small, SRF_ERR_HANDLE, SRF_ERR_NULL,
 ///             SRF_ERR_OUT_OF_MEMORY. Since 0.1.
 #[unsafe(no_mangle)]
@@ -171,7 +171,7 @@ pub unsafe extern "C" fn srf_image_transform(image: *mut srf_image, similarity: 
 
 /// Gives a cloud another size and place: points are scaled, the rest goes into its place in the world. Views of the cloud are gone.
 /// cloud       not NULL
-/// similarity  as for srf_scans_transform(); not NULL
+/// similarity  as for srf_scans_transform(). Not NULL
 /// returns     SRF_OK, SRF_ERR_INPUT for what becomes too large or too small, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_cloud_transform(cloud: *mut srf_cloud, similarity: *const srf_pose) -> srf_status {
@@ -180,7 +180,7 @@ pub unsafe extern "C" fn srf_cloud_transform(cloud: *mut srf_cloud, similarity: 
 
 /// Scales, turns and shifts the vertices of a mesh, and scales its attributes that are lengths. Views of the mesh are gone.
 /// mesh        not NULL
-/// similarity  as for srf_scans_transform(); not NULL
+/// similarity  as for srf_scans_transform(). Not NULL
 /// returns     SRF_OK, SRF_ERR_INPUT for what becomes too large or too small, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_mesh_transform(mesh: *mut srf_mesh, similarity: *const srf_pose) -> srf_status {

@@ -25,8 +25,8 @@ pub enum srf_log_level {
     SRF_LOG_LEVEL_WARNING = 2,
 }
 
-/// Gets the messages of the log: level, a value of srf_log_level; text, UTF-8, valid during the call; user, the pointer
-/// given to srf_set_log. Runs on the thread of the call that has something to tell; must not unwind.
+/// Gets the messages of the log: level, a value of srf_log_level; text, UTF-8, valid during the call; user, the pointer given to
+/// srf_set_log. Runs on the thread of the call that has something to tell. Must not unwind.
 #[allow(non_camel_case_types)]
 pub type srf_log_fn = Option<unsafe extern "C" fn(level: i32, text: *const c_char, user: *mut c_void)>;
 
@@ -44,7 +44,7 @@ pub fn log_of(log: srf_log_fn, user: *mut c_void) -> Log {
 }
 
 /// Worker threads of calls whose parameters say 0, unless made under a context with a number of its own. Results are the same for any number.
-/// threads    at most 1024; 0, the default, for one a core
+/// threads    at most 1024. 0, the default, for one a core
 /// returns    SRF_OK, SRF_ERR_PARAMETER. Since 0.1.
 #[unsafe(no_mangle)]
 pub extern "C" fn srf_set_threads(threads: u32) -> srf_status {
@@ -69,11 +69,10 @@ pub extern "C" fn srf_threads() -> u32 {
     surfrecon::threads::threads()
 }
 
-/// Most memory that calls may take, unless made under a context with a limit of its own; together, where several run at a time under
-/// the same context or under none. It limits calls, not what they leave: what was handed out before (meshes, images) does not count, however
-/// much it is, unless another call was running all the time since. What is foreseen to need more, or more than is
-/// free, is refused with SRF_ERR_OUT_OF_MEMORY before it begins; what turns out to need more ends with it then, and
-/// leaves nothing behind.
+/// Most memory that calls may take, unless made under a context with a limit of its own. Together, where several run at a time under the
+/// same context or under none. It limits calls, not what they leave: what was handed out before (meshes, images) does not count, however
+/// much it is, unless another call was running all the time since. What is foreseen to need more, or more than is free, is refused with
+/// SRF_ERR_OUT_OF_MEMORY before it begins; what turns out to need more ends with it then, and leaves nothing behind.
 /// bytes      0, the default, for all that is free
 /// returns    SRF_OK. Since 0.1.
 #[unsafe(no_mangle)]
@@ -92,7 +91,7 @@ pub extern "C" fn srf_memory_limit() -> u64 {
 
 /// Who gets the messages of the log from now on, unless of calls under a context with a log of its own.
 /// log        NULL for nobody, the default
-/// user       handed to log as it is; must stay usable until another log is set and calls on other threads have returned
+/// user       handed to log as it is. Must stay usable until another log is set and calls on other threads have returned
 /// returns    SRF_OK. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_set_log(log: srf_log_fn, user: *mut c_void) -> srf_status {

@@ -50,7 +50,7 @@ pub fn writable<T>(name: &str, out: *const T) -> Result<(), Failure> {
     size_of_given(name, out).map(|_| ())
 }
 
-/// Writes as much of a result as the caller's struct has room for, zeros beyond what this library knows; its size stays.
+/// Writes as much of a result as the caller's struct has room for, zeros beyond what this library knows. Its size stays.
 pub fn write<T: Pod>(name: &str, out: *mut T, value: T) -> Result<(), Failure> {
     put(name, out, size_of_given(name, out.cast_const())?, value)
 }

@@ -78,7 +78,7 @@ pub fn of_scans(scans: *const srf_scans) -> Result<Vec<Source>, Failure> {
     Ok(set.set.scans.iter().map(file).collect())
 }
 
-/// A scan of a set; `name` is the argument's that says which.
+/// A scan of a set. `name` is the argument's that says which.
 pub fn of_scan(scans: *const srf_scans, name: &str, index: usize) -> Result<Source, Failure> {
     let set = handle::get("scans", scans)?;
     let scan = set.set.scans.get(index).ok_or_else(|| {

@@ -31,9 +31,9 @@ handle!(srf_spline, Surface);
 /// quads             not NULL
 /// params            NULL for the defaults
 /// progress          NULL for none
-/// out_spline        receives a new handle on SRF_OK only; not NULL
-/// out_max_residual  largest distance of a vertex from the surface at the vertex's parameters; NULL if not wanted
-/// out_rms_residual  root of the mean square of these distances; NULL if not wanted
+/// out_spline        receives a new handle on SRF_OK only. Not NULL
+/// out_max_residual  largest distance of a vertex from the surface at the vertex's parameters. NULL if not wanted
+/// out_rms_residual  root of the mean square of these distances. NULL if not wanted
 /// returns           SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_spline_create(
@@ -63,7 +63,7 @@ pub unsafe extern "C" fn srf_spline_create(
     })
 }
 
-/// Releases a surface; views of it are gone.
+/// Releases a surface. Views of it are gone.
 /// spline     NULL does nothing
 /// returns    SRF_OK, SRF_ERR_HANDLE. Since 0.1.
 #[unsafe(no_mangle)]
@@ -74,9 +74,9 @@ pub unsafe extern "C" fn srf_spline_free(spline: *mut srf_spline) -> srf_status 
 /// The control points, row after row of rows * cols. Knots are clamped and uniform: of n control points and order k, knot i is
 /// max(i - (k - 1), 0) / (n + 1 - k), at most 1.
 /// spline       not NULL
-/// out_rows     rows of control points; NULL if not wanted
-/// out_cols     columns of control points; NULL if not wanted
-/// out_points   3 SRF_TYPE_F64 a control point, in the sensor's frame; NULL if not wanted
+/// out_rows     rows of control points. NULL if not wanted
+/// out_cols     columns of control points. NULL if not wanted
+/// out_points   3 SRF_TYPE_F64 per control point, in the sensor's frame. NULL if not wanted
 /// returns      SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_spline_control(
@@ -102,8 +102,8 @@ pub unsafe extern "C" fn srf_spline_control(
 
 /// The point of some parameters.
 /// spline     not NULL
-/// u, v       each taken into 0 to 1; not NaN
-/// out_point  receives 3 numbers on SRF_OK only; not NULL
+/// u, v       each taken into 0 to 1. Not NaN
+/// out_point  receives 3 numbers on SRF_OK only. Not NULL
 /// returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_spline_point(
@@ -125,7 +125,7 @@ pub unsafe extern "C" fn srf_spline_point(
 /// i * cols + j.
 /// spline      not NULL
 /// rows, cols  at least 2
-/// out_mesh    receives a new handle on SRF_OK only; not NULL
+/// out_mesh    receives a new handle on SRF_OK only. Not NULL
 /// returns     SRF_OK, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_spline_sample(

@@ -13,18 +13,18 @@ use crate::text::c_text;
 pub enum srf_status {
     /// All went well.
     SRF_OK = 0,
-    /// A number or an enumerator that was passed, as an argument, in a struct or as what an array is said to be, is out of its range; the text
-    /// has the value, the range and the unit.
+    /// A number or an enumerator that was passed, as an argument, in a struct or as what an array is said to be, is out of its range. The
+    /// text has the value, the range and the unit.
     SRF_ERR_PARAMETER = 1,
-    /// What an array, a matrix, a text, a mesh or a file holds can't be used, or does not go with another; the text names the element.
+    /// What an array, a matrix, a text, a mesh or a file holds can't be used, or does not go with another. The text names the element.
     SRF_ERR_INPUT = 2,
-    /// A file does not hold what its format promises; the text names the place.
+    /// A file does not hold what its format promises. The text names the place.
     SRF_ERR_FORMAT = 3,
     /// Reading or writing a file failed.
     SRF_ERR_IO = 4,
     /// There is not enough memory.
     SRF_ERR_OUT_OF_MEMORY = 5,
-    /// The caller cancelled; nothing was left behind.
+    /// The caller cancelled. Nothing was left behind.
     SRF_ERR_CANCELLED = 6,
     /// A pointer is NULL that must not be.
     SRF_ERR_NULL = 7,
@@ -99,7 +99,7 @@ pub fn remember_fixed(text: &'static CStr) {
     LAST_ERROR.with(|last| *last.borrow_mut() = text.into());
 }
 
-/// Calls a function of the caller's; its answer, and what it left as the text of the last error, which becomes what it was.
+/// Calls a function of the caller's. Its answer, and what it left as the text of the last error, which becomes what it was.
 pub fn said<R>(call: impl FnOnce() -> R) -> (R, String) {
     let before = LAST_ERROR.replace(Cow::Borrowed(c""));
     let answer = call();

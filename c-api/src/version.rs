@@ -2,8 +2,8 @@
 
 use std::ffi::c_char;
 
-/// Number of the binary interface this header describes. It grows when a program built against an older header would no
-/// longer work; compare it with srf_abi_version().
+/// Number of the binary interface this header describes. It grows when a program built against an older header would no longer work.
+/// Compare it with srf_abi_version().
 pub const SRF_ABI_VERSION: u32 = 2;
 
 /// Version of the library this header belongs to: major number.
@@ -47,8 +47,7 @@ pub extern "C" fn srf_version_number() -> u32 {
     SRF_VERSION
 }
 
-/// Number of the binary interface of the loaded library; it must equal SRF_ABI_VERSION of the header the program was
-/// built with. Since 0.1.
+/// Number of the binary interface of the loaded library. It must equal SRF_ABI_VERSION of the header the program was built with. Since 0.1.
 #[unsafe(no_mangle)]
 pub extern "C" fn srf_abi_version() -> u32 {
     SRF_ABI_VERSION

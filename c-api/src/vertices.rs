@@ -30,15 +30,15 @@ pub struct srf_anchor {
     pub point: [f64; 3],
 }
 
-/// What a host keeps of a range image beside its vertices: how the pixels see, and where some of the vertices were. Numbers only: it
-/// may be stored as it is. Starts with its size; prepared by srf_grid_camera_init().
+/// What a host keeps of a range image beside its vertices: how the pixels see, and where some of the vertices were. Numbers only: it may be
+/// stored as it is. Starts with its size. Prepared by srf_grid_camera_init().
 #[allow(non_camel_case_types)]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct srf_grid_camera {
     /// Bytes of this struct.
     pub struct_size: u32,
-    /// How many of the anchors there are, up to 256; with 0, the default, vertices are taken to lie in the sensor's frame.
+    /// How many of the anchors there are, up to 256. With 0, the default, vertices are taken to lie in the sensor's frame.
     pub anchor_count: u32,
     /// How pixels see.
     pub projection: srf_projection,
@@ -112,7 +112,7 @@ pub unsafe extern "C" fn srf_grid_camera_init_sized(camera: *mut srf_grid_camera
 /// What a host keeps beside the vertices of srf_image_to_mesh(). O(pixels).
 /// image       not NULL
 /// progress    NULL for none
-/// out_camera  initialized by srf_grid_camera_init(), filled on SRF_OK only; not NULL
+/// out_camera  initialized by srf_grid_camera_init(), filled on SRF_OK only. Not NULL
 /// returns     SRF_OK, SRF_ERR_INPUT, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.2.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_image_grid_camera(
@@ -130,7 +130,7 @@ pub unsafe extern "C" fn srf_image_grid_camera(
 }
 
 /// For vertices whose coordinates are multiplied, where the host's unit of length is another.
-/// camera   what is changed, on SRF_OK only; not NULL
+/// camera   what is changed, on SRF_OK only. Not NULL
 /// scale    what coordinates are multiplied with, > 0
 /// returns  SRF_OK, SRF_ERR_INPUT, SRF_ERR_PARAMETER, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.2.
 #[unsafe(no_mangle)]
@@ -144,9 +144,9 @@ pub unsafe extern "C" fn srf_grid_camera_scale(camera: *mut srf_grid_camera, sca
 /// The valid pixels of an image as the vertices of a mesh, row after row, in the sensor's frame: how a host keeps a range image. With
 /// the vertex attributes range_row, range_col and, where the image has them, colour, intensity and confidence. O(pixels).
 /// image     not NULL
-/// faces     1: also the triangles that srf_image_triangulate() makes with its defaults, over the same vertices; 0: none
+/// faces     1: also the triangles that srf_image_triangulate() makes with its defaults, over the same vertices. 0: none
 /// progress  NULL for none
-/// out_mesh  receives a new handle on SRF_OK only; not NULL
+/// out_mesh  receives a new handle on SRF_OK only. Not NULL
 /// returns   SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY.
 ///           Since 0.2.
 #[unsafe(no_mangle)]
@@ -167,23 +167,23 @@ pub unsafe extern "C" fn srf_image_to_mesh(
     })
 }
 
-/// The range image that a host's vertices are, however its user moved them; pixels without a vertex are invalid. Where all were moved,
-/// turned, scaled and mirrored alike, within single precision, and each lies on its pixel's ray, the projection stays of its
-/// kind, with numbers scaled and mirrored. Where they were stretched, or edited one by one, it becomes a grid of points, seen
-/// from where it was. Samples lie in the world where the vertices do. O(pixels).
-/// camera           what srf_image_grid_camera() filled; not NULL
-/// row              one SRF_TYPE_I32 or SRF_TYPE_U32 a vertex, its pixel's row; not NULL
-/// col              one SRF_TYPE_I32 or SRF_TYPE_U32 a vertex, its pixel's column; not NULL
-/// positions        3 SRF_TYPE_F64 or SRF_TYPE_F32 a vertex, in the host's frame; not NULL
-/// colours          4 SRF_TYPE_U8 a vertex, sRGB with straight alpha; NULL for none
-/// intensities      one SRF_TYPE_F32 or SRF_TYPE_F64 a vertex; NULL for none
-/// confidences      one SRF_TYPE_F32 or SRF_TYPE_F64 a vertex, >= 0; NULL for none
-/// world_from_host  any affine matrix that does not flatten; NULL for the identity
-/// name             as of srf_image_create(); NULL for none
+/// The range image that a host's vertices are, however its user moved them. Pixels without a vertex are invalid. Where all were moved,
+/// turned, scaled and mirrored alike, within single precision, and each lies on its pixel's ray, the projection stays of its kind, with
+/// numbers scaled and mirrored. Where they were stretched, or edited one by one, it becomes a grid of points, seen from where it was.
+/// Samples lie in the world where the vertices do. O(pixels).
+/// camera           what srf_image_grid_camera() filled. Not NULL
+/// row              one SRF_TYPE_I32 or SRF_TYPE_U32 per vertex, its pixel's row. Not NULL
+/// col              one SRF_TYPE_I32 or SRF_TYPE_U32 per vertex, its pixel's column. Not NULL
+/// positions        3 SRF_TYPE_F64 or SRF_TYPE_F32 per vertex, in the host's frame. Not NULL
+/// colours          4 SRF_TYPE_U8 per vertex, sRGB with straight alpha. NULL for none
+/// intensities      one SRF_TYPE_F32 or SRF_TYPE_F64 per vertex. NULL for none
+/// confidences      one SRF_TYPE_F32 or SRF_TYPE_F64 per vertex, >= 0. NULL for none
+/// world_from_host  any affine matrix that does not flatten. NULL for the identity
+/// name             as of srf_image_create(). NULL for none
 /// progress         NULL for none
-/// out_image        receives a new handle on SRF_OK only; not NULL
+/// out_image        receives a new handle on SRF_OK only. Not NULL
 /// returns          SRF_OK, SRF_ERR_INPUT for a pixel outside of the grid or there twice, positions that are not finite, arrays of
-///                  different lengths, vertices scaled by 0, or a grid far too large for its vertices; SRF_ERR_PARAMETER,
+///                  different lengths, vertices scaled by 0, or a grid far too large for its vertices. SRF_ERR_PARAMETER,
 ///                  SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE, SRF_ERR_OUT_OF_MEMORY. Since 0.2.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_image_from_vertices(

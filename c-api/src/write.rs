@@ -29,7 +29,7 @@ fn encoding_of(given: u32) -> Result<Encoding, Failure> {
 /// Writes a mesh by the ending of the file's name, the writer to take unless another is needed: .ply with all attributes, .glb (binary glTF) with those of vertices, its node
 /// named as the file without the ending, .obj with colours, .stl. A file of that name is replaced once all is written, or stays as it is.
 /// mesh       not NULL
-/// path       UTF-8; not NULL
+/// path       UTF-8. Not NULL
 /// options    NULL for the defaults
 /// progress   NULL for none
 /// returns    SRF_OK, SRF_ERR_IO, SRF_ERR_INPUT for another ending, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE,
@@ -54,7 +54,7 @@ pub unsafe extern "C" fn srf_mesh_write(
 
 /// Checks, before the work that a mesh takes, that srf_mesh_write() knows the ending of a file's name and has what options ask for. No
 /// file is looked at.
-/// file       its name, UTF-8; not NULL
+/// file       its name, UTF-8. Not NULL
 /// options    NULL for the defaults
 /// returns    SRF_OK, SRF_ERR_INPUT for another ending, and for an encoding that its format does not have, SRF_ERR_PARAMETER,
 ///            SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.2.
@@ -68,7 +68,7 @@ pub unsafe extern "C" fn srf_check_mesh_file(file: *const c_char, options: *cons
 
 /// Writes a mesh with all its attributes as PLY, whatever the file's name ends with. A file of that name is replaced once all is written, or stays as it is.
 /// mesh       not NULL
-/// path       UTF-8; not NULL
+/// path       UTF-8. Not NULL
 /// encoding   a value of srf_encoding
 /// progress   NULL for none
 /// returns    SRF_OK, SRF_ERR_IO, SRF_ERR_INPUT, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
@@ -87,8 +87,8 @@ pub unsafe extern "C" fn srf_mesh_write_ply(
 
 /// Writes a mesh with its attributes of vertices as binary glTF, whatever the file's name ends with. A file of that name is replaced once all is written, or stays.
 /// mesh             not NULL
-/// path             UTF-8; not NULL
-/// name             of the node, UTF-8; NULL for "mesh"
+/// path             UTF-8. Not NULL
+/// name             of the node, UTF-8. NULL for "mesh"
 /// metres_per_unit  of the mesh's coordinates, > 0: 0.001 for millimetres
 /// z_up             1 if z points up in the mesh's coordinates, 0 if y does, as glTF has it
 /// progress         NULL for none
@@ -111,10 +111,10 @@ pub unsafe extern "C" fn srf_mesh_write_glb(
 /// Writes a mesh and coarser ones of the same surface as binary glTF with levels of detail (MSFT_lod): viewers that know the
 /// extension show the coarser ones when the object is small on the screen, others the finest. A file of that name is replaced
 /// once all is written, or stays.
-/// meshes           finest first, each with no more triangles than the one before, none of them NULL; not NULL
+/// meshes           finest first, each with no more triangles than the one before, none of them NULL. Not NULL
 /// count            number of meshes, at least 1
-/// path             UTF-8; not NULL
-/// name             of the node, UTF-8; NULL for "mesh"
+/// path             UTF-8. Not NULL
+/// name             of the node, UTF-8. NULL for "mesh"
 /// metres_per_unit  of the meshes' coordinates, > 0: 0.001 for millimetres
 /// z_up             1 if z points up in the meshes' coordinates, 0 if y does, as glTF has it
 /// progress         NULL for none
@@ -162,10 +162,10 @@ fn write_glb(
     watched(progress, |progress| Ok(export::write_glb(path, &[node], &options, progress)?))
 }
 
-/// Writes a mesh as Wavefront OBJ, whatever the file's name ends with, with the colours of its vertices; coordinates keep double precision. A file of that name is
-/// replaced once all is written, or stays.
+/// Writes a mesh as Wavefront OBJ, whatever the file's name ends with, with the colours of its vertices. Coordinates keep double precision.
+/// A file of that name is replaced once all is written, or stays.
 /// mesh       not NULL
-/// path       UTF-8; not NULL
+/// path       UTF-8. Not NULL
 /// progress   NULL for none
 /// returns    SRF_OK, SRF_ERR_IO, SRF_ERR_INPUT, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
@@ -182,8 +182,8 @@ pub unsafe extern "C" fn srf_mesh_write_obj(
 
 /// Writes a mesh as binary STL, whatever the file's name ends with, in single precision and without attributes. A file of that name is replaced once all is
 /// written, or stays.
-/// mesh       not NULL; SRF_ERR_INPUT if it lies so far from the origin that single precision would lose its detail
-/// path       UTF-8; not NULL
+/// mesh       not NULL. SRF_ERR_INPUT if it lies so far from the origin that single precision would lose its detail
+/// path       UTF-8. Not NULL
 /// progress   NULL for none
 /// returns    SRF_OK, SRF_ERR_IO, SRF_ERR_INPUT, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
@@ -205,7 +205,7 @@ pub unsafe extern "C" fn srf_mesh_write_stl(
 /// Writes a cloud with its normals, colours and intensities as PLY, in its own frame: its pose is not written. A file of that
 /// name is replaced once all is written, or stays.
 /// cloud      not NULL
-/// path       UTF-8; not NULL
+/// path       UTF-8. Not NULL
 /// encoding   a value of srf_encoding
 /// progress   NULL for none
 /// returns    SRF_OK, SRF_ERR_IO, SRF_ERR_INPUT, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
@@ -250,10 +250,10 @@ pub fn write_images(
 
 /// Writes images so that they open as one set: each as a Stanford range grid (PLY) named like it, in the folder of path, and
 /// the list (.conf) that places them. Files of these names are replaced one by one, the list last.
-/// images     none of them NULL; names must differ and be those of files; rays within half a sphere; not NULL
+/// images     none of them NULL. Names must differ and be those of files. Rays within half a sphere. Not NULL
 /// count      number of images, at least 1
-/// path       of the list, UTF-8, ending in .conf; not NULL
-/// encoding   of the grids, a value of srf_encoding; coordinates are in single precision in any
+/// path       of the list, UTF-8, ending in .conf. Not NULL
+/// encoding   of the grids, a value of srf_encoding. Coordinates are in single precision in any
 /// progress   NULL for none
 /// returns    SRF_OK, SRF_ERR_IO, SRF_ERR_INPUT, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
@@ -274,11 +274,11 @@ pub unsafe extern "C" fn srf_images_write_conf(
     })
 }
 
-/// Writes images with their poses as one PTX file, for images seen from a point. Points are in single precision; confidences
-/// have no place in the format. A file of that name is replaced once all is written, or stays.
-/// images     none of them NULL; not NULL
+/// Writes images with their poses as one PTX file, for images seen from a point. Points are in single precision. Confidences have no place
+/// in the format. A file of that name is replaced once all is written, or stays.
+/// images     none of them NULL. Not NULL
 /// count      number of images, at least 1
-/// path       UTF-8; not NULL
+/// path       UTF-8. Not NULL
 /// progress   NULL for none
 /// returns    SRF_OK, SRF_ERR_IO, SRF_ERR_INPUT, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
@@ -291,11 +291,11 @@ pub unsafe extern "C" fn srf_images_write_ptx(
     guard(|| write_images(images, count, path, progress, export::write_ptx))
 }
 
-/// Writes images with their poses and names as structured scans of one E57 file, for images seen from a point. Points are in
-/// single precision; confidences have no place in the format. A file of that name is replaced once all is written, or stays.
-/// images     none of them NULL; not NULL
+/// Writes images with their poses and names as structured scans of one E57 file, for images seen from a point. Points are in single
+/// precision. Confidences have no place in the format. A file of that name is replaced once all is written, or stays.
+/// images     none of them NULL. Not NULL
 /// count      number of images, at least 1
-/// path       UTF-8; not NULL
+/// path       UTF-8. Not NULL
 /// progress   NULL for none
 /// returns    SRF_OK, SRF_ERR_IO, SRF_ERR_INPUT, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
