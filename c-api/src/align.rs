@@ -22,7 +22,7 @@ use crate::sources::{self, Source};
 use crate::status::{Failure, flag, srf_status, srf_status::*};
 use crate::{params, pointer, sized};
 
-/// What an alignment consists of so far.
+/// State of an alignment so far.
 #[derive(Clone, Default)]
 pub struct Aligner {
     sources: Vec<Source>,
@@ -34,7 +34,7 @@ pub struct Aligner {
 #[derive(Clone)]
 struct Ready {
     scans: Arc<Prepared>,
-    /// That did so. In one that was forked from it, a lock within may be held by a thread that does not exist there.
+    /// The process that did so. In one that was forked from it, a lock within may be held by a thread that does not exist there.
     process: u32,
 }
 
@@ -82,9 +82,9 @@ pub fn prepared(
     Ok(scans)
 }
 
-/// An alignment being put together: scans are added, what is known of them is said, then it is run, as often as wanted. Scans are
+/// An alignment being put together: scans are added, known facts about them are said, then it is run, as often as wanted. Scans are
 /// numbered from 0 in the order of adding. They are read when srf_aligner_run(), srf_aligner_snap() or srf_aligner_misfit() first needs
-/// them; what these compare is kept, 1 to 2.5 MB a scan, until scans are added. Released with srf_aligner_free().
+/// them. What these compare is kept, 1 to 2.5 MB per scan, until scans are added. Released with srf_aligner_free().
 #[allow(non_camel_case_types)]
 pub struct srf_aligner {
     _opaque: [u8; 0],
@@ -103,11 +103,11 @@ pub struct srf_pick {
     pub has_normals: u32,
     /// Numbers of the scans.
     pub scans: [u32; 2],
-    /// Where the point is, in each scan's own frame.
+    /// The place of the point, in each scan's own frame.
     pub points: [[f64; 3]; 2],
     /// Outward normals there, in the scans' frames, of any length but 0.
     pub normals: [[f64; 3]; 2],
-    /// What it counts: at 1, the default, as much as a two-thousandth of the smaller scan's surface. > 0.
+    /// Its weight: at 1, the default, as much as a two-thousandth of the smaller scan's surface. > 0.
     pub weight: f64,
 }
 
@@ -135,7 +135,7 @@ pub unsafe extern "C" fn srf_aligner_create(out_aligner: *mut *mut srf_aligner) 
     guard(|| handle::give("out_aligner", out_aligner, Aligner::default()))
 }
 
-/// Releases an alignment being put together; what was added to it and what it found stays.
+/// Releases an alignment being put together. All that was added to it and that it found stays.
 /// aligner    NULL does nothing
 /// returns    SRF_OK, SRF_ERR_HANDLE. Since 0.1.
 #[unsafe(no_mangle)]

@@ -30,8 +30,8 @@ pub type srf_reallocate_fn = Option<
 pub type srf_deallocate_fn =
     Option<unsafe extern "C" fn(user: *mut c_void, block: *mut c_void, size: usize, alignment: usize)>;
 
-/// Where the library's memory comes from. Its functions are called on any thread, on several at once, at any time until the process has
-/// ended, and within any call of this library, so they must not call it, nor unwind.
+/// Source of the library's memory. Its functions are called on any thread, on several at once, at any time until the process has ended, and
+/// within any call of this library. So they must not call it, nor unwind.
 #[allow(non_camel_case_types)]
 #[repr(C)]
 #[derive(Clone, Copy)]
@@ -63,7 +63,7 @@ impl Functions {
 /// Set before the first block, or never: so each block goes back where it came from.
 static FUNCTIONS: OnceLock<Functions> = OnceLock::new();
 
-/// What the accounts of the library stand on.
+/// Base of the library's accounts.
 pub struct Memory;
 
 // SAFETY: blocks come from the system, which keeps the contract, or from functions of the caller that keep it by the header's words, never from
@@ -127,10 +127,10 @@ unsafe impl GlobalAlloc for Memory {
     }
 }
 
-/// Takes the library's memory from functions of the program's, for the whole process and once: before any other function of this library,
-/// but for those that tell its version or the last error, and while no other thread is in one. Where it is refused it may be called again. It is counted and limited as the system's is; what they refuse
-/// is SRF_ERR_OUT_OF_MEMORY. Not taken from them: stacks of worker threads, what the system's own functions take, and a few small blocks in
-/// want of memory.
+/// Takes the library's memory from functions of the program's, for the whole process and once. Call it before any other function of this
+/// library, but for those that tell its version or the last error, and while no other thread is in one. If it is refused it may be called
+/// again. The memory is counted and limited as the system's is. Memory that they refuse is SRF_ERR_OUT_OF_MEMORY. Not taken from them:
+/// stacks of worker threads, what the system's own functions take, and a few small blocks in want of memory.
 /// allocator  not NULL
 /// returns    SRF_OK, SRF_ERR_INPUT if the library holds memory already, SRF_ERR_NULL. Since 0.2.
 #[unsafe(no_mangle)]

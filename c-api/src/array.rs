@@ -24,7 +24,7 @@ pub enum srf_type {
     SRF_TYPE_U32 = 4,
     /// uint8_t
     SRF_TYPE_U8 = 5,
-    /// uint16_t. Of the depths of frames
+    /// uint16_t, of the depths of frames
     SRF_TYPE_U16 = 6,
 }
 
@@ -245,7 +245,7 @@ impl<'a> Borrowed<'a> {
         }
     }
 
-    /// Rows or columns of pixels; what 31 bits can't hold lies outside of any grid, and stays so.
+    /// Rows or columns of pixels. A number that 31 bits can't hold lies outside of any grid, and stays so.
     pub fn places(&self) -> Result<Vec<i32>, Failure> {
         match self.type_ {
             t if t == SRF_TYPE_I32 as u32 => self.collect(|[place]: [i32; 1]| place),

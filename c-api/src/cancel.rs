@@ -11,7 +11,7 @@ use crate::handle::{self, handle};
 use crate::pointer;
 use crate::status::{Failure, srf_status, srf_status::*};
 
-/// What cancels the calls it is handed to (srf_progress), from any thread. Released with srf_cancel_free().
+/// A switch that cancels the calls it is handed to (srf_progress), from any thread. Released with srf_cancel_free().
 #[allow(non_camel_case_types)]
 pub struct srf_cancel {
     _opaque: [u8; 0],
@@ -19,8 +19,8 @@ pub struct srf_cancel {
 
 handle!(srf_cancel, Cancel);
 
-/// A place holds 0 where nobody has it, else [`TAKEN`], the number of its handle, a multiple of 16, until that is freed, and
-/// [`SET`] once it is set: one word, so that what sets it can't hit the next one that has the place.
+/// A place holds 0 if nobody has it. Else it holds [`TAKEN`], the number of its handle, a multiple of 16, until that is freed, and [`SET`]
+/// once it is set. It is one word, so that a setter can't hit the next one that has the place.
 type Place = AtomicUsize;
 
 const SET: usize = 1;

@@ -96,8 +96,8 @@ pub unsafe extern "C" fn srf_cloud_arrays(
     })
 }
 
-/// Where all points of a cloud were seen from, in its own frame: known of those of range images whose rays start at one place, and of
-/// what files say; a VIEWPOINT of a PCD file at the origin says nothing, since it stands there where nobody set it.
+/// The place that all points of a cloud were seen from, in its own frame. It is known of clouds of range images whose rays start at one
+/// place, and from files that say it. A VIEWPOINT of a PCD file at the origin says nothing, since it stands there if nobody set it.
 /// srf_reconstructor_create() heeds it.
 /// cloud       not NULL
 /// out_sensor  room for 3 doubles: the place, or three NaN where it is not known. Not NULL
@@ -110,7 +110,7 @@ pub unsafe extern "C" fn srf_cloud_sensor(cloud: *const srf_cloud, out_sensor: *
     })
 }
 
-/// Where a cloud stands in the world.
+/// The pose of a cloud in the world.
 /// cloud      not NULL
 /// out_pose   receives world_from_cloud on SRF_OK only. Not NULL
 /// returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.

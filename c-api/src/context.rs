@@ -37,8 +37,8 @@ fn handle_of(account: usize) -> *mut srf_context {
     std::ptr::without_provenance_mut(HANDLES[account].load(Ordering::Relaxed))
 }
 
-/// What a thread is under from now on that uses a context: in a call that is under that one it is what it was at first, also where the
-/// handle was freed since. `of_call` is the account of the call that this thread works for.
+/// The context of a thread from now on that uses one. In a call under that one it is the thread's first one, also if the handle was freed
+/// since. `of_call` is the account of the call that this thread works for.
 fn chosen(context: *mut srf_context, of_call: usize) -> Result<Chosen, Failure> {
     if context.is_null() {
         return Ok(Chosen::Process);
@@ -55,8 +55,8 @@ fn chosen(context: *mut srf_context, of_call: usize) -> Result<Chosen, Failure> 
 
 /// Makes a context. Its worker threads are its own, started when they are first needed.
 /// out_context  receives a new handle on SRF_OK only. Not NULL
-/// returns      SRF_OK, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY where there are 1023 already. What was made under one counts as it until that
-///              is freed, too. Since 0.2.
+/// returns      SRF_OK, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY where there are 1023 already. Things made under one count as it until they are
+///              freed, too. Since 0.2.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_context_create(out_context: *mut *mut srf_context) -> srf_status {
     guard(|| {
@@ -70,8 +70,8 @@ pub unsafe extern "C" fn srf_context_create(out_context: *mut *mut srf_context) 
     })
 }
 
-/// Releases a context. Calls that began under it end under it, and threads that use it go on with it until they use another one; but
-/// nothing is told to a log any more under it. What was made under it stays.
+/// Releases a context. Calls that began under it end under it, and threads that use it go on with it until they use another one. But
+/// nothing is told to a log any more under it. Things made under it stay.
 /// context    NULL does nothing
 /// returns    SRF_OK, SRF_ERR_HANDLE. Since 0.2.
 #[unsafe(no_mangle)]
@@ -88,8 +88,8 @@ pub unsafe extern "C" fn srf_context_free(context: *mut srf_context) -> srf_stat
 }
 
 /// Calls that this thread makes from now on are made under this context. Other threads are not concerned. A function of yours that is
-/// called by the library on one of its own threads is under the context of the call that it serves; where it uses another one, it must put
-/// back the former one at its end, which works as well where that one was freed meanwhile.
+/// called by the library on one of its own threads is under the context of the call that it serves. If it uses another one, it must put
+/// back the former one at its end. That works as well if that one was freed meanwhile.
 /// context      NULL for none: the settings of the process
 /// out_former   receives what this thread used before, NULL for none, which may have been freed since. NULL if not wanted
 /// returns      SRF_OK, SRF_ERR_HANDLE: all is as it was. Since 0.2.
@@ -129,10 +129,10 @@ pub unsafe extern "C" fn srf_context_threads(context: *const srf_context, out_th
     guard(|| pointer::write("out_threads", out_threads, handle::get("context", context)?.threads()))
 }
 
-/// Most memory that calls under a context may take. Together, where several run at a time. What others take, under another context or under
-/// none, does not count, nor does their limit concern this one. It limits calls, not what they leave: what was handed out before (meshes,
-/// images) does not count, however much it is, unless another call of the context was running all the time since; srf_context_memory() says
-/// how much that is. What is given back, by whatever thread, is no longer taken.
+/// Most memory that calls under a context may take. It is for all together, if several run at a time. Memory of others, under another
+/// context or under none, does not count, nor does their limit concern this one. It limits calls, not what they leave. Meshes, images and
+/// the like that were handed out before do not count, however much they are, unless another call of the context was running all the time
+/// since. srf_context_memory() says how much that is. Memory that is given back, by whatever thread, is no longer taken.
 /// context    not NULL
 /// bytes      0, the default, for as much as srf_set_memory_limit() says
 /// returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
@@ -163,7 +163,7 @@ pub unsafe extern "C" fn srf_context_memory(
     })
 }
 
-/// Who gets the messages of calls under a context from now on.
+/// Sets who gets the messages of calls under a context from now on.
 /// context    not NULL
 /// log        NULL, the default, for who gets those of the process (srf_set_log()). A function that does nothing, for nobody
 /// user       handed to log as it is. Must stay usable until another log is set or the context freed, and calls under it that were running

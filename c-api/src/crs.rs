@@ -146,9 +146,9 @@ pub unsafe extern "C" fn srf_cloud_set_crs(cloud: *mut srf_cloud, text: *const c
     })
 }
 
-/// The coordinate reference system that the coordinates of a mesh are in. Results have that of the scans they were made of, unless they
-/// are in the frame of one whose pose moves it. Meshes that are transformed have none any more. srf_mesh_write() puts it into .ply,
-/// .glb and .obj; what can't be said goes to the log.
+/// The coordinate reference system that the coordinates of a mesh are in. Results have that of the scans they were made of, unless they are
+/// in the frame of one whose pose moves it. Meshes that are transformed have none any more. srf_mesh_write() puts it into .ply, .glb and
+/// .obj. A system that can't be said goes to the log.
 /// mesh        not NULL
 /// out_text    as for srf_scans_crs()
 /// capacity    room there, in bytes

@@ -38,7 +38,7 @@ pub struct srf_scans {
 
 handle!(srf_scans, Scans);
 
-/// What a scan holds.
+/// Sort of content of a scan.
 #[allow(non_camel_case_types)]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -59,13 +59,13 @@ pub fn path_of<'a>(name: &str, path: *const c_char) -> Result<&'a Path, Failure>
     Ok(Path::new(path))
 }
 
-/// Opens files of scans: single scans, lists that place several, or folders. Formats are recognized by content: range grids,
-/// meshes and points as PLY; PTX, E57, PCD, LAS and LAZ, points in text; OBJ, STL, glTF; height maps and depth images as PNG,
-/// PGM, PFM, OpenEXR, TIFF, NumPy arrays, SRTM tiles, ESRI grids; lists as .conf, .mlp and .aln. Folders, zip archives, .r3d and
-/// .sens of what depth cameras and phones record give its frames as images with colours. Of the files, a camera makes the
-/// images depth images, a trajectory places them. How the files were understood goes to the log too.
-/// Reads headers, and of a .conf whose quaternions could mean two things a few thousand points a scan, to find out which.
-/// What is wrong further on in a file is said when its scan is read.
+/// Opens files of scans: single scans, lists that place several, or folders. Formats are recognized by content. Scans are read as PLY
+/// (range grids, meshes and points), PTX, E57, PCD, LAS and LAZ, points in text, OBJ, STL and glTF. Height maps and depth images are read
+/// as PNG, PGM, PFM, OpenEXR, TIFF, NumPy arrays, SRTM tiles and ESRI grids. Lists are read as .conf, .mlp and .aln. Folders, zip archives,
+/// .r3d and .sens of recordings of depth cameras and phones give their frames as images with colours. Of the files, a camera makes the
+/// images depth images, a trajectory places them. How the files were understood goes to the log too. It reads headers. Of a .conf whose
+/// quaternions could mean two things it also reads a few thousand points per scan, to find out which. Damage further on in a file is told
+/// when its scan is read.
 /// paths       UTF-8. Not NULL, nor is any of them
 /// count       number of paths, at least 1
 /// options     what the files do not say themselves. NULL for the defaults
@@ -84,7 +84,7 @@ pub unsafe extern "C" fn srf_scans_open(
     guard(|| watched(progress, |progress| open(paths, count, options, progress, out_scans)))
 }
 
-/// What the caller told of the files. The camera is no parameter of the table.
+/// The caller's facts on the files. The camera is no parameter of the table.
 fn read_options(given: *const srf_read_options) -> Result<ReadOptions, Failure> {
     let given = sized::read("options", given, srf_read_options::defaults())?;
     let ([fx, fy, cx, cy], [cols, rows]) = (given.intrinsics, given.camera_size);
@@ -151,7 +151,7 @@ pub unsafe extern "C" fn srf_scans_count(
     })
 }
 
-/// What has a number, counted from 0.
+/// The entry of a number, counted from 0.
 pub fn at<T>(all: &[T], index: usize) -> Result<&T, Failure> {
     let refused = || Failure::new(SRF_ERR_PARAMETER, format!("index must be < {}, got {index}", all.len()));
     all.get(index).ok_or_else(refused)

@@ -50,9 +50,9 @@ impl Folder {
     }
 }
 
-/// Reads bytes of a file for srf_folder_put_source(): user, as given there; at, the place of the first one; buffer, receives them; count,
-/// the most that are wanted, at least 1; out_count, receives how many there are now, at least 1. No more is asked for than the file has.
-/// Called on any thread, for one file never on two at once. Answer SRF_OK, or the status of what went wrong: the call that reads then ends
+/// Reads bytes of a file for srf_folder_put_source(). user: as given there. at: the place of the first byte. buffer: receives them. count:
+/// the most that are wanted, at least 1. out_count: receives how many there are now, at least 1. No more is asked for than the file has.
+/// Called on any thread, for one file never on two at once. Answer SRF_OK, or the status of what went wrong. The call that reads then ends
 /// with SRF_ERR_IO, or SRF_ERR_OUT_OF_MEMORY for that, and says what srf_last_error_message() says on the thread of this function
 /// (srf_set_last_error() says it). Must not unwind, nor leave by longjmp(). Must not call functions with handles of what is being read.
 #[allow(non_camel_case_types)]
@@ -60,10 +60,10 @@ pub type srf_read_fn = Option<
     unsafe extern "C" fn(user: *mut c_void, at: u64, buffer: *mut c_void, count: usize, out_count: *mut usize) -> i32,
 >;
 
-/// Takes what is written into a folder: user, as given in srf_file_sink; name, of the file within the folder; bytes, the next ones, or
-/// NULL: the file is complete; count, how many. Files of a set may take turns, and its list is complete last. A file whose call ended with
-/// an error is not complete, and what came of it is to be discarded. Called on any thread, never on two at once. Answers are those of
-/// srf_read_fn, as is what it must not do. Nor must it write into its own folder.
+/// Takes what is written into a folder. user: as given in srf_file_sink. name: of the file within the folder. bytes: the next ones, or NULL
+/// if the file is complete. count: how many. Files of a set may take turns, and its list is complete last. A file whose call ended with an
+/// error is not complete, and its bytes are to be discarded. Called on any thread, never on two at once. Answers are those of srf_read_fn,
+/// as is what it must not do. Nor must it write into its own folder.
 #[allow(non_camel_case_types)]
 pub type srf_write_fn =
     Option<unsafe extern "C" fn(user: *mut c_void, name: *const c_char, bytes: *const c_void, count: usize) -> i32>;
@@ -72,7 +72,7 @@ pub type srf_write_fn =
 #[allow(non_camel_case_types)]
 pub type srf_release_fn = Option<unsafe extern "C" fn(user: *mut c_void)>;
 
-/// Where the bytes of a file come from.
+/// Source of the bytes of a file.
 #[allow(non_camel_case_types)]
 #[repr(C)]
 #[derive(Clone, Copy)]
@@ -87,7 +87,7 @@ pub struct srf_file_source {
     pub user: *mut c_void,
 }
 
-/// Where the bytes of files go.
+/// Receiver of the bytes of files.
 #[allow(non_camel_case_types)]
 #[repr(C)]
 #[derive(Clone, Copy)]
@@ -329,7 +329,7 @@ pub unsafe extern "C" fn srf_folder_name(
     })
 }
 
-/// What was written or put into a file.
+/// The bytes that were written or put into a file.
 /// folder     not NULL
 /// name       of the file. Not NULL
 /// out_bytes  receives where they are, until this function or srf_folder_remove() is called for the file again or the folder is freed,

@@ -1,7 +1,7 @@
 //! Handles: what the caller holds is a number that looks like a pointer and is never followed.
 //!
-//! Each is looked up in a table, so that a handle of another kind, one that was freed and one that never was are told apart
-//! and refused, and freeing a handle while another thread works with it only takes effect when that is done.
+//! Each is looked up in a table. So a handle of another kind, one that was freed and one that never was are told apart and refused. Freeing
+//! a handle while another thread works with it only takes effect when that is done.
 //!
 //! Every lock here is held behind [`fork::prevent`], so that a forked process can go on with the handles it has.
 
@@ -20,17 +20,17 @@ use crate::{fork, pointer};
 
 /// A kind of handle.
 pub trait Handle {
-    /// What it stands for.
+    /// The thing it stands for.
     type Inner: Send + Sync + 'static;
     /// Name in the header.
     const NAME: &'static str;
 }
 
-/// What a handle stands for: read by cloning the inner pointer, changed by replacing or making it unique, so that a call
+/// The thing that a handle stands for. It is read by cloning the inner pointer, changed by replacing or making it unique, so that a call
 /// that works with it on another thread goes on with what it began with.
 type Slot<T> = RwLock<Shared<T>>;
 
-/// What a handle stands for, as long as somebody works with it.
+/// The thing that a handle stands for, as long as somebody works with it.
 pub struct Shared<T>(Arc<Owned<T>>);
 
 impl<T> Clone for Shared<T> {
@@ -62,8 +62,8 @@ type Table = HashMap<usize, (&'static str, Arc<dyn Any + Send + Sync>), BuildHas
 
 static NEXT: AtomicUsize = AtomicUsize::new(1);
 
-/// What the numbers of this copy of the library begin with: a program may have loaded several, and none must take another's handles for
-/// its own. Copies lie at different addresses, far enough apart for 2^32 handles each.
+/// Beginning of the numbers of this copy of the library. A program may have loaded several, and none must take another's handles for its
+/// own. Copies lie at different addresses, far enough apart for 2^32 handles each.
 fn base() -> usize {
     (&raw const NEXT).addr() << 16
 }
@@ -84,14 +84,14 @@ fn slot<H: Handle>(name: &str, handle: *const H) -> Result<Arc<Slot<H::Inner>>, 
         .map_err(|_| Failure::new(SRF_ERR_HANDLE, format!("{name} must be a {}, got a {kind}", H::NAME)))
 }
 
-/// What a handle stands for. It lives as long as the answer does, even if the handle is freed meanwhile.
+/// The thing that a handle stands for. It lives as long as the answer does, even if the handle is freed meanwhile.
 pub fn get<H: Handle>(name: &str, handle: *const H) -> Result<Shared<H::Inner>, Failure> {
     let _fork = fork::prevent();
     Ok(slot(name, handle)?.read().unwrap_or_else(PoisonError::into_inner).clone())
 }
 
-/// Changes what a handle stands for. Unchanged if `change` fails. What goes may be the caller's to release, in a function that calls this
-/// library: `change` must drop nothing of that kind, but hand it back.
+/// Changes the thing that a handle stands for. Unchanged if `change` fails. The former thing may be the caller's to release, in a function
+/// that calls this library. So `change` must drop nothing of that kind, but hand it back.
 pub fn change<H: Handle, R>(
     name: &str,
     handle: *const H,
@@ -151,12 +151,12 @@ pub fn free<H: Handle>(name: &str, handle: *mut H) -> Result<(), Failure> {
         let _fork = fork::prevent();
         TABLE.write().unwrap_or_else(PoisonError::into_inner).remove(&handle.addr())
     };
-    // What it stood for is dropped after the table is free for others again.
+    // The thing it stood for is dropped after the table is free for others again.
     drop(ended);
     Ok(())
 }
 
-/// Ends a handle that was handed over; what it stood for.
+/// Ends a handle that was handed over. Returns the thing it stood for.
 pub fn take<H: Handle>(name: &str, handle: *mut H) -> Result<H::Inner, Failure>
 where
     H::Inner: Clone,

@@ -71,7 +71,7 @@ pub struct srf_projection {
     pub kind: u32,
     /// 0.
     pub reserved: u32,
-    /// What they mean is said with the kind. Those it does not name are 0. srf_projection_pinhole() and the functions beside it fill them.
+    /// Their meaning is said with the kind. Those it does not name are 0. srf_projection_pinhole() and the functions beside it fill them.
     pub numbers: [f64; 4],
 }
 
@@ -262,8 +262,8 @@ pub unsafe extern "C" fn srf_image_world_points(
     })
 }
 
-/// The viewing ray of a pixel in the sensor's frame: a point on it and its unit direction toward the scene; NaN for an
-/// invalid pixel of a grid.
+/// The viewing ray of a pixel in the sensor's frame: a point on it and its unit direction toward the scene. NaN for an invalid pixel of a
+/// grid.
 /// image          not NULL
 /// row, col       a pixel of the image
 /// out_origin     room for 3 doubles. Not NULL
@@ -352,7 +352,7 @@ pub unsafe extern "C" fn srf_image_set_attributes(
     })
 }
 
-/// Views of what pixels have besides their samples; what an image does not have is empty.
+/// Views of attributes of pixels besides their samples. Those that an image does not have are empty.
 /// image            not NULL
 /// out_colours      4 SRF_TYPE_U8 per pixel. NULL if not wanted
 /// out_intensities  one SRF_TYPE_F32 per pixel. NULL if not wanted
@@ -404,7 +404,7 @@ pub unsafe extern "C" fn srf_image_triangulate(
     })
 }
 
-/// Where the rays of an image start, in the world.
+/// The place in the world where the rays of an image start.
 /// image       not NULL
 /// out_sensor  room for 3 doubles: the place, or three NaN where rays are parallel. Not NULL
 /// returns     SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.

@@ -13,19 +13,19 @@ use crate::pose::{self, srf_pose};
 use crate::status::{self, Failure, srf_status::*};
 use crate::{handle, last_error, pointer};
 
-/// Makes the range image of a scan, for example with srf_image_from_frame(): user, as given in srf_image_source; out_image, receives a
-/// handle that nobody else uses, which the library then frees, also where the answer is an error. Its pose and its name are passed over:
-/// those of adding count. Called on threads of the library or on the thread that made the call, for several scans at once, and for a scan
-/// more than once. Each time it must make the same image, or the result is none of any scan. It may call any function of this library.
-/// While it is in one that takes longer it may be called for another scan on the same thread, so it must hold no lock then that it takes
-/// itself. Answer SRF_OK, or the status of what went wrong: the call for which it was made then ends, with SRF_ERR_CANCELLED or
-/// SRF_ERR_OUT_OF_MEMORY for these, else with SRF_ERR_INPUT; its text has the scan's name and what srf_last_error_message() says on the
+/// Makes the range image of a scan, for example with srf_image_from_frame(). user: as given in srf_image_source. out_image: receives a
+/// handle that nobody else uses, which the library then frees, also if the answer is an error. Its pose and its name are passed over: those
+/// of adding count. Called on threads of the library or on the thread that made the call, for several scans at once, and for a scan more
+/// than once. Each time it must make the same image, or the result is none of any scan. It may call any function of this library. While it
+/// is in one that takes longer it may be called for another scan on the same thread, so it must hold no lock then that it takes itself.
+/// Answer SRF_OK, or the status of what went wrong. The call for which it was made then ends, with SRF_ERR_CANCELLED or
+/// SRF_ERR_OUT_OF_MEMORY for these, else with SRF_ERR_INPUT. Its text has the scan's name and what srf_last_error_message() says on the
 /// thread of this function (srf_set_last_error() says it). A call that is cancelled waits for those that are being made. Must not unwind,
 /// nor leave by longjmp().
 #[allow(non_camel_case_types)]
 pub type srf_image_fn = Option<unsafe extern "C" fn(user: *mut c_void, out_image: *mut *mut srf_image) -> i32>;
 
-/// Who makes the image of a scan when it is needed, so that it need not stay in memory: not before a run, and a few times in it at most.
+/// Maker of the image of a scan when it is needed, so that it need not stay in memory: not before a run, and a few times in it at most.
 #[allow(non_camel_case_types)]
 #[repr(C)]
 #[derive(Clone, Copy)]
@@ -47,7 +47,7 @@ pub struct MadeScan {
 }
 
 impl MadeScan {
-    /// What the caller handed over.
+    /// The scan of the arguments that the caller handed over.
     pub fn of(
         source: *const srf_image_source,
         world_from_sensor: *const srf_pose,
@@ -75,7 +75,7 @@ impl MadeScan {
         let (answer, text) = status::said(|| pointer::call_make(self.make, user, &mut made));
         let wrong = |text: &str| Error::input(format!("{}: {text}", self.name));
         if answer != SRF_OK as i32 {
-            // What it made nevertheless is nobody's else.
+            // An image that it made nevertheless is nobody's else.
             if !made.is_null() {
                 drop(handle::take("out_image of the source", made));
             }

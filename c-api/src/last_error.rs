@@ -1,4 +1,4 @@
-//! What a caller asks about outcomes: the text of the last error, and of a status.
+//! Outcomes of calls: the text of the last error, and of a status.
 
 use std::ffi::{CStr, c_char};
 

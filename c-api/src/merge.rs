@@ -24,8 +24,8 @@ use crate::{params, pointer, report, sized};
 /// Merges what was added into one surface, by Marching Intersections: a manifold mesh with boundary, the same to the bit for any number of
 /// threads and any order of adding. Vertex attributes: confidence, noise (standard deviation of a sample there, 0 where scans are clean),
 /// interpolated (on no scan exactly), source_scan (the scan of largest weight by the order of names, -1 where interpolated), colour if any
-/// scan has colours (averaged in linear light; of alpha 0 and the nearest colour where no scan has one); of triangles: hole_fill. Blocks.
-/// Memory follows the intersections of scans and grid, 24 bytes each.
+/// scan has colours. Colours are averaged in linear light, and have alpha 0 and the nearest colour where no scan has one. Attribute of
+/// triangles: hole_fill. Blocks. Memory follows the intersections of scans and grid, 24 bytes each.
 /// merger      not NULL
 /// params      NULL for the defaults
 /// progress    NULL for none
@@ -82,14 +82,14 @@ fn workspace_of(workspace: *const c_char) -> Result<Option<PathBuf>, Failure> {
     if workspace.is_null() { Ok(None) } else { path_of("workspace", workspace).map(|folder| Some(folder.to_owned())) }
 }
 
-/// Merges what was added, of which there may be more than memory holds, into a surface that it does hold, the same to the bit as that of
-/// srf_merger_run() where there is memory enough. Out_report says which way it went. What memory does not hold is in files of the
-/// workspace, up to 200 bytes for each intersection of scans and grid, which are removed at the end. A folder that is itself in memory, as
-/// some systems have it for temporary files, gains nothing. Scans of sets and of sources are read and made several times. Blocks.
+/// Merges what was added, of which there may be more than memory holds, into a surface that it does hold. The surface is the same to the
+/// bit as that of srf_merger_run() with memory enough. out_report says which way it went. Data that memory does not hold are in files of
+/// the workspace, up to 200 bytes for each intersection of scans and grid, which are removed at the end. A folder that is itself in memory,
+/// as some systems have it for temporary files, gains nothing. Scans of sets and of sources are read and made several times. Blocks.
 /// merger          not NULL
 /// params          NULL for the defaults
 /// only_if_needed  1 to begin in memory, with what srf_merger_keep() kept, and anew in files once it is foreseen, or found, that cells as
-///                 large as given or measured do not fit. What was kept is given back then. Where files do not do either, cells that were
+///                 large as given or measured do not fit. The kept memory is given back then. If files do not do either, cells that were
 ///                 not given are larger, as those of srf_merger_run(). 0 to work in files, and to keep nothing
 /// max_memory      most bytes that the merge takes, beside the scans that are being read, one a thread, and in files the surface. 0 for,
 ///                 and at most, what srf_set_memory_limit() or the context allow, else what is free
@@ -121,11 +121,11 @@ pub unsafe extern "C" fn srf_merger_run_in_files(
     })
 }
 
-/// Merges what was added, of which there may be more than memory holds, straight into a PLY file: its bytes are those that srf_merger_run()
+/// Merges what was added, of which there may be more than memory holds, straight into a PLY file. Its bytes are those that srf_merger_run()
 /// and srf_mesh_write() make. Neither all scans nor the surface are in memory at once, but images and meshes that were added are. Scans of
-/// sets and of sources are read and made several times. What memory does not hold is in files of the workspace, up to 200 bytes for each
-/// intersection of scans and grid, which are removed at the end. A file of that name is replaced once all is written, or stays as it is.
-/// Nothing is kept for another run, whatever srf_merger_keep() said. Blocks.
+/// sets and of sources are read and made several times. Data that memory does not hold are in files of the workspace, up to 200 bytes for
+/// each intersection of scans and grid, which are removed at the end. A file of that name is replaced once all is written, or stays as it
+/// is. Nothing is kept for another run, whatever srf_merger_keep() said. Blocks.
 /// merger      not NULL
 /// path        UTF-8, ending in .ply. Not NULL
 /// params      NULL for the defaults

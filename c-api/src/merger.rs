@@ -21,7 +21,7 @@ use crate::pose::srf_pose;
 use crate::sources::{self, Source};
 use crate::status::{Failure, flag, srf_status, srf_status::*};
 
-/// What a merge consists of so far.
+/// State of a merge so far.
 #[derive(Clone, Default)]
 pub struct Merger {
     sources: Vec<Source>,
@@ -29,7 +29,7 @@ pub struct Merger {
     versions: Vec<u64>,
     /// How many there ever were.
     ever: u64,
-    /// What runs leave for the next, where that is asked for.
+    /// Findings that runs leave for the next, if that is asked for.
     kept: Option<Arc<Exclusive<Owned<incremental::Merger>>>>,
 }
 
@@ -86,10 +86,10 @@ impl Merger {
         merge::merge(&sources::borrowed(&self.sources), params, Run { store, memory, reuse }, progress)
     }
 
-    /// What is kept. Nothing where another thread runs it, too: this run neither takes nor leaves anything then.
+    /// The kept findings. Nothing if another thread runs it, too: this run neither takes nor leaves anything then.
     fn kept(&self) -> Option<MutexGuard<'_, Owned<incremental::Merger>>> {
         let mut kept = self.kept.as_ref()?.take().ok()?;
-        // What the calls of another context found out stays on its account.
+        // Findings of the calls of another context stay on its account.
         if !kept.is_of_this_thread() {
             *kept = Owned::default();
         }
@@ -134,7 +134,7 @@ pub unsafe extern "C" fn srf_merger_create(out_merger: *mut *mut srf_merger) -> 
     guard(|| handle::give("out_merger", out_merger, Merger::default()))
 }
 
-/// Releases a merge; what was added to it stays.
+/// Releases a merge. All that was added to it stays.
 /// merger     NULL does nothing
 /// returns    SRF_OK, SRF_ERR_HANDLE. Since 0.1.
 #[unsafe(no_mangle)]
@@ -290,10 +290,10 @@ pub unsafe extern "C" fn srf_merger_replace_by_source(
     guard(|| replace(merger, index, sources::of_source(source, world_from_sensor, name)?))
 }
 
-/// Says whether each run keeps what it found out for the next, which then loads and counts only those scans that are new to it, and renews
-/// what these have a part in: the result is that of a first run, to the bit. Of files that change on the disk, and functions that would
-/// make another image, nothing is noticed: the scan has to be replaced, by itself if need be. A run keeps nothing for those under another
-/// context. Where the measured cell or merge distance differs, since a scan has changed, all follows anew. Giving both as parameters makes
+/// Says whether each run keeps what it found out for the next. That one then loads and counts only those scans that are new to it, and
+/// renews what these have a part in: the result is that of a first run, to the bit. It does not notice files that change on the disk, nor
+/// functions that would make another image: the scan has to be replaced, by itself if need be. A run keeps nothing for those under another
+/// context. If the measured cell or merge distance differs, since a scan has changed, all follows anew. Giving both as parameters makes
 /// that rarer. Of two runs at a time the second keeps nothing. Memory: about 125 bytes for each intersection of a scan with the grid, until
 /// srf_merger_free().
 /// merger     not NULL
@@ -315,8 +315,8 @@ pub unsafe extern "C" fn srf_merger_keep(merger: *mut srf_merger, keep: u32) -> 
     })
 }
 
-/// How much the last run that kept something had to renew: bricks of 32 cells a side that scans speak of. 0 of 0 without
-/// srf_merger_keep() and before the first run with it: nothing is kept then, and each run finds out everything.
+/// How much the last run that kept something had to renew: bricks of 32 cells a side that scans speak of. It is 0 of 0 without
+/// srf_merger_keep() and before the first run with it. Nothing is kept then, and each run finds out everything.
 /// merger       not NULL
 /// out_renewed  bricks labelled anew. NULL if not wanted
 /// out_bricks   all bricks. NULL if not wanted

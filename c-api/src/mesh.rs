@@ -39,7 +39,7 @@ pub struct srf_mesh {
 
 handle!(srf_mesh, Mesh);
 
-/// What the entries of an attribute belong to.
+/// The owners of an attribute's entries.
 #[allow(non_camel_case_types)]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -23,7 +23,7 @@ use crate::settings::from_data;
 use crate::sized;
 use crate::status::{Failure, srf_status::SRF_ERR_PARAMETER};
 
-/// What a field of a struct holds.
+/// Sort of a field of a struct.
 #[derive(Clone, Copy)]
 pub enum Given {
     /// Nothing yet: 0.
@@ -49,7 +49,7 @@ pub fn read<P: Params + Default, F: Fields>(name: &str, given: *const F) -> Resu
     to_core(&sized::read(name, given, F::defaults())?)
 }
 
-/// What a struct holds as the core's parameters, each checked.
+/// A struct's fields as the core's parameters, each checked.
 pub fn to_core<P: Params + Default, F: Fields>(given: &F) -> Result<P, Failure> {
     let rows = P::rows();
     let mut values = Vec::new();
@@ -105,7 +105,7 @@ fn value(row: &ParamSpec, given: Given) -> Result<Value<'static>, Failure> {
             }
         }
         (_, Given::Whole(0)) if row.is_optional() => Value::Absent,
-        // What a double can't hold is more than anything here counts.
+        // A number that a double can't hold is more than anything here counts.
         (_, Given::Whole(count)) if count as f64 as u64 != count => return Err(row.refused(count).into()),
         (_, Given::Whole(count)) => Value::Number(count as f64),
     })

@@ -6,8 +6,8 @@ use surfrecon::error::Shown;
 use crate::pointer;
 use crate::status::{Failure, srf_status::SRF_ERR_INPUT};
 
-/// Places a frame in another: 16 numbers, column after column, as OpenGL and glTF have them; the last row is 0 0 0 1. Where a
-/// rotation and a translation are asked for, the axes must be orthonormal within 0.02: the nearest rotation is taken.
+/// Places a frame in another: 16 numbers, column after column, as OpenGL and glTF have them. The last row is 0 0 0 1. If a rotation and a
+/// translation are asked for, the axes must be orthonormal within 0.02: the nearest rotation is taken.
 #[allow(non_camel_case_types)]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
@@ -21,7 +21,7 @@ pub fn read(name: &str, pose: *const srf_pose) -> Result<DAffine3, Failure> {
     if pose.is_null() { Ok(DAffine3::IDENTITY) } else { transform(name, &pointer::read(name, pose)?) }
 }
 
-/// What the caller's numbers stand for.
+/// The transform that the caller's numbers stand for.
 fn transform(name: &str, pose: &srf_pose) -> Result<DAffine3, Failure> {
     let m = pose.matrix;
     if m.iter().any(|x| !x.is_finite()) {
@@ -40,7 +40,7 @@ fn transform(name: &str, pose: &srf_pose) -> Result<DAffine3, Failure> {
     Ok(DAffine3::from_cols_array(&[m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10], m[12], m[13], m[14]]))
 }
 
-/// The pose of a sensor behind a pointer: a rotation and a translation, made orthonormal; NULL is the identity.
+/// The pose of a sensor behind a pointer: a rotation and a translation, made orthonormal. NULL is the identity.
 pub fn read_rigid(name: &str, pose: *const srf_pose) -> Result<DAffine3, Failure> {
     rigid(name, read(name, pose)?)
 }

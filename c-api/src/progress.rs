@@ -9,16 +9,16 @@ use crate::cancel::srf_cancel;
 use crate::status::Failure;
 use crate::{handle, pointer};
 
-/// Asked about every 30 ms during a long call, on the thread that made the call: stage, what is being done, for people;
-/// fraction, the share of the whole call that is done, 0 to 1, never falling, and 1 in the last report of a call that succeeds; message, both
-/// as one line; user, as given in srf_progress. The texts are UTF-8 and valid during the call of the function. Answer 0 to go on, anything
-/// else to cancel: the call then returns SRF_ERR_CANCELLED within a tenth of a second and leaves nothing behind; what is answered once
-/// all is done changes nothing. Must not unwind.
+/// Asked about every 30 ms during a long call, on the thread that made the call. stage: what is being done, for people. fraction: the share
+/// of the whole call that is done, 0 to 1, never falling, and 1 in the last report of a call that succeeds. message: both as one line.
+/// user: as given in srf_progress. The texts are UTF-8 and valid during the call of the function. Answer 0 to go on, anything else to
+/// cancel. The call then returns SRF_ERR_CANCELLED within a tenth of a second and leaves nothing behind. The answer once all is done
+/// changes nothing. Must not unwind.
 #[allow(non_camel_case_types)]
 pub type srf_progress_fn =
     Option<unsafe extern "C" fn(stage: *const c_char, fraction: f64, message: *const c_char, user: *mut c_void) -> i32>;
 
-/// Who watches a long call, and what cancels it. NULL where one is asked for: nobody and nothing.
+/// Watcher of a long call, and the switch that cancels it. NULL where one is asked for: nobody and nothing.
 #[allow(non_camel_case_types)]
 #[repr(C)]
 #[derive(Clone, Copy)]

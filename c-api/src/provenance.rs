@@ -1,4 +1,4 @@
-//! What files say of where they are from.
+//! Provenance: what files say of where they are from.
 
 use std::ffi::c_char;
 
@@ -16,7 +16,7 @@ use crate::status::{Failure, srf_status};
 use crate::write::write_images;
 use crate::{handle, params, pointer};
 
-/// What a file is to say of where it is from. NULL for nothing.
+/// The provenance that a file is to say. NULL for nothing.
 pub fn provenance_of(json: *const c_char) -> Result<Option<Provenance>, Failure> {
     if json.is_null() { Ok(None) } else { Ok(Some(Provenance::from_json(pointer::text("provenance", json)?)?)) }
 }
@@ -74,7 +74,7 @@ pub unsafe extern "C" fn srf_images_write_e57_from(
     })
 }
 
-/// What a file that this library wrote says of where it is from: .ply, .obj, .glb, .e57.
+/// The provenance that a file of this library says: .ply, .obj, .glb, .e57.
 /// path        UTF-8. Not NULL
 /// out_text    receives an object in JSON with its zero byte, an empty text where the file says nothing. NULL if not wanted
 /// capacity    room there, in bytes

@@ -45,7 +45,7 @@ pub enum srf_dropped {
 }
 
 /// Takes a cloud. It is kept as it is now and may be freed afterwards. O(1): the points are tetrahedralized for the first surface.
-/// cloud              not NULL. Its normals, if it has any, say which side of the surface is seen. Zero where unknown. Where points carry
+/// cloud              not NULL. Its normals, if it has any, say which side of the surface is seen. Zero where unknown. If points carry
 ///                    noise they also tell the sides of thin walls apart, and what is inside
 /// sensors            3 SRF_TYPE_F64 or SRF_TYPE_F32 a place, one place or one a point: where the points were seen from, in the cloud's
 ///                    frame. Go before the normals. Open surfaces then span no jumps, over which sensors looked from one point past it at
@@ -79,7 +79,7 @@ pub unsafe extern "C" fn srf_reconstructor_free(reconstructor: *mut srf_reconstr
     guard(|| handle::free("reconstructor", reconstructor))
 }
 
-/// Makes a surface through the points: the first in O(n log n) in practice, others in a fraction of that; it does not depend on those. In
+/// Makes a surface through the points: the first in O(n log n) in practice, others in a fraction of that. It does not depend on those. In
 /// the cloud's frame. Its vertices are the used points in their order. Vertex attributes: source_point, and colour, intensity, normal_x,
 /// normal_y, normal_z where the cloud has them.
 /// reconstructor  not NULL. Used by one call at a time, others are refused

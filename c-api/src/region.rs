@@ -16,7 +16,7 @@ use crate::progress::{srf_progress, watched};
 use crate::status::{Failure, srf_status, srf_status::*};
 use crate::{params, pointer, sized, sources};
 
-/// What samples are kept or removed by: a box, a plane or a mask. Released with srf_region_free().
+/// The region that samples are kept or removed by: a box, a plane or a mask. Released with srf_region_free().
 #[allow(non_camel_case_types)]
 pub struct srf_region {
     _opaque: [u8; 0],
@@ -37,7 +37,7 @@ pub struct srf_plane {
     pub point: [f64; 3],
     /// Of any length but 0. Points above.
     pub normal: [f64; 3],
-    /// What lies at most so far above the plane is removed with it.
+    /// Points that lie at most so far above the plane are removed with it.
     pub margin: f64,
     /// Of one that was found: the share of the samples that lie on it.
     pub share: f64,
@@ -112,8 +112,8 @@ pub unsafe extern "C" fn srf_plane_through(
     })
 }
 
-/// Finds the plane that most samples lie on: a table, a turntable, the ground. Above is the side that its samples were seen from; where
-/// that is not known, the one that most of the others lie on. The same for any order of the scans and any number of threads.
+/// Finds the plane that most samples lie on: a table, a turntable, the ground. Above is the side that its samples were seen from. If that
+/// is not known, it is the side that most of the others lie on. The same for any order of the scans and any number of threads.
 /// aligner    one that scans were added to, one at least. They lie where they were when they were added. Clouds need no normals. Not NULL
 /// params     NULL for the defaults
 /// progress   NULL for none

@@ -13,8 +13,8 @@ use crate::progress::{srf_progress, watched};
 use crate::status::srf_status;
 use crate::{params, pointer};
 
-/// Scans a mesh: a value for every pixel whose ray meets it. The same image for any number of threads. Where the mesh has the
-/// vertex attribute colour, the image has colours.
+/// Scans a mesh: a value for every pixel whose ray meets it. The same image for any number of threads. If the mesh has the vertex attribute
+/// colour, the image has colours.
 /// mesh               not NULL
 /// rows, cols         size of the image
 /// projection         how pixels see, no grid. Not NULL

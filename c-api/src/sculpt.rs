@@ -65,10 +65,10 @@ pub unsafe extern "C" fn srf_sculptor_free(sculptor: *mut srf_sculptor) -> srf_s
 }
 
 /// The mesh of few triangles within a tolerance, finer or coarser than any before. It does not depend on those. In the sensor's frame.
-/// Srf_image_camera() places it. Every sample's ray meets the mesh within the tolerance, nothing covers an invalid pixel or bridges a jump,
+/// srf_image_camera() places it. Every sample's ray meets the mesh within the tolerance, nothing covers an invalid pixel or bridges a jump,
 /// and seen from the sensor the mesh covers every place at most once. One exception: samples whose triangles all hide behind others, as
-/// seen along the rays, are not covered and have no bound; they count as isolated_pixels. Vertex attributes: range_row, range_col, error,
-/// and colour, intensity, confidence where the image has them; of triangles: error.
+/// seen along the rays, are not covered and have no bound. They count as isolated_pixels. Vertex attributes: range_row, range_col, error,
+/// and colour, intensity, confidence where the image has them. Attribute of triangles: error.
 /// sculptor         not NULL
 /// tolerance        in the unit of the samples, >= 0. SRF_FROM_DATA for that of the params of srf_sculptor_create()
 /// progress         NULL for none
@@ -115,7 +115,7 @@ pub unsafe extern "C" fn srf_sculptor_at_most(
     })
 }
 
-/// What both ways to sculpt have in common.
+/// The part that both ways to sculpt have in common.
 fn sculpt(
     name: &str,
     sculptor: *const srf_sculptor,

@@ -1,4 +1,4 @@
-//! What of scans is kept or removed, and what size and place they are given.
+//! Selections: the parts of scans that are kept or removed, and the size and place that they are given.
 
 use surfrecon::select::{Selection, Similarity};
 

@@ -19,13 +19,13 @@ pub const SRF_FROM_DATA: f64 = -1.0;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum srf_log_level {
-    /// What a person may want to know, for example how a file was understood.
+    /// For people who want to know, for example how a file was understood.
     SRF_LOG_LEVEL_INFO = 1,
-    /// What a person should look at, for example a part of the input that was left out.
+    /// For people to look at, for example a part of the input that was left out.
     SRF_LOG_LEVEL_WARNING = 2,
 }
 
-/// Gets the messages of the log: level, a value of srf_log_level; text, UTF-8, valid during the call; user, the pointer given to
+/// Gets the messages of the log. level: a value of srf_log_level. text: UTF-8, valid during the call. user: the pointer given to
 /// srf_set_log. Runs on the thread of the call that has something to tell. Must not unwind.
 #[allow(non_camel_case_types)]
 pub type srf_log_fn = Option<unsafe extern "C" fn(level: i32, text: *const c_char, user: *mut c_void)>;
@@ -69,10 +69,11 @@ pub extern "C" fn srf_threads() -> u32 {
     surfrecon::threads::threads()
 }
 
-/// Most memory that calls may take, unless made under a context with a limit of its own. Together, where several run at a time under the
-/// same context or under none. It limits calls, not what they leave: what was handed out before (meshes, images) does not count, however
-/// much it is, unless another call was running all the time since. What is foreseen to need more, or more than is free, is refused with
-/// SRF_ERR_OUT_OF_MEMORY before it begins; what turns out to need more ends with it then, and leaves nothing behind.
+/// Most memory that calls may take, unless made under a context with a limit of its own. It is for all together, if several run at a time
+/// under the same context or under none. It limits calls, not what they leave. Meshes, images and the like that were handed out before do
+/// not count, however much they are, unless another call was running all the time since. A call that is foreseen to need more, or more than
+/// is free, is refused with SRF_ERR_OUT_OF_MEMORY before it begins. A call that turns out to need more ends with it then, and leaves
+/// nothing behind.
 /// bytes      0, the default, for all that is free
 /// returns    SRF_OK. Since 0.1.
 #[unsafe(no_mangle)]
@@ -89,7 +90,7 @@ pub extern "C" fn srf_memory_limit() -> u64 {
     memory::limit().unwrap_or(0)
 }
 
-/// Who gets the messages of the log from now on, unless of calls under a context with a log of its own.
+/// Sets who gets the messages of the log from now on, unless of calls under a context with a log of its own.
 /// log        NULL for nobody, the default
 /// user       handed to log as it is. Must stay usable until another log is set and calls on other threads have returned
 /// returns    SRF_OK. Since 0.1.

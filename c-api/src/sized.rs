@@ -24,8 +24,8 @@ fn size_of_given<T>(name: &str, given: *const T) -> Result<usize, Failure> {
     Ok(size)
 }
 
-/// The caller's struct over `defaults`, which NULL stands for: fields an older header lacks keep their defaults; fields of a
-/// newer one are fine as long as they are zero.
+/// The caller's struct over `defaults`, which NULL stands for. Fields an older header lacks keep their defaults. Fields of a newer one are
+/// fine as long as they are zero.
 pub fn read<T: Pod>(name: &str, given: *const T, defaults: T) -> Result<T, Failure> {
     if given.is_null() {
         return Ok(defaults);

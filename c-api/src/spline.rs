@@ -18,8 +18,8 @@ pub struct Surface {
     mirrored: bool,
 }
 
-/// A tensor-product B-spline surface over 0..1 x 0..1: u runs along columns, v down rows; knots are uniform and clamped.
-/// Released with srf_spline_free().
+/// A tensor-product B-spline surface over 0..1 x 0..1: u runs along columns, v down rows. Knots are uniform and clamped. Released with
+/// srf_spline_free().
 #[allow(non_camel_case_types)]
 pub struct srf_spline {
     _opaque: [u8; 0],

@@ -16,7 +16,7 @@ pub enum srf_status {
     /// A number or an enumerator that was passed, as an argument, in a struct or as what an array is said to be, is out of its range. The
     /// text has the value, the range and the unit.
     SRF_ERR_PARAMETER = 1,
-    /// What an array, a matrix, a text, a mesh or a file holds can't be used, or does not go with another. The text names the element.
+    /// The content of an array, a matrix, a text, a mesh or a file can't be used, or does not go with another. The text names the element.
     SRF_ERR_INPUT = 2,
     /// A file does not hold what its format promises. The text names the place.
     SRF_ERR_FORMAT = 3,
@@ -41,9 +41,9 @@ use srf_status::*;
 /// Why a call failed.
 #[derive(Debug)]
 pub struct Failure {
-    /// What the call returns.
+    /// The status that the call returns.
     pub status: srf_status,
-    /// What `srf_last_error_message` answers.
+    /// The answer of `srf_last_error_message`.
     pub text: String,
 }
 
@@ -84,7 +84,7 @@ pub fn flag(name: &str, value: u32) -> Result<bool, Failure> {
 }
 
 thread_local! {
-    /// What `srf_last_error_message` answers on this thread.
+    /// The answer of `srf_last_error_message` on this thread.
     pub static LAST_ERROR: RefCell<Cow<'static, CStr>> = const { RefCell::new(Cow::Borrowed(c"")) };
 }
 

@@ -1,4 +1,4 @@
-//! Which library this is.
+//! Version of this library.
 
 use std::ffi::c_char;
 

@@ -17,7 +17,7 @@ use crate::progress::{srf_progress, watched};
 use crate::sized;
 use crate::status::{Failure, flag, of_number, srf_status, srf_status::*};
 
-/// Where a vertex of a range image was: by it a motion of all vertices is recognized.
+/// Place where a vertex of a range image was: by it a motion of all vertices is recognized.
 #[allow(non_camel_case_types)]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
@@ -30,8 +30,8 @@ pub struct srf_anchor {
     pub point: [f64; 3],
 }
 
-/// What a host keeps of a range image beside its vertices: how the pixels see, and where some of the vertices were. Numbers only: it may be
-/// stored as it is. Starts with its size. Prepared by srf_grid_camera_init().
+/// The camera that a host keeps of a range image beside its vertices: how the pixels see, and where some of the vertices were. Numbers
+/// only: it may be stored as it is. Starts with its size. Prepared by srf_grid_camera_init().
 #[allow(non_camel_case_types)]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
@@ -109,7 +109,7 @@ pub unsafe extern "C" fn srf_grid_camera_init_sized(camera: *mut srf_grid_camera
     guard(|| sized::init("camera", camera, size, srf_grid_camera::unset()))
 }
 
-/// What a host keeps beside the vertices of srf_image_to_mesh(). O(pixels).
+/// The camera that a host keeps beside the vertices of srf_image_to_mesh(). O(pixels).
 /// image       not NULL
 /// progress    NULL for none
 /// out_camera  initialized by srf_grid_camera_init(), filled on SRF_OK only. Not NULL
@@ -167,10 +167,10 @@ pub unsafe extern "C" fn srf_image_to_mesh(
     })
 }
 
-/// The range image that a host's vertices are, however its user moved them. Pixels without a vertex are invalid. Where all were moved,
-/// turned, scaled and mirrored alike, within single precision, and each lies on its pixel's ray, the projection stays of its kind, with
-/// numbers scaled and mirrored. Where they were stretched, or edited one by one, it becomes a grid of points, seen from where it was.
-/// Samples lie in the world where the vertices do. O(pixels).
+/// The range image that a host's vertices are, however its user moved them. Pixels without a vertex are invalid. If all were moved, turned,
+/// scaled and mirrored alike, within single precision, and each lies on its pixel's ray, the projection stays of its kind, with numbers
+/// scaled and mirrored. If they were stretched, or edited one by one, it becomes a grid of points, seen from where it was. Samples lie in
+/// the world where the vertices do. O(pixels).
 /// camera           what srf_image_grid_camera() filled. Not NULL
 /// row              one SRF_TYPE_I32 or SRF_TYPE_U32 per vertex, its pixel's row. Not NULL
 /// col              one SRF_TYPE_I32 or SRF_TYPE_U32 per vertex, its pixel's column. Not NULL

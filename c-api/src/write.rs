@@ -26,8 +26,9 @@ fn encoding_of(given: u32) -> Result<Encoding, Failure> {
     })
 }
 
-/// Writes a mesh by the ending of the file's name, the writer to take unless another is needed: .ply with all attributes, .glb (binary glTF) with those of vertices, its node
-/// named as the file without the ending, .obj with colours, .stl. A file of that name is replaced once all is written, or stays as it is.
+/// Writes a mesh by the ending of the file's name, the writer to take unless another is needed. .ply has all attributes. .glb (binary glTF)
+/// has those of vertices, and its node is named as the file without the ending. .obj has colours. .stl has none. A file of that name is
+/// replaced once all is written, or stays as it is.
 /// mesh       not NULL
 /// path       UTF-8. Not NULL
 /// options    NULL for the defaults

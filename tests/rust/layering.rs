@@ -1,6 +1,6 @@
-//! The invariants of ARCHITECTURE.md that source text alone can show: the crates of the core stand on floors, no files of a
-//! crate import each other in a circle, the core knows no host, `unsafe` stays where it is allowed, and every crate is on the
-//! map. That a crate imports only what it names is the compiler's to say.
+//! The invariants of ARCHITECTURE.md that source text alone can show. The crates of the core stand on floors, no files of a crate import
+//! each other in a circle, the core knows no host, `unsafe` stays where it is allowed, and every crate is on the map. The compiler says
+//! that a crate imports only what it names.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -22,10 +22,10 @@ const MERGE: &[&str] = &["crossings", "intake", "field", "visibility", "surface"
 const OVER_THE_MERGE: &[&str] = &["pipeline", "run", "reference", "dump", "operation", "params", "report"];
 /// Names that declarations of parameters, reports and operations use each in a sense of its own.
 const SAME_NAMES: &[&str] = &["Content", "Field", "Kind", "Measured", "Schema", "Shape"];
-/// What stands on the core, and knows its roof and the allocator alone.
+/// Crates that stand on the core, and know its roof and the allocator alone.
 const ON_THE_ROOF: &[&str] = &["c-api", "python"];
 const HOSTS: &[&str] = &["pyo3", "numpy::", "bpy", "cbindgen", "no_mangle", "extern \"C\""];
-/// Files with `unsafe` blocks; each block says why it is sound (clippy: undocumented_unsafe_blocks).
+/// Files with `unsafe` blocks. Each block says why it is sound (clippy: undocumented_unsafe_blocks).
 const UNSAFE_FILES: &[&str] = &[
     "c-api/src/pointer.rs",
     "c-api/src/allocator.rs",
@@ -90,7 +90,7 @@ fn code(text: &str) -> String {
     code.lines().map(|line| line.split("//").next().unwrap_or(line)).collect::<Vec<_>>().join("\n")
 }
 
-/// Where a crate of the core lies.
+/// Folder of a crate of the core.
 fn folder_of(name: &str) -> String {
     match name {
         "surfrecon" => "rust-core".to_owned(),
@@ -133,7 +133,7 @@ fn crates_stand_on_floors() {
     }
 }
 
-/// Modules that a file's code names by `super::` or `crate::`, as paths from the crate's root; `module` is the file's own.
+/// Modules that a file's code names by `super::` or `crate::`, as paths from the crate's root. `module` is the file's own.
 fn imported(code: &str, module: &[String], known: &BTreeSet<Vec<String>>) -> BTreeSet<Vec<String>> {
     let is_path = |c: char| c.is_alphanumeric() || c == '_' || c == ':';
     let mut found = BTreeSet::new();
@@ -165,7 +165,7 @@ fn imported(code: &str, module: &[String], known: &BTreeSet<Vec<String>>) -> BTr
             found.insert(full);
         }
     }
-    // Who contains whom says nothing: a driver uses its stages, and these its types.
+    // Containing another says nothing: a driver uses its stages, and these its types.
     found.retain(|other| !other.is_empty() && !module.starts_with(other) && !other.starts_with(module));
     found
 }
@@ -273,7 +273,7 @@ fn no_circle_of_imports() {
         let mut imports: BTreeMap<Vec<String>, BTreeSet<Vec<String>>> =
             files.iter().map(|(module, code)| (module.clone(), imported(code, module, &known))).collect();
         edges += imports.values().map(BTreeSet::len).sum::<usize>();
-        // What imports nothing that is left is in no circle.
+        // A file that imports nothing that is left is in no circle.
         while let Some(free) = imports.iter().find(|(_, of)| !of.iter().any(|other| imports.contains_key(other))) {
             let free = free.0.clone();
             imports.remove(&free);

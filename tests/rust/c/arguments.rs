@@ -1,10 +1,10 @@
-//! What functions get in calls that are wrong everywhere.
+//! Arguments of functions in calls that are wrong everywhere.
 
 use std::ffi::c_void;
 
 use crate::library::{Handle, LogFn};
 
-/// What a function gets in a call that is wrong everywhere: zeros, or handles that never were.
+/// The argument of a function in a call that is wrong everywhere: zeros, or handles that never were.
 pub trait Argument {
     const IS_HANDLE: bool = false;
     fn zero() -> Self;

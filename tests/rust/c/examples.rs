@@ -18,7 +18,7 @@ pub fn threaded(source: &str, options: &[&str]) -> Program {
     compile("c++", &[&["-std=c++17", "-pthread"], options].concat(), &format!("c-api/examples/cpp/{source}"))
 }
 
-/// Whether valgrind is there; says so if not.
+/// Whether valgrind is there. Says so if not.
 pub fn has_valgrind() -> bool {
     let there = Command::new("valgrind").arg("--version").output().is_ok();
     if !there {

@@ -262,7 +262,7 @@ fn values_of_enums_carry_its_name() {
     let all = enums();
     assert!(all.len() > 15);
     for (name, values) in all.iter().filter(|(name, _)| name != "srf_status") {
-        // What kinds there are of something is said of that: SRF_PROJECTION_SPHERICAL.
+        // The kinds of something have its name: SRF_PROJECTION_SPHERICAL.
         let prefix = format!("{}_", name.trim_end_matches("_kind").to_ascii_uppercase());
         assert!(values.len() > 1 && values.iter().all(|value| value.starts_with(&prefix)), "{name}: {values:?}");
     }

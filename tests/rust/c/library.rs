@@ -72,8 +72,8 @@ macro_rules! functions {
                 )*}
             }
 
-            /// Calls one function with what is right for its arguments, or wrong in the way that the kit has; its status. Nothing
-            /// where it answers with none, or no argument can be wrong in that way.
+            /// Calls one function with what is right for its arguments, or wrong in the way that the kit has. Its status. Nothing where it
+            /// answers with none, or no argument can be wrong in that way.
             pub fn call_rightly(&self, name: &str, kit: &Kit) -> Option<i32> {
                 $(
                     if name == stringify!($name) {
@@ -89,7 +89,7 @@ macro_rules! functions {
                 None
             }
 
-            /// Calls every function that answers with a status with nothing but zeros; name and status.
+            /// Calls every function that answers with a status with nothing but zeros. Name and status.
             pub fn call_with_zeros(&self) -> Vec<(&'static str, i32)> {
                 let mut all = Vec::new();
                 $(
@@ -102,7 +102,7 @@ macro_rules! functions {
                 all
             }
 
-            /// Calls every function that takes a handle with one that never was; name and status.
+            /// Calls every function that takes a handle with one that never was. Name and status.
             pub fn call_with_junk(&self) -> Vec<(&'static str, i32)> {
                 let mut all = Vec::new();
                 let mut scratch = [0_u64; 64];

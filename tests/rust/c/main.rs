@@ -1,5 +1,5 @@
-//! The C library as a stranger meets it: the built file is loaded by name, every function called, rightly and wrongly; the
-//! header compiled, programs run under sanitizers.
+//! The C library as a stranger meets it: the built file is loaded by name, and every function is called, rightly and wrongly. The header is
+//! compiled, and programs run under sanitizers.
 #![allow(unsafe_code, clippy::print_stdout, clippy::unwrap_used)]
 
 mod arguments;

@@ -193,8 +193,8 @@ fn programs_of_an_older_and_of_a_newer_header_work() {
     }
 }
 
-/// Theorem: programs built against a release from 0.2.0 on run with every later library. A release leaves its header and its
-/// `exercise.c` in `tests/c/released/VERSION/`; CHANGELOG.md says which releases there are.
+/// Theorem: programs built against a release from 0.2.0 on run with every later library. A release leaves its header and its `exercise.c`
+/// in `tests/c/released/VERSION/`. CHANGELOG.md says which releases there are.
 #[test]
 fn programs_of_released_headers_work() {
     let changelog = std::fs::read_to_string(root().join("CHANGELOG.md")).expect("CHANGELOG.md");

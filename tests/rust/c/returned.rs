@@ -1,4 +1,4 @@
-//! What functions were seen to return: each status that the header lists is provoked by some test.
+//! Statuses that functions were seen to return: each status that the header lists is provoked by some test.
 
 use std::collections::BTreeSet;
 use std::io::Write as _;

@@ -14,7 +14,7 @@ use crate::examples::{ADDRESS, THREAD, VALGRIND, has_valgrind, signal, threaded,
 use crate::programs::{Program, compile, square};
 use crate::views::views;
 
-/// What is asked for: the ending of the result, and files with their names.
+/// A request: the ending of the result, and files with their names.
 #[derive(Clone)]
 struct Request {
     ending: &'static str,
@@ -116,7 +116,7 @@ impl Server {
         }
     }
 
-    /// Stops it as a system does; it must end well, with nothing that a sanitizer would have to say.
+    /// Stops it as a system does. It must end well, with nothing that a sanitizer would have to say.
     fn stop(mut self) {
         signal(&self.child, "TERM");
         let status = self.child.wait().unwrap();

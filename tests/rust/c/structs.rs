@@ -1,5 +1,5 @@
-//! Structs that start with their size: of this header, of older and of newer ones, and none at all; their defaults are those
-//! of the core's table.
+//! Structs that start with their size: of this header, of older and of newer ones, and none at all. Their defaults are those of the core's
+//! table.
 
 use surfrecon::params::{self, Kind, Value};
 
@@ -86,7 +86,7 @@ fn an_older_report_is_written_as_far_as_it_goes() {
     assert_eq!((report.size, report.second, &report.numbers[..3]), (24, 0, &[1, 3, 9][..]));
 }
 
-/// Where each field of a struct lies, as a compiler of C found it: name, bytes, place.
+/// Places of the fields of a struct, as a compiler of C found them: name, bytes, place.
 fn layout(of: &str) -> Vec<(String, usize, usize)> {
     let listed = std::fs::read_to_string(root().join("c-api/abi/layouts.txt")).expect("the layouts");
     let field = |line: &str| {

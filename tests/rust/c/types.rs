@@ -1,4 +1,4 @@
-//! What crosses the border of the C library, as the header says it.
+//! Types that cross the border of the C library, as the header says them.
 
 use std::ffi::{c_char, c_void};
 

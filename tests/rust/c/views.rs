@@ -26,7 +26,7 @@ pub fn views() -> &'static [RangeImage] {
     })
 }
 
-/// Writes them as a list that places none, into a folder; its path.
+/// Writes them as a list that places none, into a folder. Its path.
 pub fn without_poses(folder: &Path) -> PathBuf {
     let mut lost = views().to_vec();
     lost.iter_mut().for_each(|view| view.world_from_sensor = DAffine3::IDENTITY);

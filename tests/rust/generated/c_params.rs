@@ -13,7 +13,7 @@ use crate::{compare, root};
 /// Lengths of lines of the C library's comments, whose lines the header takes over.
 const WIDTH: usize = 124;
 
-/// What a struct holds besides parameters.
+/// Fields of a struct besides parameters.
 struct Beside {
     operation: &'static str,
     fields: &'static [(&'static str, &'static str, &'static str, &'static str)],
@@ -48,7 +48,7 @@ pub fn names(operation: &str) -> (String, &'static str) {
     }
 }
 
-/// Whether the C field is a whole number of 64 bits; others are doubles.
+/// Whether the C field is a whole number of 64 bits. Others are doubles.
 pub fn is_whole(row: &ParamSpec) -> bool {
     match row.kind {
         Kind::Flag | Kind::Choice(_) => true,

@@ -7,7 +7,7 @@ pub struct Chapter {
     pub title: &'static str,
     /// The files of the C library that it is made of, in the order they have in the header.
     pub files: &'static [&'static str],
-    /// What its reader gets.
+    /// The gain for its reader.
     text: &'static str,
     /// A function of C that uses it, which a test compiles.
     example: &'static str,
@@ -278,7 +278,7 @@ impl Chapter {
         sources.flat_map(names).collect()
     }
 
-    /// What stands before its first function.
+    /// The text before its first function.
     fn banner(&self, number: usize) -> String {
         let head = format!("// ==== {number}. {} ", self.title);
         let mut banner = format!("{head:=<WIDTH$}\n");

@@ -25,7 +25,7 @@ fn compare(name: &str, generated: &str) {
     let path = root().join(name);
     let committed = std::fs::read_to_string(&path).unwrap_or_default();
     if std::env::var_os("SURFRECON_GENERATE").is_some() {
-        // What is as it should be may be read by another test just now.
+        // A file that is as it should be may be read by another test just now.
         if committed != generated {
             std::fs::write(&path, generated).unwrap_or_else(|error| panic!("{name}: {error}"));
         }
@@ -46,7 +46,7 @@ fn between(name: &str, begin: &str, end: &str, text: &str) -> String {
     format!("{before}{begin}{text}{end}{after}")
 }
 
-/// The version is said in the workspace's manifest; whatever repeats it, since a registry or a host asks for it, follows.
+/// The version is said in the workspace's manifest. Whatever repeats it, since a registry or a host asks for it, follows.
 #[test]
 fn versions() {
     let version = env!("CARGO_PKG_VERSION");

@@ -14,7 +14,7 @@ fn quoted(text: &str) -> String {
     format!("\"{}\"", text.replace('\\', "\\\\").replace('"', "\\\""))
 }
 
-/// What a tip says; where the data give the default, 0 asks for it, whatever it does in the library.
+/// The text of a tip. If the data give the default, 0 asks for it, whatever it does in the library.
 fn tip(row: &ParamSpec) -> String {
     let mut text = match rule(row) {
         Some(_) => row.text.to_owned(),
@@ -147,7 +147,7 @@ fn operations() {
     for operation in OPERATIONS {
         let Some(filter) = operation.meshlab else { continue };
         let menus: Vec<String> = filter.menus.iter().map(|menu| format!("compat::FilterBase::{menu}")).collect();
-        // What a literal may have at most is exceeded by none, if it is cut at line breaks.
+        // No literal has more than it may have at most, if it is cut at line breaks.
         let text: Vec<String> = filter.text.split_inclusive("<br>").map(quoted).collect();
         let _ = write!(
             out,

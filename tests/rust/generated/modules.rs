@@ -101,7 +101,7 @@ fn of_python() {
     let list: String = native.iter().map(|name| format!("    \"{name}\",\n")).collect();
     compare(name, &between(name, "__all__ = [\n", "]\n", &list));
 
-    // What the package takes of it, and all that the package has.
+    // The names that the package takes of it, and all that the package has.
     let name = "python/python/surfrecon/__init__.py";
     let source = std::fs::read_to_string(root().join(name)).expect("the package");
     let by_hand: Vec<&str> = imports(&source);

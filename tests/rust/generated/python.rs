@@ -1,8 +1,8 @@
-//! What of the Python module repeats parameters: the texts of functions, their signatures, the types.
+//! The parts of the Python module that repeat parameters: the texts of functions, their signatures, the types.
 //!
-//! Functions take parameters as `**options`; a comment `// options: OPERATION` before the attribute says of which operation, with
-//! `but NAME..` or `only NAME..` where that is a part, and the signature that Python shows is written behind it. In the types,
-//! lines between `# options: ..` and `# end` are.
+//! Functions take parameters as `**options`. A comment `// options: OPERATION` before the attribute says of which operation, with `but
+//! NAME..` or `only NAME..` where that is a part, and the signature that Python shows is written behind it. In the types, lines between `#
+//! options: ..` and `# end` are.
 
 use surfrecon::params::{Kind, ParamSpec, Value, schema};
 
@@ -93,7 +93,7 @@ fn signatures() {
     assert!(marks > 10, "only {marks} functions take options");
 }
 
-/// What a function's text says of its options.
+/// The words of a function's text on its options.
 fn texts(mark: &str) -> String {
     let mut lines = Vec::new();
     for row in rows(mark) {

@@ -15,7 +15,7 @@ fn shown(value: f64) -> String {
     angle.map_or_else(|| number(value), |(_, name)| (*name).to_owned())
 }
 
-/// The allowed numbers, for example `> 0` or `0 to 1`; empty for all, and for what is no number.
+/// The allowed numbers, for example `> 0` or `0 to 1`. Empty for all, and for what is no number.
 pub fn range(row: &ParamSpec) -> String {
     match (row.kind, row.min.is_finite(), row.max.is_finite()) {
         (Kind::Flag | Kind::Choice(_), ..) | (_, false, false) => String::new(),

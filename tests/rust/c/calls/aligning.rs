@@ -200,7 +200,7 @@ fn a_turntable_is_found_as_by_the_core_and_told_as_to_it() {
         let turned = Params { turntable: Turntable::Turned, ..Params::default() };
         let (axis, angles) = same(&params, &turned, &fixed);
         assert!(angles.iter().all(Option::is_some), "{angles:?}");
-        // What is known of it says that there was one.
+        // Its state says that there was one.
         params.numbers[2] = 1;
         let turns: Vec<f64> = angles.into_iter().flatten().collect();
         let (point, direction) = (axis.point.to_array(), (2.0 * axis.direction).to_array());
@@ -275,7 +275,7 @@ fn one_scan_is_drawn_to_others_as_by_the_core_and_files_are_read_once() {
         assert_eq!(figures, [*overlap, *residual, *balance, *seen_through, *moved]);
         assert!(*moved > 0.01);
 
-        // Where they were added, which is on each other: told of by the core alike.
+        // Told by the core alike of scans where they were added, which is on each other.
         let (status, there, _) = draw(&[], std::ptr::null(), std::ptr::null());
         api.ok(status);
         let identity = vec![Some(DAffine3::IDENTITY); 4];
@@ -306,7 +306,7 @@ fn one_scan_is_drawn_to_others_as_by_the_core_and_files_are_read_once() {
         let (out, watch) = (std::ptr::null_mut(), std::ptr::null());
         api.ok((api.srf_aligner_misfit)(aligner, 2, of, 4, &nothing, watch, out));
 
-        // What was read goes as soon as scans are added, and the files are gone.
+        // Samples that were read go as soon as scans are added, and the files are gone.
         let mesh = octahedron();
         let mut count = 0;
         api.ok((api.srf_aligner_add_mesh)(aligner, mesh, std::ptr::null(), c"one more".as_ptr()));

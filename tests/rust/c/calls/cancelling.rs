@@ -1,4 +1,4 @@
-//! What cancels calls from other threads.
+//! Cancelling calls from other threads.
 
 use std::time::{Duration, Instant};
 

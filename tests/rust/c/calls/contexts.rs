@@ -11,7 +11,7 @@ fn context() -> Handle {
     context
 }
 
-/// What this thread used before.
+/// Has this thread use a context. Returns what it used before.
 fn use_context(context: Handle) -> Handle {
     let mut former = Handle(std::ptr::without_provenance_mut(1));
     // SAFETY: as the header wants it.
@@ -67,7 +67,7 @@ pub(super) fn a_context_has_settings_of_its_own() {
         assert_eq!((former, use_context(b)), (Handle::NULL, b));
         api.ok((api.srf_context_free)(a));
         api.refused((api.srf_context_use)(a, &mut former), HANDLE, "freed");
-        // What was used and is freed is still told, and refused.
+        // A context that was used and is freed is still told, and refused.
         api.ok((api.srf_context_free)(b));
         assert_eq!(use_context(Handle::NULL), b);
         api.refused((api.srf_context_use)(b, std::ptr::null_mut()), HANDLE, "freed");
@@ -218,8 +218,8 @@ pub(super) fn no_call_passes_the_limit_as_others_end() {
     api.ok(unsafe { (api.srf_context_free)(context) });
 }
 
-/// Theorem: a function that uses another context and puts back the former one is under that of its call again, on whatever thread of the
-/// library it is called, and whether that one was freed meanwhile or not.
+/// Theorem: a function that uses another context and puts back the former one is under that of its call again. It is so on whatever thread
+/// of the library it is called, and whether that one was freed meanwhile or not.
 #[test]
 pub(super) fn a_function_of_a_call_puts_its_context_back() {
     struct Made {
@@ -331,7 +331,7 @@ pub(super) fn a_context_is_freed_while_a_call_is_under_it() {
             api().ok(unsafe { (api().srf_context_free)(both.context) });
             assert_eq!(use_context(Handle::NULL), both.context);
         }
-        // What is called in here is under no context, what called it still is under that one.
+        // A call in here is under no context, its caller still is under that one.
         let mesh = octahedron();
         // SAFETY: as the header wants it.
         api().ok(unsafe { (api().srf_mesh_free)(mesh) });

@@ -35,7 +35,7 @@ fn opened(path: *const c_char) -> Handle {
     scans
 }
 
-/// Reads the mesh of a set of one; the status and the mesh.
+/// Reads the mesh of a set of one. The status and the mesh.
 fn read(scans: Handle) -> (i32, Handle) {
     let (mut content, mut image, mut mesh, mut cloud) = (0, Handle::NULL, Handle::NULL, Handle::NULL);
     // SAFETY: as the header wants it.
@@ -44,7 +44,7 @@ fn read(scans: Handle) -> (i32, Handle) {
     (status, mesh)
 }
 
-/// A file that is written, copied and read, and what is listed of it; the scans keep what they were opened in.
+/// A file that is written, copied and read, and what is listed of it. The scans keep what they were opened in.
 #[test]
 pub(super) fn what_is_written_to_memory_comes_back() {
     let api = api();

@@ -267,7 +267,7 @@ pub(super) fn frames_that_can_not_be_are_refused() {
     mirrored.refused(&form(ROWS, COLS), INPUT, "world_from_sensor must be rigid");
 }
 
-/// What a source does when it is asked for the image of a scan.
+/// State of a source that is asked for the image of a scan.
 struct Maker {
     /// Distance of a wavy wall, by which the scans differ.
     away: f64,

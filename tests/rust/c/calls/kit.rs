@@ -1,4 +1,4 @@
-//! What functions are called with: handles, structs, arrays and files, right ones or with a fault.
+//! Arguments of functions: handles, structs, arrays and files, right ones or with a fault.
 
 use std::any::Any;
 use std::cell::{Cell, RefCell};
@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 
 use super::*;
 
-/// What is wrong in a call.
+/// The fault in a call.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
     None,
@@ -14,7 +14,7 @@ pub enum Fault {
     Handle,
     /// A cancel that is set.
     Cancelled,
-    /// Structs that were never initialized; sizes that no struct has.
+    /// Structs that were never initialized. Sizes that no struct has.
     Size,
     /// Structs one field older.
     Older,
@@ -63,7 +63,7 @@ pub const FAULTS: [Fault; 15] = [
 /// Rows and columns of a bent surface: so many that an array of them is too large to pass any limit.
 pub const SIDE: usize = 72;
 
-/// What a function is called with.
+/// Arguments of a function.
 pub struct Kit {
     function: Cell<&'static str>,
     pub fault: Fault,
@@ -117,7 +117,7 @@ impl Kit {
         self.keep(Watch { report: Some(note), user: told.cast(), cancel: Handle::NULL })
     }
 
-    /// The share of the call that its progress told last; `None` for calls without one.
+    /// The share of the call that its progress told last. `None` for calls without one.
     pub fn told(&self) -> Option<f64> {
         // SAFETY: the kit keeps it.
         self.told.get().map(|told| unsafe { *told })
@@ -318,7 +318,7 @@ impl Kit {
         made!(srf_image_create(SIDE, SIDE, &grid, &self.points(), std::ptr::null(), self.text("image")))
     }
 
-    /// What can be made and not be worked with.
+    /// A handle that can be made and not be worked with.
     fn senseless(&self, name: &str) -> (&'static str, Handle) {
         let (none, null) = (std::ptr::null(), std::ptr::null());
         let numbers = vec![1e200; 3 * SIDE * SIDE];
@@ -432,7 +432,7 @@ impl Kit {
             }
             // Too many to pass any limit.
             "intensities" | "confidences" if self.fault == Fault::Memory => numbers(SIDE * SIDE, 1),
-            // What may be left out is wrong or not there.
+            // An argument that may be left out is wrong or not there.
             _ if self.fault == Fault::Type || self.fault == Fault::Values => numbers(1, 1),
             _ => return std::ptr::null(),
         };

@@ -42,7 +42,7 @@ fn merger_of_images(images: &[Handle]) -> Handle {
     merger
 }
 
-/// What a merge of these images is that knows nothing.
+/// The merge of these images that knows nothing.
 fn fresh(images: &[Handle]) -> Vec<u8> {
     let merger = merger_of_images(images);
     let found = merged(merger, &params(0.02));
@@ -353,8 +353,8 @@ fn in_files(
     }
 }
 
-/// Theorem: a merge in files makes the surface of one in memory, and its report says so; what is done only where it is needed is not done
-/// else, and what is kept serves it.
+/// Theorem: a merge in files makes the surface of one in memory, and its report says so. Work that is done only where it is needed is not
+/// done else, and kept findings serve it.
 #[test]
 pub(super) fn more_scans_than_memory_holds_are_merged_in_files() {
     let api = api();
@@ -381,7 +381,7 @@ pub(super) fn more_scans_than_memory_holds_are_merged_in_files() {
     assert!(renewed(merger).0 == 0 && renewed(merger).1 > 10);
     assert_eq!(in_files(merger, 0.02, 0, 1000, here.as_ptr()), Err(OUT_OF_MEMORY));
     assert_eq!(in_files(merger, 1e-7, 1, 0, here.as_ptr()), Err(OUT_OF_MEMORY));
-    // What did not fit is not kept.
+    // A merge that did not fit is not kept.
     assert_eq!(renewed(merger), (0, 0));
     assert_eq!(in_files(merger, 0.02, 0, 0, nowhere.as_ptr()), Err(INPUT));
     assert_eq!(in_files(merger, 0.02, 2, 0, here.as_ptr()), Err(PARAMETER));
@@ -396,8 +396,8 @@ pub(super) fn more_scans_than_memory_holds_are_merged_in_files() {
     }
 }
 
-/// Theorem: scans of a set that are placed one by one, while others of it are in a merge already, merge from their files as images at
-/// those poses do; texts of the set stay.
+/// Theorem: scans of a set that are placed one by one, while others of it are in a merge already, merge from their files as images at those
+/// poses do. Texts of the set stay.
 #[test]
 fn scans_are_placed_without_being_read() {
     let api = api();
@@ -435,7 +435,7 @@ fn scans_are_placed_without_being_read() {
         }
         api.ok((api.srf_scans_describe)(scans, 1, std::ptr::null_mut(), &mut pose));
         assert_eq!(pose, moved(0.1));
-        // What is in a merge stays as it was added.
+        // A scan in a merge stays as it was added.
         api.ok((api.srf_scans_set_pose)(scans, 0, std::ptr::null()));
         api.ok((api.srf_scans_set_pose)(scans, 1, &moved(7.0)));
         assert_eq!(text(name), "a");

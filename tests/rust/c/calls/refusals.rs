@@ -1,4 +1,4 @@
-//! What every function refuses: zeros, handles that never were, were freed or are of another kind, arrays that lie.
+//! Arguments that every function refuses: zeros, handles that never were, were freed or are of another kind, arrays that lie.
 
 use super::*;
 

@@ -3,10 +3,10 @@
 use super::kit::{FAULTS, Fault, Kit};
 use super::*;
 
-/// What concerns all other tests as well is called by them.
+/// Functions that concern all other tests as well, which call them.
 const OF_THE_PROCESS: [&str; 2] = ["srf_set_memory_limit", "srf_set_log"];
 
-/// Calls a function; nothing where it returns no status, or has no argument with the fault.
+/// Calls a function. Nothing where it returns no status, or has no argument with the fault.
 fn called(name: &'static str, kit: &Kit) -> Option<i32> {
     kit.begin(name);
     let status = api().call_rightly(name, kit);
@@ -41,7 +41,7 @@ fn every_function_with_each_fault() {
     with_faults(&FAULTS);
 }
 
-/// What each of eight threads does at once, see `threads`.
+/// The work that each of eight threads does at once, see `threads`.
 pub(super) fn every_function_with_wrong_handles_and_sizes() {
     with_faults(&[Fault::Handle, Fault::Size, Fault::Older, Fault::Newer]);
 }
@@ -66,7 +66,7 @@ fn with_faults(faults: &[Fault]) {
             Fault::Memory => &[OUT_OF_MEMORY, OK],
             Fault::Senseless => &[INPUT, PARAMETER, OK],
         };
-        // What these calls are given stays what it was.
+        // The arguments of these calls stay what they were.
         let may_share = ![Fault::None, Fault::Gone, Fault::Damaged, Fault::Memory, Fault::Senseless].contains(&fault);
         let shared = Kit::new(fault);
         for name in NAMES.iter().filter(|name| !OF_THE_PROCESS.contains(name) && **name != "srf_set_allocator") {
@@ -75,7 +75,7 @@ fn with_faults(faults: &[Fault]) {
             if !may_read && [Fault::Gone, Fault::Damaged].contains(&fault) {
                 continue;
             }
-            // What others are given can't be made of what makes no sense.
+            // The arguments of others can't be made of senseless ones.
             let may_be_given =
                 ["image", "mesh", "cloud", "region_below", "ground", "sculptor_create", "grid_camera_scale"];
             if fault == Fault::Senseless

@@ -1,4 +1,4 @@
-//! What is kept and removed, the dominant plane, true size and ground.
+//! Selections, the dominant plane, true size and ground.
 
 use super::*;
 

@@ -130,7 +130,7 @@ fn eight_threads_at_once_draw_a_scan_of_one_aligner() {
             let (points, poses) = ([[0.0, 0.0, 3.0_f64]], std::ptr::null());
             let points = Array::of(&points, F64, 3);
             for scan in 0..8 {
-                // What is said of it meanwhile keeps nobody from going on.
+                // Calls on it meanwhile keep nobody from going on.
                 api.ok((api.srf_aligner_fix)(aligner, scan % 2));
                 api.ok((api.srf_aligner_snap)(aligner, 1, poses, 0, null, none, &mut snap, out));
                 api.ok((api.srf_aligner_misfit)(aligner, 1, poses, 0, &points, none, &mut distance));

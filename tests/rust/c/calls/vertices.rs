@@ -88,7 +88,7 @@ impl Given {
     }
 }
 
-/// World points of an image, which is freed; and its projection.
+/// World points of an image, which is freed. Also its projection.
 fn content(image: Handle) -> (Vec<f64>, Projection) {
     let (api, mut projection) = (api(), Projection { kind: 0, reserved: 0, numbers: [0.0; 4] });
     let mut points = vec![0.0; 3 * 180];
