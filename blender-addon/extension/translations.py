@@ -42,7 +42,7 @@ GERMAN_OPERATORS = {
 
 GERMAN_TEXTS = {
     # What operators do
-    "Import range scans with their grids and poses, one object a scan": "Entfernungsbilder mit ihren Gittern und Lagen importieren, jeder Scan ein Objekt",
+    "Import range scans with their grids and poses, one object per scan": "Entfernungsbilder mit ihren Gittern und Lagen importieren, jeder Scan ein Objekt",
     "Export the selected range scans with their grids and poses": "Die ausgewählten Entfernungsbilder mit ihren Gittern und Lagen exportieren",
     "Make a range scan of what the scene's camera sees of the selected objects, so that it can be sculpted": "Aus dem, was die Kamera der Szene von den ausgewählten Objekten sieht, ein Entfernungsbild machen, das geschnitzt werden kann",
     "Scan the selected objects with the scene's cameras as a real scanner would, with the noise and gaps asked for": "Die ausgewählten Objekte mit den Kameras der Szene scannen wie ein echter Scanner, mit so viel Rauschen und Lücken wie verlangt",

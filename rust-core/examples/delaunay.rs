@@ -11,7 +11,7 @@ use surfrecon::progress::Progress;
 struct Options {
     /// x, y, z of each point, as doubles, least byte first.
     points: std::path::PathBuf,
-    /// Worker threads, 0 for one a core.
+    /// Worker threads, 0 for one per core.
     #[arg(long, default_value_t = 1)]
     threads: usize,
     /// Check the result afterwards.

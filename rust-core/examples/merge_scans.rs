@@ -34,7 +34,7 @@ struct Arguments {
     /// Connected parts with a smaller share of the triangles are dropped.
     #[arg(long)]
     min_component_share: Option<f64>,
-    /// Worker threads, 0 for one a core.
+    /// Worker threads, 0 for one per core.
     #[arg(long, default_value_t = 0)]
     threads: usize,
     /// Also writes the figures of the run to this JSON file.

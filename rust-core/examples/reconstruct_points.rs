@@ -18,7 +18,7 @@ struct Options {
     /// Receives x, y, z of each vertex, which smoothing may have moved. Triangles then have indices of these.
     #[arg(long)]
     vertices: Option<PathBuf>,
-    /// Worker threads, 0 for one a core.
+    /// Worker threads, 0 for one per core.
     #[arg(long, default_value_t = 0)]
     threads: usize,
     /// Makes the threshold on the perimeters of facets larger, 1 to 2.

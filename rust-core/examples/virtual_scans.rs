@@ -51,7 +51,7 @@ struct Args {
     /// Text instead of binary files.
     #[arg(long)]
     ascii: bool,
-    /// Threads, 0 for one a core.
+    /// Threads, 0 for one per core.
     #[arg(long, default_value_t = 0)]
     threads: usize,
 }

@@ -108,7 +108,7 @@ const ROOM_OF_A_THREAD: f64 = (3 << 20) as f64;
 /// Worker threads if a call does not say how many, by account. 0 if none is said.
 static DEFAULTS: [AtomicU32; ACCOUNTS] = [const { AtomicU32::new(0) }; ACCOUNTS];
 
-/// Worker threads of calls that ask for 0: 0, the default, for one a core, or, of an account other than the process's, for that one's number.
+/// Worker threads of calls that ask for 0: 0, the default, for one per core, or, of an account other than the process's, for that one's number.
 pub(crate) fn set_default(account: usize, threads: u32) {
     DEFAULTS[account].store(threads, Ordering::Relaxed);
 }

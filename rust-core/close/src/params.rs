@@ -29,9 +29,9 @@ base::params! {
         /// How far the surface and the poses of its scans may be off: the merge distance.
         merge_distance: Option<f64> = length("Merge distance").from_data("a cell").above(0.0).since("0.3"),
         /// Nothing is filled below the lowest measured point, so that what stood on the ground gets a flat foot instead of a round one.
-        flat_base: bool = flag("Flat base").off("what nobody saw from below is continued as its sides bend").since("0.3"),
+        flat_base: bool = flag("Flat base").off("parts that nobody saw from below continue as their sides bend").since("0.3"),
         /// Closes too where scans saw through. These faces are marked in the attribute forced.
-        force: bool = flag("Force").off("what seen space forbids stays open, and the report says where").since("0.3"),
+        force: bool = flag("Force").off("openings in seen space stay open, and the report says where").since("0.3"),
     }
     besides {
         /// Away from the ground. Zero for z.

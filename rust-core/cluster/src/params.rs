@@ -36,7 +36,7 @@ base::params! {
         min_angle: f64 = angle("Min angle").at_most(std::f64::consts::FRAC_PI_6).off("triangles are as even as can be"),
         /// Edges whose triangles turn by at least this angle are kept as edges of the result, where they make lines a few of its edges long: those of parts and buildings. Noise makes no such lines.
         feature_angle: f64 = angle("Feature angle").default(40_f64.to_radians()).at_most(std::f64::consts::PI).off("no edge is kept"),
-        /// The turn by which patches are split.
+        /// Direction in which round patches are split.
         seed: u32 = count("Seed").at_most(4_294_967_295.0),
     }
 }

@@ -26,11 +26,11 @@ pub const OPERATION: Operation = Operation {
         label: "Surface Reconstruction: Marching Intersections",
         id: "generate_surface_reconstruction_marching_intersections",
         text: "Merges the <b>visible</b> layers, aligned range images or any oriented meshes, into one welded surface \
-               with colour and confidence. Where they overlap they are fused; every other vertex stays on a line through \
+               with colour and confidence. Overlaps are fused. Every other vertex stays on a line through \
                the original surface. Boundaries are kept, small holes are closed, and the result does not depend on the \
                order of the layers or the number of processors.<br>Layers are taken where their matrices place them, and \
-               are not changed. Where memory is short, what it does not hold is in temporary files meanwhile. Limits of \
-               edges and of grazing triangles are for range images as they were imported; faces that were changed stay as \
+               are not changed. If memory is short, temporary files hold the rest meanwhile. Limits of \
+               edges and of grazing triangles are for range images as they were imported. Faces that were changed stay as \
                they are.<br><br>See:<br><i>C. Rocchini, P. Cignoni, F. Ganovelli, C. Montani, P. Pingi, R. \
                Scopigno</i><br><b>\"The Marching Intersections algorithm for merging range images\"</b><br>The Visual \
                Computer 20, 2004",

@@ -9,7 +9,7 @@ base::params! {
     pub struct MergeParams of "merge" with threads {
         /// Size of a cell of the grid. Smaller keeps more detail and costs time and memory with its inverse square.
         voxel: Option<f64> = length("Voxel")
-            .from_data("1.5 times the mean distance of neighbouring samples; more where noise, the distance between overlapping scans or the memory there is ask for it").above(0.0),
+            .from_data("1.5 times the mean distance of neighbouring samples, or more if noise, the distance between overlapping scans or little memory ask for it").above(0.0),
         /// Surfaces of different scans closer than this, facing the same way, become one. At least a voxel. Choose it above the residual of
         /// the registration and below the thinnest wall.
         merge_distance: Option<f64> = length("Merge distance")

@@ -22,7 +22,7 @@ pub const OPERATION: Operation = Operation {
         id: "meshing_remove_background",
         text: "Finds the plane that most vertices of the <b>visible</b> layers lie on, a table, a turntable or the \
                ground, and removes what lies on it and below. Above is the side that range images see, and the outside of \
-               meshes. Where no plane stands out, that is said and nothing is changed. The result does not depend on the \
+               meshes. If no plane stands out, that is said and nothing is changed. The result does not depend on the \
                order of the layers or the number of processors.",
         menus: &["RangeMap", "Cleaning"],
         layers: "VARIABLE",

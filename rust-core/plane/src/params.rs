@@ -8,11 +8,11 @@ base::params! {
     pub struct PlaneParams of "plane" with threads {
         /// Samples that lie further off do not count for the plane.
         tolerance: Option<f64> = length("Tolerance")
-            .from_data("three times what its samples scatter by, at most a hundredth of what the scans extend over").above(0.0),
+            .from_data("three times the scatter of its samples, at most a hundredth of the extent of the scans").above(0.0),
         /// A plane on which a smaller share of the samples lies is refused.
         min_share: f64 = ratio("Min share").default(0.05).at_most(1.0),
         /// Points that lie at most so far above the plane are removed with it.
         margin: Option<f64> = length("Margin")
-            .from_data("four times what its samples scatter by"),
+            .from_data("four times the scatter of its samples"),
     }
 }

@@ -26,7 +26,7 @@ pub const OPERATION: Operation = Operation {
         label: "Surface Reconstruction: Adaptive Quad Grid",
         id: "generate_surface_reconstruction_adaptive_quad_grid",
         text: "Turns the <b>range image</b> in the current layer into a regular grid of quads that is dense where the \
-               surface bends; its mean error is at most that of the uniform grid of the same size, and both are returned. \
+               surface bends. Its mean error is at most that of the uniform grid of the same size, and both are returned. \
                Quads over missing samples are left out. Texture coordinates are those of the image.<br>On request another \
                layer gets the tensor-product B-spline surface through the grid.<br>The layer must know its grid: import \
                it with <i>Import Range Images</i>. It is not changed.<br><br>See:<br><i>M. A. Garcia, A. D. Sappa, L. \

@@ -28,7 +28,7 @@ pub const OPERATION: Operation = Operation {
         id: "generate_surface_reconstruction_delaunay_carving",
         text: "Makes a surface through the <b>vertices of the current layer</b>, whatever faces it has, over their 3D \
                Delaunay tetrahedralization: closed or open, manifold, through every point the sampling lets it reach. No \
-               points are made, and none moved unless they carry noise, which <i>Smoothing</i> is about; outliers, copies \
+               points are made, and none moved unless they carry noise, which <i>Smoothing</i> is about. Outliers, copies \
                and vertices that are no finite numbers are left out and counted. The custom vertex attribute \
                <i>source_point</i> says which point each vertex was.<br>Of a range image that the import filter made it \
                is known from where it was seen: the surface is turned there, and where it is open it spans no \

@@ -66,7 +66,7 @@ base::params! {
         /// more noise, and what is thin: bars thinner than twice this may tear. Smaller may leave good points out. Less than the usual
         /// distance to the 16 nearest points counts as that distance.
         smooth: Option<f64> = length("Smoothing")
-            .from_data("where the noise of 1,024 points or more is more than 0.2 spacings, that at which points are best foretold by the others; else points stay")
+            .from_data("the distance at which points are best foretold by the others, if the noise of 1,024 points or more is more than 0.2 spacings, else points stay")
             .above(0.0).since("0.2"),
         /// Treatment of the noise of points.
         noisy_points: NoisyPoints = choice("Noisy points", NoisyPoints::CHOICES).since("0.2"),

@@ -27,7 +27,7 @@ pub const OPERATION: Operation = Operation {
         id: "generate_surface_reconstruction_range_image_sculpting",
         text: "Approximates the <b>range image</b> in the current layer by a mesh of few triangles in which every sample \
                lies within the tolerance, along the ray it was measured by. Jumps and missing samples stay open. The \
-               error is measured on the result and returned; the quality of each vertex is the error around it.<br>The \
+               error is measured on the result and returned. The quality of each vertex is the error around it.<br>The \
                layer must know its grid: import it with <i>Import Range Images</i>. It is not \
                changed.<br><br>See:<br><i>A. D. Sappa, M. A. Garcia</i><br><b>\"Coarse-to-fine approximation of range \
                images with bounded error adaptive triangular meshes\"</b><br>Journal of Electronic Imaging 16(2), 2007",

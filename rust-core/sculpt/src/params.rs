@@ -41,7 +41,7 @@ base::params! {
         effort: u32 = count("Effort").default(1.0).at_most(2.0),
         /// Every vertex is a sample.
         interpolate: bool = flag("Interpolate").on()
-            .off("vertices may leave their samples along the ray within the tolerance, for about a sixth fewer triangles than effort 2 and a little more time; with effort 0, which moves nothing, it has no effect"),
+            .off("vertices may leave their samples along the ray within the tolerance, for about a sixth fewer triangles than effort 2 and a little more time. With effort 0, which moves nothing, it has no effect"),
         /// Smallest angle, as seen from the sensor, of triangles made to replace others. Those of the digging keep theirs. 10 degrees cost
         /// up to 12 % more triangles.
         min_angle: f64 = angle("Min angle").at_most(std::f64::consts::FRAC_PI_6),

@@ -160,7 +160,7 @@ macro_rules! params {
             $(#[$($attribute)*])*
             pub struct $Struct of $operation {
                 $($body)*
-                #[doc = " Worker threads, 0 for one a core. The result is the same for any number."]
+                #[doc = " Worker threads, 0 for one per core. The result is the same for any number."]
                 threads: usize = $crate::params::threads(),
             }
             $($more)*

@@ -108,7 +108,7 @@ pub struct Bvh<'a> {
 }
 
 impl<'a> Bvh<'a> {
-    /// Builds the hierarchy with `threads` threads, 0 for one a core.
+    /// Builds the hierarchy with `threads` threads, 0 for one per core.
     ///
     /// # Errors
     /// [`Error::Input`] for a coordinate that isn't finite or is larger than [`magnitude::LARGEST`], or a corner out of range.

@@ -82,7 +82,7 @@ pub struct Delaunay3 {
 }
 
 impl Delaunay3 {
-    /// Tetrahedralizes `points` on `threads` threads, 0 for one a core.
+    /// Tetrahedralizes `points` on `threads` threads, 0 for one per core.
     ///
     /// Cost: O(n log n) for points that fill a volume or a surface evenly, quadratic at worst (as the number of cells). Memory: 32 bytes
     /// per cell, about 6.8 cells per point, and 48 bytes per point.

@@ -9,7 +9,7 @@ use base::error::Result;
 use base::magnitude;
 
 base::choices! {
-    /// The measure that a pinhole image's values are of.
+    /// Quantity that a pinhole image's values measure.
     pub enum DepthKind {
         /// Distance from the image plane through the centre of projection (z).
         Planar = "planar" "Planar",
@@ -49,7 +49,7 @@ pub enum Projection {
         focal: [f64; 2],
         /// cx and cy in pixels, pixel centres at whole numbers.
         centre: [f64; 2],
-        /// The measure that the values are of.
+        /// The quantity that the values measure.
         depth: DepthKind,
     },
     /// Rays from the origin. Azimuth `first[0] + col * step[0]` from +x toward +y, elevation `first[1] + row * step[1]` from the horizon

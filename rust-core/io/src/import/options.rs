@@ -48,16 +48,16 @@ base::params! {
     /// Facts that files do not say themselves.
     #[derive(Clone, Debug, PartialEq)]
     pub struct ReadOptions of "open" {
-        /// Factor of the numbers of an image. Larger values make heights and depths larger.
+        /// Factor by which the numbers of an image are multiplied. Larger values make heights and depths larger.
         scale: Option<f64> = ratio("Value scale")
             .from_data("0.001 for whole numbers seen by a camera (millimetres), else 1").above(0.0),
         /// Number that is added to the numbers of an image afterwards.
         offset: f64 = ratio("Value offset").at_least(f64::NEG_INFINITY),
         /// Distance of neighbouring pixels of a height map. Larger values make it wider.
-        step: Option<f64> = length("Pixel size").from_data("what the file says, else 1").above(0.0),
-        /// The number of an image, before scaling, that means no sample. Besides what the format itself defines.
+        step: Option<f64> = length("Pixel size").from_data("the size in the file, else 1").above(0.0),
+        /// The number of an image, before scaling, that means no sample. It counts besides those that the format itself defines.
         invalid: Option<f64> = ratio("Invalid value").from_data("none").any_number(),
-        /// Measure that the pixels of depth images are of.
+        /// Quantity that the pixels of depth images measure.
         depth: DepthKind = choice("Depth", DepthKind::CHOICES),
         /// How images store numbers.
         pixels: PixelMeaning = choice("Pixels", PixelMeaning::CHOICES),

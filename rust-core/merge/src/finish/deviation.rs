@@ -11,7 +11,7 @@ use mesh::TriMesh;
 use mesh::measure::{self, Deviation, Side};
 
 /// Exact distances of `points`, in the world, to the nearest point of the scans' surfaces, with `threads` threads, 0 for
-/// one a core. All scans are held in memory at once.
+/// one per core. All scans are held in memory at once.
 ///
 /// # Cost
 /// As [`measure::deviation`] with the triangles of all scans. The result is the same for any number of threads.
