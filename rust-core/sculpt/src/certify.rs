@@ -5,12 +5,11 @@
 //! It is computed in double precision, and no other way:
 //!
 //! * A sample that is a vertex of the triangle, coordinate by coordinate, has error 0.
-//! * On a lattice, let `w_i` be twice the area, in pixels, of the triangle that a pixel makes with the edge across from
-//!   corner `i`, and `w` their sum: whole numbers, so exact. Of an orthographic image of heights `h` the error is
-//!   `sum w_i (h - h_i) / w`, and what rounding the places of pixels may add where that is more than heights are rounded by:
-//!   on steep triangles far from the origin; of a pinhole image of depths `d` along the optical axis it is `(w / sum (w_i / d_i) - d) s`,
-//!   where `s` is the length of the ray by depth. As no `w_i` is negative, rounding is at most a few units in the last
-//!   place of the largest `h - h_i`, or of the range.
+//! * On a lattice, let `w_i` be twice the area, in pixels, of the triangle that a pixel makes with the edge across from corner `i`, and `w`
+//!   their sum: whole numbers, so exact. Of an orthographic image of heights `h` the error is `sum w_i (h - h_i) / w`. To this comes what
+//!   rounding the places of pixels may add if that is more than heights are rounded by: on steep triangles far from the origin. Of a
+//!   pinhole image of depths `d` along the optical axis it is `(w / sum (w_i / d_i) - d) s`, where `s` is the length of the ray by depth.
+//!   As no `w_i` is negative, rounding is at most a few units in the last place of the largest `h - h_i`, or of the range.
 //! * Elsewhere it is the distance from the sample, along its ray, to the triangle that the ray meets.
 //!
 //! Errors in single precision are rounded up.
@@ -36,7 +35,7 @@ base::report! {
         rms_error: f64 = length("RMS error"),
         /// 95 % of the samples lie at most this far from the mesh.
         p95_error: f64 = length("95 % below"),
-        /// Row and column of the sample farthest from the mesh; of several the first one. There is none for an empty mesh.
+        /// Row and column of the sample farthest from the mesh. Of several the first one. There is none for an empty mesh.
         worst_pixel: Option<[usize; 2]> = count("Worst pixel").optional().parts(&[
             ("worst_row", "Row of the sample farthest from the mesh; of several the first one."),
             ("worst_col", "Its column."),
@@ -45,8 +44,8 @@ base::report! {
         covered_pixels: usize = count("Samples covered"),
     }
     besides {
-        /// Signed distance a pixel, row by row: positive where the mesh lies behind the sample; NaN where no ray meets it.
-        /// Rounded away from 0.
+        /// Signed distance per pixel, row by row: positive where the mesh lies behind the sample. NaN where no ray meets it. Rounded away
+        /// from 0.
         error_image: Vec<f32>,
         /// Largest distance of the samples whose rays meet each triangle, rounded up.
         face_errors: Vec<f32>,
@@ -56,7 +55,7 @@ base::report! {
     }
 }
 
-/// What was measured of each pixel and triangle.
+/// Measures of each pixel and triangle.
 pub(super) struct Measured {
     /// Signed distance a pixel, NaN where no ray meets the mesh.
     pub errors: Vec<f64>,
@@ -78,25 +77,24 @@ fn round_up(x: f64) -> f32 {
 
 /// Measures a mesh in the sensor's frame against the image it came from.
 ///
-/// Measured are the valid pixels whose rays meet the mesh; where an image hides part of itself, those of hidden samples may
-/// meet what lies before them. [`super::Sculpted::certificate`] leaves these out.
+/// Measured are the valid pixels whose rays meet the mesh. If an image hides part of itself, those of hidden samples may meet what lies
+/// before them. [`super::Sculpted::certificate`] leaves these out.
 ///
-/// Pixels on a lattice (orthographic, pinhole): each triangle is projected back to pixels and compared with every pixel
-/// seen in it or on its edges. Otherwise the ray of each valid pixel is followed both ways from the sample to the nearest
-/// triangle, which is at 0 for a sample that is a vertex; where rounding lets the ray of a sample on the border pass the
-/// mesh by, a ray beside it counts, at most 1e-11 of its coordinates away, or the distance to the nearest point of the
-/// mesh.
+/// Pixels on a lattice (orthographic, pinhole): each triangle is projected back to pixels and compared with every pixel seen in it or on
+/// its edges. Otherwise the ray of each valid pixel is followed both ways from the sample to the nearest triangle, which is at 0 for a
+/// sample that is a vertex. Rounding may let the ray of a sample on the border pass the mesh by. Then a ray beside it counts, at most 1e-11
+/// of its coordinates away, or the distance to the nearest point of the mesh.
 ///
 /// Cost: O(pixels covered) on a lattice, O(pixels log triangles) otherwise.
 ///
 /// # Errors
-/// [`base::Error::Cancelled`]; a mesh that is not finite or names vertices it doesn't have.
+/// [`base::Error::Cancelled`]. A mesh that is not finite or names vertices it doesn't have.
 pub fn certify(image: &RangeImage, mesh: &TriMesh, progress: &Progress<'_>) -> Result<Certificate> {
     let valid: Vec<u32> = (0..image.len() as u32).filter(|&i| image.is_valid(i as usize)).collect();
     summarize(image, mesh, measure(image, &valid, mesh, progress)?, progress)
 }
 
-/// The errors of some of the pixels, rising; on a lattice of all.
+/// The errors of some of the pixels, rising. On a lattice of all.
 pub(super) fn measure(image: &RangeImage, pixels: &[u32], mesh: &TriMesh, progress: &Progress<'_>) -> Result<Measured> {
     mesh.validate()?;
     match (image.projection(), image.samples()) {
@@ -150,7 +148,7 @@ pub(super) fn summarize(
     })
 }
 
-/// See [`Certificate::steepness`]; 1 without triangles.
+/// See [`Certificate::steepness`]. 1 without triangles.
 fn steepness(image: &RangeImage, mesh: &TriMesh, progress: &Progress<'_>) -> Result<f64> {
     let of_triangle = |[a, b, c]: [DVec3; 3]| {
         let normal = (b - a).cross(c - a).normalize_or_zero();
@@ -169,7 +167,7 @@ fn steepness(image: &RangeImage, mesh: &TriMesh, progress: &Progress<'_>) -> Res
     for block in progress.blocks(&triangles) {
         steepest = block?.iter().map(|&t| of_triangle(mesh.corners(t))).fold(steepest, f64::max);
     }
-    // What rounding takes from the products.
+    // Rounding takes some of the products.
     Ok(steepest * (1.0 + 1e-9))
 }
 
@@ -178,7 +176,7 @@ fn steepness(image: &RangeImage, mesh: &TriMesh, progress: &Progress<'_>) -> Res
 struct Projected {
     col: f64,
     row: f64,
-    /// What is linear in column and row on a triangle: height, or the inverse of depth.
+    /// A value that is linear in column and row on a triangle: height, or the inverse of depth.
     value: f64,
     /// The pixel whose sample this is, [`NO_PIXEL`] if of none.
     pixel: usize,
@@ -299,8 +297,8 @@ impl Rounding {
         Rounding { steps: [largest(0, image.cols()), largest(1, image.rows())] }
     }
 
-    /// How far a triangle moves along the rays, at most, as its corners and the rays are rounded; 0 where that is nothing
-    /// beside the rounding of heights.
+    /// Distance along the rays by which a triangle moves, at most, as its corners and the rays are rounded. 0 if that is nothing beside the
+    /// rounding of heights.
     fn along_rays(&self, [a, b, c]: &[Projected; 3]) -> f64 {
         if self.steps == [0.0; 2] {
             return 0.0;
@@ -340,7 +338,7 @@ fn behind(
     }
 }
 
-/// Calls `visit(row, col, weights of the corners)` for the pixels of some rows in a closed triangle; none is negative.
+/// Calls `visit(row, col, weights of the corners)` for the pixels of some rows in a closed triangle. None is negative.
 fn for_each_pixel(
     [a, b, c]: [Projected; 3],
     rows: [usize; 2],

@@ -34,7 +34,7 @@ const BESIDE: &[Beside] = &[Beside {
             "camera_size",
             "[u64; 2]",
             "[0; 2]",
-            "Of the camera of these intrinsics: columns and rows of its images; others are refused. 0 and 0, the default: any.",
+            "Of the camera of these intrinsics: columns and rows of its images. Others are refused. 0 and 0, the default: any.",
         ),
     ],
 }];
@@ -152,7 +152,7 @@ fn file(schema: &Schema) -> String {
         out += "}\n";
     }
     out.push('\n');
-    let about = format!("{} Starts with its size; set to the defaults by {name}_init().", schema.text);
+    let about = format!("{} Starts with its size. Set to the defaults by {name}_init().", schema.text);
     out += &comment(&about, "");
     out += "#[allow(non_camel_case_types)]\n#[repr(C)]\n#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]\n";
     let _ = write!(out, "pub struct {name} {{\n    /// Bytes of this struct.\n    pub struct_size: u32,\n");

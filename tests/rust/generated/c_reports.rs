@@ -73,7 +73,7 @@ fn file(reported: &Reported) -> String {
         out += "}\n";
     }
     out.push('\n');
-    out += &comment(&format!("{} Starts with its size; prepared by {name}_init().", reported.text()), "");
+    out += &comment(&format!("{} Starts with its size. Prepared by {name}_init().", reported.text()), "");
     out += "#[allow(non_camel_case_types)]\n#[repr(C)]\n#[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]\n";
     let _ = write!(
         out,

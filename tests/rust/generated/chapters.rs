@@ -201,7 +201,7 @@ static srf_status write_quads(const srf_image *image, const char *path)
     Chapter {
         title: "Surfaces through points",
         files: &["params/reconstruct", "reports/reconstruct", "reconstruct"],
-        text: "Scattered points become a surface, closed or open; their noise is measured and smoothed out.",
+        text: "Scattered points become a surface, closed or open. Their noise is measured and smoothed out.",
         example: r#"
 /* The surface through points in double precision. */
 static srf_status through(const double *points, size_t count, srf_mesh **out_mesh)
