@@ -1,7 +1,8 @@
-"""How hard a text is to read: plain_words.py FILE... prints the figures of Markdown files and their limits.
+"""How hard a text is to read: plain_words.py FILE... prints the figures of files and their limits.
 
-Code, tables, headings and pictures do not count. CONTRIBUTING.md has the rules, `make check` holds the pages of the
-tree to the limits (`plain_pages` in `tools/check_tree.py`).
+Of a Markdown file code, tables, headings and pictures do not count. Of a Rust file the doc comments count. CONTRIBUTING.md
+has the rules. `make check` holds the pages and the comments of the tree to the limits (`plain_pages` and `comment_problems`
+in `tools/check_tree.py`).
 """
 
 import re
@@ -18,9 +19,16 @@ LIMITS = {
     "% of sentences that are inverted": 1,
     "words per sentence": 15,
 }
+# Those that doc comments are held to.
+COMMENT_LIMITS = ("semicolons per 1,000 words", "% of sentences that are inverted")
 WORD = re.compile(r"[\w`'/.-]+")
 # "What lies outside, is removed": the reader waits for the subject's verb.
 INVERTED = re.compile(r"(What|Who|Whoever|Whatever|Which|Where|That)\b[^.?!]*,")
+
+# A comment begins with what the item is: "The points outside", not "What lies outside".
+QUESTION = re.compile(r"(What|Who|Which|Where)\b")
+COMMENT = re.compile(r"\s*(//!|///?)(?!/) ?(.*)")
+BEHIND_CODE = re.compile(r"\S\s+// (.*)")
 
 
 @dataclass
@@ -48,11 +56,13 @@ class Text:
         """The sentences that begin with what they do not speak of."""
         return [sentence for sentence in self.sentences if INVERTED.match(sentence)]
 
-    def problems(self):
-        """Yields a sentence for each figure beyond its limit, with what to mend first."""
+    def problems(self, names=tuple(LIMITS)):
+        """Yields a sentence for each figure of these names beyond its limit, with what to mend first."""
         for name, value in self.figures().items():
-            if value > LIMITS[name]:
+            if name in names and value > LIMITS[name]:
                 worst = self.inverted() if "inverted" in name else sorted(self.sentences, key=len, reverse=True)
+                if "semicolons" in name:
+                    worst = [sentence for sentence in worst if ";" in sentence] or worst
                 yield f"{value:.1f} {name}, at most {LIMITS[name]}: begin with {worst[0][:80]!r}"
 
 
@@ -74,14 +84,37 @@ def markdown(text):
     return Text("\n".join(paragraphs), sentences)
 
 
+def comments(code):
+    """Of each comment of a Rust file: the number of its first line, its mark and the text of that line."""
+    before = None
+    for number, line in enumerate(code.splitlines(), 1):
+        found = COMMENT.match(line)
+        if found and found[1] != before:
+            yield number, found[1], found[2]
+        before = found and found[1]
+        behind = None if found else BEHIND_CODE.search(line)
+        if behind:
+            yield number, "//", behind[1]
+
+
+def doc_comments(code):
+    """The prose of the doc comments of a Rust file."""
+    lines = []
+    for line in code.splitlines():
+        found = COMMENT.match(line)
+        lines.append(found[2] if found and found[1] != "//" else "")
+    return markdown("\n".join(lines))
+
+
 def main():
     """Prints the figures; ends with status 1 if one is beyond its limit."""
     found = False
     for name in sys.argv[1:]:
-        text = markdown(Path(name).read_text("utf-8"))
+        is_code = name.endswith(".rs")
+        text = (doc_comments if is_code else markdown)(Path(name).read_text("utf-8"))
         figures = ", ".join(f"{value:.1f} {figure}" for figure, value in text.figures().items())
         print(f"{name}: {figures}")
-        for problem in text.problems():
+        for problem in text.problems(COMMENT_LIMITS if is_code else tuple(LIMITS)):
             found = True
             print(f"  {problem}")
     return 1 if found else 0

@@ -83,3 +83,74 @@ def test_decisions_begin_with_their_verdict_and_are_in_the_index():
             assert path.read_text("utf-8").splitlines()[2].startswith("**Verdict: "), path.name
             assert f"]({path.name})" in index
             assert (check_tree.ROOT / "docs" / "site" / "project" / "decisions" / path.name).is_file(), path.name
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "/// What lies outside.",
+        "//! Who asks.",
+        "    // Where they meet, one is left.",
+        "let a = b; // Which of them was first.",
+        "/// Outside.\n// What lies there.",
+    ],
+)
+def test_comments_that_begin_with_a_question_are_told(line):
+    number, _, text = list(plain_words.comments(f"fn a() {{}}\n{line}\n"))[-1]
+    assert number == line.count("\n") + 2
+    assert plain_words.QUESTION.match(text)
+
+
+@pytest.mark.parametrize(
+    "lines",
+    [
+        "/// Points outside.",
+        "/// Points that lie\n/// What is more, outside.",
+        "// Whether it is outside.",
+        'let a = "http://example.com/What";',
+        'let a = "What";',
+    ],
+)
+def test_comments_begin_with_what_the_item_is(lines):
+    assert not any(plain_words.QUESTION.match(text) for _, _, text in plain_words.comments(lines))
+
+
+def test_doc_comments_are_prose_without_code():
+    code = f"/// {PLAIN}///\n/// ```\n/// a; b, c\n/// ```\n// Not; for readers.\nfn a() {{ b; c }}\n/// # Errors\n"
+    assert plain_words.doc_comments(code).figures() == plain_words.markdown(PLAIN).figures()
+    assert plain_words.doc_comments(f"//! {RIDDLE}").inverted() == [RIDDLE.strip()]
+
+
+@pytest.fixture
+def crates(monkeypatch, tmp_path):
+    """Two crates, the second one within the first, and the means to write files into them."""
+    monkeypatch.setattr(check_tree, "ROOT", tmp_path)
+    monkeypatch.setattr(check_tree, "files", lambda: sorted(path for path in tmp_path.rglob("*") if path.is_file()))
+    monkeypatch.setattr(check_tree, "UNPLAIN_COMMENTS", ())
+    for folder in ("core/src", "core/inner/src"):
+        (tmp_path / folder).mkdir(parents=True)
+        (tmp_path / folder / "lib.rs").write_text(f"//! {PLAIN}", "utf-8")
+        (tmp_path / folder).with_name("Cargo.toml").touch()
+    return tmp_path
+
+
+def test_figures_of_doc_comments_are_those_of_a_crate(crates):
+    assert not list(check_tree.comment_problems())
+    (crates / "core/inner/src/a.rs").write_text("/// A place; it lies outside.\n", "utf-8")
+    (found,) = check_tree.comment_problems()
+    assert found.startswith("core/inner: ") and "semicolons" in found
+
+
+def test_a_comment_that_begins_with_a_question_is_told_with_its_line(crates):
+    (crates / "core/src/a.rs").write_text("/// Places.\nfn a() {\n    // Where it ends.\n}\n", "utf-8")
+    (found,) = check_tree.comment_problems()
+    assert found.startswith("core/src/a.rs:3: ")
+
+
+def test_exceptions_are_those_that_are_needed(crates, monkeypatch):
+    (crates / "core/src/a.rs").write_text(f"/// {RIDDLE}", "utf-8")
+    monkeypatch.setattr(check_tree, "UNPLAIN_COMMENTS", ("core/src/a.rs",))
+    assert not list(check_tree.comment_problems())
+    (crates / "core/src/a.rs").write_text(f"/// {PLAIN}", "utf-8")
+    (found,) = check_tree.comment_problems()
+    assert "core/src/a.rs" in found and "UNPLAIN_COMMENTS" in found
