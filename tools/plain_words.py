@@ -1,8 +1,8 @@
 """How hard a text is to read: plain_words.py FILE... prints the figures of files and their limits.
 
-Of a Markdown file code, tables, headings and pictures do not count. Of a Rust file the doc comments count. CONTRIBUTING.md
-has the rules. `make check` holds the pages and the comments of the tree to the limits (`plain_pages` and `comment_problems`
-in `tools/check_tree.py`).
+Of a Markdown file code, tables, headings and pictures do not count. Of a Rust file the doc comments count.
+CONTRIBUTING.md has the rules. `make check` holds the pages and the comments of the tree to the limits (`plain_pages`
+and `comment_problems` in `tools/check_tree.py`).
 """
 
 import re
