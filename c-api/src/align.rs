@@ -206,7 +206,8 @@ pub unsafe extern "C" fn srf_aligner_add_scans(aligner: *mut srf_aligner, scans:
     guard(|| add(aligner, sources::of_scans(scans)?))
 }
 
-/// Adds a scan whose range image a function makes: it is made when it is first needed, one a thread at a time, and its samples are not kept.
+/// Adds a scan whose range image a function makes: it is made when it is first needed, one a thread at a time, and its samples are not
+/// kept.
 /// aligner            not NULL
 /// source             makes it. The struct is copied. Not NULL
 /// world_from_sensor  places it, whatever pose its image has, a rotation and a translation. NULL for the identity

@@ -12,8 +12,8 @@ use crate::status::{remember_fixed, srf_status, srf_status::*};
 pub type srf_allocate_fn =
     Option<unsafe extern "C" fn(user: *mut c_void, size: usize, alignment: usize) -> *mut c_void>;
 
-/// Makes a block of old_size bytes one of new_size, which may lie elsewhere and begins with what the old one held, as far as that fits. NULL
-/// where that can't be: the block then stays as it was.
+/// Makes a block of old_size bytes one of new_size, which may lie elsewhere and begins with what the old one held, as far as that fits.
+/// NULL where that can't be: the block then stays as it was.
 #[allow(non_camel_case_types)]
 pub type srf_reallocate_fn = Option<
     unsafe extern "C" fn(
@@ -66,8 +66,8 @@ static FUNCTIONS: OnceLock<Functions> = OnceLock::new();
 /// Base of the library's accounts.
 pub struct Memory;
 
-// SAFETY: blocks come from the system, which keeps the contract, or from functions of the caller that keep it by the header's words, never from
-// both. Nothing here panics or allocates.
+// SAFETY: blocks come from the system, which keeps the contract, or from functions of the caller that keep it by the header's words, never
+// from both. Nothing here panics or allocates.
 unsafe impl GlobalAlloc for Memory {
     #[inline]
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {

@@ -156,8 +156,8 @@ pub unsafe extern "C" fn srf_mesh_attribute_name(
     })
 }
 
-/// A view of an attribute: one SRF_TYPE_F32, SRF_TYPE_I32 or SRF_TYPE_U8 (a flag) or four SRF_TYPE_U8 (a colour, sRGB with straight alpha) an
-/// entry.
+/// A view of an attribute: one SRF_TYPE_F32, SRF_TYPE_I32 or SRF_TYPE_U8 (a flag) or four SRF_TYPE_U8 (a colour, sRGB with straight alpha)
+/// an entry.
 /// mesh       not NULL
 /// domain     a value of srf_domain
 /// name       not NULL
@@ -224,7 +224,8 @@ pub unsafe extern "C" fn srf_mesh_set_attribute(
 /// welded      0: vertices are the same if they have the same index. 1: also if they are at the same place in single precision
 /// progress    NULL for none
 /// out_report  initialized by srf_check_report_init(). Not NULL
-/// returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_OUT_OF_MEMORY, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+/// returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_OUT_OF_MEMORY, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE.
+///             Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_mesh_check(
     mesh: *const srf_mesh,

@@ -43,7 +43,8 @@ pub fn log_of(log: srf_log_fn, user: *mut c_void) -> Log {
     }))
 }
 
-/// Worker threads of calls whose parameters say 0, unless made under a context with a number of its own. Results are the same for any number.
+/// Worker threads of calls whose parameters say 0, unless made under a context with a number of its own. Results are the same for any
+/// number.
 /// threads    at most 1024. 0, the default, for one per core
 /// returns    SRF_OK, SRF_ERR_PARAMETER. Since 0.1.
 #[unsafe(no_mangle)]

@@ -67,7 +67,8 @@ pub unsafe extern "C" fn srf_check_mesh_file(file: *const c_char, options: *cons
     })
 }
 
-/// Writes a mesh with all its attributes as PLY, whatever the file's name ends with. A file of that name is replaced once all is written, or stays as it is.
+/// Writes a mesh with all its attributes as PLY, whatever the file's name ends with. A file of that name is replaced once all is written,
+/// or stays as it is.
 /// mesh       not NULL
 /// path       UTF-8. Not NULL
 /// encoding   a value of srf_encoding
@@ -86,7 +87,8 @@ pub unsafe extern "C" fn srf_mesh_write_ply(
     })
 }
 
-/// Writes a mesh with its attributes of vertices as binary glTF, whatever the file's name ends with. A file of that name is replaced once all is written, or stays.
+/// Writes a mesh with its attributes of vertices as binary glTF, whatever the file's name ends with. A file of that name is replaced once
+/// all is written, or stays.
 /// mesh             not NULL
 /// path             UTF-8. Not NULL
 /// name             of the node, UTF-8. NULL for "mesh"
@@ -181,8 +183,8 @@ pub unsafe extern "C" fn srf_mesh_write_obj(
     })
 }
 
-/// Writes a mesh as binary STL, whatever the file's name ends with, in single precision and without attributes. A file of that name is replaced once all is
-/// written, or stays.
+/// Writes a mesh as binary STL, whatever the file's name ends with, in single precision and without attributes. A file of that name is
+/// replaced once all is written, or stays.
 /// mesh       not NULL. SRF_ERR_INPUT if it lies so far from the origin that single precision would lose its detail
 /// path       UTF-8. Not NULL
 /// progress   NULL for none

@@ -84,8 +84,8 @@ pub fn merge_tasks_to_file(
     Ok(MergeReport { in_files: true, ..write_mesh_in_pieces(path, write, put, progress)? })
 }
 
-/// Once the surface is written: a folder that is kept loses the marks of what is done, and what another merge has no use for. Others stay as
-/// they are.
+/// Once the surface is written: a folder that is kept loses the marks of what is done, and what another merge has no use for. Others stay
+/// as they are.
 ///
 /// # Errors
 /// A file can't be read or removed.

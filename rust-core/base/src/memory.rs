@@ -44,8 +44,8 @@ pub fn foreseen() -> u64 {
     calls().foreseen.load(Ordering::Relaxed)
 }
 
-/// Runs a call of a host, in the context that its thread [chose](context::choose): what it takes is kept below the limit, and an allocation that is refused is an error. Both only
-/// where `surfrecon_allocator::Account` is the program's allocator. Other panics go on.
+/// Runs a call of a host, in the context that its thread [chose](context::choose): what it takes is kept below the limit, and an allocation
+/// that is refused is an error. Both only where `surfrecon_allocator::Account` is the program's allocator. Other panics go on.
 ///
 /// # Errors
 /// The result of `call`, or [`Error::OutOfMemory`].

@@ -80,8 +80,8 @@ impl<T> Exclusive<T> {
     }
 }
 
-/// Whose turn it is to work with something: one thread's at a time, for as long as that likes. In a forked process it is nobody's, whoever's
-/// it was in its parent.
+/// Whose turn it is to work with something: one thread's at a time, for as long as that likes. In a forked process it is nobody's,
+/// whoever's it was in its parent.
 #[derive(Default)]
 pub struct Turns(Mutex<(u32, Arc<Mutex<()>>)>);
 
@@ -108,7 +108,8 @@ const ROOM_OF_A_THREAD: f64 = (3 << 20) as f64;
 /// Worker threads if a call does not say how many, by account. 0 if none is said.
 static DEFAULTS: [AtomicU32; ACCOUNTS] = [const { AtomicU32::new(0) }; ACCOUNTS];
 
-/// Worker threads of calls that ask for 0: 0, the default, for one per core, or, of an account other than the process's, for that one's number.
+/// Worker threads of calls that ask for 0: 0, the default, for one per core, or, of an account other than the process's, for that one's
+/// number.
 pub(crate) fn set_default(account: usize, threads: u32) {
     DEFAULTS[account].store(threads, Ordering::Relaxed);
 }

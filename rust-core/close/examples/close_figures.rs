@@ -1,4 +1,5 @@
-//! Closes merges of virtual scans of closed shapes, of which a known share was not seen, and says how far the filled part lies from the truth.
+//! Closes merges of virtual scans of closed shapes, of which a known share was not seen, and says how far the filled part lies from the
+//! truth.
 //!
 //! ```sh
 //! cargo run --release -p surfrecon-close --example close_figures -- FOLDER            # writes FOLDER/*.merged.ply and the figures
@@ -7,8 +8,8 @@
 //! ```
 //!
 //! Filled is what lies farther than 1.5 cells from the merged surface. It is in seen space where a scan sees past it by more than the merge
-//! distance and half a cell, in all of 3 x 3 pixels. Heads and figures are read from the folder that `SURFRECON_DATA` names, if there is one.
-//! Every figure is of one thread. The judge shares no code with what it judges.
+//! distance and half a cell, in all of 3 x 3 pixels. Heads and figures are read from the folder that `SURFRECON_DATA` names, if there is
+//! one. Every figure is of one thread. The judge shares no code with what it judges.
 
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 

@@ -6,8 +6,8 @@ use base::error::Result;
 use base::progress::{Pace, Progress};
 use mesh::{Attribute, AttributeData, TriMesh};
 
-/// Gives the filled vertices and faces, which come after those of `measured`, their attributes. `forced` says which faces were filled where a
-/// scan saw through.
+/// Gives the filled vertices and faces, which come after those of `measured`, their attributes. `forced` says which faces were filled where
+/// a scan saw through.
 ///
 /// # Errors
 /// [`base::Error::Cancelled`].

@@ -1,8 +1,8 @@
 //! The field of the closed surface: a start, then the fill's distances as smooth as can be, outside of what was seen.
 //!
-//! From coarse to fine, and on each grid several times: nodes near the zero level are solved for, those beyond have the distances of the level
-//! of the last time, values and slopes. So the squared Laplacian over the band is, up to a factor, the squared mean curvature of the level, and
-//! a part of a ball is continued as a ball. Coarse grids carry this over large openings in a few solves.
+//! From coarse to fine, and on each grid several times: nodes near the zero level are solved for, those beyond have the distances of the
+//! level of the last time, values and slopes. So the squared Laplacian over the band is, up to a factor, the squared mean curvature of the
+//! level, and a part of a ball is continued as a ball. Coarse grids carry this over large openings in a few solves.
 
 use glam::DVec3;
 use rayon::prelude::*;

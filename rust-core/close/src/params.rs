@@ -7,7 +7,8 @@ base::choices! {
     pub enum Openings {
         /// Everything that seen space allows: the result is closed.
         All = "all" "All",
-        /// Openings that seen space or the surface surrounds: what lies before them is a pocket that nobody saw. A bowl's rim, a relief's border and the foot of a statue stay open.
+        /// Openings that seen space or the surface surrounds: what lies before them is a pocket that nobody saw. A bowl's rim, a relief's
+        /// border and the foot of a statue stay open.
         Seen = "seen" "Inside the scans",
         /// Openings whose boundaries are at most as long as the longest hole.
         Holes = "holes" "Holes",

@@ -1,7 +1,7 @@
 //! The faces of a level set in a cell, by which of its corners are inside: 256 cases, made once.
 //!
-//! On a face of a cell with two inside corners across from each other the outside is joined, in both cells of the face, so that
-//! the surface is closed. No two vertices of a face of a cell are joined by an edge inside it, so that no edge belongs to more than two triangles.
+//! On a face of a cell with two inside corners across from each other the outside is joined, in both cells of the face, so that the surface
+//! is closed. No two vertices of a face of a cell are joined by an edge inside it, so that no edge belongs to more than two triangles.
 
 use std::sync::LazyLock;
 

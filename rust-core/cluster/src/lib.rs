@@ -130,7 +130,8 @@ base::report! {
         before: TriangleShapes = nested("Before", &<TriangleShapes as Report>::SCHEMA),
         /// Shapes of the triangles of the mesh.
         after: TriangleShapes = nested("After", &<TriangleShapes as Report>::SCHEMA),
-        /// No point of the input is farther from the mesh, and none of the mesh farther from the input, measured on the mesh. 0 for the input itself. There is none where no largest error was asked for.
+        /// No point of the input is farther from the mesh, and none of the mesh farther from the input, measured on the mesh. 0 for the
+        /// input itself. There is none where no largest error was asked for.
         max_error: Option<f64> = length("Largest error").optional(),
         /// Whether the mesh is the input, as nothing coarser was found within the largest error, or has its topology.
         kept_input: bool = flag("The input itself"),

@@ -9,7 +9,8 @@ base::alternatives! {
         Vertices(u32) = vertices: count("Vertices").from_data("a tenth of the input's vertices").at_least(1.0).at_most(4e9),
         /// Patches wanted, instead of vertices: k patches give about 3 k vertices.
         Patches(u32) = patches: count("Patches").from_data("about a third of the vertices wanted").at_least(1.0).at_most(4e9),
-        /// Largest distance of any point of the input from the result and of the result from the input, instead of a number of vertices: there are as many as it takes.
+        /// Largest distance of any point of the input from the result and of the result from the input, instead of a number of vertices:
+        /// there are as many as it takes.
         MaxError(f64) = max_error: length("Max error").from_data("none, a number of vertices is asked for").above(0.0),
     }
     or
@@ -23,7 +24,8 @@ base::params! {
     pub struct ClusterParams of "cluster" with threads {
         /// How fine the result is.
         resolution: Resolution,
-        /// How much smaller triangles are where the surface bends: 0 makes them alike everywhere, 1 gives the least mean distance from the input.
+        /// How much smaller triangles are where the surface bends: 0 makes them alike everywhere, 1 gives the least mean distance from the
+        /// input.
         adaptivity: f64 = ratio("Adaptivity").default(1.0).at_most(2.0),
         /// Most Lloyd steps at the final number of patches. Fewer if they no longer gain.
         iterations: u32 = count("Iterations").default(40.0).at_most(10_000.0),
@@ -32,9 +34,12 @@ base::params! {
         /// Rounds in which vertices leave the surface for where it lies nearest in the mean square. 1 takes a third off the mean error,
         /// more lower the largest.
         fitting: u32 = count("Fitting").at_most(100.0).off("vertices stay on the surface"),
-        /// Smallest angle of triangles that may have any shape for the least mean square distance, instead of one as even as can be. Vertices leave the surface, in as many rounds as `fitting` says, but at least two. 30 degrees leave a third of the mean error at the same number of vertices, in up to five times the time.
+        /// Smallest angle of triangles that may have any shape for the least mean square distance, instead of one as even as can be.
+        /// Vertices leave the surface, in as many rounds as `fitting` says, but at least two. 30 degrees leave a third of the mean error at
+        /// the same number of vertices, in up to five times the time.
         min_angle: f64 = angle("Min angle").at_most(std::f64::consts::FRAC_PI_6).off("triangles are as even as can be"),
-        /// Edges whose triangles turn by at least this angle are kept as edges of the result, where they make lines a few of its edges long: those of parts and buildings. Noise makes no such lines.
+        /// Edges whose triangles turn by at least this angle are kept as edges of the result, where they make lines a few of its edges
+        /// long: those of parts and buildings. Noise makes no such lines.
         feature_angle: f64 = angle("Feature angle").default(40_f64.to_radians()).at_most(std::f64::consts::PI).off("no edge is kept"),
         /// Direction in which round patches are split.
         seed: u32 = count("Seed").at_most(4_294_967_295.0),

@@ -1,7 +1,7 @@
 //! Maximum flows, and the minimum cuts that they tell.
 //!
-//! Dinic's method \[Din70\]: flow goes along shortest ways only, all of one length at a time. Its cost is bounded by lengths of ways, which are short
-//! where sources and sinks lie everywhere in the graph, as they do around a surface.
+//! Dinic's method \[Din70\]: flow goes along shortest ways only, all of one length at a time. Its cost is bounded by lengths of ways, which
+//! are short where sources and sinks lie everywhere in the graph, as they do around a surface.
 
 use base::error::Result;
 use base::progress::{Pace, Progress};

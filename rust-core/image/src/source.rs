@@ -103,8 +103,8 @@ pub trait ScanSource: Sync {
         None
     }
 
-    /// Damage of its files that loading met and left out, after the scan's name: "is skipped: depth_3.png: ...". `None` where there was none
-    /// so far.
+    /// Damage of its files that loading met and left out, after the scan's name: "is skipped: depth_3.png: ...". `None` where there was
+    /// none so far.
     fn damage(&self) -> Option<String> {
         None
     }

@@ -21,7 +21,8 @@ base::params! {
         /// Connected parts with fewer triangles than this share of the largest part's are dropped. Parts that no scan saw, between layers
         /// of badly placed scans or out of their noise, are dropped in any case.
         min_component_share: f64 = ratio("Smallest part (share)").default(0.0).at_most(1.0).off("all are kept that scans are evidence of"),
-        /// Colours of scans that overlap are made equally bright before they are averaged: exposure and white balance differ from scan to scan. By up to a factor of eight: what differs more is of different things.
+        /// Colours of scans that overlap are made equally bright before they are averaged: exposure and white balance differ from scan to
+        /// scan. By up to a factor of eight: what differs more is of different things.
         match_exposure: bool = flag("Match exposure").on().off("colours are averaged as they are").since("0.2"),
         /// How range images are triangulated.
         triangulation: TriangulateParams,

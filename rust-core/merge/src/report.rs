@@ -56,7 +56,8 @@ base::report! {
     pub struct MergeReport {
         /// Scans merged.
         scans: usize = count("Scans"),
-        /// Names of the scans, in their order, not in that in which they were given. The attribute `source_scan` is the place in here, and -1 where `interpolated`.
+        /// Names of the scans, in their order, not in that in which they were given. The attribute `source_scan` is the place in here, and
+        /// -1 where `interpolated`.
         scan_names: Vec<String> = text("Names of the scans").list(),
         /// Triangles of all scans.
         input_triangles: u64 = count("Their triangles"),
@@ -72,7 +73,8 @@ base::report! {
         overlap_residual: Option<f64> = length("Scans disagree by").optional(),
         /// Median standard deviation of the samples along their rays, as measured. 0 where scans are clean.
         noise: f64 = length("Noise of the samples"),
-        /// Median standard deviation of the samples of range images across the rays. It follows from how noise grows on surfaces seen at an angle.
+        /// Median standard deviation of the samples of range images across the rays. It follows from how noise grows on surfaces seen at an
+        /// angle.
         noise_across: f64 = length("Across the rays"),
         /// Median step that values of range images along the ray are multiples of. 0 for none.
         noise_step: f64 = length("In steps of"),
@@ -82,7 +84,8 @@ base::report! {
         grid: [u64; 3] = count("Grid").array(3),
         /// Intersections of scans with grid lines.
         intersections: u64 = count("Intersections"),
-        /// Edges of the grid whose intersections were dropped since more scans see through there than have a surface there. A triangle has about one and a half.
+        /// Edges of the grid whose intersections were dropped since more scans see through there than have a surface there. A triangle has
+        /// about one and a half.
         seen_through: u64 = count("Dropped as seen through"),
         /// Intersections left after fusing.
         fused_intersections: u64 = count("Fused intersections"),
@@ -104,7 +107,8 @@ base::report! {
             ("dropped_components", "Connected parts dropped: those that no scan saw, and those that are too small."),
             ("dropped_faces", "Triangles of the parts that were dropped."),
         ]),
-        /// Factors that the red, green and blue light of each scan was multiplied by to make all equally bright, in the order of the names. The list is empty if they are equally bright, do not overlap, differ by more than a factor of eight, or this was not asked for.
+        /// Factors that the red, green and blue light of each scan was multiplied by to make all equally bright, in the order of the names.
+        /// The list is empty if they are equally bright, do not overlap, differ by more than a factor of eight, or this was not asked for.
         colour_gains: Vec<[f64; 3]> = number("Exposures matched by").list_of(3),
         /// Largest number of bytes that intersections and the surface held at once.
         working_bytes: u64 = bytes("Memory"),

@@ -85,7 +85,9 @@ const BYTES_A_PIXEL: f64 = 3.0;
 const BYTES_A_VERTEX: f64 = 175.0;
 
 base::report! {
-    /// The figures of a quad grid. Errors are distances along the samples' rays to the planes of the triangles of the pixels' quads, over all valid pixels of the image but those missed, with each quad cut along its better diagonal. On the background the grid continues the surface.
+    /// The figures of a quad grid. Errors are distances along the samples' rays to the planes of the triangles of the pixels' quads, over
+    /// all valid pixels of the image but those missed, with each quad cut along its better diagonal. On the background the grid continues
+    /// the surface.
     #[derive(Default)]
     pub struct QuadReport {
         /// Tiles from top to bottom and from left to right.

@@ -10,7 +10,8 @@ base::alternatives! {
     pub enum Target of "quads" {
         /// Chooses rows and columns so that no sample is farther from the grid along its ray. Smaller values give more quads.
         Max(f64) = max_error: length("Max error").from_data("no limit, rows and columns are used as given"),
-        /// Chooses rows and columns so that the root of the mean square distance of the samples to the grid along their rays is at most this. Smaller values give more quads.
+        /// Chooses rows and columns so that the root of the mean square distance of the samples to the grid along their rays is at most
+        /// this. Smaller values give more quads.
         Rms(f64) = rms_error: length("RMS error").from_data("no limit, rows and columns are used as given"),
     }
     or
@@ -38,7 +39,8 @@ base::params! {
         target: Target,
         /// How often invalid pixels are filled with the mean of their valid neighbours.
         gap_passes: usize = count("Gap passes").default(1.0).at_most(1024.0).off("never"),
-        /// Valid ones among the eight neighbours that an invalid pixel needs to be filled: 8 fills single pixels, fewer grow into larger gaps, a pixel a pass.
+        /// Valid ones among the eight neighbours that an invalid pixel needs to be filled: 8 fills single pixels, fewer grow into larger
+        /// gaps, a pixel a pass.
         gap_neighbours: usize = count("Gap neighbours").default(8.0).at_least(1.0).at_most(8.0),
         /// Curvature that counts as 1 in the 8-bit curvature image, as a share of the depth extent. Smaller values let fine relief attract
         /// vertices, and noise as well.

@@ -13,8 +13,8 @@ const FEW: usize = 6;
 /// ... and where gaps stay open: of a facet alone.
 const FEWEST: usize = 3;
 
-/// Adds to what is `kept` of a surface those facets left out of it that bound no gap. `sizes`: of these the perimeter, and the largest that is
-/// allowed.
+/// Adds to what is `kept` of a surface those facets left out of it that bound no gap. `sizes`: of these the perimeter, and the largest that
+/// is allowed.
 pub(super) fn close_small(
     kept: &mut Vec<[u32; 3]>,
     left_out: &[[u32; 3]],

@@ -36,8 +36,8 @@ const THICK_SHARE: f64 = 0.75;
 /// Dimension in which those that lie apart do, at least: 3 in space, 2 on a surface.
 const DIMENSION: f64 = 2.4;
 
-/// Of samples in the order of the curve, with the spacing as measured. `tree` is made if there is anything to look at. Cost: that of one pass where no
-/// sample lies apart.
+/// Of samples in the order of the curve, with the spacing as measured. `tree` is made if there is anything to look at. Cost: that of one
+/// pass where no sample lies apart.
 pub(super) fn are_around(
     samples: &[DVec3],
     spacing: f64,

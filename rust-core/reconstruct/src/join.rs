@@ -47,9 +47,9 @@ impl<F: FnMut([u32; 3]) -> f64> Front<'_, F> {
         }
     }
 
-    /// Whether a part may be turned over so that the facet between an edge and an apex fits: two parts meet at it, and it has turned none since
-    /// a triangle was added last. Of facets that want two parts the other way round than each other, one gives in, so that
-    /// turning ends.
+    /// Whether a part may be turned over so that the facet between an edge and an apex fits: two parts meet at it, and it has turned none
+    /// since a triangle was added last. Of facets that want two parts the other way round than each other, one gives in, so that turning
+    /// ends.
     pub(super) fn may_turn(&mut self, edge: [u32; 2], apex: u32) -> bool {
         !self.members.is_empty()
             && self.part(edge[0]) != self.part(apex)

@@ -16,9 +16,9 @@ use base::progress::Progress;
 /// one sensor saw from outside it is a half with any lid. Of a surface seen all round, what sensors did not see.
 const BACKS: f64 = 0.2;
 
-/// Share of the facets between neighbouring samples, as large as they look, through which lines of sight pass, from which no sensor is where it
-/// is said to be. From a place beside a whole object these pass through all facets of the side towards it but for those that no line happens to
-/// meet: a fifth to a half.
+/// Share of the facets between neighbouring samples, as large as they look, through which lines of sight pass, from which no sensor is
+/// where it is said to be. From a place beside a whole object these pass through all facets of the side towards it but for those that no
+/// line happens to meet: a fifth to a half.
 const PASSED: f64 = 0.1;
 
 /// Whether the samples of a closed surface were seen from one side of it only. Not where no sensors are known.

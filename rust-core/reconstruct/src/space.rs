@@ -30,8 +30,8 @@ const BYTES_CUT: [f64; 2] = [105.0, 600.0];
 /// meet 10 to 50 % of theirs, a scan from one side less than 0.1 %, whose lid would go through all in the end.
 const MET: f64 = 0.05;
 
-/// Share of the area of a closed surface through samples with noise that is in facets larger than the sampling allows, from which it is open. Of
-/// closed shapes it is 0.11 at most, of trees seen from above, which are filled with samples as noise is, 0.15 to 0.36. Measured.
+/// Share of the area of a closed surface through samples with noise that is in facets larger than the sampling allows, from which it is
+/// open. Of closed shapes it is 0.11 at most, of trees seen from above, which are filled with samples as noise is, 0.15 to 0.36. Measured.
 const LIDS: f64 = 0.15;
 
 /// State that depends on the samples only.

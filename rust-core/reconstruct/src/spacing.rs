@@ -94,8 +94,8 @@ pub(super) fn all(complex: Complex<'_>, progress: &Progress<'_>) -> Result<Vec<f
         for number in cells? {
             let cell = &complex.cells[number];
             let points = cell.vertices.map(|v| complex.points[v as usize]);
-            // An edge counts in cells whose two neighbours at it have higher numbers: of those around it in one at least, in a third of them
-            // on average.
+            // An edge counts in cells whose two neighbours at it have higher numbers: of those around it in one at least, in a third of
+            // them on average.
             let higher =
                 (0..4).fold(0, |bits, slot| bits | usize::from(cell.neighbours[slot] as usize > number) << slot);
             for &[i, j] in EDGES[higher] {

@@ -49,7 +49,8 @@ base::params! {
     pub struct ScanParams of "scan" with threads {
         /// Standard deviation of the Gaussian noise along each ray.
         noise: f64 = length("Noise"),
-        /// Growth of the noise where the surface is seen at a grazing angle: it is multiplied by 1 + growth * (1 / cos - 1), with the cosine between ray and normal, at least 0.05.
+        /// Growth of the noise where the surface is seen at a grazing angle: it is multiplied by 1 + growth * (1 / cos - 1), with the
+        /// cosine between ray and normal, at least 0.05.
         noise_grazing: f64 = ratio("Noise grazing").at_most(100.0),
         /// Values are rounded to multiples of this step.
         quantum: f64 = length("Quantum").off("they stay as they are"),

@@ -86,13 +86,15 @@ base::report! {
         depth_extent: f64 = length("Depth extent"),
         /// Triangles of the mesh that has every covered sample.
         full_triangles: usize = count("Triangles with every sample"),
-        /// Triangles left out because they hide behind others, as seen along the rays. The tolerance does not hold for samples that have only such triangles. These samples count as isolated.
+        /// Triangles left out because they hide behind others, as seen along the rays. The tolerance does not hold for samples that have
+        /// only such triangles. These samples count as isolated.
         hidden_triangles: usize = count("Hidden triangles"),
         /// Triangles before vertices were removed.
         dug_triangles: usize = count("Triangles before the polish"),
         /// Triangles of the mesh.
         triangles: usize = count("Triangles"),
-        /// Valid pixels that no mesh covers, for want of neighbours or because they are hidden behind others. The tolerance does not hold for them.
+        /// Valid pixels that no mesh covers, for want of neighbours or because they are hidden behind others. The tolerance does not hold
+        /// for them.
         isolated_pixels: usize = count("Samples not covered"),
         /// Wall-clock seconds by the name of the stage.
         seconds: Seconds = stages(),

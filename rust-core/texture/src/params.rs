@@ -12,7 +12,8 @@ base::params! {
         refine_cameras: bool = flag("Refine cameras").on().off("cameras stay where they are"),
         /// Photos are made equally bright, channel by channel: exposure and white balance differ from photo to photo.
         match_exposure: bool = flag("Match exposure").on().off("colours are taken as they are"),
-        /// Of three photos and more that see a place the brightest is left out where it is brighter than the others: reflections of lamps only add light.
+        /// Of three photos and more that see a place the brightest is left out where it is brighter than the others: reflections of lamps
+        /// only add light.
         drop_highlights: bool = flag("Drop highlights").on().off("highlights are averaged with the rest"),
         /// A normal map is made, in the tangent space of MikkTSpace, y up.
         normal_map: bool = flag("Normal map").off("none is made"),

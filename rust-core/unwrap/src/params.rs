@@ -25,9 +25,11 @@ base::params! {
         size: u32 = count("Size").default(2048.0).at_least(16.0).at_most(32_768.0),
         /// Texels that stay free around each chart, twice as many between two. Mipmaps of level n need 2^n.
         padding: u32 = count("Padding").default(4.0).at_most(256.0),
-        /// Largest angle between the normal of a triangle and the mean normal of its chart. Smaller angles make flatter charts and more of them.
+        /// Largest angle between the normal of a triangle and the mean normal of its chart. Smaller angles make flatter charts and more of
+        /// them.
         cone: f64 = angle("Cone").default(70_f64.to_radians()).at_least(1_f64.to_radians()).at_most(89_f64.to_radians()),
-        /// Largest factor by which the area of a triangle in the texture may differ from its share of the chart, either way. Charts that exceed it are split.
+        /// Largest factor by which the area of a triangle in the texture may differ from its share of the chart, either way. Charts that
+        /// exceed it are split.
         max_stretch: f64 = ratio("Max stretch").default(4.0).at_least(1.1).at_most(1000.0),
     }
     checked by room

@@ -30,8 +30,8 @@ pub(crate) const CRS_EXTRA: &str = "surfrecon_crs";
 /// don't know it pass over. Other formats have no place for it. Whatever its keys are, it is read back as it was given. Numbers are doubles
 /// or whole numbers of 64 bits.
 ///
-/// PLY, OBJ and glTF also say the coordinate reference system: an object of its `text` and, if that is so, the `unit` `degree`, in a comment
-/// `surfrecon crs` and in `asset.extras.surfrecon_crs`. E57 has a place of its own for it, `coordinateMetadata`.
+/// PLY, OBJ and glTF also say the coordinate reference system: an object of its `text` and, if that is so, the `unit` `degree`, in a
+/// comment `surfrecon crs` and in `asset.extras.surfrecon_crs`. E57 has a place of its own for it, `coordinateMetadata`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Provenance(Arc<Map<String, Value>>);
 

@@ -16,8 +16,8 @@ use super::scan_order::ScanOrder;
 pub const KEPT: usize = 4;
 const WORDS: usize = 3;
 
-/// Members as they are kept, in three words of 16 bits each: bits 0 to 3 number of the weight, 4 to 23 scan, 24 to 47 colour. Those that there
-/// are come first, rising.
+/// Members as they are kept, in three words of 16 bits each: bits 0 to 3 number of the weight, 4 to 23 scan, 24 to 47 colour. Those that
+/// there are come first, rising.
 #[repr(transparent)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 pub struct Members([[u16; WORDS]; KEPT]);

@@ -1,7 +1,7 @@
 //! The scans: their order, by name, then by content, and the numbers that crossings know them by.
 //!
-//! A number is made of the scan's name: so a scan that comes or goes leaves the others theirs, wherever it stands in the order, and what was
-//! found out of them stays true. Nothing but names and contents decides, so the order of the list does not matter.
+//! A number is made of the scan's name: so a scan that comes or goes leaves the others theirs, wherever it stands in the order, and what
+//! was found out of them stays true. Nothing but names and contents decides, so the order of the list does not matter.
 
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
@@ -88,7 +88,8 @@ impl<'a> ScanOrder<'a> {
         self.places.clone()
     }
 
-    /// Whether overlaps of a scan are measured where crossings are many: of scans that follow each other two, about [`SAMPLED_PAIRS`] times.
+    /// Whether overlaps of a scan are measured where crossings are many: of scans that follow each other two, about [`SAMPLED_PAIRS`]
+    /// times.
     pub fn is_sampled(&self, place: usize) -> bool {
         let every = self.len().div_ceil(2 * SAMPLED_PAIRS).next_power_of_two() as u32;
         let is_first = |place: usize| self.numbers[place] & (every - 1) == 0;

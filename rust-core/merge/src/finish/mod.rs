@@ -1,4 +1,5 @@
-//! Stages 8 and 9 and what follows: parts that are kept, holes closed, the surface handed over, its distance to the scans. \[MI04, sec. 3.4\]
+//! Stages 8 and 9 and what follows: parts that are kept, holes closed, the surface handed over, its distance to the scans. \[MI04, sec.
+//! 3.4\]
 
 pub mod close_holes;
 pub mod components;

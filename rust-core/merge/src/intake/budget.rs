@@ -283,8 +283,8 @@ impl Budget {
     /// Takes a scan into account: what is foreseen of it.
     ///
     /// # Errors
-    /// [`Error::OutOfMemory`] if it and those before it will need more than there is, with a voxel that fits: once all those are counted, as
-    /// [`Self::refused`] says.
+    /// [`Error::OutOfMemory`] if it and those before it will need more than there is, with a voxel that fits: once all those are counted,
+    /// as [`Self::refused`] says.
     pub fn expect(&self, scan: usize, surface: &OrientedSurface) -> Result<Arc<Foreseen>> {
         let foreseen = Arc::new(Foreseen::of(surface, self.voxel, self.most()));
         self.know(scan, Some(foreseen.clone()));

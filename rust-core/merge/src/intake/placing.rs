@@ -7,7 +7,8 @@ use image::source::OrientedSurface;
 /// Scans do not fit if they lie apart by so many standard deviations of their noise. Those of depth cameras, whose errors depend on each
 /// other, lie up to 6 apart where poses are right ...
 const DEVIATIONS: f64 = 10.0;
-/// ... and by so many distances of samples, with noise and without, where that may not be known: they lie up to 1 apart where poses are right.
+/// ... and by so many distances of samples, with noise and without, where that may not be known: they lie up to 1 apart where poses are
+/// right.
 const SPACINGS: [f64; 2] = [2.0, 4.0];
 /// Depth images that were all taken from one place lie apart by fewer deviations and a smaller share of the distance of samples.
 const STILL: [f64; 2] = [3.0, 0.2];

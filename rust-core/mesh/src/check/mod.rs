@@ -67,7 +67,8 @@ base::report! {
         euler_characteristic: i64 = integer("Euler characteristic"),
     }
     derived {
-        /// Whether the mesh is an oriented manifold with boundary, with finite coordinates and no degenerate or duplicate triangle. Triangles of zero area are no matter of topology.
+        /// Whether the mesh is an oriented manifold with boundary, with finite coordinates and no degenerate or duplicate triangle.
+        /// Triangles of zero area are no matter of topology.
         is_manifold = flag("Manifold"),
         /// Whether it is a manifold without boundary.
         is_closed = flag("Closed"),

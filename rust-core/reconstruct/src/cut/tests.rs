@@ -194,7 +194,8 @@ fn facets_between_large_flat_balls_are_cheaper_than_those_of_slivers() {
             prices[0]
         })
     };
-    // The circle of the triangle has a radius of 1 / sqrt(3), which counts for 1; a ball through an apex at a height h one of (h^2 + 1 / 3) / 2 h.
+    // The circle of the triangle has a radius of 1 / sqrt(3), which counts for 1; a ball through an apex at a height h one of (h^2 + 1 / 3)
+    // / 2 h.
     for (above, beneath, expected) in [(10.0, 10.0, 1), (1.0, 10.0, 5), (1.0, 1.0, 5), (0.58, 10.0, 9), (0.1, 10.0, 17)]
     {
         assert_eq!(price(above, beneath, 1.0), expected, "{above} above");

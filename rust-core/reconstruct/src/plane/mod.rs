@@ -1,5 +1,5 @@
-//! Samples that lie in one plane, exactly or but for their noise (`flat`): stages 1 to 5, which are few there. Nothing is enclosed and nothing folds, so the surface
-//! is what the threshold leaves of their triangulation.
+//! Samples that lie in one plane, exactly or but for their noise (`flat`): stages 1 to 5, which are few there. Nothing is enclosed and
+//! nothing folds, so the surface is what the threshold leaves of their triangulation.
 
 mod flat;
 

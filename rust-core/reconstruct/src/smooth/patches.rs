@@ -19,8 +19,8 @@ use geom::neighbours::KdTree;
 const APART: f64 = 0.22;
 const WITHIN: f64 = 0.5;
 
-/// Samples that have a patch in common, at least: patches take several times the memory of a sample. In the smallest neighbourhoods each has its
-/// own, or there would be none near some.
+/// Samples that have a patch in common, at least: patches take several times the memory of a sample. In the smallest neighbourhoods each
+/// has its own, or there would be none near some.
 const LEAST_SHARED: usize = 2;
 
 /// Patches that are asked where a place is to go, at most. There are sixteen on average.

@@ -1,5 +1,5 @@
-//! Samples of a range image whose coordinates were rounded. Those of a row lie in one plane through the sensor but for that, so that the cells at
-//! the sides of the image are as flat as rounding is small.
+//! Samples of a range image whose coordinates were rounded. Those of a row lie in one plane through the sensor but for that, so that the
+//! cells at the sides of the image are as flat as rounding is small.
 
 use glam::DVec3;
 use proptest::prelude::*;

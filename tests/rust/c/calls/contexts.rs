@@ -148,7 +148,8 @@ pub(super) fn a_limit_concerns_the_calls_of_its_context_alone() {
     }
 }
 
-/// Theorem: what is taken under a context is on its account until it is given back, in whatever was made under another one, and by whomever.
+/// Theorem: what is taken under a context is on its account until it is given back, in whatever was made under another one, and by
+/// whomever.
 #[test]
 pub(super) fn what_was_taken_is_given_back_where_it_was_taken() {
     let api = api();

@@ -1,4 +1,5 @@
-//! Stage 1 where crossings are more than memory holds: workers write what they have found to **segments**, added up by edge and sorted by block.
+//! Stage 1 where crossings are more than memory holds: workers write what they have found to **segments**, added up by edge and sorted by
+//! block.
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering::Relaxed};

@@ -1,8 +1,8 @@
 //! A merge of more scans than memory holds: the same stages with the same results, to the bit. But what they leave for each other is in
 //! files of a workspace, and of the grid a few blocks are in memory at a time.
 //!
-//! Stages are cut into tasks (`stages`), which one process does one after the other, or several do at once. Their list, and what is made of the
-//! surface once they are done, is that of all merges (`pipeline`).
+//! Stages are cut into tasks (`stages`), which one process does one after the other, or several do at once. Their list, and what is made of
+//! the surface once they are done, is that of all merges (`pipeline`).
 //!
 //! | stage | file | leaves |
 //! |---|---|---|
@@ -71,7 +71,8 @@ pub struct Keep<'a> {
     pub stays: bool,
 }
 
-/// Merges scans, of which there may be more than memory holds, into one surface, which is handed to `sink`: the same as [`crate::merge`] gives.
+/// Merges scans, of which there may be more than memory holds, into one surface, which is handed to `sink`: the same as [`crate::merge`]
+/// gives.
 ///
 /// # Errors
 /// As [`crate::merge`]. Versions that are not one a scan. A file can't be written. Another merge with the same parameters is at work in the

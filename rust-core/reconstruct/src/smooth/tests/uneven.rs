@@ -11,8 +11,8 @@ use crate::{Reason, ReconstructParams, run};
 use base::progress::Progress;
 use geom::neighbours::KdTree;
 
-/// Waves over two squares beside each other, the second with spacings so many times those of the first, and noise in the spacings of either.
-/// And how many are in the first.
+/// Waves over two squares beside each other, the second with spacings so many times those of the first, and noise in the spacings of
+/// either. And how many are in the first.
 pub(super) fn waves(count: usize, ratio: f64, noise: f64) -> (Vec<DVec3>, usize) {
     let (mut random, mut normal) = (random(3), normal(5));
     let all = count + (count as f64 / ratio.powi(2)) as usize;

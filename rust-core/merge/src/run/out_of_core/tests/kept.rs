@@ -318,8 +318,8 @@ fn of_a_thousand_scans_one_goes_or_comes_anywhere() {
         let mut mesh = TriMesh::default();
         let report = merge(tasks, &mut mesh, &Progress::none()).unwrap();
         let loads = loaded.load(Relaxed);
-        // Beside four that tell how much there is: the one that is new, and those of two segments, of the one that goes and of the one whose
-        // overlap with the one before it counts now.
+        // Beside four that tell how much there is: the one that is new, and those of two segments, of the one that goes and of the one
+        // whose overlap with the one before it counts now.
         assert!(step == 0 || loads <= 22, "{loads} loads in step {step}");
         assert!(step < 3 || loads > 5, "{loads} loads in step {step}");
         assert!(report.overlap_residual.is_some());
