@@ -168,8 +168,8 @@ pub unsafe extern "C" fn srf_region_below(plane: *const srf_plane, out_region: *
 /// marks       one SRF_TYPE_U8 per sample, 0 for those that are not marked: pixels of an image row after row, vertices, or points. Not NULL
 /// rows, cols  size of the image. 0 and 0 for meshes and clouds
 /// out_region  receives a new handle on SRF_OK only. Not NULL
-/// returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT for another number of marks than pixels, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY. Since
-///             0.1.
+/// returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT for another number of marks than pixels, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY.
+///             Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_region_mask(
     marks: *const srf_array,
@@ -197,8 +197,8 @@ pub unsafe extern "C" fn srf_region_free(region: *mut srf_region) -> srf_status 
 /// a, b            x, y, z of each, in the world. Not NULL
 /// distance        how far apart they are, > 0, in the unit that the scans are to have
 /// out_similarity  for srf_scans_transform() and the like. Not NULL
-/// returns         SRF_OK, SRF_ERR_INPUT for places that are the same, SRF_ERR_PARAMETER for a distance not above 0, SRF_ERR_NULL. Since
-///                 0.1.
+/// returns         SRF_OK, SRF_ERR_INPUT for places that are the same, SRF_ERR_PARAMETER for a distance not above 0, SRF_ERR_NULL.
+///                 Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_true_size(
     a: *const f64,

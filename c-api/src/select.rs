@@ -72,8 +72,8 @@ pub unsafe extern "C" fn srf_image_select(
 /// keep         as for srf_image_select()
 /// progress     NULL for none
 /// out_removed  receives the number of points that went. NULL if not wanted
-/// returns      SRF_OK, SRF_ERR_INPUT for a mask of another size, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since
-///              0.1.
+/// returns      SRF_OK, SRF_ERR_INPUT for a mask of another size, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL.
+///              Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_cloud_select(
     cloud: *mut srf_cloud,

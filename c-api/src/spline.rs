@@ -34,8 +34,8 @@ handle!(srf_spline, Surface);
 /// out_spline        receives a new handle on SRF_OK only. Not NULL
 /// out_max_residual  largest distance of a vertex from the surface at the vertex's parameters. NULL if not wanted
 /// out_rms_residual  root of the mean square of these distances. NULL if not wanted
-/// returns           SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since
-///                   0.1.
+/// returns           SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE.
+///                   Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_spline_create(
     quads: *const srf_quads,
