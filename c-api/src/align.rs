@@ -196,7 +196,7 @@ pub unsafe extern "C" fn srf_aligner_add_cloud(
     guard(|| add(aligner, [sources::of_cloud(cloud, name)?]))
 }
 
-/// Adds all scans of a set. They are read once, when they are first needed, one a thread at a time, and their samples are not kept. What
+/// Adds all scans of a set. They are read once, when they are first needed, one per thread at a time, and their samples are not kept. What
 /// becomes of the files afterwards is not noticed until scans are added.
 /// aligner    not NULL
 /// scans      not NULL
@@ -206,7 +206,7 @@ pub unsafe extern "C" fn srf_aligner_add_scans(aligner: *mut srf_aligner, scans:
     guard(|| add(aligner, sources::of_scans(scans)?))
 }
 
-/// Adds a scan whose range image a function makes: it is made when it is first needed, one a thread at a time, and its samples are not
+/// Adds a scan whose range image a function makes: it is made when it is first needed, one per thread at a time, and its samples are not
 /// kept.
 /// aligner            not NULL
 /// source             makes it. The struct is copied. Not NULL

@@ -65,7 +65,7 @@ impl Drop for Cancel {
     }
 }
 
-/// Makes what cancels calls. It is not set.
+/// Makes a switch that cancels calls. It is not set.
 /// out_cancel  receives a new handle on SRF_OK only. Not NULL
 /// returns     SRF_OK, SRF_ERR_NULL. Since 0.2.
 #[unsafe(no_mangle)]

@@ -237,7 +237,7 @@ pub unsafe extern "C" fn srf_scans_is_frame(
     })
 }
 
-/// Reads a scan. A range image comes placed in the world. A mesh and a cloud in their own frame, which srf_scans_describe() places.
+/// Reads a scan. A range image comes placed in the world. A mesh and a cloud come in their own frame, which srf_scans_describe() places.
 /// scans        not NULL
 /// index        less than the number of scans
 /// progress     counts the bytes of the file. NULL for none

@@ -91,7 +91,7 @@ fn workspace_of(workspace: *const c_char) -> Result<Option<PathBuf>, Failure> {
 /// only_if_needed  1 to begin in memory, with what srf_merger_keep() kept, and anew in files once it is foreseen, or found, that cells as
 ///                 large as given or measured do not fit. The kept memory is given back then. If files do not do either, cells that were
 ///                 not given are larger, as those of srf_merger_run(). 0 to work in files, and to keep nothing
-/// max_memory      most bytes that the merge takes, beside the scans that are being read, one a thread, and in files the surface. 0 for,
+/// max_memory      most bytes that the merge takes, beside the scans that are being read, one per thread, and in files the surface. 0 for,
 ///                 and at most, what srf_set_memory_limit() or the context allow, else what is free
 /// workspace       a folder that exists, UTF-8. NULL for the system's for temporary files
 /// progress        NULL for none
@@ -129,7 +129,7 @@ pub unsafe extern "C" fn srf_merger_run_in_files(
 /// merger      not NULL
 /// path        UTF-8, ending in .ply. Not NULL
 /// params      NULL for the defaults
-/// max_memory  most bytes that the merge takes, beside the scans that are being read, one a thread. 0 for, and at most, what
+/// max_memory  most bytes that the merge takes, beside the scans that are being read, one per thread. 0 for, and at most, what
 ///             srf_set_memory_limit() or the context allow, else what is free
 /// workspace   a folder that exists, UTF-8. NULL for that of the file
 /// options     how the file is written, not as text. NULL for the defaults
@@ -137,7 +137,7 @@ pub unsafe extern "C" fn srf_merger_run_in_files(
 /// progress    NULL for none
 /// out_report  initialized by srf_merge_report_init(). NULL if not wanted
 /// returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT also for a workspace that is no folder, SRF_ERR_FORMAT, SRF_ERR_IO also for a full
-///             disk, SRF_ERR_OUT_OF_MEMORY also for less than 12 MB a thread, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL,
+///             disk, SRF_ERR_OUT_OF_MEMORY also for less than 12 MB per thread, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL,
 ///             SRF_ERR_STRUCT_SIZE. Since 0.2.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_merger_write(

@@ -167,7 +167,7 @@ pub unsafe extern "C" fn srf_merger_add_mesh(
     guard(|| add(merger, [sources::of_mesh(mesh, world_from_mesh, name)?]))
 }
 
-/// Adds all scans of a set. They are read when the merge runs, one a thread at a time, and not kept.
+/// Adds all scans of a set. They are read when the merge runs, one per thread at a time, and not kept.
 /// merger     not NULL
 /// scans      not NULL
 /// returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
@@ -190,7 +190,7 @@ pub unsafe extern "C" fn srf_merger_add_scan(
     guard(|| add(merger, [sources::of_scan(scans, "of_set", of_set)?]))
 }
 
-/// Adds a scan whose range image a function makes: it is made when the merge runs, one a thread at a time, and not kept.
+/// Adds a scan whose range image a function makes: it is made when the merge runs, one per thread at a time, and not kept.
 /// merger             not NULL
 /// source             makes it. The struct is copied. Not NULL
 /// world_from_sensor  places it, whatever pose its image has, a rotation and a translation. NULL for the identity
@@ -238,7 +238,7 @@ pub unsafe extern "C" fn srf_merger_replace_by_image(
     guard(|| replace(merger, index, sources::of_image(image)?))
 }
 
-/// Puts an oriented mesh as it is now in the place of a scan. As srf_merger_add_mesh().
+/// Puts an oriented mesh as it is now in the place of a scan. It is added as by srf_merger_add_mesh().
 /// merger           not NULL
 /// index            number of the scan
 /// mesh             not NULL
@@ -272,7 +272,7 @@ pub unsafe extern "C" fn srf_merger_replace_by_scan(
     guard(|| replace(merger, index, sources::of_scan(scans, "of_set", of_set)?))
 }
 
-/// Puts a scan whose range image a function makes in the place of a scan. As srf_merger_add_source().
+/// Puts a scan whose range image a function makes in the place of a scan. It is added as by srf_merger_add_source().
 /// merger             not NULL
 /// index              number of the scan
 /// source             makes it. The struct is copied. Not NULL

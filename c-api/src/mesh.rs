@@ -44,9 +44,9 @@ handle!(srf_mesh, Mesh);
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum srf_domain {
-    /// One entry a vertex.
+    /// One entry per vertex.
     SRF_DOMAIN_VERTICES = 1,
-    /// One entry a triangle.
+    /// One entry per triangle.
     SRF_DOMAIN_TRIANGLES = 2,
 }
 
@@ -187,7 +187,7 @@ pub unsafe extern "C" fn srf_mesh_attribute(
 /// mesh       not NULL
 /// domain     a value of srf_domain
 /// name       not NULL, not empty
-/// data       one entry a vertex or triangle of one of the types of srf_mesh_attribute(), copied. NULL removes the attribute
+/// data       one entry per vertex or triangle of one of the types of srf_mesh_attribute(), copied. NULL removes the attribute
 /// returns    SRF_OK, SRF_ERR_INPUT, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_mesh_set_attribute(

@@ -32,7 +32,7 @@ pub enum Given {
     Threads(u32),
     /// A length, an angle, a ratio, or a count whose 0 is a number like others. SRF_FROM_DATA for none, NaN where any number is one.
     Double(f64),
-    /// A count, 0 for none where that is none. A flag. The place of a choice, counted from 1.
+    /// A count, 0 for none where that is none. Also a flag, or the place of a choice, counted from 1.
     Whole(u64),
 }
 
@@ -44,7 +44,7 @@ pub trait Fields: Pod {
     fn given(&self) -> Vec<(&'static str, Given)>;
 }
 
-/// The caller's struct as the core's parameters. The defaults where it is NULL.
+/// The caller's struct as the core's parameters. The defaults if it is NULL.
 pub fn read<P: Params + Default, F: Fields>(name: &str, given: *const F) -> Result<P, Failure> {
     to_core(&sized::read(name, given, F::defaults())?)
 }

@@ -129,7 +129,7 @@ pub fn call_make<H>(
     unsafe { function(user, out_made) }
 }
 
-/// Calls the caller's function that reads bytes of a file. It answers how many.
+/// Calls the caller's function that reads bytes of a file. Returns how many.
 pub fn call_read(
     function: unsafe extern "C" fn(*mut c_void, u64, *mut c_void, usize, *mut usize) -> i32,
     user: *mut c_void,

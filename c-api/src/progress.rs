@@ -32,7 +32,7 @@ pub struct srf_progress {
     pub cancel: *const srf_cancel,
 }
 
-/// Work that reports to the caller's progress. At its end too, if it succeeds.
+/// Work that reports to the caller's progress, at its end too if it succeeds.
 pub fn watched<R>(
     progress: *const srf_progress,
     work: impl FnOnce(&Progress<'static>) -> Result<R, Failure>,

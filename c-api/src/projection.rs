@@ -52,8 +52,8 @@ pub unsafe extern "C" fn srf_projection_orthographic(
     guard(|| give(out_projection, Projection::Orthographic { first: [first_x, first_y], step: [step_x, step_y] }))
 }
 
-/// Says how a terrestrial scanner sees: its values are distances along the rays. Radians. Azimuths turn from +x toward +y, elevations from
-/// the horizon toward +z.
+/// Says how a terrestrial scanner sees: its values are distances along the rays. Angles are in radians. Azimuths turn from +x toward +y,
+/// elevations from the horizon toward +z.
 /// azimuth         of column 0
 /// elevation       of row 0
 /// azimuth_step    from column to column. Not 0

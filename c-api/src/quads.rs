@@ -136,7 +136,7 @@ fn give<T>(name: &str, out: *mut T, value: T) -> Result<(), Failure> {
 
 /// The quads as triangles, each cut along the diagonal that lies nearer to the samples: quad q is the triangles 2 q and 2 q + 1. Vertices
 /// are those of srf_quads_faces(), with the attributes range_row, range_col, grid_row, grid_col, and colour, intensity, confidence where
-/// the image has them. Of triangles: error.
+/// the image has them. Attribute of triangles: error.
 /// quads      not NULL
 /// out_mesh   receives a new handle on SRF_OK only. Not NULL
 /// returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.

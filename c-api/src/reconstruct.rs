@@ -47,7 +47,7 @@ pub enum srf_dropped {
 /// Takes a cloud. It is kept as it is now and may be freed afterwards. O(1): the points are tetrahedralized for the first surface.
 /// cloud              not NULL. Its normals, if it has any, say which side of the surface is seen. Zero where unknown. If points carry
 ///                    noise they also tell the sides of thin walls apart, and what is inside
-/// sensors            3 SRF_TYPE_F64 or SRF_TYPE_F32 a place, one place or one a point: where the points were seen from, in the cloud's
+/// sensors            3 SRF_TYPE_F64 or SRF_TYPE_F32 a place, one place or one per point: where the points were seen from, in the cloud's
 ///                    frame. Go before the normals. Open surfaces then span no jumps, over which sensors looked from one point past it at
 ///                    another, and no gaps and holes through which points were seen. What was seen from one side only is closed only if
 ///                    that is asked for. Three NaN where that is not known of a point, whose normal counts then. A jump is told only

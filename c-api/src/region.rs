@@ -1,4 +1,4 @@
-//! Boxes, planes and masks that samples are kept or removed by. The dominant plane. True size and ground.
+//! Boxes, planes and masks that samples are kept or removed by. Also the dominant plane, true size and ground.
 
 use std::sync::Arc;
 
@@ -35,7 +35,7 @@ pub struct srf_plane {
     pub is_found: u32,
     /// On the plane.
     pub point: [f64; 3],
-    /// Of any length but 0. Points above.
+    /// Of any length but 0. It points above.
     pub normal: [f64; 3],
     /// Points that lie at most so far above the plane are removed with it.
     pub margin: f64,

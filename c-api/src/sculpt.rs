@@ -91,8 +91,8 @@ pub unsafe extern "C" fn srf_sculptor_refine(
     })
 }
 
-/// The mesh of the smallest tolerance found that has at most a number of triangles. Up to 24 times the work of srf_sculptor_refine(), whose
-/// mesh of the tolerance in out_report it is.
+/// The mesh of the smallest tolerance found that has at most a number of triangles. It takes up to 24 times the work of
+/// srf_sculptor_refine(), and is the mesh that this makes with the tolerance in out_report.
 /// sculptor         not NULL
 /// max_triangles    what the mesh may have at most
 /// progress         NULL for none

@@ -90,8 +90,8 @@ pub unsafe extern "C" fn srf_cloud_select(
     })
 }
 
-/// Keeps or removes the vertices of a mesh that lie in a region. Faces of which all three stay do. Order and attributes stay. Views of the
-/// mesh are gone.
+/// Keeps or removes the vertices of a mesh that lie in a region. Faces whose three vertices stay are kept. Order and attributes stay. Views
+/// of the mesh are gone.
 /// mesh             not NULL
 /// world_from_mesh  where the mesh lies. NULL for the identity
 /// region           a mask of as many marks as vertices, a box or a plane. Not NULL

@@ -99,7 +99,7 @@ pub fn remember_fixed(text: &'static CStr) {
     LAST_ERROR.with(|last| *last.borrow_mut() = text.into());
 }
 
-/// Calls a function of the caller's. Its answer, and what it left as the text of the last error, which becomes what it was.
+/// Calls a function of the caller's. Returns its answer, and the text that it left as the last error, which becomes what it was.
 pub fn said<R>(call: impl FnOnce() -> R) -> (R, String) {
     let before = LAST_ERROR.replace(Cow::Borrowed(c""));
     let answer = call();

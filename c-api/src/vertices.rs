@@ -38,7 +38,7 @@ pub struct srf_anchor {
 pub struct srf_grid_camera {
     /// Bytes of this struct.
     pub struct_size: u32,
-    /// How many of the anchors there are, up to 256. With 0, the default, vertices are taken to lie in the sensor's frame.
+    /// Number of the anchors, up to 256. With 0, the default, vertices are taken to lie in the sensor's frame.
     pub anchor_count: u32,
     /// How pixels see.
     pub projection: srf_projection,

@@ -16,7 +16,7 @@ struct Options {
     cols: usize,
     /// Largest distance between a sample and the mesh, in the unit of the heights.
     tolerance: f64,
-    /// Receives the mesh: three positions as doubles a triangle.
+    /// Receives the mesh: three positions as doubles per triangle.
     out: std::path::PathBuf,
 }
 

@@ -88,7 +88,7 @@ const VIEW: &str = r#"{"buffer": 0, "byteLength": 36}"#;
 const POSITIONS: &str = r#"{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}"#;
 const NODE: &str = r#"{"mesh": 0}"#;
 
-/// Grey of 8 bits a pixel, claimed to be of this size, with this data.
+/// Grey of 8 bits per pixel, claimed to be of this size, with this data.
 fn png(cols: u32, rows: u32, data: &[u8]) -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, cols, rows);

@@ -83,7 +83,7 @@ base::report! {
         smallest_angle: f64 = angle("Smallest angle"),
         /// Largest angle of all.
         largest_angle: f64 = angle("Largest angle"),
-        /// Counts of all angles, three a triangle, in steps of 5 degrees.
+        /// Counts of all angles, three per triangle, in steps of 5 degrees.
         angles: Vec<usize> = count("Angles in steps of 5 degrees").list(),
     }
 }

@@ -33,7 +33,7 @@ impl<'a> Job<'a> {
         (spare * nodes).min(3 * self.surface.points.len())
     }
 
-    /// Patches whose fans have about `nodes` nodes: three a patch, and one more for each at the border.
+    /// Patches whose fans have about `nodes` nodes: three per patch, and one more for each at the border.
     fn patches_for(&self, nodes: usize) -> usize {
         let surface = &self.surface;
         let area: f64 = surface.areas.iter().sum();

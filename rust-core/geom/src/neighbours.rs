@@ -12,7 +12,7 @@ const LEAF: usize = 12;
 const ONE_THREAD: usize = 1 << 13;
 
 /// A balanced k-d tree over a fixed set of points. Building costs O(n log n), a query O(log n) for points that aren't crowded. Memory 29
-/// bytes a point.
+/// bytes per point.
 #[derive(Clone, Debug, Default)]
 pub struct KdTree {
     /// Points in the order of the tree: the middle of each range splits it.

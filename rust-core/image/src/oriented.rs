@@ -20,9 +20,9 @@ pub struct OrientedPoints {
     /// A vector area a point: normal, outward, times the area of the surface around it. Sums of neighbours' are the vector
     /// area of the patch, in which noise within the patch cancels.
     pub areas: Vec<DVec3>,
-    /// sRGB with straight alpha, one a point.
+    /// sRGB with straight alpha, one per point.
     pub colour: Option<Vec<[u8; 4]>>,
-    /// Strength of the returned signal, one a point, in the sensor's own unit.
+    /// Strength of the returned signal, one per point, in the sensor's own unit.
     pub intensity: Option<Vec<f32>>,
     /// From where they were seen, if that is known.
     pub viewing: Option<Viewing>,

@@ -186,7 +186,7 @@ pub struct OrientedSurface {
     pub world_from_surface: DAffine3,
     /// Trust in each vertex, >= 0.
     pub confidence: Vec<f32>,
-    /// sRGB with straight alpha, one a vertex.
+    /// sRGB with straight alpha, one per vertex.
     pub colour: Option<Vec<[u8; 4]>>,
     /// Median distance of neighbouring samples.
     pub spacing: f64,

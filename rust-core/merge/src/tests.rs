@@ -314,7 +314,7 @@ fn noisy_scans_of_a_sphere_give_a_closed_sphere() {
     assert!(report.is_closed() && report.genus() == Some(0), "{report}");
     let errors: Vec<f64> = merged.mesh.positions.iter().map(|p| p.length() - 1.0).collect();
     let rms = (errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64).sqrt();
-    // Noise 0.002 and shifts of up to 0.003 a scan; several scans everywhere.
+    // Noise 0.002 and shifts of up to 0.003 per scan; several scans everywhere.
     assert!(rms < 0.003, "{rms}");
     assert_eq!(merged.report.scans, 9);
     assert!(merged.report.overlap_residual.is_some_and(|r| r > 0.0005 && r < 0.01));

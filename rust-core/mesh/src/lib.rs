@@ -48,11 +48,11 @@ use base::error::{Error, Result};
 pub struct TriMesh {
     /// Coordinates of the vertices.
     pub positions: Vec<DVec3>,
-    /// Three vertices a triangle.
+    /// Three vertices per triangle.
     pub triangles: Vec<[u32; 3]>,
-    /// One entry a vertex each.
+    /// One entry per vertex each.
     pub vertex_attributes: Vec<Attribute>,
-    /// One entry a triangle each.
+    /// One entry per triangle each.
     pub face_attributes: Vec<Attribute>,
     /// How far each vertex may be moved by rounding its coordinates without breaking what was certified of the mesh, in the unit of the
     /// coordinates. `None` if nothing was. Files that can hold double precision do where single precision would move a vertex farther.

@@ -10,13 +10,13 @@ use base::error::{Error, Result};
 pub struct QuadMesh {
     /// Coordinates of the vertices.
     pub positions: Vec<DVec3>,
-    /// Texture coordinates, one a vertex, or none at all.
+    /// Texture coordinates, one per vertex, or none at all.
     pub uvs: Vec<[f32; 2]>,
-    /// Four vertices a quad.
+    /// Four vertices per quad.
     pub quads: Vec<[u32; 4]>,
-    /// One entry a vertex each.
+    /// One entry per vertex each.
     pub vertex_attributes: Vec<Attribute>,
-    /// One entry a quad each.
+    /// One entry per quad each.
     pub face_attributes: Vec<Attribute>,
     /// The system that the coordinates are in, as of [`TriMesh`].
     pub crs: Option<Crs>,

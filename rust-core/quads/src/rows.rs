@@ -114,7 +114,7 @@ fn around_curves(density: &[u8], cols: usize, curves: &Curves, progress: &Progre
     })
 }
 
-/// Calls `visit(places of the curves, densities, room for a number a pixel and one more, result)` on each row.
+/// Calls `visit(places of the curves, densities, room for a number per pixel and one more, result)` on each row.
 fn per_row(
     density: &[u8],
     cols: usize,

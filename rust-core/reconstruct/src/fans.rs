@@ -163,8 +163,8 @@ fn fans(triangles: &[[u32; 3]], corners: &[u32]) -> Vec<Vec<usize>> {
     fans
 }
 
-/// Removes triangles until those at each vertex are one fan. `key` orders triangles where fans are equally large, the smaller stays, and of
-/// equal ones that with the first triangle. Returns how many were removed.
+/// Removes triangles until those at each vertex are one fan. The largest fan stays. `key` orders triangles: of equally large fans the
+/// smaller one stays, and of equal ones that with the first triangle. Returns how many were removed.
 ///
 /// Cost: O(k log k) for a vertex of k triangles, again after each round in which it lost some.
 pub(super) fn keep_largest(

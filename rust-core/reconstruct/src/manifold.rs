@@ -122,7 +122,7 @@ impl<'a> Solid<'a> {
 
     /// The facets with the inside on one side and the outside on the other, seen from outside.
     pub(super) fn surface(&self, progress: &Progress<'_>) -> Result<Vec<[u32; 3]>> {
-        // Euler: about two a sample. Memory that is not written to is not taken.
+        // Euler: about two per sample. Memory that is not written to is not taken.
         let mut triangles = Vec::with_capacity(2 * self.complex.points.len());
         self.for_each_facet(&mut |facet| triangles.push(facet), progress)?;
         Ok(triangles)

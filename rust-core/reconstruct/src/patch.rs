@@ -26,8 +26,8 @@ impl Frame {
         sums.frame(origin)
     }
 
-    /// In the middle of samples that count the same, its third axis up. In a vertical plane, towards where y is large, in one along y,
-    /// where x is. Axes turn counter-clockwise seen from there.
+    /// In the middle of samples that count the same, its third axis up. In a vertical plane it points to large y, in one along y to large
+    /// x. Axes turn counter-clockwise seen from there.
     pub(super) fn of_all(samples: &[DVec3], progress: &Progress<'_>) -> Result<Option<Frame>> {
         let Some(&first) = samples.first() else { return Ok(None) };
         let mut sums = Sums::default();

@@ -23,7 +23,7 @@ use geom::span;
 use mesh::point_cloud::PointCloud;
 use mesh::{Attribute, Crs, TriMesh};
 
-/// At the peak. Measured, 350 on noisy surfaces, 660 on a sphere.
+/// At the peak. Measured: 350 on noisy surfaces, 660 on a sphere.
 const BYTES_A_POINT: f64 = 400.0;
 base::stages! {
     /// Stages with their shares of the time ...
@@ -107,7 +107,7 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
     /// Goes before the cloud's normals, which count where it is not known.
     ///
     /// # Errors
-    /// Neither one place nor one a point. A coordinate that isn't finite.
+    /// Neither one place nor one per point. A coordinate that isn't finite.
     pub fn seen_from(&mut self, sensors: Vec<DVec3>) -> Result<()> {
         let points = self.cloud().positions.len();
         if sensors.len() != 1 && sensors.len() != points {

@@ -18,7 +18,7 @@ const AGREED: f64 = 0.05;
 pub(super) struct Seen<'a> {
     /// One a point. Zero, or no number, where there is none.
     pub(super) normals: Option<&'a [[f32; 3]]>,
-    /// None, one for all, or one a point. NaN if a point's is not known.
+    /// None, one for all, or one per point. NaN if a point's is not known.
     pub(super) sensors: &'a [DVec3],
 }
 

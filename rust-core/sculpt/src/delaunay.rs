@@ -62,7 +62,7 @@ fn in_circle(a: Spot, b: Spot, c: Spot, d: Spot) -> bool {
         let (x, y) = (x - dx, y - dy);
         (x, y, x * x + y * y)
     };
-    // Coordinates below 2^16: products of four of them fit 64 bits only for tiles below 2^14 pixels a side.
+    // Coordinates below 2^16: products of four of them fit 64 bits only for tiles below 2^14 pixels per side.
     let ((ax, ay, aa), (bx, by, bb), (cx, cy, cc)) = (relative(a), relative(b), relative(c));
     ax * (by * cc - bb * cy) - ay * (bx * cc - bb * cx) + aa * (bx * cy - by * cx) > 0
 }

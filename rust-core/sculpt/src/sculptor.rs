@@ -21,7 +21,7 @@ use image::triangulate::no_triangle;
 use mesh::Crs;
 use mesh::dump::{self, Stage};
 
-/// At the peak. Measured, 85 for a coarse tolerance, 180 for none.
+/// At the peak. Measured: 85 for a coarse tolerance, 180 for none.
 const BYTES_A_PIXEL: f64 = 80.0;
 /// While a mesh is made: a place of the image, a triangle. Also a valid pixel if vertices may leave their samples.
 const BYTES_A_PLACE: f64 = 24.0;

@@ -14,7 +14,7 @@ pub const MOST: usize = 50_000_000;
 pub struct Surface {
     /// Vertices, the longest side of their box being 1.
     pub positions: Vec<DVec3>,
-    /// Three vertices a triangle.
+    /// Three vertices per triangle.
     pub triangles: Vec<[u32; 3]>,
     /// Length of 1 in the unit of the mesh.
     pub unit: f64,

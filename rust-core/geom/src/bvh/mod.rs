@@ -98,7 +98,7 @@ impl Frame {
 ///   area, and then meet them where they are.
 ///
 /// # Cost
-/// n triangles: O(n log n) time to build, about 80 bytes a triangle. Queries O(log n) on ordinary meshes.
+/// n triangles: O(n log n) time to build, about 80 bytes per triangle. Queries O(log n) on ordinary meshes.
 #[derive(Clone, Debug)]
 pub struct Bvh<'a> {
     positions: &'a [DVec3],

@@ -45,7 +45,7 @@ impl Delaunay2 {
     /// Triangulates `points`, which are all different and lie in the plane of those at the three places `corners`
     /// ([`crate::span::of`]), on the calling thread. Fastest if neighbours in the list are neighbours in the plane.
     ///
-    /// Cost: O(n log n) in practice, 200 bytes a point.
+    /// Cost: O(n log n) in practice, 200 bytes per point.
     ///
     /// # Errors
     /// [`base::error::Error::Input`] for coordinates that differ so much in size that no product of them can be had in doubles.

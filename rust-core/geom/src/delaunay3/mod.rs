@@ -101,8 +101,8 @@ impl Delaunay3 {
         })
     }
 
-    /// The same without a copy of the points, which takes 24 bytes a point less: they are sorted meanwhile, and again what
-    /// they were when this returns, whatever it returns.
+    /// The same without a copy of the points, which takes 24 bytes per point less: they are sorted meanwhile, and again what they were when
+    /// this returns, whatever it returns.
     ///
     /// # Errors
     /// As [`Delaunay3::new`].
@@ -151,8 +151,8 @@ struct Order {
 }
 
 impl Order {
-    /// Refuses points that can't be tetrahedralized, or not with the memory there is, of which the caller will take
-    /// `copied` bytes a point.
+    /// Refuses points that can't be tetrahedralized, or not with the memory there is, of which the caller will take `copied` bytes per
+    /// point.
     fn of(points: &[DVec3], copied: f64, progress: &Progress<'_>) -> Result<Self> {
         if points.len() >= GHOST as usize {
             return Err(Error::input(format!("{} points are more than {}", points.len(), GHOST - 1)));

@@ -316,7 +316,7 @@ impl RangeImage {
         self.world_from_sensor.transform_point3(self.point_in_sensor(index))
     }
 
-    /// Checks that each attribute has one entry a pixel.
+    /// Checks that each attribute has one entry per pixel.
     ///
     /// # Errors
     /// [`Error::Input`] naming the attribute.

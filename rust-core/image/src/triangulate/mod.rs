@@ -62,7 +62,7 @@ pub struct RangeSurface {
     pub pixels: Vec<u32>,
     /// Trust in each vertex, >= 0, ramped to zero at jumps and borders.
     pub confidence: Vec<f32>,
-    /// Three vertices a triangle, counter-clockwise seen from the sensor.
+    /// Three vertices per triangle, counter-clockwise seen from the sensor.
     pub triangles: Vec<[u32; 3]>,
     /// Median distance of neighbouring samples. The larger one of rows and columns if pixels are not square.
     pub spacing: f64,

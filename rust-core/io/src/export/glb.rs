@@ -76,8 +76,8 @@ pub struct GlbNode<'a> {
 /// `asset.extras` ([`Provenance`]): the nodes below `world` are in it. Attributes of faces have no place in glTF and are left out.
 /// Materials are matte, white and two-sided.
 ///
-/// With [`GlbNode::coarser`], the level of as many triangles a pixel as the finest has on half of the screen is the one to
-/// show: that is what the coverages (`MSFT_screencoverage`) say.
+/// With [`GlbNode::coarser`], the level of as many triangles per pixel as the finest has on half of the screen is the one to show: that is
+/// what the coverages (`MSFT_screencoverage`) say.
 ///
 /// # Errors
 /// A mesh that isn't valid ([`TriMesh::validate`]), a coarser one with more triangles, a pose that isn't rigid, a scale that isn't

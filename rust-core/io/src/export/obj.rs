@@ -32,8 +32,8 @@ pub struct Polygons<'a> {
     pub crs: Option<&'a Crs>,
 }
 
-/// Writes a mesh. Of its attributes `colour`, as three more numbers a vertex, which most programs read. Its coordinate reference system is
-/// a comment.
+/// Writes a mesh. Of its attributes `colour`, as three more numbers per vertex, which most programs read. Its coordinate reference system
+/// is a comment.
 ///
 /// # Errors
 /// As [`write_obj_polygons`].

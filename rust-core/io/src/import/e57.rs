@@ -101,7 +101,7 @@ pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &FileScan, _: &Pro
         if stored.records == 0 {
             return fail(format!("the scan {EMPTY}"));
         }
-        // At least a bit a point: files whose points take none are bombs.
+        // At least a bit per point: files whose points take none are bombs.
         if stored.records > length.saturating_mul(8)
             || stored.records * size_of::<DVec3>() as u64 > scan.options.max_decoded_bytes()
         {

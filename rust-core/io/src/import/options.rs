@@ -11,7 +11,7 @@ base::choices! {
     pub enum PixelMeaning {
         /// Numbers if the image is grey. Terrain RGB if it is coloured and every pixel then lies between -500 and 9000 m.
         Auto = "auto" "Auto",
-        /// A number a pixel.
+        /// A number per pixel.
         Number = "number" "Numbers",
         /// Mapbox: -10000 + (65536 R + 256 G + B) / 10.
         TerrainRgb = "terrain_rgb" "Terrain RGB",

@@ -362,7 +362,7 @@ mod tests {
         assert!(log.place(&mut named, Path::new("t")).unwrap_err().to_string().contains("2 poses for 1 scans"));
     }
 
-    /// Theorem: a list of poses in any form that recordings have is one, and points with as many numbers a line are none.
+    /// Theorem: a list of poses in any form that recordings have is one, and points with as many numbers per line are none.
     #[test]
     fn lists_of_poses_are_told_from_points() {
         let turn = "0 -1 0 5 1 0 0 6 0 0 1 7";

@@ -11,7 +11,7 @@ use super::edge_colours::Members;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct EdgeSums {
-    /// Line within the bundle (bits 0 to 9). Flags. In the upper 18 bits half the distance to the next edge of the other sign below and
+    /// Line within the bundle (bits 0 to 9), flags, and in the upper 18 bits half the distance to the next edge of the other sign below and
     /// above.
     packed: u32,
     /// Cell along the line.
@@ -26,7 +26,7 @@ pub struct EdgeSums {
     /// Colours of some of the scans.
     colours: Members,
     trust: u64,
-    /// Weights of the votes. Times the normal's component along the line.
+    /// Weights of the votes, and in `slope` the weights times the normal's component along the line.
     weight: i64,
     slope: i64,
     /// Of one crossing the bits of its place on the edge. Else weights times places.

@@ -1,11 +1,11 @@
 //! The grid: lines along x, y and z through the nodes `(i, j, k) * voxel`, and its partition into bricks.
 //!
-//! Scans are brought to fixed-point coordinates of the grid, [`FRACTION_BITS`] bits a cell. From there on every decision
-//! (which line meets which triangle, in which cell) is made in integers, so it is exact and consistent. The rounding is
-//! at most 2^-21 of a cell, below the resolution of the scans' own single-precision coordinates.
+//! Scans are brought to fixed-point coordinates of the grid, [`FRACTION_BITS`] bits per cell. From there on every decision (which line
+//! meets which triangle, in which cell) is made in integers, so it is exact and consistent. The rounding is at most 2^-21 of a cell, below
+//! the resolution of the scans' own single-precision coordinates.
 //!
-//! A **brick** is a cube of 32^3 nodes with the edges that start there and the cells whose lowest corner lies there: one
-//! bit a node fills 32 x 32 words. A **bundle** is a row of bricks along one axis: 32 x 32 whole lines.
+//! A **brick** is a cube of 32^3 nodes with the edges that start there and the cells whose lowest corner lies there: one bit per node fills
+//! 32 x 32 words. A **bundle** is a row of bricks along one axis: 32 x 32 whole lines.
 
 use glam::{DAffine3, DVec3};
 

@@ -26,7 +26,7 @@ use crate::crossings::lines::SortedBundle;
 use nodes::{BEFORE, MIXED, Node, SIDE, STEPS, place};
 use smooth::Smoother;
 
-/// Rows of 32 nodes, one bit a node.
+/// Rows of 32 nodes, one bit per node.
 pub type Plane = [u32; ROWS];
 
 /// The labels that crossings give the nodes of a brick.

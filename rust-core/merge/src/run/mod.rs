@@ -185,7 +185,7 @@ pub fn run_by(
 /// Does the work of merging scans, if they can be merged.
 ///
 /// # Errors
-/// They can't. Those of `work`.
+/// They can't. Also those of `work`.
 pub fn started<T: Send>(
     scans: &[&dyn ScanSource],
     params: &MergeParams,
@@ -220,7 +220,7 @@ pub fn surface(graph: &mut impl Graph, params: &MergeParams, progress: &Progress
     Ok(Merged { mesh, report })
 }
 
-/// Refuses versions that are not one a scan.
+/// Refuses versions that are not one per scan.
 ///
 /// # Errors
 /// There are more or fewer, or two are the same.

@@ -1,7 +1,7 @@
 //! Stage 5: which cells can be reconstructed, and the anomalies that their neighbours settle. [MI04, sec. 3.4]
 //!
-//! Works on 32 nodes at a time: one bit a node, rows of a brick with a margin of its neighbours. The steps, each a few
-//! operations on whole rows:
+//! Works on 32 nodes at a time: one bit per node, rows of a brick with a margin of its neighbours. The steps, each a few operations on
+//! whole rows:
 //!
 //! 1. **active edges**: both nodes labelled by crossings, with different labels.
 //! 2. the other corners of the cells around them take the label of their neighbours along edges without a crossing, twice, where these
@@ -325,7 +325,7 @@ fn around_edges(edges: &[Rows; 3], cells: &mut Rows) {
     around(|axis, i| edges[axis][i], cells);
 }
 
-/// The cells around edges: four an edge.
+/// The cells around edges: four per edge.
 #[inline]
 fn around(edge: impl Fn(usize, usize) -> u64, cells: &mut Rows) {
     for i in PAD..PAD + WIDTH * WIDTH {

@@ -50,7 +50,7 @@ pub struct Changes {
 /// Some of the surface.
 #[derive(Default)]
 pub struct Window {
-    /// It as a surface. Without its boundary.
+    /// It as a surface, without its boundary.
     pub surface: Surface,
     /// Numbers of its vertices, rising.
     pub vertices: Vec<u64>,

@@ -130,7 +130,7 @@ impl fmt::Display for CheckReport {
 }
 
 /// Checks `mesh`. Vertices are the same if they have the same index. Any input is welcome, also a broken one. O(t log d) for t triangles
-/// and d of them at a vertex. About 0.1 s and 50 bytes a triangle for 800,000 triangles.
+/// and d of them at a vertex. About 0.1 s and 50 bytes per triangle for 800,000 triangles.
 ///
 /// # Panics
 /// With 2^31 triangles or more.

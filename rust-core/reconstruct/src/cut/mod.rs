@@ -9,9 +9,9 @@
 //! (`visibility`).
 //!
 //! *Differences from the papers.* Labatut, Pons and Keriven take whole lines of sight of cameras for what is outside. Here deep rooms do
-//! that, which any samples have, and the other pole of a sample for what is inside. Lines only where they are near their sample, as noise
-//! lets others pass through thin bars. Kolluri, Shewchuk and O'Brien divide poles by an eigenvector, and then cells by another. The cut
-//! divides all cells at once, exactly.
+//! that, which any samples have, and the other pole of a sample for what is inside. Lines count only if they are near their sample, as
+//! noise lets others pass through thin bars. Kolluri, Shewchuk and O'Brien divide poles by an eigenvector, and then cells by another. The
+//! cut divides all cells at once, exactly.
 
 mod poles;
 mod rooms;

@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::shapes::torus;
 use super::*;
 
-/// A ball with rings through it, each of a bar of half a spacing. A sample a unit of area.
+/// A ball with rings through it, each of a bar of half a spacing. It has a sample per unit of area.
 fn ringed() -> Vec<DVec3> {
     let mut random = random(23);
     let radius = 10.0;

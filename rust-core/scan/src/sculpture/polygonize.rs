@@ -29,7 +29,7 @@ pub(super) trait Field: Sync {
 /// Stages with their shares of the time. The last is the caller's.
 pub(super) const PLAN: Plan = &[("marching", 0.3), ("placing vertices", 0.2), ("evening out", 0.4), ("colouring", 0.1)];
 
-/// Vertices between two looks at the progress: fields take microseconds a place.
+/// Vertices between two looks at the progress: fields take microseconds per place.
 const CHUNK: usize = 1 << 8;
 
 /// The results of `of` for each, in their order.

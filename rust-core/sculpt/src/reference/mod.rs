@@ -81,7 +81,7 @@ base::stages! {
 
 /// Sculpts an orthographic image as the paper does. Of the parameters only `tolerance`, `triangulation` and `threads` are used.
 ///
-/// Cost: O(n log n) expected time for n pixels, about 500 bytes a pixel.
+/// Cost: O(n log n) expected time for n pixels, about 500 bytes per pixel.
 ///
 /// # Errors
 /// [`Error::Input`] for images of other kinds. Parameters out of range. [`Error::Cancelled`]. [`Error::OutOfMemory`].

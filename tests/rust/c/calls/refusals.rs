@@ -198,7 +198,7 @@ pub(super) fn what_is_said_of_scans_that_are_not_there_is_refused() {
         }
         let answer = (api.srf_aligner_run)(other, std::ptr::null(), std::ptr::null(), &mut alignment);
         api.refused(answer, INPUT, "\"twice\" is scaled, sheared or mirrored");
-        // Angles that were one a scan, and a scan more.
+        // Angles that were one per scan, and a scan more.
         api.ok((api.srf_aligner_turn)(other, none, none, point.as_ptr(), 2));
         api.ok((api.srf_aligner_add_mesh)(other, mesh, std::ptr::null(), c"c".as_ptr()));
         let answer = (api.srf_aligner_run)(other, std::ptr::null(), std::ptr::null(), &mut alignment);

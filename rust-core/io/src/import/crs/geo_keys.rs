@@ -1,4 +1,4 @@
-//! The keys of GeoTIFF (OGC 19-008), in the records of LAS too: a directory of four numbers a key, values beside it.
+//! The keys of GeoTIFF (OGC 19-008), in the records of LAS too: a directory of four numbers per key, values beside it.
 
 use mesh::Crs;
 

@@ -1,4 +1,4 @@
-//! Poses in text, as folders of frames have them: a matrix a file, or a pose a line.
+//! Poses in text, as folders of frames have them: a matrix a file, or a pose per line.
 
 use glam::DAffine3;
 

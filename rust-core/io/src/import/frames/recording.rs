@@ -28,7 +28,7 @@ pub(super) struct Timed {
     pub(super) times: Vec<f64>,
 }
 
-/// Frames of one recording, in their order. Memory: some hundred bytes a frame.
+/// Frames of one recording, in their order. Memory: some hundred bytes per frame.
 #[derive(Debug)]
 pub(crate) struct Recording {
     pub(super) store: Store,

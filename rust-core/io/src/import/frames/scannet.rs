@@ -9,7 +9,7 @@ use super::{Asked, counted, decode, poses};
 use base::error::Result;
 use image::frame::Camera;
 
-/// Folders with a pose a frame.
+/// Folders with a pose per frame.
 const POSES: [&str; 3] = ["pose", "poses", "camera_poses"];
 
 /// Folders of the cameras. The top is the last.

@@ -20,7 +20,7 @@ use base::threads;
 
 /// Bytes of decoded points held at once, unless one chunk has more.
 const HELD: usize = 16 << 20;
-/// Most extra bytes a point: the models of each take some kilobytes.
+/// Most extra bytes per point: the models of each take some kilobytes.
 const EXTRA: u64 = 1024;
 
 /// A chunk as it lies in the file.

@@ -29,7 +29,7 @@ fn record(format: usize, i: u32, wide: bool) -> Vec<u8> {
     bytes
 }
 
-/// A file of version 1.4 with two extra bytes a point. `chunk` points a chunk if it is compressed, 0 for any number.
+/// A file of version 1.4 with two extra bytes per point. `chunk` points a chunk if it is compressed, 0 for any number.
 fn file(format: usize, wide: bool, chunk: Option<u32>) -> Vec<u8> {
     let size = SIZES[format] + 2;
     let mut bytes = vec![0; 375];

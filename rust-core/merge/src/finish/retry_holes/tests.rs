@@ -114,7 +114,7 @@ fn whole<T: Tiles>(tiles: T) -> Whole<T> {
     Whole::new(tiles, Chosen { parts, kept, size: DVec3::ONE }, &progress).unwrap()
 }
 
-/// Closes what can be closed and hands the surface over. Holes closed and left open.
+/// Closes what can be closed and hands the surface over. Returns the holes closed and those left open.
 fn closed_into<T: Tiles>(mut whole: Whole<T>, sink: &mut dyn MeshSink) -> [u64; 2] {
     let progress = Progress::none();
     let lattice = Lattice::new(1.0, DVec3::ZERO, [0; 3]).unwrap();

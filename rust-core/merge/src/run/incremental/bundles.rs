@@ -43,7 +43,7 @@ pub(super) struct KeptBundle {
     distances: BundleDistances,
     /// Whether that is new to those who look at it.
     pub is_new: bool,
-    /// The votes of those scans that see any of it, by version. Two bits an edge.
+    /// The votes of those scans that see any of it, by version. Two bits per edge.
     pub votes: FxHashMap<u64, Box<[u8]>>,
     /// The rest of it where scans see through.
     pub shown: Arc<SortedBundle>,

@@ -149,7 +149,7 @@ pub struct Stored {
 }
 
 impl Stored {
-    /// Opens a file. With its table.
+    /// Opens a file, with its table.
     ///
     /// # Errors
     /// It is not there, or not whole.

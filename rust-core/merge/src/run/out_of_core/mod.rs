@@ -75,8 +75,8 @@ pub struct Keep<'a> {
 /// gives.
 ///
 /// # Errors
-/// As [`crate::merge`]. Versions that are not one a scan. A file can't be written. Another merge with the same parameters is at work in the
-/// folder. The sink's.
+/// As [`crate::merge`]. Versions that are not one per scan. A file can't be written. Another merge with the same parameters is at work in
+/// the folder. The sink's.
 pub fn run(
     sources: &[&dyn ScanSource],
     params: &MergeParams,

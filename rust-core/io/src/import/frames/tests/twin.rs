@@ -152,13 +152,13 @@ pub(super) fn png([cols, rows]: [usize; 2], colour: png::ColorType, depth: png::
     bytes
 }
 
-/// A PNG file of 16 bits a pixel.
+/// A PNG file of 16 bits per pixel.
 pub(super) fn grey16(size: [usize; 2], values: &[u16]) -> Vec<u8> {
     let data: Vec<u8> = values.iter().flat_map(|v| v.to_be_bytes()).collect();
     png(size, png::ColorType::Grayscale, png::BitDepth::Sixteen, &data)
 }
 
-/// A PNG file of 8 bits a pixel.
+/// A PNG file of 8 bits per pixel.
 pub(super) fn grey8(size: [usize; 2], values: &[u8]) -> Vec<u8> {
     png(size, png::ColorType::Grayscale, png::BitDepth::Eight, values)
 }

@@ -1,5 +1,5 @@
-//! Masks of TIFF, as GDAL writes them: a further image of the same size, of one bit a pixel, which is 0 where the first image has
-//! no value.
+//! Masks of TIFF, as GDAL writes them: a further image of the same size, of one bit per pixel, which is 0 where the first image has no
+//! value.
 //!
 //! The crate `tiff` decodes images of grey and none that say to be masks, though the bits are stored alike. So an [`Overlay`] makes
 //! one say that it is grey.
