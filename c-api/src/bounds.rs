@@ -174,8 +174,8 @@ fn near(
     })
 }
 
-/// Copies the positions of a mesh in single precision, as vertices of graphics have them: 3 floats per vertex, relative to an origin, so
-/// that coordinates far from 0 keep their digits.
+/// Copies the positions of a mesh in single precision, as vertices of graphics have them: 3 floats per vertex, relative to an origin. So
+/// coordinates far from 0 keep their digits.
 /// mesh           not NULL
 /// origin         3 doubles that are taken off before rounding, for example the middle of srf_mesh_bounds(). NULL for 0 0 0
 /// out_positions  room for 3 floats per vertex. Not NULL

@@ -1,7 +1,7 @@
 //! Cancelling from another thread, or from a handler of a signal.
 //!
-//! Such a handler may interrupt this library anywhere, also where it holds a lock or allocates: so what `srf_cancel_set` looks at
-//! are places of atomics that are never given back, beside the table of handles.
+//! Such a handler may interrupt this library anywhere, also where it holds a lock or allocates. So `srf_cancel_set` looks at places of
+//! atomics that are never given back, beside the table of handles.
 
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicUsize, Ordering};

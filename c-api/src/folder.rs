@@ -15,8 +15,8 @@ use crate::text::c_text;
 use crate::{fork, last_error, pointer};
 
 /// A folder whose files lie in memory, or behind functions of yours. Each of its files has a path (srf_folder_path()), which every function
-/// that takes the path of a file takes: so scans, lists of scans and whole recordings are read from memory, and whatever can be written is
-/// written there. Released with srf_folder_free(). Scans that were opened in it keep it.
+/// that takes the path of a file takes. So scans, lists of scans and whole recordings are read from memory, and all files can be written
+/// there. Released with srf_folder_free(). Scans that were opened in it keep it.
 #[allow(non_camel_case_types)]
 pub struct srf_folder {
     _opaque: [u8; 0],

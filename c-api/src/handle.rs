@@ -26,8 +26,8 @@ pub trait Handle {
     const NAME: &'static str;
 }
 
-/// The thing that a handle stands for. It is read by cloning the inner pointer, changed by replacing or making it unique, so that a call
-/// that works with it on another thread goes on with what it began with.
+/// The thing that a handle stands for. It is read by cloning the inner pointer, and changed by replacing or making it unique. So a call
+/// that works with it on another thread goes on with the state it began with.
 type Slot<T> = RwLock<Shared<T>>;
 
 /// The thing that a handle stands for, as long as somebody works with it.

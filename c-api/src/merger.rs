@@ -291,7 +291,7 @@ pub unsafe extern "C" fn srf_merger_replace_by_source(
 }
 
 /// Says whether each run keeps what it found out for the next. That one then loads and counts only those scans that are new to it, and
-/// renews what these have a part in: the result is that of a first run, to the bit. It does not notice files that change on the disk, nor
+/// renews what these have a part in. The result is that of a first run, to the bit. It does not notice files that change on the disk, nor
 /// functions that would make another image: the scan has to be replaced, by itself if need be. A run keeps nothing for those under another
 /// context. If the measured cell or merge distance differs, since a scan has changed, all follows anew. Giving both as parameters makes
 /// that rarer. Of two runs at a time the second keeps nothing. Memory: about 125 bytes for each intersection of a scan with the grid, until

@@ -1,5 +1,5 @@
-//! Pointers of the caller, checked and used in one place. The caller of the C function answers for what the header says of
-//! them: that they are aligned for nothing more than a byte, and that as many bytes can be read or written as are named.
+//! Pointers of the caller, checked and used in one place. The caller of the C function answers for what the header says of them. They are
+//! aligned for nothing more than a byte, and as many bytes can be read or written as are named.
 
 use std::ffi::{CStr, c_char, c_void};
 

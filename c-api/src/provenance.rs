@@ -49,8 +49,8 @@ pub unsafe extern "C" fn srf_mesh_write_from(
     })
 }
 
-/// Writes images as srf_images_write_e57() does, and says in the file where it is from: the text provenance of its root, in a namespace
-/// of its own, which readers that do not know it pass over.
+/// Writes images as srf_images_write_e57() does, and says in the file where it is from. That is the text provenance of its root, in a
+/// namespace of its own, which readers that do not know it pass over.
 /// images      none of them NULL. Not NULL
 /// count       number of images, at least 1
 /// path        UTF-8. Not NULL

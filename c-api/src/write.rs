@@ -111,9 +111,9 @@ pub unsafe extern "C" fn srf_mesh_write_glb(
     })
 }
 
-/// Writes a mesh and coarser ones of the same surface as binary glTF with levels of detail (MSFT_lod): viewers that know the
-/// extension show the coarser ones when the object is small on the screen, others the finest. A file of that name is replaced
-/// once all is written, or stays.
+/// Writes a mesh and coarser ones of the same surface as binary glTF with levels of detail (MSFT_lod). Viewers that know the extension show
+/// the coarser ones when the object is small on the screen, others the finest. A file of that name is replaced once all is written, or
+/// stays.
 /// meshes           finest first, each with no more triangles than the one before, none of them NULL. Not NULL
 /// count            number of meshes, at least 1
 /// path             UTF-8. Not NULL
@@ -251,8 +251,8 @@ pub fn write_images(
     })
 }
 
-/// Writes images so that they open as one set: each as a Stanford range grid (PLY) named like it, in the folder of path, and
-/// the list (.conf) that places them. Files of these names are replaced one by one, the list last.
+/// Writes images so that they open as one set. Each becomes a Stanford range grid (PLY) named like it, in the folder of path. The list
+/// (.conf) places them. Files of these names are replaced one by one, the list last.
 /// images     none of them NULL. Names must differ and be those of files. Rays within half a sphere. Not NULL
 /// count      number of images, at least 1
 /// path       of the list, UTF-8, ending in .conf. Not NULL
