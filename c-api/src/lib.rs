@@ -2,27 +2,27 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | `version` | which library this is |
+//! | `version` | version of this library |
 //! | `status`, `last_error` | outcome of a call; what a caller asks about it |
 //! | `settings`, `context` | threads, memory and log of the whole library, and of a part of a program |
-//! | `allocator` | where memory comes from |
-//! | `progress`, `cancel` | who watches a long call, and what cancels it |
+//! | `allocator` | source of memory |
+//! | `progress`, `cancel` | watchers of a long call, and switches that cancel it |
 //! | `params` | structs of parameters, written by `make generate`, and how they become the core's |
 //! | `report`, `reports` | how the core's reports become structs of figures, which `make generate` writes |
 //! | `array`, `pose` | arrays and transforms across the border |
 //! | `projection` | how pixels see, by what numbers mean |
-//! | `image`, `frame`, `cloud`, `mesh`, `bounds` | what there is, and where it lies |
-//! | `formats`, `files`, `write`, `align`, `alignment`, `snap`, `merger`, `merge`, `sculpt`, `quads`, `spline`, `reconstruct`, `cluster`, `scan`, `measure` | what can be done with it |
+//! | `image`, `frame`, `cloud`, `mesh`, `bounds` | content of scans, and its extent |
+//! | `formats`, `files`, `write`, `align`, `alignment`, `snap`, `merger`, `merge`, `sculpt`, `quads`, `spline`, `reconstruct`, `cluster`, `scan`, `measure` | operations on it |
 //! | `crs`, `provenance` | coordinate reference systems; what files say of where they are from |
 //! | `vertices` | range images as vertices that hosts keep |
-//! | `region`, `select` | what of scans is kept or removed; their true size and ground |
+//! | `region`, `select` | parts of scans that are kept or removed; their true size and ground |
 //! | `folder` | files in memory or behind functions of the caller |
 //! | `image_source` | scans whose images the caller makes when they are needed |
 //! | `sources` | scans as merges and alignments take them |
 //! | `fork` | a forked process finds no lock held by a thread it does not have |
 //! | `text` | texts as C wants them |
 //! | `guard` | no panic gets out: every entry runs inside it |
-//! | `handle` | what the caller holds are numbers, looked up in a table and never followed |
+//! | `handle` | handles are numbers, looked up in a table and never followed |
 //! | `sized` | structs that grow only at the end |
 //! | `pointer` | pointers of the caller, checked and used in one place |
 //!

@@ -10,7 +10,7 @@
 //! | 5 | `cut`, `retreat` | level set -> what of it lies beyond the borders, out of seen space |
 //! | 6 | `bridge`, `stitch`, `fan` | fill, border -> one surface |
 //! | 7 | `openings` | surface -> the openings that are asked for |
-//! | 8 | `attributes` | what was filled is marked |
+//! | 8 | `attributes` | the filled part is marked |
 //! | | `print`, `crossing` | checks before printing |
 
 mod params;

@@ -7,7 +7,7 @@
 //! | `holes/` | boundary loops closed |
 //! | `quads` | meshes of quads |
 //! | `sink` | meshes that are handed over piece by piece |
-//! | `extent` | where coordinates lie, and how precise they are |
+//! | `extent` | extent of coordinates, and their precision |
 //! | `certify` | a bound that holds everywhere between two surfaces |
 //! | `point_cloud` | points without connectivity |
 //! | `shapes` | meshes of analytic shapes |

@@ -4,7 +4,7 @@
 //! three corners each. As seen from the sensor, one diagonal's surface is the nearer one of its two planes everywhere and the other's the
 //! farther one. So both surfaces are known along a ray without asking on which side of a diagonal it runs.
 //!
-//! | sight | what is linear on a plane |
+//! | sight | a value that is linear on a plane |
 //! |---|---|
 //! | flat: orthographic | the height, in column and row |
 //! | pinhole | the inverse of the depth, in column and row |

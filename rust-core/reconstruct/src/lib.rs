@@ -13,9 +13,9 @@
 //! | 3 | `separate` | basins -> inside and outside |
 //! |   | `cut` | or, of samples that carry noise, cells -> inside and outside |
 //! | 4 | `manifold`, `dig` | a surface between the two that is manifold and meets the samples |
-//! |   | `one_sided` | where sensors are known, whether they saw it from one side only: then it is open |
+//! |   | `one_sided` | if sensors are known, whether they saw it from one side only: then it is open |
 //! | 5 | `certain`, `grow`, `hinge`, `best`, `border`, `fans` | open surfaces, which divide nothing: from what is certain over the rest |
-//! |   | `lines` | what lines of sight say of facets: where sensors are known, jumps and what was seen through stay open |
+//! |   | `lines` | lines of sight and facets: if sensors are known, jumps and places that were seen through stay open |
 //! |   | `gaps` | large facets that bound no gap |
 //! |   | `handles`, `join`, `gather`, `lids` | handles that samples force; parts joined; through samples passed by; small loops closed |
 //! | 6 | `orient` | outward, or as normals or sensors say |

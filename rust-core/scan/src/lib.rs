@@ -2,9 +2,9 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | `camera` | where a scanner stands and how its pixels see; rings of cameras |
+//! | `camera` | place of a scanner, and how its pixels see; rings of cameras |
 //! | `rays` | the rays of a camera's pixels, in tiles that run close together |
-//! | `noise` | what a real scanner adds: noise, steps, dropouts, a wrong pose |
+//! | `noise` | errors of a real scanner: noise, steps, dropouts, a wrong pose |
 //! | `shapes` | meshes to scan whose distances are known exactly |
 //! | `sculpture` | the rich shape of the demo: a serpent around a column |
 

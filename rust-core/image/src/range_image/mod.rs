@@ -9,7 +9,7 @@
 //! | `curvature` | second difference of the range |
 //! | `confidence` | cosine to the ray, ramped to zero at jumps and borders \[CL96\] |
 //! | `cloud` | the samples as points |
-//! | `attributes` | what pixels have besides their samples, as attributes of the vertices they become |
+//! | `attributes` | attributes of pixels besides their samples, as attributes of the vertices they become |
 //! | `steps` | steps that depths are multiples of |
 //! | `noise` | standard deviation of the noise, from the data alone |
 //! | `smooth` | noise taken out along the rays |

@@ -3,7 +3,7 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | `camera` | what a host keeps besides: how pixels see, and where some of the vertices were |
+//! | `camera` | the camera that a host keeps besides: how pixels see, and where some of the vertices were |
 //! | `motion` | how the vertices were moved since |
 //! | `placed` | vertices whose motion is known -> samples, projection and pose |
 

@@ -9,12 +9,12 @@
 //! | `obj`, `stl` | meshes for programs that read nothing else |
 //! | `by_ending` | any of these by the ending of the file's name |
 //! | `scans` | PTX and E57: range images seen from a point |
-//! | `import::registry` | which formats hold what, and their endings |
-//! | `crs` | what can't be said of the coordinate reference system |
-//! | `provenance` | what results say of where they are from |
+//! | `import::registry` | content of formats, and their endings |
+//! | `crs` | coordinate reference systems that files can't tell |
+//! | `provenance` | provenance that results tell |
 //! | `atomic` | every file appears whole or not at all |
-//! | `temporary`, `crate::memory_folder` | what it is until then, and what killed writers have left |
-//! | `names` | what Windows calls no file |
+//! | `temporary`, `crate::memory_folder` | the file until then, and files that killed writers have left |
+//! | `names` | names that Windows calls no file |
 
 pub(crate) mod atomic;
 mod by_ending;

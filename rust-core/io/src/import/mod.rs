@@ -6,7 +6,7 @@
 //! | `scan` | one scan of a set: where it is, and what it is read as |
 //! | `ply` | range grids, meshes and points |
 //! | `conf` | VRIP's lists of placed scans |
-//! | `overlap` | what the quaternions of such a list mean |
+//! | `overlap` | meaning of the quaternions of such a list |
 //! | `points` | scattered points in text: XYZ, PTS, ASC |
 //! | `las` | scattered points of aerial scanners: LAS, LAZ |
 //! | `ptx`, `e57`, `pcd` | grids of points of scanners and depth cameras |
@@ -14,13 +14,13 @@
 //! | `project` | MeshLab's projects and alignments; folders |
 //! | `frames` | recordings of depth cameras and phones: a module a layout |
 //! | `grid` | such grids while they are read |
-//! | `colour` | what colours count to |
+//! | `colour` | the number that colours count to |
 //! | `polygons` | faces of more than three corners as triangles |
 //! | `raster` | height maps and depth images: hgt, PNG, PGM, PFM, EXR, TIFF, ESRI grids, npy |
 //! | `crs` | the coordinate reference system that a file names, and what else our own say of where they are from |
 //! | `camera`, `trajectory`, `pose` | side files: intrinsics, poses of a sequence, the pose of one scan |
-//! | `options` | what the files don't say themselves |
-//! | `edits` | what is kept of a scan, and its true size and place |
+//! | `options` | options that tell what the files don't say |
+//! | `edits` | selections of a scan, and its true size and place |
 //! | `kept` | a scan as text, from which another process makes it again |
 //! | `file`, `window`, `text` | regular files, whole or in part; a window that moves along one; its lines |
 //!

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | `geo_keys` | the keys of GeoTIFF, which LAS has too |
 //! | `las` | records of LAS |
-//! | `said` | what our own PLY, OBJ, glTF and E57 say of where they are from |
+//! | `said` | provenance in our own PLY, OBJ, glTF and E57 |
 //!
 //! If a file names none, and is no depth image, a file of its name with the ending `.prj` beside it is asked, which holds well-known text.
 //! A damaged file names none: its reader says what is wrong. If something can't be taken for the text of a system, that is told, also of

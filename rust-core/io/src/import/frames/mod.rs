@@ -4,10 +4,10 @@
 //! |---|---|
 //! | `seven_scenes`, `tum`, `icl_nuim`, `scannet`, `replica`, `arkit_scenes` | data sets |
 //! | `folders` | Open3D's and Redwood's: folders of images, a list of poses |
-//! | `polycam`, `record3d`, `scanner_app`, `stray`, `rtabmap` | what phones and robots export |
+//! | `polycam`, `record3d`, `scanner_app`, `stray`, `rtabmap` | exports of phones and robots |
 //! | `nerfstudio`, `colmap`, `sens` | `transforms.json`; dense workspaces; ScanNet's and BundleFusion's one file |
 //! | `recording` | a recording: its frames listed, each read as its layout says |
-//! | `store`, `archive` | where its files lie: a folder, a zip archive, one file |
+//! | `store`, `archive` | storage of its files: a folder, a zip archive, one file |
 //! | `decode` | images to numbers and colours |
 //! | `poses` | lists of poses, and a pose a file |
 //! | `whole` | depth images that are gone or damaged |

@@ -5,10 +5,10 @@
 //! | `header` | elements and properties; line ends and stray lines of real files |
 //! | `source` | values out of text or either binary encoding |
 //! | `number` | numbers in text, exact and fast |
-//! | `columns` | which property goes where |
+//! | `columns` | columns of properties |
 //! | `body` | vertices, faces, strips, range grids |
 //! | `preview` | some points of a file without reading all of it |
-//! | `problem`, `fault`, `words` | what is wrong with the file, or with one value, in words, with line or element |
+//! | `problem`, `fault`, `words` | faults of the file, or of one value, in words, with line or element |
 //!
 //! A file with an element `range_grid` is a range image seen along -z, rows and columns as in the file. Otherwise one with `face` or
 //! `tristrips` is a mesh. Otherwise it is a point cloud. Unknown elements and properties are skipped.

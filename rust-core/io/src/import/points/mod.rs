@@ -2,7 +2,7 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | `columns` | what the numbers of a line are |
+//! | `columns` | meanings of the numbers of a line |
 //! | `lines` | lines of a file, with their numbers, in bounded memory |
 //!
 //! Numbers are separated by blanks, tabs, commas or semicolons. Between semicolons, or where blanks separate and each comma stands between

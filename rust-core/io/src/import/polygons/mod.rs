@@ -2,7 +2,7 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | `mod` | which polygons need other triangles than a fan, and where they are seen from |
+//! | `mod` | polygons that need other triangles than a fan, and where they are seen from |
 //! | `ears` | polygons that touch or cross themselves |
 //!
 //! A reader makes a fan of each polygon around its first corner. Once the corners' places are known, a fan that turns a triangle over is

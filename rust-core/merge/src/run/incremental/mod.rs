@@ -7,7 +7,7 @@
 //! | crossings, by scan | `scans` | the scan changed |
 //! | sums of crossings, by bundle | `bundles` | it has crossings of a changed scan |
 //! | what scans see of these | `visibility` | the sums changed, and of changed scans everywhere |
-//! | labels and vertices, by brick | `bricks` | what is left of the sums changed in it or beside it |
+//! | labels and vertices, by brick | `bricks` | the remaining sums changed in it or beside it |
 //! | cells, by brick | `bricks` | labels changed in it or beside it |
 //!
 //! Whatever is measured of all scans together, the cell, the merge distance, how bright scans are, is measured anew. If it differs, so does

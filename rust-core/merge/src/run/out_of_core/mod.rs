@@ -7,7 +7,7 @@
 //! | stage | file | leaves |
 //! |---|---|---|
 //! | 1 | `collect` | crossings of some scans, added up, by block: `segments` |
-//! | 3 | `blocks` | what all scans come to, by block |
+//! | 3 | `blocks` | sums of all scans, by block |
 //! | | `visibility` | of these what scans do not see through |
 //! | 4 | `labels` | labels and vertices, by block |
 //! | 5 to 7 | `tiles` | the surface, by block |
