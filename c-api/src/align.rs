@@ -223,7 +223,7 @@ pub unsafe extern "C" fn srf_aligner_add_source(
     guard(|| add(aligner, [sources::of_source(source, world_from_sensor, name)?]))
 }
 
-/// How many scans were added.
+/// Number of scans that were added.
 /// aligner    not NULL
 /// out_scans  not NULL
 /// returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.

@@ -74,7 +74,7 @@ fn name_of_type(type_: u32) -> &'static str {
     }
 }
 
-/// How an image lies in memory.
+/// Layout of an image in memory.
 #[derive(Clone, Copy)]
 pub struct Rows {
     pub rows: usize,

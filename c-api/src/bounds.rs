@@ -1,4 +1,4 @@
-//! How much there is, where it lies, and its places in single precision.
+//! Extent of content: its amount, where it lies, and its places in single precision.
 
 use glam::DVec3;
 use surfrecon::Progress;

@@ -29,7 +29,7 @@ fn all() -> &'static [Format] {
     })
 }
 
-/// How many formats srf_scans_open() knows.
+/// Number of formats that srf_scans_open() knows.
 /// out_count  not NULL
 /// returns    SRF_OK, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]

@@ -40,7 +40,7 @@ pub struct srf_image {
 
 handle!(srf_image, Image);
 
-/// How pixels see.
+/// Kinds of projection: how pixels see.
 #[allow(non_camel_case_types)]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -62,7 +62,7 @@ pub enum srf_projection_kind {
 
 use srf_projection_kind::*;
 
-/// How the pixels of an image see, in the sensor's frame.
+/// Projection of an image: how its pixels see, in the sensor's frame.
 #[allow(non_camel_case_types)]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
@@ -191,7 +191,7 @@ pub unsafe extern "C" fn srf_image_name(image: *const srf_image, out_name: *mut 
     guard(|| pointer::write("out_name", out_name, handle::get("image", image)?.name.as_ptr()))
 }
 
-/// How the pixels of an image see, and where its sensor stands.
+/// Projection of an image's pixels, and the place of its sensor.
 /// image           not NULL
 /// out_projection  NULL if not wanted
 /// out_pose        receives world_from_sensor. NULL if not wanted

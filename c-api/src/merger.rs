@@ -27,7 +27,7 @@ pub struct Merger {
     sources: Vec<Source>,
     /// Of each its number among all there ever were.
     versions: Vec<u64>,
-    /// How many there ever were.
+    /// Number of all that there ever were.
     ever: u64,
     /// Findings that runs leave for the next, if that is asked for.
     kept: Option<Arc<Exclusive<Owned<incremental::Merger>>>>,
@@ -315,7 +315,7 @@ pub unsafe extern "C" fn srf_merger_keep(merger: *mut srf_merger, keep: u32) -> 
     })
 }
 
-/// How much the last run that kept something had to renew: bricks of 32 cells a side that scans speak of. It is 0 of 0 without
+/// Amount that the last run that kept something had to renew: bricks of 32 cells a side that scans speak of. It is 0 of 0 without
 /// srf_merger_keep() and before the first run with it. Nothing is kept then, and each run finds out everything.
 /// merger       not NULL
 /// out_renewed  bricks labelled anew. NULL if not wanted

@@ -25,7 +25,7 @@ pub struct srf_reconstructor {
 
 handle!(srf_reconstructor, Exclusive<Reconstructor<Shared<PointCloud>>>);
 
-/// Why a point is not on a surface.
+/// Reasons why a point is not on a surface.
 #[allow(non_camel_case_types)]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -14,7 +14,7 @@ use crate::text::c_text;
 /// A length, or another value, that is to be measured from the data.
 pub const SRF_FROM_DATA: f64 = -1.0;
 
-/// How important a message of the log is.
+/// Importance of a message of the log.
 #[allow(non_camel_case_types)]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,7 +30,7 @@ pub enum srf_log_level {
 #[allow(non_camel_case_types)]
 pub type srf_log_fn = Option<unsafe extern "C" fn(level: i32, text: *const c_char, user: *mut c_void)>;
 
-/// Whom the caller has named.
+/// The receiver that the caller has named.
 pub fn log_of(log: srf_log_fn, user: *mut c_void) -> Log {
     let Some(log) = log else { return Log::OfProcess };
     let user = user.expose_provenance();

@@ -38,7 +38,7 @@ pub enum srf_status {
 
 use srf_status::*;
 
-/// Why a call failed.
+/// Reason why a call failed.
 #[derive(Debug)]
 pub struct Failure {
     /// The status that the call returns.

@@ -40,7 +40,7 @@ pub struct srf_grid_camera {
     pub struct_size: u32,
     /// Number of the anchors, up to 256. With 0, the default, vertices are taken to lie in the sensor's frame.
     pub anchor_count: u32,
-    /// How pixels see.
+    /// Projection of the pixels.
     pub projection: srf_projection,
     /// Vertices far from each other.
     pub anchors: [srf_anchor; 256],

@@ -51,7 +51,7 @@ pub mod error {
     pub use base::error::{Error, Result, Shown, counted};
 }
 
-/// How large numbers may be.
+/// Limits of numbers.
 pub mod magnitude {
     pub use base::magnitude::{LARGEST, SMALLEST};
 }

@@ -21,7 +21,7 @@ pub struct IntoFile {
     /// it there renews only what scans have a part in that are new, gone or others. It goes on where one was stopped. The scans are told
     /// apart by [`ScanSource::version`].
     pub keep: bool,
-    /// How the file is written.
+    /// Options of writing the file.
     pub write: WriteOptions,
 }
 

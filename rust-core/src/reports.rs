@@ -73,7 +73,7 @@ pub struct Field {
     pub text: String,
     /// The figure that it is of.
     pub figure: &'static Figure,
-    /// How many numbers it has, where it is an array.
+    /// Number of its numbers, if it is an array.
     pub array: Option<usize>,
     /// The version it came with.
     pub since: &'static str,

@@ -6,7 +6,7 @@ use std::path::{MAIN_SEPARATOR, Path};
 use surfrecon::Progress;
 use surfrecon::import::{Content, ReadOptions, open_with};
 
-/// How a file is wrong.
+/// Fault of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Class {
     /// A count times a size overflows, or is more than the file could hold.

@@ -1,4 +1,4 @@
-//! How much memory reading takes, counted by an allocator of its own: one test, so that nothing else allocates meanwhile.
+//! Memory that reading takes, counted by an allocator of its own: one test, so that nothing else allocates meanwhile.
 #![allow(unsafe_code, clippy::unwrap_used)]
 
 use std::alloc::{GlobalAlloc, Layout, System};

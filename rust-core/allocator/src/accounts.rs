@@ -19,7 +19,7 @@ const LARGE: usize = 16 << 10;
 struct Shared {
     held: AtomicIsize,
     ceiling: AtomicIsize,
-    /// How often it was closed.
+    /// Number of times that it was closed.
     closed: AtomicU32,
 }
 
@@ -38,7 +38,7 @@ pub struct Payer {
 impl Payer {
     const PROGRAM: Payer = Payer { account: 0, closed: 0 };
 
-    /// Whom this thread works for.
+    /// The account that this thread works for.
     #[inline]
     pub fn here() -> Self {
         if OPEN.load(Relaxed) == 0 { Payer::PROGRAM } else { Payer::of(current()) }

@@ -10,7 +10,7 @@ static GATE: RwLock<()> = RwLock::new(());
 thread_local! {
     /// The gate, closed by this thread while it forks.
     static CLOSED: RefCell<Option<RwLockWriteGuard<'static, ()>>> = const { RefCell::new(None) };
-    /// How often this thread keeps it open.
+    /// Number of times that this thread keeps it open.
     static INSIDE: Cell<usize> = const { Cell::new(0) };
 }
 

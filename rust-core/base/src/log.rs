@@ -7,7 +7,7 @@ use surfrecon_allocator::{ACCOUNTS, current};
 
 use crate::fork;
 
-/// How important a message is.
+/// Importance of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Level {
     /// For people who want to know, for example how a file was understood.

@@ -1,5 +1,5 @@
-//! How a long call runs, as one value: its stages with their shares of the time, how far it is, what each stage took, and whether
-//! it is to stop.
+//! Progress of a long call, as one value: its stages with their shares of the time, how far it is, what each stage took, and whether it is
+//! to stop.
 //!
 //! A long call gets a [`Progress`]. Its driver names the stages ([`crate::stages`]). Its workers count what they have done
 //! ([`Progress::advance`], an atomic add). The **calling** thread looks at the counts before the work begins and every 30 ms from then on.
@@ -21,7 +21,7 @@ struct Clock {
     seconds: Seconds,
 }
 
-/// How often the caller's function is asked.
+/// Time between two questions to the caller's function.
 const POLL: Duration = Duration::from_millis(30);
 
 /// State of a long call.

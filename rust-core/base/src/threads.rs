@@ -22,7 +22,7 @@ pub struct Exclusive<T> {
     process: AtomicU32,
 }
 
-/// Why an [`Exclusive`] value can't be had.
+/// Reasons why an [`Exclusive`] value can't be had.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Taken {
     /// Another thread works with it.
@@ -80,8 +80,8 @@ impl<T> Exclusive<T> {
     }
 }
 
-/// Whose turn it is to work with something: one thread's at a time, for as long as that likes. In a forked process it is nobody's,
-/// whoever's it was in its parent.
+/// Turns to work with something: one thread's at a time, for as long as that likes. In a forked process the turn is nobody's, whoever's it
+/// was in its parent.
 #[derive(Default)]
 pub struct Turns(Mutex<(u32, Arc<Mutex<()>>)>);
 

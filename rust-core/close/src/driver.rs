@@ -212,7 +212,7 @@ impl Judge<'_> {
         Ok(forced)
     }
 
-    /// Why an opening is not to be closed, whatever was seen in it.
+    /// Reason why an opening is not to be closed, whatever was seen in it.
     fn reason(
         &self,
         opening: &Opening,

@@ -17,7 +17,7 @@ use super::surface::Surface;
 use super::visibility::Envelope;
 use super::{distance, known, poisson};
 
-/// How far from its zero level the field is solved for, in cells.
+/// Distance from its zero level within which the field is solved for, in cells.
 const BAND: f64 = 4.0;
 /// The grids: cells of the finest in a cell, and times that it is solved.
 const GRIDS: [(f64, usize); 4] = [(8.0, 2), (4.0, 1), (2.0, 1), (1.0, 1)];
@@ -97,7 +97,7 @@ pub fn solve(
     Ok((grid, field))
 }
 
-/// How far the start's level lies from the surface where that is farthest, out of seen space.
+/// Largest distance of the start's level from the surface, out of seen space.
 fn width(
     surface: &Surface<'_>,
     grid: &Grid,

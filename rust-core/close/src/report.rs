@@ -3,7 +3,7 @@
 use base::progress::Seconds;
 use mesh::TriMesh;
 
-/// Why an opening was left open.
+/// Reasons why an opening was left open.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LeftOpen {
     /// No opening was to be closed.

@@ -30,7 +30,7 @@ const LEAST_BRANCH: f64 = 1.0;
 const CORNER: f64 = 0.7;
 /// Rounds in which branches of branches go.
 const PRUNINGS: usize = 16;
-/// How far from a corner its turn is measured, and no other is, in edges of the net.
+/// Distance from a corner within which its turn is measured, and no other is, in edges of the net.
 const REACH: f64 = 0.5;
 /// Area of a patch in squares of the net's edges: a hexagon.
 const PATCH: f64 = 2.6;
@@ -149,7 +149,7 @@ impl Creases {
         self.corners.binary_search(&v).is_ok()
     }
 
-    /// How a node at a vertex slides: along this half-edge, or not at all.
+    /// Way along which a node at a vertex slides: along this half-edge, or not at all.
     pub fn way(&self, v: u32) -> u32 {
         match self.at(v) {
             [] => NONE,

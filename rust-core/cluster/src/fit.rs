@@ -37,7 +37,7 @@ pub struct Sample {
     pub weight: f64,
 }
 
-/// How far a point lies before its triangle's plane, and how much that changes with the moves of the corners.
+/// Distance of a point before its triangle's plane, and how much that changes with the moves of the corners.
 #[derive(Clone, Copy, Default)]
 struct Term {
     triangle: u32,

@@ -273,7 +273,7 @@ impl<'a> KMeans<'a> {
 /// A centre near another one.
 #[derive(Clone, Copy)]
 struct Listed {
-    /// How far at least.
+    /// Least distance.
     gap: f64,
     centre: u32,
 }

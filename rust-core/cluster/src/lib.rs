@@ -74,7 +74,7 @@ use mesh::TriMesh;
 use mesh::measure::{self, Quality, Summary};
 
 base::report! {
-    /// How well-shaped triangles are.
+    /// Shapes of triangles: how well-shaped they are.
     #[derive(Default)]
     pub struct TriangleShapes {
         /// Mean over the triangles of their smallest angle. It is pi/3 where all are equilateral.

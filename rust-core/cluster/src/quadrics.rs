@@ -94,7 +94,7 @@ struct Collapse<'a> {
     /// Triangles at each node. None once it has gone into another.
     stars: Vec<Vec<u32>>,
     quadrics: Vec<Quadric>,
-    /// How often a node's surroundings have changed.
+    /// Number of times that a node's surroundings have changed.
     stamps: Vec<u32>,
     queue: BinaryHeap<Candidate>,
     least: f64,

@@ -18,7 +18,7 @@ const CHUNK: usize = 1024;
 const DAMPING: f64 = 0.9;
 /// Ends when the mean step is below this share of the mean edge.
 const STILL: f64 = 1e-4;
-/// How much shorter than its surroundings' a spring may be.
+/// Least length of a spring beside its surroundings'.
 const GRADING: f64 = 0.6;
 /// Rings of triangles that count as surroundings.
 const SPREADS: usize = 4;

@@ -1,4 +1,4 @@
-//! How many patches a resolution takes.
+//! Number of patches that a resolution takes.
 
 use super::driver::{Disks, Job};
 use super::kmeans::KMeans;

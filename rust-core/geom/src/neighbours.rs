@@ -186,7 +186,7 @@ const MORE: f64 = 0.5;
 const LEAST_MORE: usize = 8;
 
 impl Few {
-    /// How many were found.
+    /// Number of those found.
     pub fn len(&self) -> usize {
         self.found.len()
     }

@@ -24,7 +24,7 @@ use mesh::{Attribute, AttributeData, Crs, TriMesh};
 /// Purpose of loading a scan.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Loading {
-    /// How range images are triangulated.
+    /// Triangulation of range images.
     pub triangulation: TriangulateParams,
     /// Size of the cells that the surface is meant for, in the unit of the scan: pixels that are finer and noisy are averaged.
     /// 0: every sample is wanted.

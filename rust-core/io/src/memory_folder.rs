@@ -300,7 +300,7 @@ pub(crate) fn place_of(path: &Path) -> Option<Place> {
     Some(Place { name: names.join("/"), folder })
 }
 
-/// Why nothing is found at a path: a folder in memory goes with its last user, and no path leads out of one.
+/// Reason why nothing is found at a path: a folder in memory goes with its last user, and no path leads out of one.
 pub(crate) fn explained(path: &Path, error: std::io::Error) -> std::io::Error {
     match path.components().next() {
         Some(Component::Normal(root)) if root == ROOT => {

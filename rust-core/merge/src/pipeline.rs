@@ -23,7 +23,7 @@ base::choices! {
         Plan = "plan" "Plan",
         /// Crossings of some scans with the grid.
         Collect = "collect" "Collect",
-        /// How far scans lie from each other.
+        /// Distances between scans.
         Overlap = "overlap" "Overlap",
         /// Sums of all scans in some blocks of the grid.
         Fuse = "fuse" "Fuse",
@@ -31,7 +31,7 @@ base::choices! {
         Look = "look" "Look",
         /// Crossings that most scans see through are dropped, in some blocks.
         Drop = "drop" "Drop",
-        /// How bright scans are beside each other.
+        /// Brightness of scans beside each other.
         Colours = "colours" "Colours",
         /// Inside and outside, in some blocks.
         Label = "label" "Label",
@@ -78,7 +78,7 @@ pub struct Built<T> {
     pub reach: f64,
     /// Whether any scan has colours.
     pub coloured: bool,
-    /// How the scans were given.
+    /// Placing of the scans as given.
     pub placing: Placing,
     /// The system that the scans lie in.
     pub crs: Option<Crs>,

@@ -54,8 +54,9 @@ pub struct TriMesh {
     pub vertex_attributes: Vec<Attribute>,
     /// One entry per triangle each.
     pub face_attributes: Vec<Attribute>,
-    /// How far each vertex may be moved by rounding its coordinates without breaking what was certified of the mesh, in the unit of the
-    /// coordinates. `None` if nothing was. Files that can hold double precision do where single precision would move a vertex farther.
+    /// Distance by which each vertex may be moved by rounding its coordinates without breaking what was certified of the mesh, in the unit
+    /// of the coordinates. `None` if nothing was. Files that can hold double precision do where single precision would move a vertex
+    /// farther.
     pub rounding_room: Option<f64>,
     /// The system that the coordinates are in. `None` if that is not known, or they are in a frame of their own.
     pub crs: Option<Crs>,

@@ -39,7 +39,7 @@ pub struct Fitted {
     /// Amid its samples, less the origin of the pool.
     pub centre: DVec3,
     pub normal: DVec3,
-    /// How far off samples still count.
+    /// Largest distance of samples that count.
     pub width: f64,
     /// Samples within the width, and in as much space right beside that.
     pub on: usize,

@@ -34,7 +34,7 @@ pub struct DominantPlane {
     pub plane: Plane,
     /// The share of the samples that lie on it.
     pub share: f64,
-    /// How far these scatter about it: the root mean square of their heights, in the unit of the scans.
+    /// Scatter of these about it: the root mean square of their heights, in the unit of the scans.
     pub spread: f64,
 }
 

@@ -161,8 +161,8 @@ struct Source<'a> {
     params: &'a QuadParams,
     density: Vec<u8>,
     extent: f64,
-    /// How far off a pixel counts that a grid does not meet, where grids are compared: the depth extent or, where all samples
-    /// are equally far, as far as they are.
+    /// Error of a pixel that a grid does not meet, when grids are compared: the depth extent or, if all samples are equally far, their
+    /// distance.
     missed: f64,
     judge: Judge,
 }

@@ -1,4 +1,4 @@
-//! How far a quad of four corners lies from the samples seen in it, along their rays.
+//! Distance of a quad of four corners from the samples seen in it, along their rays.
 //!
 //! A quad's diagonal makes two triangles of it, and one diagonal makes a ridge where the other makes a valley. Four planes run through
 //! three corners each. As seen from the sensor, one diagonal's surface is the nearer one of its two planes everywhere and the other's the

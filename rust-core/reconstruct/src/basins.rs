@@ -30,7 +30,7 @@ pub(super) struct Gate {
     pub(super) clearance: f32,
     /// The first of the facets with that clearance, in the order of their vertices: four times a cell plus the slot.
     facet: u32,
-    /// How many there are.
+    /// Number of them.
     pub(super) facets: u32,
     /// Those at which two balls touch that are large beside the clearance: they lie on different sides of a surface.
     pub(super) tangent: u32,

@@ -7,7 +7,7 @@ use base::{Error, Progress};
 use mesh::check;
 use mesh::point_cloud::PointCloud;
 
-/// Why points can have no surface.
+/// Reasons why points can have no surface.
 const REFUSALS: &[&str] = &[
     "needs at least 3 different points with finite coordinates",
     "lie on one line, which bounds no surface",

@@ -37,8 +37,8 @@ const FEW: u32 = 16;
 /// Share of the samples that parts begun by certain facets must miss for others to begin some, too.
 const MISSED: f64 = 0.01;
 
-/// How good a facet is at an edge, smaller is better: smooth ones by size, then the others by bend. The bits of that, and above them
-/// whether it is bent.
+/// Rank of a facet at an edge, smaller is better: smooth ones by size, then the others by bend. The bits of that, and above them whether it
+/// is bent.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Rank(u64);
 

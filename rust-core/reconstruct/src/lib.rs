@@ -117,7 +117,7 @@ use mesh::point_cloud::PointCloud;
 /// triangles with a perimeter of up to three times the mean.
 const TRUSTED: f64 = 2.5;
 
-/// How many times as large facets across the gaps of an open surface may be as others before they have to be smooth.
+/// Size of facets across the gaps of an open surface, beside that of others, from which on they have to be smooth.
 const BRIDGED: u32 = 4;
 
 /// Part of all samples that a closed surface goes through at least, if what was enclosed at first met less than half. The walls of a vessel

@@ -31,9 +31,9 @@ const MEMBERS: usize = 8;
 struct Line {
     /// From the sample to its sensor, of length 1. Zero if that is not known.
     direction: DVec3,
-    /// How far the sensor is.
+    /// Distance of the sensor.
     length: f64,
-    /// How far before the sample something is that it lies behind.
+    /// Distance before the sample of a thing that it lies behind.
     behind: f64,
 }
 
@@ -167,7 +167,7 @@ impl Ball {
 struct Bundle {
     from: Ball,
     direction: DVec3,
-    /// How far directions are from that one. Negative if there are no lines.
+    /// Largest difference of directions from that one. Negative if there are no lines.
     spread: f64,
 }
 

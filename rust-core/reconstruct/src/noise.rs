@@ -1,4 +1,4 @@
-//! How much noise samples carry: how far they lie off the surface around them, beside how far they lie apart.
+//! Noise that samples carry: how far they lie off the surface around them, beside how far they lie apart.
 //!
 //! Around some samples a height field is fitted to the half of the nearest ones that fits best, starting from those at the height of the
 //! sample itself. Of the two sides of a wall thinner than its samples are apart, that is one. The rest across it is noise, unless it is as

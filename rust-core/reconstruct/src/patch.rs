@@ -154,7 +154,7 @@ impl Quadric {
         factors.iter().all(|f| f.is_finite()).then_some((Quadric { factors, scale }, w))
     }
 
-    /// How far a place lies above the surface over a frame, and the direction in which it does, to first order.
+    /// Height of a place above the surface over a frame, and the direction in which it does, to first order.
     pub(super) fn above(&self, frame: &Frame, place: DVec3) -> (f64, DVec3) {
         let at = frame.to_local(place);
         let [u, v] = [at[0] / self.scale, at[1] / self.scale];

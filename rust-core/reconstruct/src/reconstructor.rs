@@ -402,7 +402,7 @@ fn check_sensors(sensors: &[DVec3], points: usize) -> Result<()> {
     magnitude::points("sensor origin", &sensors.iter().map(known).collect::<Vec<_>>())
 }
 
-/// Why there is no surface through samples that span no plane.
+/// Reason why there is no surface through samples that span no plane.
 fn no_plane(samples: &Samples) -> Error {
     let (given, different) = (samples.given(), samples.points.len());
     Error::input(if different < 3 {

@@ -3,7 +3,7 @@
 use base::progress::Seconds;
 use mesh::TriMesh;
 
-/// Why a point is not on the surface.
+/// Reasons why a point is not on the surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reason {
     /// A coordinate isn't a finite number.
@@ -23,7 +23,7 @@ pub enum Reason {
 pub struct Dropped {
     /// Its place in the cloud.
     pub point: u32,
-    /// Why.
+    /// The reason.
     pub reason: Reason,
 }
 

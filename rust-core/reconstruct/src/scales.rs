@@ -1,4 +1,5 @@
-//! How spacing and noise differ over a cloud whose samples carry noise: what lengths are multiplied by from place to place.
+//! Scales of a cloud whose samples carry noise: spacing and noise differ over it, so lengths are multiplied by a factor from place to
+//! place.
 //!
 //! If both differ by little, nothing is multiplied by anything. Samples that are far from any surface say nothing. They are taken to be
 //! sampled as the surface next to them is.

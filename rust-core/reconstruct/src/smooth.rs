@@ -45,7 +45,7 @@ pub(super) struct Smoothing {
     pub(super) noise: Noise,
     /// 0 if they are where they were.
     pub(super) radius: f64,
-    /// How far each came. Empty if they are where they were, or go back there.
+    /// Distance that each came. Empty if they are where they were, or go back there.
     pub(super) moved: Vec<f64>,
     /// Measured place of each, if it is to go back there once the surface is found \[DMSL11\].
     pub(super) measured: Vec<DVec3>,
@@ -437,7 +437,7 @@ impl Kept {
 /// End of weights, if the furthest neighbour gives it.
 const BEYOND: f64 = 1.2;
 
-/// How much counts what lies at a part of the height up to which anything does.
+/// Weight of a sample at a part of the height up to which anything counts.
 fn level(height: f64) -> f64 {
     let level = (1.0 - height * height).max(0.0);
     level * level

@@ -1,4 +1,4 @@
-//! How densely the surface is sampled around a sample.
+//! Spacing: how densely the surface is sampled around a sample.
 
 use glam::DVec3;
 use rayon::prelude::*;

@@ -320,7 +320,7 @@ fn degenerate_points_give_a_result_or_say_why() {
 /// Degenerate sets that are the points of a ball.
 const BALLS: [&str; 6] = ["cospherical", "copies", "not finite", "denormals", "tiny", "huge"];
 
-/// Why there is no surface of a degenerate set, if there is none.
+/// Reason why there is no surface of a degenerate set, if there is none.
 fn refusal(set: &str, topology: Topology, threshold: Threshold, closure: Closure) -> Option<&'static str> {
     let closes = topology == Topology::Manifold && closure == Closure::Closed;
     match set {

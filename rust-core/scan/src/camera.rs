@@ -161,7 +161,7 @@ fn axes(toward: DVec3, up: DVec3) -> Result<Axes> {
     Ok(Axes { x, y: x.cross(toward), toward })
 }
 
-/// How [`turntable`] places its cameras.
+/// Settings by which [`turntable`] places its cameras.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TurntableViews {
     /// Cameras on a ring about the vertical.

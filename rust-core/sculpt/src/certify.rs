@@ -25,7 +25,7 @@ use image::range_image::{DepthKind, Projection, RangeImage, Samples, Viewing};
 use mesh::TriMesh;
 
 base::report! {
-    /// How far the mesh lies from the samples, measured on the result along the samples' rays.
+    /// Distances of the mesh from the samples, measured on the result along the samples' rays.
     pub struct Certificate {
         /// Largest distance between a sample and the mesh along the sample's ray.
         max_error: f64 = length("Largest error"),
@@ -49,8 +49,8 @@ base::report! {
         error_image: Vec<f32>,
         /// Largest distance of the samples whose rays meet each triangle, rounded up.
         face_errors: Vec<f32>,
-        /// How far, at most, the mesh moves along a ray by what it moves anywhere: 1 by the cosine between ray and normal of its
-        /// steepest triangle.
+        /// Largest motion of the mesh along a ray beside its motion anywhere: 1 by the cosine between ray and normal of its steepest
+        /// triangle.
         steepness: f64,
     }
 }
@@ -313,7 +313,7 @@ impl Rounding {
     }
 }
 
-/// How far behind the sample a triangle lies along the ray, by the weights of its corners: see [`Certificate`].
+/// Distance of a triangle behind the sample along the ray, by the weights of its corners: see [`Certificate`].
 fn behind(
     projection: &Projection,
     row: usize,
@@ -439,7 +439,7 @@ fn along_rays(image: &RangeImage, pixels: &[u32], mesh: &TriMesh, progress: &Pro
     Ok(Measured { errors, face_errors })
 }
 
-/// How far before its sample a ray starts.
+/// Distance before its sample at which a ray starts.
 fn reach(image: &RangeImage, index: usize) -> f64 {
     match image.projection() {
         Projection::Orthographic { .. } | Projection::PointGrid(Viewing::Parallel(_)) => f64::INFINITY,

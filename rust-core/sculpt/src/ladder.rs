@@ -31,7 +31,7 @@ pub(super) struct Ladder {
 
 /// Tiles dug down to a rung.
 struct Kept {
-    /// How many rungs were passed.
+    /// Number of rungs that were passed.
     rungs: usize,
     origins: Vec<[u32; 2]>,
     /// One for each origin where there is any of the domain. None at all before the first rung.

@@ -110,7 +110,7 @@ base::report! {
 pub struct Sculpted {
     /// The surface, in the sensor's frame.
     pub mesh: TriMesh,
-    /// How far it lies from the samples, measured on the result.
+    /// Its distances from the samples, measured on the result.
     pub certificate: Certificate,
     /// Figures of the run.
     pub report: SculptReport,

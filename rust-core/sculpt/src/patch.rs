@@ -290,7 +290,7 @@ impl<'a, S: Site> Patch<'a, S> {
     }
 }
 
-/// How the triangles around a vertex end.
+/// Ends of the triangles around a vertex.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Fan {
     /// All around.

@@ -60,7 +60,7 @@ impl Rules {
     }
 }
 
-/// How to fill a star without its vertex.
+/// Filling of a star without its vertex.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Filling {
     /// The third corner of each triangle, in the order in which polygons are split, 4 bits each, the first one lowest.

@@ -249,7 +249,7 @@ fn photographed(
     (shots, poses)
 }
 
-/// How far cameras are off: pixels, in the root mean square over vertices.
+/// Error of cameras: pixels, in the root mean square over vertices.
 fn pixels_off(poses: &[DAffine3], truth: &[DAffine3], mesh: &TriMesh) -> f64 {
     let (mut squares, mut count) = (0.0, 0.0);
     for (pose, known) in poses.iter().zip(truth) {

@@ -326,7 +326,7 @@ fn spread<T: Copy>(values: &[T], sources: &[u32], none: T) -> Vec<T> {
     sources.iter().map(|&i| if i == NONE { none } else { values[i as usize] }).collect()
 }
 
-/// Why nothing can be taken of a photo.
+/// Reason why nothing can be taken of a photo.
 fn useless(pixels: &Pixels) -> Option<String> {
     let share = light::clipped_share(pixels);
     (share > light::MOST_CLIPPED).then(|| format!("{:.0} % of its pixels are black or overexposed", 100.0 * share))

@@ -82,7 +82,7 @@ pub struct PhotoReport {
     pub name: String,
     /// Factors of its light: red, green, blue.
     pub gain: [f64; 3],
-    /// How far its camera was moved: pixels, in the root mean square over the surface.
+    /// Distance by which its camera was moved: pixels, in the root mean square over the surface.
     pub moved: f64,
     /// Texels that it sees.
     pub texels: u64,

@@ -73,7 +73,7 @@ impl Grey {
         Grey { size, factor, values: (0..size[0] * size[1]).map(of).collect() }
     }
 
-    /// How fast greys change from pixel to pixel, for the contrast there is: the mean square of second differences by that of
+    /// Sharpness: how fast greys change from pixel to pixel, for the contrast there is: the mean square of second differences by that of
     /// differences four pixels apart, square root.
     pub fn sharpness(&self) -> f64 {
         let columns = self.size[0];
@@ -341,7 +341,7 @@ fn step(photo: &Posed<'_>, smooth: &Smooth, marks: &[Mark], samples: &[Place], m
     Some(points.inverse())
 }
 
-/// How far pixels of the samples move between two poses, in the root mean square.
+/// Distance that pixels of the samples move between two poses, in the root mean square.
 pub fn moved(camera: &Camera, from: &DAffine3, to: &DAffine3, samples: &[Place]) -> f64 {
     let [from, to] = [from, to].map(|pose| pose.inverse());
     let at = |pose: &DAffine3, point: DVec3| {

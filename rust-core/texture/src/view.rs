@@ -47,7 +47,7 @@ pub struct Seen {
     pub at: DVec2,
     /// Cosine between normal and ray.
     pub cosine: f64,
-    /// How much the photo says of it, by angle, resolution and border.
+    /// Weight of the photo for it, by angle, resolution and border.
     pub weight: f64,
     /// Whether its pixel shows this surface alone.
     pub is_clear: bool,

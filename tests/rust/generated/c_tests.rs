@@ -43,7 +43,7 @@ fn structs_of_the_c_tests() {
     compare("tests/rust/c/generated.rs", &formatted(&out));
 }
 
-/// How many numbers an array has, by its type.
+/// Number of numbers of an array, by its type.
 fn numbers_of(kind: &str) -> usize {
     let size = kind.trim_end_matches(']').rsplit("; ").next();
     size.and_then(|size| size.parse().ok()).unwrap_or(1)

@@ -84,7 +84,7 @@ pub fn named(rows: &'static [ParamSpec], name: &str) -> &'static ParamSpec {
     rows.iter().find(|row| row.name == name).unwrap_or_else(|| panic!("there is no parameter {name}"))
 }
 
-/// How many rows several lists have together.
+/// Number of rows that several lists have together.
 pub const fn rows_of(lists: &[&[ParamSpec]]) -> usize {
     let (mut count, mut list) = (0, 0);
     while list < lists.len() {

@@ -1,4 +1,4 @@
-//! How the types of parameters' fields become values, and back.
+//! Conversion of the types of parameters' fields into values, and back.
 
 use super::{ParamSpec, Value};
 use crate::error::Result;

@@ -1,4 +1,4 @@
-//! How thick the wall behind a face is: by a ray and by a ball.
+//! Thickness of the wall behind a face: by a ray and by a ball.
 //!
 //! The ball touches the face's centre from inside and is the largest one that no face enters, found by shrinking. \[MBC12\] It bounds the
 //! ray from below: a ray that leaves a wedge slantwise, or slips past an edge, says more than the wall has. Beside a convex edge the ball

@@ -20,7 +20,7 @@ pub enum Feature {
 pub struct Closest {
     /// Its place.
     pub point: DVec3,
-    /// How far from the query, squared.
+    /// Distance from the query, squared.
     pub distance_squared: f64,
     /// The triangle. Of several as near, the one of the smallest index.
     pub triangle: u32,

@@ -34,7 +34,7 @@ use base::progress::Progress;
 /// At the peak. Measured.
 const BYTES_A_TRIANGLE: f64 = 115.0;
 
-/// How much boxes grow beyond their triangles, in the frame in which the whole mesh spans [-1, 1].
+/// Growth of boxes beyond their triangles, in the frame in which the whole mesh spans [-1, 1].
 ///
 /// It covers the following, with a factor of two to spare: rounding of a box to f32 (2^-24), of a ray's origin (|o| < 2, 2^-24), and five
 /// relative roundings of a slab distance of at most 2.75 (5 * 2.75 * 2^-24).

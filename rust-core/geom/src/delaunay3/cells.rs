@@ -132,7 +132,7 @@ impl Cells {
         self.marked_vertices(cell)[0] != UNUSED
     }
 
-    /// How many numbers were handed out: all cells have lower ones.
+    /// Number of numbers that were handed out: all cells have lower ones.
     pub(super) fn taken(&self) -> u32 {
         self.taken.load(Relaxed)
     }

@@ -18,7 +18,7 @@ use super::{Build, TICK};
 use base::error::Result;
 use base::progress::Progress;
 
-/// How many times as fast threads have to be as one alone would be, whose points wait for no memory of others.
+/// Least speed of threads beside that of one alone, whose points wait for no memory of others.
 const WORTH: f64 = 1.25;
 /// Part of its points that a thread tries in spite of that: those it has to put off come in groups.
 const PATIENCE: f64 = 1.0 / 16.0;

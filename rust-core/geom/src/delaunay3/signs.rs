@@ -60,7 +60,7 @@ pub(super) fn volumes([a, b, c, d]: [&Seen; 4]) -> [f64; 4] {
     ]
 }
 
-/// How signs are found for one set of points.
+/// Means to find signs for one set of points.
 pub(super) struct Signs<'a> {
     pub(super) points: &'a [DVec3],
     arithmetic: Arithmetic,

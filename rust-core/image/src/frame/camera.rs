@@ -27,7 +27,7 @@ impl Camera {
         Camera { focal, centre, size: Some(size) }
     }
 
-    /// How its pixels see where they measure this depth.
+    /// Projection of its pixels if they measure this depth.
     pub fn projection(&self, depth: DepthKind) -> Projection {
         Projection::Pinhole { focal: self.focal, centre: self.centre, depth }
     }

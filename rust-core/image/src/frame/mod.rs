@@ -32,7 +32,7 @@ pub struct Frame {
     pub depth: RangeImage,
     /// The image of a camera of its own.
     pub colour: Option<ColourImage>,
-    /// How far the sensor itself trusts its depths.
+    /// Confidence of the sensor itself in its depths.
     pub confidence: Option<ConfidenceImage>,
     /// Samples further than this along z are guesses of the sensor's. `None` for a sensor without such a limit.
     pub reach: Option<f64>,
@@ -51,7 +51,7 @@ pub struct ColourImage {
     pub black_rim: bool,
 }
 
-/// How far a sensor trusts its depths, in the levels of its own.
+/// Confidence of a sensor in its depths, in the levels of its own.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ConfidenceImage {
     /// Columns and rows.
@@ -62,7 +62,7 @@ pub struct ConfidenceImage {
     pub least: u8,
 }
 
-/// How many samples of a frame, or of several together, were left out, each counted for the first reason that it has.
+/// Numbers of samples of a frame, or of several together, that were left out, each counted for the first reason that it has.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LeftOut {
     /// Samples that were measured.

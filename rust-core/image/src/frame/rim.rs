@@ -11,7 +11,7 @@ const SMEARED: usize = 8;
 /// Widest rim as a share of the image's side, 1 in so many: what is dark further in is the scene.
 const WIDEST: usize = 8;
 
-/// How far the rim reaches into the image from each end of each row and of each column.
+/// Reach of the rim into the image from each end of each row and of each column.
 pub(super) struct Rim {
     /// First column inside and first one behind, a row.
     rows: Vec<[usize; 2]>,

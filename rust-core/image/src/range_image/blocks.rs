@@ -25,7 +25,7 @@ const EVERY: usize = 61;
 const DEVIATIONS: f64 = 6.0;
 const STEEP: f64 = 6.0;
 
-/// How many pixels a block should be long, for cells of this size.
+/// Pixels along a side of a block, for cells of this size.
 pub fn side(image: &RangeImage, noise: &Noise, cell: f64) -> usize {
     if noise.typical() == 0.0 || cell == 0.0 {
         return 1;

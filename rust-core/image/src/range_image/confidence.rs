@@ -1,4 +1,4 @@
-//! How far samples can be trusted: less at grazing angles, nothing at jumps and borders. \[CL96\]
+//! Confidence of samples, how far they can be trusted: less at grazing angles, nothing at jumps and borders. \[CL96\]
 
 use glam::DVec3;
 

@@ -103,7 +103,7 @@ fn size_of_point(point: [f32; 3]) -> f64 {
     if x.is_nan() { f64::NAN } else { x.max(y).max(z) }
 }
 
-/// How many sizes have each power of two, but zeros.
+/// Number of sizes of each power of two, but zeros.
 struct Sizes {
     counts: Vec<usize>,
     total: usize,

@@ -193,7 +193,7 @@ impl RangeImage {
         self.len() == 0
     }
 
-    /// How pixels see.
+    /// Projection of the pixels.
     pub fn projection(&self) -> &Projection {
         &self.projection
     }

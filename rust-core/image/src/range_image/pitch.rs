@@ -1,4 +1,4 @@
-//! How far apart neighbouring pixels look.
+//! Pitch: how far apart neighbouring pixels look.
 
 use glam::DVec3;
 

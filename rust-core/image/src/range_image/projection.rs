@@ -18,7 +18,7 @@ base::choices! {
     }
 }
 
-/// How the pixels of a point grid were seen.
+/// Rays by which the pixels of a point grid were seen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Viewing {
     /// All rays parallel to this direction, from the sensor toward the scene. Of any length but zero.
@@ -32,7 +32,7 @@ impl Viewing {
     pub const ALONG_MINUS_Z: Viewing = Viewing::Parallel(DVec3::NEG_Z);
 }
 
-/// How pixels see: what a pixel's value measures and where its ray runs, in the sensor's frame.
+/// Projection of pixels: what a pixel's value measures and where its ray runs, in the sensor's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Projection {
     /// Rays along -z. The value is the point's z. Pixel `(row, col)` lies at `x = first[0] + col * step[0]`, `y = first[1] + row * step[1]`

@@ -59,7 +59,7 @@ pub fn in_words(image: &RangeImage, size: [usize; 2]) -> String {
     )
 }
 
-/// How an axis was enlarged.
+/// Enlargement of an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Axis {
     /// Pixels, and blocks of equal ones.

@@ -26,14 +26,14 @@ pub struct Anchor {
     pub point: DVec3,
 }
 
-/// How the pixels of a range image see, and where some of its vertices were.
+/// Camera of a range image: how its pixels see, and where some of its vertices were.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GridCamera {
     /// Number of rows.
     pub rows: usize,
     /// Number of columns.
     pub cols: usize,
-    /// How pixels see.
+    /// Projection of the pixels.
     pub projection: Projection,
     /// Up to [`MOST_ANCHORS`] vertices far from each other. Without them all vertices are taken to lie in the sensor's frame.
     pub anchors: Vec<Anchor>,

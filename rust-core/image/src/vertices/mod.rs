@@ -52,7 +52,7 @@ pub struct Vertices<'a> {
     pub colour: Option<&'a [[u8; 4]]>,
     /// Strength of the returned signal, in the sensor's own unit.
     pub intensity: Option<&'a [f32]>,
-    /// How far each sample can be trusted, >= 0.
+    /// Confidence of each sample, >= 0: how far it can be trusted.
     pub confidence: Option<&'a [f32]>,
 }
 

@@ -1,4 +1,4 @@
-//! How a host's vertices were moved, told by anchors: where some of them were, and where they are.
+//! Motion of a host's vertices, told by anchors: where some of them were, and where they are.
 //!
 //! 1. nowhere, if most lie where they were
 //! 2. where they lie in a point or on a line, which leaves turns open: as the host's own matrix says, which must take them there
@@ -12,8 +12,8 @@ use glam::{DAffine3, DMat3, DVec3};
 use base::error::{Error, Result};
 use geom::rigid_fit::RigidFit;
 
-/// How far off vertices may lie, relative to the largest coordinate: some operations in single precision, each of which
-/// rounds by up to 6e-8.
+/// Tolerance for places of vertices, relative to the largest coordinate: some operations in single precision, each of which rounds by up to
+/// 6e-8.
 pub(super) const ROUNDING: f64 = 2e-6;
 
 /// Anchors fix a turn about the line that they lie along if they spread so many times further from it than rounding moves
@@ -32,7 +32,7 @@ const BETTER: f64 = 4.0;
 pub(super) struct Motion {
     /// The transform of points of the sensor's frame.
     pub host_from_sensor: DAffine3,
-    /// How far single precision may have moved any vertex, in the host's frame, however near the origin it lies now.
+    /// Largest distance by which single precision may have moved any vertex, in the host's frame, however near the origin it lies now.
     floor: f64,
     /// Whether it took vertices there within that.
     pub is_known: bool,
@@ -41,7 +41,7 @@ pub(super) struct Motion {
 }
 
 impl Motion {
-    /// How far single precision may have moved a vertex that lies there now, in the host's frame.
+    /// Largest distance by which single precision may have moved a vertex that lies there now, in the host's frame.
     pub fn rounding(&self, at: DVec3) -> f64 {
         self.floor.max(ROUNDING * at.abs().max_element())
     }
@@ -92,7 +92,7 @@ pub(super) fn recognized(all: &[[DVec3; 2]], world_from_host: &DAffine3) -> Resu
     Ok(pairs.guessed(nearest.unwrap_or_else(|| shift(all))))
 }
 
-/// Why vertices can't be placed of which so few anchors are left.
+/// Reason why vertices can't be placed of which so few anchors are left.
 pub(super) fn nothing_tells(anchors: usize) -> Error {
     let left = match anchors {
         0 => "none of those whose places were known is left".to_owned(),
@@ -106,7 +106,7 @@ pub(super) fn nothing_tells(anchors: usize) -> Error {
 }
 
 impl Pairs<'_> {
-    /// How many of some pairs a motion fits.
+    /// Number of some pairs that a motion fits.
     fn fitting(&self, pairs: &[[DVec3; 2]], motion: &DAffine3) -> usize {
         let motion = self.known(*motion);
         pairs.iter().filter(|pair| residual(&motion.host_from_sensor, pair) <= motion.rounding(pair[1])).count()

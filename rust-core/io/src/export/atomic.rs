@@ -255,13 +255,13 @@ fn older(path: &Path, place: &Path) -> Result<Option<Permissions>> {
     Ok(Some(metadata.permissions()))
 }
 
-/// How many names a file has.
+/// Number of names that a file has.
 #[cfg(unix)]
 fn names_of(_: &Path, metadata: &Metadata) -> u64 {
     std::os::unix::fs::MetadataExt::nlink(metadata)
 }
 
-/// How many names a file has. 1 where its folder's system does not say.
+/// Number of names that a file has. 1 if its folder's system does not say.
 #[cfg(windows)]
 fn names_of(place: &Path, _: &Metadata) -> u64 {
     let asked = winapi_util::Handle::from_path_any(place).and_then(winapi_util::file::information);

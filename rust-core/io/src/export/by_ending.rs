@@ -15,7 +15,7 @@ use mesh::TriMesh;
 use mesh::sink::MeshSink;
 
 base::choices! {
-    /// How the numbers of PLY files are written.
+    /// Form of the numbers in PLY files.
     pub enum Encoding {
         /// Coordinates in single precision unless they lie so far from the origin that they would lose detail.
         Binary = "binary" "Binary",
@@ -45,7 +45,7 @@ base::params! {
         metres_per_unit: f64 = ratio("Metres per unit").default(1.0).above(0.0),
         /// Axis of the mesh that points up, for glTF, where y does.
         up: Up = choice("Up", Up::CHOICES),
-        /// How the numbers of PLY files are written. Other formats have one way.
+        /// Form of the numbers in PLY files. Other formats have one way.
         encoding: Encoding = choice("Encoding", Encoding::CHOICES),
         /// A PLY file gets no more triangles than this. Of a larger mesh it gets the first, and files beside it called name-2-of-3.ply and
         /// so on get the others. Each has the vertices that its triangles name, so that parts meet in vertices of the same coordinates.

@@ -15,7 +15,7 @@ use base::error::{Error, Result, known_as};
 use base::progress::Progress;
 use image::range_image::RangeImage;
 
-/// How far a pose may be from a rigid one.
+/// Largest difference of a pose from a rigid one.
 const RIGID: f64 = 1e-6;
 
 /// Files of a set that are kept open until all are written, which leaves nothing of them if the writer is killed: many

@@ -23,7 +23,7 @@ const BYTES_A_NORMAL: f64 = 36.0;
 const FAR: f64 = 8.0;
 /// Integers up to this are kept by the single precision that they are written in.
 const EXACT: i32 = 1 << 24;
-/// How far a pose may be from a rigid one.
+/// Largest difference of a pose from a rigid one.
 const RIGID: f64 = 1e-6;
 
 base::choices! {

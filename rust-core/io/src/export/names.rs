@@ -1,7 +1,7 @@
 //! Names that Windows gives no file ("Naming Files, Paths, and Namespaces" in its documentation): writing to one fails in
 //! words that nobody understands, or goes well and the file is nowhere.
 
-/// Why Windows can't give a file this name, if it can't.
+/// Reason why Windows can't give a file this name, if it can't.
 pub(super) fn forbidden(name: &str) -> Option<String> {
     if let Some(bad) = name.chars().find(|&c| r#"<>:"/\|?*"#.contains(c) || c < ' ') {
         return Some(format!("Windows' names of files have no {bad:?}"));

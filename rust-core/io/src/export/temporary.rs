@@ -17,7 +17,7 @@ const PREFIX: &str = ".surfrecon-";
 const SUFFIX: &str = ".part";
 /// Letters and digits between the two.
 const RANDOM: usize = 12;
-/// How long what nobody has locked is left alone: systems without locks, and files of a set that wait for the others.
+/// Time for which a file that nobody has locked is left alone: systems without locks, and files of a set that wait for the others.
 const LEFT_ALONE: Duration = Duration::from_secs(24 * 60 * 60);
 /// Names of a folder that are looked at, so that folders of a hundred thousand files don't slow down writing.
 const LOOKED_AT: usize = 10_000;

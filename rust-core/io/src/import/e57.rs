@@ -27,7 +27,7 @@ const SPARSEST: u64 = 256;
 const EMPTY: &str = "has no valid points";
 /// Longest name of a scan that is taken, in bytes: longer ones are no names.
 const LONGEST_NAME: usize = 200;
-/// How far the length of a pose's quaternion may be from 1: writers round to few digits.
+/// Largest difference from 1 of the length of a pose's quaternion: writers round to few digits.
 const UNIT_WITHIN: f64 = 0.02;
 /// Bytes of a pixel of a grid of points: coordinates, intensity, colour.
 const PIXEL: u64 = 20;

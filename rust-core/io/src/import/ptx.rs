@@ -92,7 +92,7 @@ fn header(lines: &mut Lines<'_>) -> Result<Header> {
     Ok(Header { cols: cols as usize, rows: rows as usize, position, pose, applied })
 }
 
-/// How far the axes of a header may be from those of its matrix, both printed with few digits.
+/// Largest difference of the axes of a header from those of its matrix, both printed with few digits.
 const SAME_AXES: f64 = 1e-3;
 
 /// The order of a matrix whose translation doesn't tell it: by rows only where the axes are its columns and not its lines.

@@ -199,7 +199,7 @@ impl FileScan {
         Ok(image)
     }
 
-    /// How far the sensor of a frame trusts its depths. `None` if it does not say, and for other scans.
+    /// Confidence of a frame's sensor in its depths. `None` if it does not say, and for other scans.
     ///
     /// # Errors
     /// As [`FileScan::read_with`].

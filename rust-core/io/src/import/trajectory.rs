@@ -24,7 +24,7 @@ use image::frame::TURNED;
 /// Most seconds between an image and its pose.
 pub(super) const APART: f64 = 0.02;
 
-/// How far the length of a quaternion of a list may be from 1.
+/// Largest difference from 1 of the length of a list's quaternion.
 const UNIT_WITHIN: f64 = 0.02;
 
 /// Most numbers of a line: those of a matrix.

@@ -24,7 +24,7 @@ pub(super) struct Window<'a> {
     pub(super) at: usize,
     /// Bytes of the file before the window.
     before: u64,
-    /// Why reading stopped early. The window then looks as if the file ended.
+    /// Reason why reading stopped early. The window then looks as if the file ended.
     failure: Option<std::io::Error>,
     /// Whether the file has become shorter since its length was asked.
     is_shorter: bool,
@@ -165,7 +165,7 @@ impl<'a> Window<'a> {
         self.is_shorter
     }
 
-    /// Why reading stopped early, if it did.
+    /// Reason why reading stopped early, if it did.
     pub(super) fn failure(&mut self) -> Option<std::io::Error> {
         self.failure.take()
     }

@@ -1,4 +1,4 @@
-//! How much brighter or darker each scan is than the others, by channel, from the colours that scans have of the same places.
+//! Brightness of each scan beside the others, by channel, from the colours that scans have of the same places.
 //!
 //! Two members of an edge are colours of the same place. The logarithm of their ratio is the difference of the two scans' exposures, but
 //! for errors. All of these together say what each scan has to be multiplied by. It is least squares with gains kept near 1, as \[BL07\]

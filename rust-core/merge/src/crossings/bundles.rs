@@ -160,7 +160,7 @@ impl From<Buckets> for ScanCrossings {
 }
 
 impl ScanCrossings {
-    /// How many there are.
+    /// Number of them.
     pub fn len(&self) -> u64 {
         self.lists.iter().map(|list| list.1.len() as u64).sum()
     }

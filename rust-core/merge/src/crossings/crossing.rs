@@ -20,7 +20,7 @@ pub struct Crossing {
     pub weight: f32,
     /// Colour, sRGB with straight alpha: 0 where the scan has none.
     pub colour: [u8; 4],
-    /// How much further along the normal the surface lies, without the bias of smoothing, in units of 1 / 4096 cell.
+    /// Distance by which the surface lies further along the normal, without the bias of smoothing, in units of 1 / 4096 cell.
     residual: i16,
     /// Standard deviation of the samples here, in units of 1 / 1024 cell. 0: clean.
     deviation: u16,
@@ -62,7 +62,7 @@ impl Crossing {
         self.deviation = (deviation * Self::DEVIATION_UNITS).round().clamp(0.0, u16::MAX.into()) as u16;
     }
 
-    /// How much further along the normal the surface lies, in cells.
+    /// Distance by which the surface lies further along the normal, in cells.
     #[inline]
     pub fn residual(&self) -> f64 {
         f64::from(self.residual) / RESIDUAL_UNITS

@@ -206,7 +206,7 @@ impl EdgeSums {
         }
     }
 
-    /// How far, in cells, it may speak of nodes below or above: half way to the next of the other sign.
+    /// Distance, in cells, within which it may speak of nodes below or above: half way to the next of the other sign.
     #[inline]
     pub fn room(&self, above: bool) -> f64 {
         let room = self.packed >> ROOM_SHIFTS[usize::from(above)] & ROOM_FAR;

@@ -80,7 +80,7 @@ pub fn add_up_sorted(crossings: &[Crossing], all: &mut Vec<EdgeSums>) {
     crossings.chunk_by(|a, b| a.line() == b.line()).for_each(|line| edge_line(line, all));
 }
 
-/// How many sums such crossings come to.
+/// Number of sums that such crossings come to.
 pub fn count_sums(crossings: &[Crossing]) -> usize {
     let of_edge = |of_edge: &[Crossing]| {
         [false, true].into_iter().filter(|&enters| of_edge.iter().any(|crossing| crossing.enters() == enters)).count()

@@ -58,7 +58,7 @@ impl<'a> ScanOrder<'a> {
         scan_order
     }
 
-    /// How many there are.
+    /// Number of them.
     pub fn len(&self) -> usize {
         self.sources.len()
     }

@@ -27,7 +27,7 @@ const STEP: f64 = 0.25;
 /// The same of the spread.
 const STEP_OF_SPREAD: f64 = 1.0 / 16.0;
 
-/// How far, in cells, what is known of the scans is heard.
+/// Distances, in cells, within which findings on the scans are heard.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reaches {
     /// The merge distance.
@@ -59,7 +59,7 @@ impl Reaches {
         self.tolerance * voxel
     }
 
-    /// How far votes are heard.
+    /// Rule for how far votes are heard.
     pub fn rule(&self) -> VoteRule {
         VoteRule { reach: self.reach.max(1.0), spread: self.spread }
     }

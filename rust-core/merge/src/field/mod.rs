@@ -109,23 +109,23 @@ pub type Labels = FxHashMap<[i32; 3], Box<BrickLabels>>;
 /// Vertices by brick.
 pub type BrickVertices = FxHashMap<[i32; 3], Vertices>;
 
-/// How far votes are heard.
+/// Rule for how far votes are heard.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VoteRule {
-    /// How far from a crossing, in cells along its normal, it speaks of nodes.
+    /// Distance from a crossing, in cells along its normal, within which it speaks of nodes.
     pub reach: f64,
     /// Standard deviation of the distance between a scan and the surface, in cells.
     pub spread: f64,
 }
 
-/// How far sideways of a crossing, in cells, nodes may be that it speaks of: beyond, the surface may have bent.
+/// Distance sideways of a crossing, in cells, within which it speaks of nodes: beyond, the surface may have bent.
 const SIDEWAYS: f64 = 1.2;
 /// No crossing speaks of nodes further along its line than this.
 const FARTHEST: f64 = 16.0;
 /// Half the thickness, in cells, below which what is known of the place of a sheet's sides, without the bias of smoothing, is
 /// not used: its noise may turn them inside out.
 const HALF_A_SHEET: f64 = 0.75;
-/// How far from nodes, in cells, vertices of sheets stay that the votes would put beyond.
+/// Distance from nodes, in cells, that vertices of sheets keep which the votes would put beyond.
 const INSET: f64 = 0.02;
 /// The rest of a vote's weight beyond half way to the next surface.
 const BEYOND: f64 = 1e-6;
@@ -133,7 +133,7 @@ const BEYOND: f64 = 1e-6;
 const CERTAIN: f64 = 0.9;
 
 impl VoteRule {
-    /// How far along its line what crossings of this mean normal say is heard.
+    /// Distance along its line within which crossings of this mean normal are heard.
     fn along(&self, normal: f64) -> f64 {
         let across = (1.0 - normal * normal).max(0.0).sqrt();
         (self.reach / normal.abs()).min(SIDEWAYS / across).clamp(1.0, FARTHEST)

@@ -31,7 +31,7 @@ struct Mean {
     /// Distance to the surface, positive outside.
     distance: f64,
     weight: f64,
-    /// How it grows along the axes: the mean normal.
+    /// Growth of it along the axes: the mean normal.
     slope: [f64; 3],
 }
 

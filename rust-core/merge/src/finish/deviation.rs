@@ -1,4 +1,4 @@
-//! How far points lie from scans: what is left between a merged surface and what it was merged from.
+//! Deviation: how far points lie from scans. It is the rest between a merged surface and the scans that it was merged from.
 
 use glam::DVec3;
 use rayon::prelude::*;

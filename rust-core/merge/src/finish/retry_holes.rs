@@ -23,7 +23,7 @@ use mesh::holes::{self, Bounds, HoleReason, successors, walk};
 const ROUNDS: usize = 3;
 /// Times that peeling begins anew without the holes for which it was in vain.
 const TRIALS: usize = 8;
-/// How wide a ring may be, in cells: sides of triangles are at most the diagonal of one.
+/// Largest width of a ring, in cells: sides of triangles are at most the diagonal of one.
 const RING: f64 = 2.0;
 
 /// Report of the attempts.

@@ -101,7 +101,7 @@ impl<T: Tiles> Search<'_, T> {
         Ok(found)
     }
 
-    /// How far from a vertex of this noise, in world units, a larger part is near.
+    /// Distance from a vertex of this noise, in world units, within which a larger part is near.
     fn within(&self, noise: f64) -> f64 {
         (self.reach + NEAR + DEVIATIONS * noise.min(MOST_CELLS)) * self.voxel
     }

@@ -17,7 +17,7 @@ use image::source::OrientedSurface;
 const BYTES_A_CROSSING: [f64; 2] = [63.0, 73.0];
 /// Bytes a brick with a part of the surface takes.
 const BYTES_A_BRICK: f64 = 59.5e3;
-/// How much more a merge takes whose scans are kept for another: of a crossing, and of a brick. Measured.
+/// Additional bytes of a merge whose scans are kept for another: of a crossing, and of a brick. Measured.
 const KEPT: [f64; 2] = [28.0, 30e3];
 /// Bytes that the surface alone takes at least, by crossing of the scan that has most: a vertex, the triangles at it.
 const BYTES_A_VERTEX: f64 = 50.0;

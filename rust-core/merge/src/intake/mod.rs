@@ -51,7 +51,7 @@ pub struct Discretized {
     pub full_trust: f32,
     /// Whether any scan has colours.
     pub coloured: bool,
-    /// How they were given.
+    /// Placing of the scans as given.
     pub placing: Placing,
     /// Measures of those scans that are range images, with their numbers, ascending.
     pub images: Vec<(u32, Measured)>,

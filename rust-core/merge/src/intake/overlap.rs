@@ -1,4 +1,4 @@
-//! How far scans that overlap lie from each other.
+//! Distances between scans that overlap.
 
 use rayon::prelude::*;
 

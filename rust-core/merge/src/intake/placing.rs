@@ -13,7 +13,7 @@ const SPACINGS: [f64; 2] = [2.0, 4.0];
 /// Depth images that were all taken from one place lie apart by fewer deviations and a smaller share of the distance of samples.
 const STILL: [f64; 2] = [3.0, 0.2];
 
-/// How scans were given.
+/// Placing of scans as given.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Placing {
     /// Median distance of the samples of the coarsest.

@@ -66,7 +66,7 @@ impl<'a> Memory<'a> {
         self.found.as_ref().expect("scans are collected")
     }
 
-    /// How far what is known of the scans is heard.
+    /// Distances within which findings on the scans are heard.
     pub fn reaches(&self) -> Reaches {
         self.reaches.expect("scans are compared")
     }

@@ -24,7 +24,7 @@ use memory::Memory;
 use mesh::TriMesh;
 use out_of_core::{LEAST, Workspace};
 
-/// How a merge runs: nothing of it changes the result, but where cells have to grow for memory.
+/// Settings of a run of a merge: nothing of it changes the result, but where cells have to grow for memory.
 #[derive(Default)]
 pub struct Run<'a> {
     /// The place where stages keep what they leave for each other.

@@ -19,7 +19,7 @@ use crate::field::Plane;
 /// nodes from 7 below to 9 above it. Labels of corners reach 3 and 4, gap edges 1 more above. Each of the [`GAP_ROUNDS`] and
 /// [`PINCH_ROUNDS`] reaches 1 on both sides, cells 1 more each.
 pub const MARGIN: i32 = 9;
-/// How far from a labelled node, along each axis, a corner can get a label, or a cell lie.
+/// Distance from a labelled node, along each axis, within which a corner can get a label, or a cell lie.
 pub const LABEL_REACH: i32 = 4;
 /// Rows along y and z of a window.
 const WIDTH: usize = (BRICK + 2 * MARGIN) as usize;
@@ -312,7 +312,7 @@ fn neighbours(nodes: &Rows, out: &mut Rows) {
     }
 }
 
-/// How many of the six neighbours of each node of a row are set, as three binary digits, lowest first.
+/// Number of the six neighbours of each node of a row that are set, as three binary digits, lowest first.
 fn count_neighbours(nodes: &Rows, i: usize) -> [u64; 3] {
     let add = |a: u64, b: u64, c: u64| (a ^ b ^ c, a & b | c & (a ^ b));
     let (ones_a, twos_a) = add(nodes[i] << 1, nodes[i] >> 1, nodes[i - NEXT_Y]);

@@ -67,7 +67,7 @@ pub struct Surface {
     pub triangles: Vec<[u32; 3]>,
     /// Sides of triangles that have no second triangle, in the direction of their triangle.
     pub boundary: Vec<[u32; 2]>,
-    /// How each triangle came to be.
+    /// Case of each triangle: how it came to be.
     pub cases: Vec<Case>,
 }
 
@@ -168,7 +168,7 @@ pub struct Extracted {
     pub sides: Vec<u32>,
 }
 
-/// How a triangle came to be: the cases a, b and c of the paper's Table 2.
+/// Case of a triangle: the cases a, b and c of the paper's Table 2.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Case {
     /// Made directly from the crossings of its cell.

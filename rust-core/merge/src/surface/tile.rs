@@ -63,7 +63,7 @@ pub struct Tile {
 
 /// The surface, in tiles that are in memory or in files.
 pub trait Tiles: Sync {
-    /// How many there are.
+    /// Number of them.
     fn count(&self) -> usize;
 
     /// One of them.

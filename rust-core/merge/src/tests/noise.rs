@@ -2,7 +2,7 @@
 
 use super::*;
 
-/// How the planes of [`noisy_patch`] lean along x and y.
+/// Slopes of the planes of [`noisy_patch`] along x and y.
 const LEAN: [f64; 2] = [0.1, 0.03];
 
 /// A plane that leans a little, seen from above: 120 x 120 pixels of size 1, moved up, with noise.

@@ -101,7 +101,7 @@ impl Polygon {
     }
 }
 
-/// How bad a triangulation is: first its bend (one minus the cosine), then its area.
+/// Cost of a triangulation: first its bend (one minus the cosine), then its area.
 #[derive(Clone, Copy, PartialEq, PartialOrd)]
 struct Cost {
     bend: f64,

@@ -50,7 +50,7 @@ pub use loops::{successors, walk};
 pub use near::{Bounds, region};
 pub use over::close_over_loops;
 
-/// Why a boundary loop was left open.
+/// Reasons why a boundary loop was left open.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum HoleReason {
     /// Longer than the limit.
@@ -74,7 +74,7 @@ pub struct OpenLoop {
     pub edges: usize,
     /// Sum of the edges' lengths.
     pub length: f64,
-    /// Why it was left open.
+    /// Reason why it was left open.
     pub reason: HoleReason,
 }
 

@@ -71,8 +71,8 @@ impl Bounds {
     }
 }
 
-/// How far beyond the box of its loop a fill may reach, by that box's diagonal: a quarter of a sphere's circumference
-/// bulges by 0.15, a hemisphere by 0.35.
+/// Reach of a fill beyond the box of its loop, by that box's diagonal: a quarter of a sphere's circumference bulges by 0.15, a hemisphere
+/// by 0.35.
 const MARGIN: f64 = 0.25;
 
 /// The region that no fill of a loop leaves whose box is `bounds`.

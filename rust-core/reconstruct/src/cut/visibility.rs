@@ -9,7 +9,7 @@ use crate::seen::Fronts;
 use base::error::Result;
 use base::progress::Progress;
 
-/// How far before and behind a sample, in spacings: further off lies what bends away, or the other side of a thin wall.
+/// Distance before and behind a sample, in spacings: further off lies a surface that bends away, or the other side of a thin wall.
 const REACH: f64 = 1.0;
 
 /// Samples between two checks for cancelling.
@@ -92,7 +92,7 @@ fn along(complex: Complex<'_>, vertex: u32, star: &Star, direction: DVec3, reach
     }
 }
 
-/// How far it is along a line to the plane of a facet.
+/// Distance along a line to the plane of a facet.
 fn distance(complex: Complex<'_>, mut facet: [u32; 3], from: DVec3, direction: DVec3) -> f64 {
     facet.sort_unstable();
     let [a, b, c] = facet.map(|v| complex.points[v as usize] - from);

@@ -64,7 +64,7 @@ pub struct ReferenceReport {
 pub struct Reference {
     /// The surface, with the attributes of [`super::Sculpted::mesh`].
     pub mesh: TriMesh,
-    /// How far it lies from the samples.
+    /// Its distances from the samples.
     pub certificate: Certificate,
     /// Figures of the run.
     pub report: ReferenceReport,

@@ -13,7 +13,7 @@ struct Half {
     depth: f64,
 }
 
-/// How an image sees.
+/// Eye of an image: how it sees.
 enum Eye {
     Parallel { across: [DVec3; 2], toward: DVec3 },
     At(DVec3),

@@ -9,7 +9,7 @@ use unwrap::{ChartScale, UnwrapParams};
 use super::kit::{PLAIN, SIZE, covered, shot, sphere, textured, unwrapped, waves};
 use crate::TextureParams;
 
-/// How far a place lies from the ridge, on which side.
+/// Distance of a place from the ridge, with its side.
 fn from_ridge(p: DVec3) -> f64 {
     (0.8 * p.x + 0.6 * p.y) * 1.2
 }

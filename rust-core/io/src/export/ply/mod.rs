@@ -33,7 +33,7 @@ pub use self::pieces::write_ply_in_pieces;
 /// precision would keep less than 2^-20 of the extent.
 const FAR: f64 = 8.0;
 
-/// How the numbers of a file are written.
+/// Form of the numbers of a file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum PlyEncoding {
     /// Binary, least significant byte first: smallest and fastest.
@@ -58,10 +58,10 @@ pub enum PositionType {
     Double,
 }
 
-/// How a file is written. A [`PlyEncoding`] alone converts to it.
+/// Options of writing a file. A [`PlyEncoding`] alone converts to it.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct PlyOptions {
-    /// How numbers are written.
+    /// Form of the numbers.
     pub encoding: PlyEncoding,
     /// Precision of coordinates.
     pub positions: PositionType,

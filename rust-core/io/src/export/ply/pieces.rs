@@ -71,7 +71,7 @@ struct Pieces<'a, 'f> {
 struct Begun {
     outline: MeshOutline,
     layout: Layout,
-    /// How many vertices and triangles were handed over.
+    /// Numbers of vertices and triangles that were handed over.
     written: [u64; 2],
     /// Of the vertices so far.
     extent: Extent,

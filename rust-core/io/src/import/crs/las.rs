@@ -10,7 +10,7 @@ use super::Named;
 use super::geo_keys::GeoKeys;
 use crate::import::file;
 
-/// Whose records they are.
+/// Owner of the records.
 const USER: &[u8] = b"LASF_Projection";
 const TEXT: u16 = 2112;
 const KEYS: u16 = 34735;

@@ -17,7 +17,7 @@ const WITHIN: [usize; 3] = [1 << 12, 1 << 16, 2 * LONGEST];
 /// Beginning of each line in PLY, and in OBJ. Each ends where the next line does not begin so.
 const IN_PLY: &str = "comment surfrecon ";
 const IN_OBJ: &str = "# surfrecon ";
-/// How a binary glTF of ours begins behind its header, and a text.
+/// Beginning of a binary glTF of ours behind its header, and of a text.
 const IN_GLTF: &[u8] = b"{\"asset\":";
 
 /// All that a file says of itself.

@@ -16,7 +16,7 @@ use super::super::{FileScan, ReadOptions, file};
 use base::error::{Error, Result};
 use base::progress::Progress;
 
-/// How an image of depths or confidences is stored.
+/// Coding of an image of depths or confidences.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Coding {
     /// As an image file that says what it is.
@@ -102,7 +102,7 @@ pub(super) fn levels(
     Ok(([raster.cols, raster.rows], raster.values.iter().map(|&level| level as u8).collect()))
 }
 
-/// How many bytes pixels take, refused where that is more than allowed.
+/// Bytes that pixels take, refused if that is more than allowed.
 fn bytes_of([cols, rows]: [usize; 2], each: usize, most: u64, path: &Path) -> Result<usize> {
     let bytes = cols.checked_mul(rows).and_then(|pixels| pixels.checked_mul(each));
     match bytes {

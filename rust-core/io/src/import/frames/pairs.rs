@@ -115,7 +115,7 @@ impl Pairs {
         Ok(all)
     }
 
-    /// How many frames are looked at.
+    /// Number of frames that are looked at.
     pub(super) fn count(&self) -> usize {
         self.frames.len()
     }
@@ -153,7 +153,7 @@ impl Pairs {
         if within == 0 { 0.0 } else { f64::from(through) / f64::from(within) }
     }
 
-    /// How far apart the frames of pairs lie where `pose` places each, by its number in the recording. Infinite if too few of their points
+    /// Distance between the frames of pairs where `pose` places each, by its number in the recording. Infinite if too few of their points
     /// meet, or where half of the pairs have no poses.
     pub(super) fn apart(&self, pose: &dyn Fn(usize) -> Option<DAffine3>) -> f64 {
         let mut distances = Vec::new();
@@ -193,7 +193,7 @@ impl Seen {
         Seen { index, points, depths, size, step, focal, centre }
     }
 
-    /// How far behind the surface a point lies, or before it where that is negative. `None` if the frame does not see.
+    /// Distance of a point behind the surface, or before it if that is negative. `None` if the frame does not see.
     fn behind(&self, point: DVec3) -> Option<f64> {
         let at = |axis: usize| {
             let place = self.focal[axis] * point[axis] / point.z + self.centre[axis];

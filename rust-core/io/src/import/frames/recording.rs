@@ -45,9 +45,9 @@ pub(crate) struct Recording {
     pub(super) reach: Option<f64>,
     /// Whether colour images have a rim of undistorting.
     pub(super) black_rim: bool,
-    /// How the layout means its poses.
+    /// Meaning of the layout's poses.
     pub(super) convention: Convention,
-    /// Why no frame has a pose, where that is so: each camera is the origin then, and the frames are to be aligned.
+    /// Reason why no frame has a pose, if that is so: each camera is the origin then, and the frames are to be aligned.
     pub(super) no_poses: Option<String>,
     /// Direction of up in the world of the poses, where the recorder measured gravity.
     pub(super) up: Option<DVec3>,
@@ -73,7 +73,7 @@ pub(super) struct Entry {
     pub(super) world_from_sensor: DAffine3,
 }
 
-/// How depths are stored.
+/// Form of stored depths.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct DepthForm {
     pub(super) coding: Coding,
@@ -84,7 +84,7 @@ pub(super) struct DepthForm {
     pub(super) kind: DepthKind,
 }
 
-/// How confidences are stored.
+/// Form of stored confidences.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ConfidenceForm {
     pub(super) coding: Coding,
@@ -92,7 +92,7 @@ pub(super) struct ConfidenceForm {
     pub(super) least: u8,
 }
 
-/// How the poses of a layout are written, and whether all that write it agree.
+/// Convention of the poses of a layout, and whether all that write it agree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Convention {
     /// Cameras have y up and look along -z, as OpenGL's. Else y down, along z.

@@ -63,7 +63,7 @@ impl Recording {
         Ok(self.skip(damaged))
     }
 
-    /// Why the depths or the confidences of a frame can't be decoded. `None` if they can.
+    /// Reason why the depths or the confidences of a frame can't be decoded. `None` if they can.
     pub(super) fn why_damaged(
         &self,
         index: usize,

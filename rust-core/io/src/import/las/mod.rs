@@ -56,7 +56,7 @@ struct Header {
     offset: DVec3,
     /// The beginning of the points.
     begin: u64,
-    /// How they are compressed.
+    /// Compression of them.
     packing: Option<LazVlr>,
 }
 

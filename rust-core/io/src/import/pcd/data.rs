@@ -94,7 +94,7 @@ impl Points<'_> {
         self.finish(ended, bytes.window).map(|()| sink)
     }
 
-    /// How many packed bytes follow, by the two sizes ahead of them. Refuses sizes that can't be.
+    /// Number of packed bytes that follow, by the two sizes ahead of them. Refuses sizes that can't be.
     fn room_of_packed(&self, window: &mut Window<'_>) -> Result<u64> {
         let size = |at: usize| {
             let bytes = &window.rest()[at..at + 4];

@@ -5,7 +5,7 @@
 
 use super::problem::{Parsed, Problem};
 
-/// How the body is written.
+/// Encoding of the body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Encoding {
     Ascii,

@@ -3,7 +3,7 @@
 /// Columns that are looked at. More are passed over.
 pub(super) const MOST: usize = 16;
 
-/// How far the lengths of normals written with two digits may be from 1.
+/// Largest difference from 1 of the lengths of normals written with two digits.
 const UNIT_WITHIN: f64 = 0.02;
 /// Largest value of a colour of 16 bits, and what makes it one of 8.
 const LARGEST_COLOUR: f64 = 65535.0;

@@ -22,7 +22,7 @@ use mesh::{AttributeData, TriMesh, check};
 
 /// Squares along each side of a sheet.
 const SIDE: i32 = 20;
-/// How far sheets lie apart: exact in all places of a sheet.
+/// Distance between sheets: exact in all places of a sheet.
 const APART: f64 = 1024.0;
 
 /// A sheet with a hole, around which vertices stand out of it, by place and height. A fin through the hole's middle.

@@ -29,7 +29,7 @@ pub struct Bricks {
     cells: FxHashMap<[i32; 3], Option<Box<BrickSurface>>>,
     /// Bricks whose labels have changed since then.
     relabelled: FxHashSet<[i32; 3]>,
-    /// How much was labelled last.
+    /// Amount that was labelled last.
     pub renewed: Renewed,
 }
 

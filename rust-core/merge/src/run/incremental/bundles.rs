@@ -47,7 +47,7 @@ pub(super) struct KeptBundle {
     pub votes: FxHashMap<u64, Box<[u8]>>,
     /// The rest of it where scans see through.
     pub shown: Arc<SortedBundle>,
-    /// How much isn't.
+    /// Amount that is gone.
     pub dropped: u64,
 }
 
@@ -102,7 +102,7 @@ impl KeptBundles {
         self.members.symmetric_difference(members).filter_map(of_scan).flatten().collect()
     }
 
-    /// How far what is known of the scans is heard.
+    /// Distances within which findings on the scans are heard.
     pub fn reaches(&self, params: &MergeParams, report: &mut MergeReport) -> Reaches {
         let mut distances = OverlapDistances::none();
         self.all.iter().for_each(|(key, bundle)| distances.add(key.axis, &bundle.distances));

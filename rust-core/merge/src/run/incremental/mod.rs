@@ -130,7 +130,7 @@ fn apart<'a>(scans: &[Versioned<'a>]) -> (Vec<&'a dyn ScanSource>, Vec<u64>) {
     scans.iter().map(|scan| (scan.scan, scan.version)).unzip()
 }
 
-/// How much a run had to do.
+/// Amount that a run had to do.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Renewed {
     /// Bricks that were labelled anew.

@@ -50,7 +50,7 @@ impl<'a> Incremental<'a> {
         Ok(())
     }
 
-    /// How far scans lie from each other is kept bundle by bundle, as what they come to is.
+    /// Distances between scans are kept bundle by bundle, as their sums are.
     fn overlap(&mut self, progress: &Progress<'_>) -> Result<()> {
         let lattice = self.at_work.found().lattice;
         let Memory { scan_order, params, setup, report, reaches, .. } = &mut self.at_work;

@@ -45,7 +45,7 @@ impl Content {
 }
 
 impl Place {
-    /// How many elements of a type there are.
+    /// Number of elements of a type.
     pub fn count<T>(&self) -> usize {
         self.bytes as usize / size_of::<T>()
     }

@@ -123,7 +123,7 @@ pub struct Together<'a> {
     pub folder: &'a Path,
     /// Bytes of memory of each.
     pub memory: u64,
-    /// How many tasks those stages have that are cut into tasks.
+    /// Number of tasks of those stages that are cut into tasks.
     pub tasks: u32,
     /// Whether another merge in the folder may go on with what this one leaves, of which nothing is removed then. One at a time.
     pub kept: Option<Keep<'a>>,

@@ -35,7 +35,7 @@ pub struct Collected {
 pub struct About {
     /// The numbers of those that were looked at, also of those that have none.
     pub scans: Vec<u32>,
-    /// How many crossings there are.
+    /// Number of crossings.
     pub intersections: u64,
     /// Measures of them. No crossings.
     pub found: Discretized,
@@ -171,7 +171,7 @@ struct Row {
     count: u32,
 }
 
-/// Whose crossings a segment has.
+/// Scans whose crossings a segment has.
 pub struct Whose<'a> {
     pub members: &'a [SegmentMember],
     /// Basis that segments follow from besides their scans.
@@ -349,7 +349,7 @@ impl Collected {
         self.all(SAMPLE, |entry| (entry.axis, entry.block)).len()
     }
 
-    /// How far the scans lie from each other.
+    /// Distances between the scans.
     ///
     /// # Errors
     /// A segment can't be read. Cancelled.

@@ -64,7 +64,7 @@ impl<'a> Setting<'a> {
         Room { held: self.held as f64, side: self.cut.side }
     }
 
-    /// How many scans of so many samples may be loaded at a time.
+    /// Number of scans of so many samples that may be loaded at a time.
     ///
     /// # Errors
     /// [`Error::OutOfMemory`]: not one.
@@ -195,7 +195,7 @@ impl Portion {
     }
 }
 
-/// How space is cut into blocks: cubes of so many bricks a side.
+/// Cut of space into blocks: cubes of so many bricks per side.
 #[derive(Clone, Copy, Debug)]
 pub struct Cut {
     pub side: i32,

@@ -79,7 +79,7 @@ pub(super) fn arkit_scenes(twin: &Twin) -> Files {
     files
 }
 
-/// How RTAB-Map was asked to export.
+/// Options that RTAB-Map exported with.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Rtabmap {
     /// Poses of the camera with time and number, images by their time.

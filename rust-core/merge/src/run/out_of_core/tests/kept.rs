@@ -19,7 +19,7 @@ fn two_shapes() -> Vec<RangeImage> {
     all
 }
 
-/// How many blocks of two bricks have a brick that a sample of a scan lies in, within a cell, or at most so many beside one.
+/// Number of blocks of two bricks that have a brick that a sample of a scan lies in, within a cell, or at most so many beside one.
 fn blocks_near(scan: &RangeImage, voxel: f64, reach: i64) -> usize {
     let loading = crate::Loading { triangulation: Default::default(), cell: voxel };
     let surface = scan.load(&loading, &Progress::none()).unwrap();
