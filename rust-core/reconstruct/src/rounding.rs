@@ -36,7 +36,7 @@ pub(super) const INTERPOLATED: f64 = 0.2;
 /// Hidden noise is so many times the seen one, at least. By chance both differ by less.
 const HIDDEN: f64 = 1.2;
 
-/// Share of rounding to a step of 1 in the square of a deviation.
+/// Amount that rounding to a step of 1 adds to the square of a deviation.
 const VARIANCE: f64 = 1.0 / 12.0;
 
 /// The steps along the axes.
@@ -89,7 +89,7 @@ impl Rounding {
         sample + DVec3::from(by)
     }
 
-    /// Share of [`Rounding::spread`] in the square of the deviation along a direction.
+    /// Amount that [`Rounding::spread`] adds to the square of the deviation along a direction.
     pub(super) fn variance(&self, along: DVec3) -> f64 {
         VARIANCE * (along * self.steps).length_squared()
     }

@@ -90,8 +90,8 @@ impl Buckets {
         list
     }
 
-    /// Adds up the crossings of whole scans, some of those of the order, once they are more than `kept`. That is so many that each edge is
-    /// met a few times only, however many scans there are.
+    /// Adds up the crossings of whole scans, some of those of the order, once they are more than `kept`. They also have to be many beside
+    /// the sums so far, so that each edge is met a few times only, however many crossings there are.
     ///
     /// # Errors
     /// Cancelled.
