@@ -35,6 +35,11 @@
 //! | `scan` | the virtual range scanner |
 //! | `job` | a long call on a thread of its own, for hosts |
 
+#![expect(
+    clippy::doc_lazy_continuation,
+    reason = "doc comments are docstrings of Python, whose examples show what comes out"
+)]
+
 // modules
 mod align;
 mod align_report;

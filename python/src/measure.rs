@@ -22,6 +22,12 @@ use crate::sources::{Clouds, Source, as_dyn, sources};
 
 /// Exact distances of points to the nearest points of a mesh, or of scans.
 ///
+/// >>> floor = surfrecon.Mesh([(0, 0, 0), (9, 0, 0), (0, 9, 0)], [(0, 1, 2)])
+/// >>> surfrecon.distances([(1, 1, 2), (1, 1, -3)], floor, signed=True)
+/// array([ 2., -3.])
+/// >>> samples = image.world_points()[image.valid]
+/// >>> off = surfrecon.distances(samples, scans[1:])  # of one scan from the others
+///
 /// Args:
 ///     points: (n, 3) real numbers.
 ///     mesh: the surface, or scans as ``merge`` takes them, with the points in the world.
@@ -117,6 +123,10 @@ impl DistanceCall {
 
 /// For each point the triangle of a mesh that is nearest, of several as near the one of the smallest index.
 ///
+/// >>> steps = surfrecon.Mesh([(0, 0, 0), (9, 0, 0), (0, 9, 0), (9, 9, 0)], [(0, 1, 2), (1, 3, 2)])
+/// >>> surfrecon.nearest_triangles([(1, 1, 2), (8, 8, 2)], steps)
+/// array([0, 1], dtype=uint32)
+///
 /// Args:
 ///     points: (n, 3) real numbers.
 ///     mesh: the surface.
@@ -147,6 +157,11 @@ pub fn nearest_triangles<'py>(
 }
 
 /// Distance of a whole surface to another, with a bound that holds between the vertices too.
+///
+/// >>> coarse = surfrecon.cluster(mesh, vertices=500).mesh
+/// >>> report = surfrecon.surface_distance(coarse, mesh)
+/// >>> report.reached <= report.bound
+/// True
 ///
 /// Args:
 ///     mesh: the surface that is measured.

@@ -9,6 +9,10 @@ use surfrecon::reports::{self as core, Found, Kind, Report, Shape, Values};
 use crate::errors::input_error;
 
 /// One figure of an operation's report, as the library itself defines it.
+///
+/// >>> voxel = {one.name: one for one in surfrecon.figures("merge")}["voxel"]
+/// >>> voxel.kind, voxel.text
+/// ('length', 'Size of a cell that was used.')
 #[pyclass(frozen, module = "surfrecon")]
 pub struct Figure {
     figure: &'static core::Figure,
@@ -92,6 +96,9 @@ impl Figure {
 }
 
 /// Every figure of every report, or those of an operation's report.
+///
+/// >>> [figure.name for figure in surfrecon.figures("merge")][:3]
+/// ['scans', 'scan_names', 'input_triangles']
 ///
 /// Raises:
 ///     InputError: no operation of that name has a report.

@@ -34,6 +34,12 @@ _Free: TypeAlias = tuple[Literal["turn", "slide"], list[float], list[float]]
 class AlignReport(Report):
     """What was found by ``align``: each scan, each pair, and what the user should know. ``print`` shows the summary.
 
+    >>> report = surfrecon.align(scans).report
+    >>> report.placed, report.groups
+    (6, [[0, 1, 2, 3, 4, 5]])
+    >>> report.summary[0].partition(";")[0]
+    '6 of 6 scans placed'
+
     Attributes:
         summary: All of it in words, a line each.
         scans: Each scan, in the order given.
@@ -65,6 +71,10 @@ class AlignReport(Report):
 
 class AlignedScan(Report):
     """What was found of a scan.
+
+    >>> report = surfrecon.align(scans).report
+    >>> [(scan.name, scan.reason) for scan in report.scans if scan.state == "unplaced"]
+    []
 
     Attributes:
         name: Its name.
@@ -108,6 +118,10 @@ class AlignedScan(Report):
 class AlignedPair(Report):
     """What was found of two scans.
 
+    >>> report = surfrecon.align(scans).report
+    >>> [pair.scans for pair in report.pairs if pair.state == "fits"][0]
+    (0, 1)
+
     Attributes:
         scans: Their numbers, the smaller first.
         state: ``"fits"``, ``"misfit"`` (they overlap, but further apart than noise explains), or why the pair was not
@@ -134,6 +148,10 @@ class AlignedPair(Report):
 class TurntableFound(Report):
     """A turntable as it was found.
 
+    >>> table = surfrecon.align(scans, turntable="turned").report.turntable
+    >>> np.degrees(table.angles).round()
+    array([  0.,  60., 120., 180., 240., 300.])
+
     Attributes:
         axis: ``(point, direction)`` in the frame that the scans were taken in; the direction is of length 1. What
             ``align`` takes.
@@ -148,6 +166,10 @@ class TurntableFound(Report):
 
 class Snap(Report):
     """Where a scan was drawn to by ``Aligner.snap``, and how well it lies there.
+
+    >>> snap = surfrecon.Aligner(scans).snap(2, scans[2].world_from_sensor)
+    >>> snap.state, 3 in snap.touches
+    ('fits', True)
 
     Attributes:
         world_from_scan: 4 x 4 float64: where it was drawn to; where it was if it touches nothing.
@@ -178,6 +200,11 @@ class Snap(Report):
 class DistanceReport(Report):
     """How far a surface lies from another.
 
+    >>> coarse = surfrecon.cluster(mesh, vertices=500).mesh
+    >>> report = surfrecon.surface_distance(coarse, mesh)
+    >>> report.rms <= report.p95 <= report.max <= report.bound
+    True
+
     Attributes:
         mean: Mean of the absolute distances of the vertices.
         rms: Root of their mean square.
@@ -203,6 +230,10 @@ class DistanceReport(Report):
 class LeftOutReport(Report):
     """How many samples of a frame are left out.
 
+    >>> left_out = scans[0].left_out
+    >>> left_out.low_confidence <= left_out.of
+    True
+
     Attributes:
         of: Samples that were measured.
         low_confidence: Those of low confidence.
@@ -222,6 +253,10 @@ class LeftOutReport(Report):
 # reports
 class MergeReport(Report):
     """The figures of a merge, among them those of the paper's tables.
+
+    >>> report = surfrecon.merge(scans).report
+    >>> report.scans, report.scan_names[0], report.voxel_reason
+    (6, 'view0', 'spacing')
 
     Attributes:
         scans: Scans merged.
@@ -300,6 +335,10 @@ class MergeReport(Report):
 class SculptReport(Report):
     """The figures of sculpting.
 
+    >>> report = surfrecon.sculpt(image, tolerance=0.5).report
+    >>> report.max_error <= report.tolerance, report.triangles < report.full_triangles
+    (True, True)
+
     Attributes:
         tolerance: Tolerance that was used. In the unit of the scans.
         depth_extent: Difference between the farthest and the nearest range of the covered samples. In the unit of
@@ -343,6 +382,10 @@ class QuadReport(Report):
     """The figures of a quad grid. Errors are distances along the samples' rays to the planes of the triangles of the
     pixels' quads, over all valid pixels of the image but those missed, with each quad cut along its better diagonal. On
     the background the grid continues the surface.
+
+    >>> report = surfrecon.adaptive_quads(image).report
+    >>> report.rms_error <= report.uniform_rms_error
+    True
 
     Attributes:
         tiles: Tiles from top to bottom and from left to right.
@@ -390,6 +433,10 @@ class QuadReport(Report):
 
 class ReconstructReport(Report):
     """The figures of a surface through points.
+
+    >>> report = surfrecon.reconstruct(points).report
+    >>> report.closed, report.used == report.points
+    (True, True)
 
     Attributes:
         points: Points given.
@@ -443,6 +490,10 @@ class ReconstructReport(Report):
 class TriangleShapes(Report):
     """How well-shaped triangles are.
 
+    >>> shapes = surfrecon.cluster(mesh, vertices=500).report.after
+    >>> shapes.smallest_angle < shapes.mean_smallest_angle < np.pi / 3
+    True
+
     Attributes:
         mean_smallest_angle: Mean over the triangles of their smallest angle. It is pi/3 where all are equilateral.
             Radians.
@@ -460,6 +511,10 @@ class TriangleShapes(Report):
 
 class ClusterReport(Report):
     """The figures of clustering.
+
+    >>> report = surfrecon.cluster(mesh, vertices=500).report
+    >>> report.vertices, report.after.mean_smallest_angle > report.before.mean_smallest_angle
+    (500, True)
 
     Attributes:
         patches: Patches made.
@@ -502,6 +557,10 @@ class ClusterReport(Report):
 class CheckReport(Report):
     """What a mesh is as a surface: counts, and what follows from them. Triangles that name a vertex out of range or a
     vertex twice are counted, then left out of all that follows; so are vertices without a triangle.
+
+    >>> report = mesh.check()
+    >>> report.is_manifold, report.boundary_edges
+    (True, 0)
 
     Attributes:
         triangles: Triangles, all of them.

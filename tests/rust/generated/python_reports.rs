@@ -8,6 +8,58 @@ use crate::compare;
 use crate::words::wrapped;
 
 const WIDTH: usize = 120;
+/// What an interpreter shows of each class: the call that gives it, and figures that tell most.
+const EXAMPLES: &[(&str, &[&str])] = &[
+    (
+        "MergeReport",
+        &[
+            ">>> report = surfrecon.merge(scans).report",
+            ">>> report.scans, report.scan_names[0], report.voxel_reason",
+            "(6, 'view0', 'spacing')",
+        ],
+    ),
+    (
+        "SculptReport",
+        &[
+            ">>> report = surfrecon.sculpt(image, tolerance=0.5).report",
+            ">>> report.max_error <= report.tolerance, report.triangles < report.full_triangles",
+            "(True, True)",
+        ],
+    ),
+    (
+        "QuadReport",
+        &[
+            ">>> report = surfrecon.adaptive_quads(image).report",
+            ">>> report.rms_error <= report.uniform_rms_error",
+            "True",
+        ],
+    ),
+    (
+        "ReconstructReport",
+        &[
+            ">>> report = surfrecon.reconstruct(points).report",
+            ">>> report.closed, report.used == report.points",
+            "(True, True)",
+        ],
+    ),
+    (
+        "TriangleShapes",
+        &[
+            ">>> shapes = surfrecon.cluster(mesh, vertices=500).report.after",
+            ">>> shapes.smallest_angle < shapes.mean_smallest_angle < np.pi / 3",
+            "True",
+        ],
+    ),
+    (
+        "ClusterReport",
+        &[
+            ">>> report = surfrecon.cluster(mesh, vertices=500).report",
+            ">>> report.vertices, report.after.mean_smallest_angle > report.before.mean_smallest_angle",
+            "(500, True)",
+        ],
+    ),
+    ("CheckReport", &[">>> report = mesh.check()", ">>> report.is_manifold, report.boundary_edges", "(True, 0)"]),
+];
 
 fn type_of(figure: &Figure) -> String {
     let plain = match figure.kind {
@@ -63,6 +115,11 @@ fn text_of(figure: &Figure) -> String {
     text
 }
 
+fn example(class: &str) -> &'static [&'static str] {
+    let found = EXAMPLES.iter().find(|(name, _)| *name == class);
+    found.unwrap_or_else(|| panic!("{class} has no example: give it one here")).1
+}
+
 fn class<'a>(name: &str, about: &str, figures: impl Iterator<Item = &'a Figure> + Clone) -> String {
     let mut out = format!("class {name}(Report):\n");
     let about = wrapped(&format!("\"\"\"{}", marked(about)), "    ", WIDTH);
@@ -74,6 +131,8 @@ fn class<'a>(name: &str, about: &str, figures: impl Iterator<Item = &'a Figure> 
     out += &first;
     out.push('\n');
     rest.iter().for_each(|line| out += &format!("{line}\n"));
+    out.push('\n');
+    example(name).iter().for_each(|line| out += &format!("    {line}\n"));
     out += "\n    Attributes:\n";
     for figure in figures.clone() {
         let text = format!("{}: {}", figure.name, text_of(figure));
