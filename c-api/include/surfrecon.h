@@ -13,8 +13,8 @@
  *         return srf_mesh_write(mesh, arguments[2], NULL, NULL) == SRF_OK ? 0 : 1;
  *     }
  *
- * Chapters, each with an example before its first function. Structs and values stand before them all. What a verb may be told is in its
- * struct of parameters.
+ * Chapters, each with examples of all its functions before the first of them. Structs and values stand before them all. What a verb may
+ * be told is in its struct of parameters.
  *    1. The library: errors, threads, memory, progress  srf_version()
  *    2. Range images                                    srf_projection_pinhole()
  *    3. Point clouds and meshes                         srf_cloud_create()
@@ -1470,6 +1470,100 @@ extern "C" {
 //         fprintf(stderr, "%s\n", srf_last_error_message());
 //         exit(1);
 //     }
+//
+//     /* Whether the library that was loaded does what the program was built for. */
+//     static int fits(void)
+//     {
+//         printf("surfrecon %s\n", srf_version());
+//         return srf_abi_version() == SRF_ABI_VERSION && srf_version_number() >= SRF_VERSION;
+//     }
+//
+//     /* Prints a message of the log, behind the name that the log was set with. */
+//     static void print_message(int32_t level, const char *text, void *user)
+//     {
+//         fprintf(stderr, "%s: %s%s\n", (const char *)user, level == SRF_LOG_LEVEL_WARNING ? "warning: " : "", text);
+//     }
+//
+//     /* Sets up a program: 4 threads, 8 GB, and a log. */
+//     static void set_up(char *name)
+//     {
+//         must(srf_set_threads(4));
+//         must(srf_set_memory_limit(8000000000u));
+//         must(srf_set_log(print_message, name));
+//         printf("%u threads, %g bytes\n", srf_threads(), (double)srf_memory_limit());
+//     }
+//
+//     /* Merges with settings of its own, as one of several plugins of a program does. */
+//     static srf_status merge_apart(const srf_merger *merger, char *name, srf_mesh **out_mesh)
+//     {
+//         srf_context *context, *former;
+//         uint32_t threads;
+//         uint64_t held;
+//         srf_status status;
+//         must(srf_context_create(&context));
+//         must(srf_context_set_threads(context, 2));
+//         must(srf_context_set_memory_limit(context, 2000000000u));
+//         must(srf_context_set_log(context, print_message, name));
+//         must(srf_context_use(context, &former));
+//         status = srf_merger_run(merger, NULL, NULL, out_mesh, NULL);
+//         must(srf_context_use(former, NULL));
+//         must(srf_context_threads(context, &threads));
+//         must(srf_context_memory(context, NULL, &held));
+//         printf("%u threads; what was made holds %g bytes\n", threads, (double)held);
+//         must(srf_context_free(context));
+//         return status;
+//     }
+//
+//     /* Shows the progress of a call, which goes on. */
+//     static int32_t show_progress(const char *stage, double fraction, const char *message, void *user)
+//     {
+//         (void)stage, (void)fraction, (void)user;
+//         fprintf(stderr, "\r%s", message);
+//         return 0;
+//     }
+//
+//     /* Merges with progress, until what is handed to a button for stopping is set. */
+//     static srf_status merge_until_stopped(const srf_merger *merger, void (*set_button)(srf_cancel *),
+//                                           srf_mesh **out_mesh)
+//     {
+//         srf_progress progress;
+//         srf_cancel *cancel;
+//         srf_status status;
+//         must(srf_cancel_create(&cancel));
+//         set_button(cancel);
+//         progress.report = show_progress;
+//         progress.user = NULL;
+//         progress.cancel = cancel;
+//         status = srf_merger_run(merger, NULL, &progress, out_mesh, NULL);
+//         set_button(NULL);
+//         must(srf_cancel_free(cancel));
+//         return status;
+//     }
+//
+//     /* Stops calls on whatever thread, and lets later ones run once it is pressed again. */
+//     static void press_button(srf_cancel *cancel)
+//     {
+//         uint32_t is_set;
+//         must(srf_cancel_is_set(cancel, &is_set));
+//         must(is_set ? srf_cancel_reset(cancel) : srf_cancel_set(cancel));
+//     }
+//
+//     /* Fails as a function of the program's does that the library calls: with a text. */
+//     static int32_t fail(void)
+//     {
+//         const char *text;
+//         must(srf_status_text(SRF_ERR_IO, &text));
+//         fprintf(stderr, "%s\n", text);
+//         must(srf_set_last_error("the camera is not plugged in"));
+//         return SRF_ERR_IO;
+//     }
+//
+//     /* Has the library's memory come from functions of the program's, before any other call. */
+//     static void use_memory_of(srf_allocate_fn allocate, srf_deallocate_fn deallocate)
+//     {
+//         const srf_allocator allocator = {allocate, NULL, deallocate, NULL};
+//         must(srf_set_allocator(&allocator));
+//     }
 
 // Version of the loaded library, for example "0.2.0". Static text, never NULL. Since 0.1.
 const char *srf_version(void);
@@ -1629,6 +1723,103 @@ srf_status srf_cancel_is_set(const srf_cancel *cancel, uint32_t *out_is_set);
 //         const srf_status status = srf_projection_pinhole(525, 525, 319.5, 239.5, 0, &camera);
 //         if (status != SRF_OK) return status;
 //         return srf_image_create(rows, cols, &camera, &samples, NULL, "first", out_image);
+//     }
+//
+//     /* How the others see: heights half a unit apart, a scanner that turns by a milliradian, points of a grid. */
+//     static srf_status other_projections(srf_projection projections[4])
+//     {
+//         static const double down[3] = {0, 0, -1}, eye[3] = {0, 0, 1.6};
+//         srf_status status = srf_projection_orthographic(0, 0, 0.5, -0.5, &projections[0]);
+//         if (status == SRF_OK) status = srf_projection_spherical(0, 0.7, 0.001, -0.001, &projections[1]);
+//         if (status == SRF_OK) status = srf_projection_grid_parallel(down, &projections[2]);
+//         if (status == SRF_OK) status = srf_projection_grid_from(eye, &projections[3]);
+//         return status;
+//     }
+//
+//     /* Makes a range image of a frame of a phone: 192 x 256 depths in millimetres, and a photo of 1440 x 1920 pixels. */
+//     static srf_status from_phone(const uint16_t *depths, const uint8_t *photo, srf_image **out_image)
+//     {
+//         const srf_array samples = {depths, 192 * 256, 0, SRF_TYPE_U16, 1};
+//         const srf_array colours = {photo, 1440 * 1920, 0, SRF_TYPE_U8, 3};
+//         srf_left_out left_out;
+//         srf_frame frame;
+//         srf_status status;
+//         srf_left_out_init(&left_out);
+//         srf_frame_init(&frame);
+//         frame.rows = 192;
+//         frame.cols = 256;
+//         frame.intrinsics[0] = frame.intrinsics[1] = 212;
+//         frame.intrinsics[2] = 127.5;
+//         frame.intrinsics[3] = 95.5;
+//         frame.scale = 0.001;
+//         frame.reach = 5;
+//         frame.colour_rows = 1440;
+//         frame.colour_cols = 1920;
+//         status = srf_image_from_frame(&frame, &samples, &colours, NULL, NULL, "first", NULL, out_image, &left_out);
+//         if (status == SRF_OK) printf("%g samples are too far\n", (double)left_out.out_of_reach);
+//         return status;
+//     }
+//
+//     /* Names an image, places its sensor, and gives its pixels colours. */
+//     static srf_status name_and_place(srf_image *image, const srf_pose *world_from_sensor, const uint8_t *colours)
+//     {
+//         size_t rows = 0, cols = 0;
+//         srf_status status = srf_image_set_name(image, "front");
+//         if (status == SRF_OK) status = srf_image_set_pose(image, world_from_sensor);
+//         if (status == SRF_OK) status = srf_image_size(image, &rows, &cols, NULL);
+//         if (status == SRF_OK) {
+//             const srf_array of_pixels = {colours, rows * cols, 0, SRF_TYPE_U8, 4};
+//             status = srf_image_set_attributes(image, &of_pixels, NULL, NULL);
+//         }
+//         return status;
+//     }
+//
+//     /* Prints what an image is, and where the ray of its first pixel leads. */
+//     static srf_status print_image(const srf_image *image)
+//     {
+//         double sensor[3], origin[3], direction[3];
+//         srf_array samples, colours;
+//         srf_projection projection;
+//         const char *name;
+//         srf_status status = srf_image_name(image, &name);
+//         if (status == SRF_OK) status = srf_image_camera(image, &projection, NULL);
+//         if (status == SRF_OK) status = srf_image_samples(image, &samples);
+//         if (status == SRF_OK) status = srf_image_attributes(image, &colours, NULL, NULL);
+//         if (status == SRF_OK) status = srf_image_sensor(image, sensor);
+//         if (status == SRF_OK) status = srf_image_ray(image, 0, 0, origin, direction);
+//         if (status != SRF_OK) return status;
+//         printf("%s: %u numbers a pixel of kind %u\n", name, samples.components, projection.kind);
+//         puts(colours.count > 0 ? "with colours" : "without colours");
+//         if (sensor[0] == sensor[0]) printf("seen from %g %g %g in the world\n", sensor[0], sensor[1], sensor[2]);
+//         printf("its first pixel looks along %g %g %g\n", direction[0], direction[1], direction[2]);
+//         return SRF_OK;
+//     }
+//
+//     /* Copies the measured points of an image, in the world; free() releases them. */
+//     static srf_status copy_points(const srf_image *image, double **out_points)
+//     {
+//         size_t rows = 0, cols = 0;
+//         srf_status status = srf_image_size(image, &rows, &cols, NULL);
+//         if (status != SRF_OK) return status;
+//         *out_points = (double *)malloc(3 * rows * cols * sizeof(double));
+//         if (*out_points == NULL) return SRF_ERR_OUT_OF_MEMORY;
+//         return srf_image_world_points(image, *out_points, 3 * rows * cols, NULL);
+//     }
+//
+//     /* Makes a mesh and points of an image, the mesh without what is seen at a grazing angle, and releases the image. */
+//     static srf_status mesh_and_points(srf_image *image, srf_mesh **out_mesh, srf_cloud **out_cloud)
+//     {
+//         srf_triangulate_params params;
+//         srf_status status;
+//         srf_triangulate_params_init(&params);
+//         params.grazing_limit = 1.4;
+//         status = srf_image_triangulate(image, &params, NULL, out_mesh);
+//         if (status == SRF_OK) {
+//             status = srf_image_to_cloud(image, NULL, out_cloud);
+//             if (status != SRF_OK) srf_mesh_free(*out_mesh);
+//         }
+//         srf_image_free(image);
+//         return status;
 //     }
 
 // Sets the defaults. Call srf_triangulate_params_init(params), which adds the size that this header knows.
@@ -1884,6 +2075,115 @@ srf_status srf_image_from_frame(const srf_frame *frame,
 //             printf("%g %g %g\n", at[0], at[1], at[2]);
 //         }
 //         return SRF_OK;
+//     }
+//
+//     /* Makes a mesh of arrays in single precision, with a colour a vertex. */
+//     static srf_status from_arrays(const float *positions, const uint8_t *colours, size_t vertices,
+//                                   const uint32_t *corners, size_t triangles, srf_mesh **out_mesh)
+//     {
+//         const srf_array of_positions = {positions, vertices, 0, SRF_TYPE_F32, 3};
+//         const srf_array of_colours = {colours, vertices, 0, SRF_TYPE_U8, 4};
+//         const srf_array of_corners = {corners, triangles, 0, SRF_TYPE_U32, 3};
+//         srf_status status = srf_mesh_create(&of_positions, &of_corners, out_mesh);
+//         if (status != SRF_OK) return status;
+//         status = srf_mesh_set_attribute(*out_mesh, SRF_DOMAIN_VERTICES, "colour", &of_colours);
+//         if (status != SRF_OK) srf_mesh_free(*out_mesh);
+//         return status;
+//     }
+//
+//     /* Prints what the vertices of a mesh have, and whether it is closed. */
+//     static srf_status print_mesh(const srf_mesh *mesh)
+//     {
+//         srf_check_report report;
+//         size_t i, count = 0;
+//         srf_status status = srf_mesh_attribute_count(mesh, SRF_DOMAIN_VERTICES, &count);
+//         for (i = 0; status == SRF_OK && i < count; ++i) {
+//             const char *name;
+//             srf_array view;
+//             status = srf_mesh_attribute_name(mesh, SRF_DOMAIN_VERTICES, i, &name);
+//             if (status == SRF_OK) status = srf_mesh_attribute(mesh, SRF_DOMAIN_VERTICES, name, &view);
+//             if (status == SRF_OK) printf("%s: %u numbers a vertex\n", name, view.components);
+//         }
+//         srf_check_report_init(&report);
+//         if (status == SRF_OK) status = srf_mesh_check(mesh, 0, NULL, &report);
+//         if (status == SRF_OK) puts(report.is_closed ? "closed" : "open");
+//         return status;
+//     }
+//
+//     /* Copies a mesh for a graphics card, about the middle of its box; free() releases the vertices. */
+//     static srf_status for_graphics(const srf_mesh *mesh, float **out_vertices, srf_array *out_triangles)
+//     {
+//         double low[3], high[3], middle[3];
+//         size_t axis, count = 0;
+//         srf_status status = srf_mesh_size(mesh, &count, NULL);
+//         if (status == SRF_OK) status = srf_mesh_bounds(mesh, NULL, low, high);
+//         if (status != SRF_OK) return status;
+//         for (axis = 0; axis < 3; ++axis) middle[axis] = (low[axis] + high[axis]) / 2;
+//         *out_vertices = (float *)malloc(3 * count * sizeof(float));
+//         if (*out_vertices == NULL) return SRF_ERR_OUT_OF_MEMORY;
+//         status = srf_mesh_positions_f32(mesh, middle, *out_vertices, 3 * count, NULL);
+//         if (status == SRF_OK) status = srf_mesh_triangles(mesh, out_triangles);
+//         return status;
+//     }
+//
+//     /* Copies the points of a cloud for a graphics card; prints whether it has normals, and its place and sensor. */
+//     static srf_status cloud_for_graphics(const srf_cloud *cloud, float **out_points)
+//     {
+//         double sensor[3];
+//         srf_array normals;
+//         srf_pose place;
+//         size_t count = 0;
+//         srf_status status = srf_cloud_size(cloud, &count);
+//         if (status == SRF_OK) status = srf_cloud_arrays(cloud, NULL, &normals, NULL, NULL);
+//         if (status == SRF_OK) status = srf_cloud_pose(cloud, &place);
+//         if (status == SRF_OK) status = srf_cloud_sensor(cloud, sensor);
+//         if (status != SRF_OK) return status;
+//         puts(normals.count > 0 ? "with normals" : "without normals");
+//         printf("stands at %g %g %g\n", place.matrix[12], place.matrix[13], place.matrix[14]);
+//         printf("was seen from %g %g %g in its frame\n", sensor[0], sensor[1], sensor[2]);
+//         *out_points = (float *)malloc(3 * count * sizeof(float));
+//         if (*out_points == NULL) return SRF_ERR_OUT_OF_MEMORY;
+//         return srf_cloud_positions_f32(cloud, NULL, *out_points, 3 * count, NULL);
+//     }
+//
+//     /* Whether points lie in the box around an image, in the world. */
+//     static srf_status lie_in_box(const double *points, size_t count, const srf_image *image, int *out_lie_in)
+//     {
+//         const srf_array positions = {points, count, 0, SRF_TYPE_F64, 3};
+//         double low[2][3], high[2][3];
+//         srf_cloud *cloud = NULL;
+//         size_t axis;
+//         srf_status status = srf_cloud_create(&positions, NULL, NULL, NULL, NULL, &cloud);
+//         if (status == SRF_OK) status = srf_cloud_bounds(cloud, NULL, low[0], high[0]);
+//         if (status == SRF_OK) status = srf_image_bounds(image, NULL, low[1], high[1]);
+//         if (status == SRF_OK) {
+//             *out_lie_in = 1;
+//             for (axis = 0; axis < 3; ++axis)
+//                 if (low[0][axis] < low[1][axis] || high[0][axis] > high[1][axis]) *out_lie_in = 0;
+//         }
+//         srf_cloud_free(cloud);
+//         return status;
+//     }
+//
+//     /* What a host keeps of a range image: vertices, which it takes times 1000, and the camera of them. */
+//     static srf_status to_host(const srf_image *image, srf_mesh **out_mesh, srf_grid_camera *out_camera)
+//     {
+//         srf_status status;
+//         srf_grid_camera_init(out_camera);
+//         status = srf_image_grid_camera(image, NULL, out_camera);
+//         if (status == SRF_OK) status = srf_grid_camera_scale(out_camera, 1000);
+//         if (status == SRF_OK) status = srf_image_to_mesh(image, 1, NULL, out_mesh);
+//         return status;
+//     }
+//
+//     /* Makes the range image again of where the host's user has moved the vertices. */
+//     static srf_status from_host(const srf_grid_camera *camera, const int32_t *rows, const int32_t *cols,
+//                                 const float *positions, size_t count, srf_image **out_image)
+//     {
+//         const srf_array of_rows = {rows, count, 0, SRF_TYPE_I32, 1};
+//         const srf_array of_cols = {cols, count, 0, SRF_TYPE_I32, 1};
+//         const srf_array at = {positions, count, 0, SRF_TYPE_F32, 3};
+//         return srf_image_from_vertices(camera, &of_rows, &of_cols, &at, NULL, NULL, NULL, NULL, NULL, NULL, out_image);
 //     }
 
 // Makes a cloud.
@@ -2179,6 +2479,122 @@ srf_status srf_image_from_vertices(const srf_grid_camera *camera,
 //         }
 //         return status;
 //     }
+//
+//     /* Prints the endings of the names of files with scans. */
+//     static srf_status list_endings(void)
+//     {
+//         size_t i, count = 0;
+//         srf_status status = srf_format_count(&count);
+//         for (i = 0; status == SRF_OK && i < count; ++i) {
+//             const char *name, *endings;
+//             uint32_t is_side_file;
+//             status = srf_format(i, &name, &endings, &is_side_file);
+//             if (status == SRF_OK && !is_side_file) printf("%s: %s\n", name, endings);
+//         }
+//         return status;
+//     }
+//
+//     /* Opens depth images of a camera; prints how their files were understood. */
+//     static srf_status open_depths(const char *const *paths, size_t count, srf_scans **out_scans)
+//     {
+//         srf_read_options options;
+//         size_t i, notes = 0;
+//         srf_status status;
+//         srf_read_options_init(&options);
+//         options.intrinsics[0] = options.intrinsics[1] = 525;
+//         options.intrinsics[2] = 319.5;
+//         options.intrinsics[3] = 239.5;
+//         status = srf_scans_open(paths, count, &options, NULL, out_scans);
+//         if (status != SRF_OK) return status;
+//         status = srf_scans_count(*out_scans, NULL, &notes);
+//         for (i = 0; status == SRF_OK && i < notes; ++i) {
+//             const char *note;
+//             status = srf_scans_note(*out_scans, i, &note);
+//             if (status == SRF_OK) puts(note);
+//         }
+//         if (status != SRF_OK) srf_scans_free(*out_scans);
+//         return status;
+//     }
+//
+//     /* Counts the scans of a set that are frames of a recording, which nobody wants to see in a list. */
+//     static srf_status count_frames(const srf_scans *scans, size_t *out_frames)
+//     {
+//         size_t i, count = 0;
+//         srf_status status = srf_scans_count(scans, &count, NULL);
+//         for (i = *out_frames = 0; status == SRF_OK && i < count; ++i) {
+//             uint32_t is_frame = 0;
+//             status = srf_scans_is_frame(scans, i, &is_frame);
+//             *out_frames += is_frame;
+//         }
+//         return status;
+//     }
+//
+//     /* Reads a range image, placed where it is said to be; *out_image is NULL for a scan that is a mesh or a cloud. */
+//     static srf_status read_image(srf_scans *scans, size_t index, const srf_pose *world_from_sensor,
+//                                  srf_image **out_image)
+//     {
+//         uint32_t content;
+//         srf_mesh *mesh = NULL;
+//         srf_cloud *cloud = NULL;
+//         srf_status status = srf_scans_set_pose(scans, index, world_from_sensor);
+//         if (status == SRF_OK) status = srf_scans_read(scans, index, NULL, &content, out_image, &mesh, &cloud);
+//         srf_mesh_free(mesh);
+//         srf_cloud_free(cloud);
+//         return status;
+//     }
+//
+//     /* Opens a scan that came as bytes, for example over a network. The set keeps what it needs of the folder. */
+//     static srf_status open_bytes(const void *bytes, size_t count, srf_scans **out_scans)
+//     {
+//         const char *path;
+//         srf_folder *folder;
+//         srf_status status = srf_folder_create(NULL, &folder);
+//         if (status != SRF_OK) return status;
+//         status = srf_folder_put(folder, "scan.ply", bytes, count);
+//         if (status == SRF_OK) status = srf_folder_path(folder, "scan.ply", &path);
+//         if (status == SRF_OK) status = srf_scans_open(&path, 1, NULL, NULL, out_scans);
+//         srf_folder_free(folder);
+//         return status;
+//     }
+//
+//     /* Sends what was written into a folder, file after file, and takes it out. */
+//     static srf_status send_all(const srf_folder *folder,
+//                                void (*send)(const char *name, const void *bytes, size_t count))
+//     {
+//         size_t files = 0;
+//         srf_status status = srf_folder_count(folder, &files);
+//         for (; status == SRF_OK && files > 0; --files) {
+//             const char *name;
+//             const void *bytes;
+//             size_t count;
+//             status = srf_folder_name(folder, 0, &name);
+//             if (status == SRF_OK) status = srf_folder_bytes(folder, name, &bytes, &count);
+//             if (status != SRF_OK) break;
+//             send(name, bytes, count);
+//             status = srf_folder_remove(folder, name, NULL);
+//         }
+//         return status;
+//     }
+//
+//     /* Reads a part of an open file, for put_file(). */
+//     static int32_t read_part(void *user, uint64_t at, void *buffer, size_t count, size_t *out_count)
+//     {
+//         FILE *file = (FILE *)user;
+//         if (fseek(file, (long)at, SEEK_SET) != 0) return SRF_ERR_IO;
+//         *out_count = fread(buffer, 1, count, file);
+//         return *out_count > 0 ? SRF_OK : SRF_ERR_IO;
+//     }
+//
+//     /* Puts a file into a folder whose bytes are read from where they are once they are asked for. */
+//     static srf_status put_file(const srf_folder *folder, const char *name, FILE *file, uint64_t length)
+//     {
+//         srf_file_source source;
+//         source.length = length;
+//         source.read = read_part;
+//         source.release = NULL;
+//         source.user = file;
+//         return srf_folder_put_source(folder, name, &source);
+//     }
 
 // How many formats srf_scans_open() knows.
 // out_count  not NULL
@@ -2377,6 +2793,84 @@ srf_status srf_scans_read(const srf_scans *scans,
 //         options.metres_per_unit = 0.001;
 //         options.up = SRF_UP_Z;
 //         return srf_mesh_write(mesh, path, &options, NULL);
+//     }
+//
+//     /* Merges into a file that says where it is from, unless its name is none that can be written. */
+//     static srf_status merge_into(const srf_merger *merger, const char *path)
+//     {
+//         srf_mesh *mesh = NULL;
+//         srf_status status = srf_check_mesh_file(path, NULL);
+//         if (status == SRF_OK) status = srf_merger_run(merger, NULL, NULL, &mesh, NULL);
+//         if (status == SRF_OK) status = srf_mesh_write_from(mesh, path, NULL, "{\"found in\": \"trench 4\"}", NULL);
+//         srf_mesh_free(mesh);
+//         return status;
+//     }
+//
+//     /* What a file says of where it is from; free() releases the text. */
+//     static srf_status provenance_of(const char *path, char **out_text)
+//     {
+//         size_t length = 0;
+//         srf_status status = srf_file_provenance(path, NULL, 0, &length);
+//         if (status != SRF_OK) return status;
+//         *out_text = (char *)malloc(length + 1);
+//         if (*out_text == NULL) return SRF_ERR_OUT_OF_MEMORY;
+//         return srf_file_provenance(path, *out_text, length + 1, &length);
+//     }
+//
+//     /* Writes a mesh of millimetres in each format, and a cloud. */
+//     static srf_status write_each(const srf_mesh *mesh, const srf_cloud *cloud)
+//     {
+//         srf_status status = srf_mesh_write_ply(mesh, "mesh.ply", SRF_ENCODING_BINARY, NULL);
+//         if (status == SRF_OK) status = srf_mesh_write_glb(mesh, "mesh.glb", "part 7", 0.001, 1, NULL);
+//         if (status == SRF_OK) status = srf_mesh_write_obj(mesh, "mesh.obj", NULL);
+//         if (status == SRF_OK) status = srf_mesh_write_stl(mesh, "mesh.stl", NULL);
+//         if (status == SRF_OK) status = srf_cloud_write_ply(cloud, "cloud.ply", SRF_ENCODING_BINARY, NULL);
+//         return status;
+//     }
+//
+//     /* Writes a mesh with a coarser one, which viewers show from afar. */
+//     static srf_status write_levels(const srf_mesh *fine, const srf_mesh *coarse, const char *path)
+//     {
+//         const srf_mesh *levels[2];
+//         levels[0] = fine;
+//         levels[1] = coarse;
+//         return srf_meshes_write_glb_levels(levels, 2, path, NULL, 0.001, 1, NULL);
+//     }
+//
+//     /* Writes images with their poses: as files that open as one set, and as those of surveyors. */
+//     static srf_status write_images(const srf_image *const *images, size_t count)
+//     {
+//         srf_status status = srf_images_write_conf(images, count, "scans.conf", SRF_ENCODING_BINARY, NULL);
+//         if (status == SRF_OK) status = srf_images_write_ptx(images, count, "scans.ptx", NULL);
+//         if (status == SRF_OK) status = srf_images_write_e57(images, count, "scans.e57", NULL);
+//         if (status == SRF_OK) status = srf_images_write_e57_from(images, count, "mill.e57", "{\"at\": \"mill\"}", NULL);
+//         return status;
+//     }
+//
+//     /* Says which coordinate reference system everything lies in. */
+//     static srf_status set_systems(srf_scans *scans, srf_image *image, srf_cloud *cloud, srf_mesh *mesh,
+//                                   const char *system)
+//     {
+//         srf_status status = srf_scans_set_crs(scans, SIZE_MAX, system);
+//         if (status == SRF_OK) status = srf_image_set_crs(image, system);
+//         if (status == SRF_OK) status = srf_cloud_set_crs(cloud, system);
+//         if (status == SRF_OK) status = srf_mesh_set_crs(mesh, system);
+//         return status;
+//     }
+//
+//     /* Prints which one a mesh lies in, and how long the texts of the others are. */
+//     static srf_status print_systems(const srf_scans *scans, const srf_image *image, const srf_cloud *cloud,
+//                                     const srf_mesh *mesh)
+//     {
+//         char text[4096];
+//         size_t of_scans = 0, of_image = 0, of_cloud = 0, length = 0;
+//         srf_status status = srf_scans_crs(scans, SIZE_MAX, NULL, 0, &of_scans);
+//         if (status == SRF_OK) status = srf_image_crs(image, NULL, 0, &of_image);
+//         if (status == SRF_OK) status = srf_cloud_crs(cloud, NULL, 0, &of_cloud);
+//         if (status == SRF_OK) status = srf_mesh_crs(mesh, text, sizeof(text), &length);
+//         if (status != SRF_OK) return status;
+//         printf("%s; %u, %u, %u\n", text, (unsigned)of_scans, (unsigned)of_image, (unsigned)of_cloud);
+//         return SRF_OK;
 //     }
 
 // Sets the defaults. Call srf_write_options_init(options), which adds the size that this header knows.
@@ -2659,6 +3153,155 @@ srf_status srf_file_provenance(const char *path,
 //         srf_alignment_free(alignment);
 //         srf_aligner_free(aligner);
 //         return status;
+//     }
+//
+//     /* Aligns an image and points, which lie at most 20 off, to a mesh that stays. */
+//     static srf_status align_to_mesh(const srf_mesh *mesh, const srf_image *image, const srf_cloud *cloud,
+//                                     srf_alignment **out_alignment)
+//     {
+//         srf_align_params params;
+//         srf_aligner *aligner;
+//         srf_status status = srf_aligner_create(&aligner);
+//         if (status != SRF_OK) return status;
+//         srf_align_params_init(&params);
+//         params.start = SRF_START_ROUGH;
+//         params.reach = 20;
+//         status = srf_aligner_add_mesh(aligner, mesh, NULL, "model");
+//         if (status == SRF_OK) status = srf_aligner_add_image(aligner, image);
+//         if (status == SRF_OK) status = srf_aligner_add_cloud(aligner, cloud, "points");
+//         if (status == SRF_OK) status = srf_aligner_fix(aligner, 0);
+//         if (status == SRF_OK) status = srf_aligner_run(aligner, &params, NULL, out_alignment);
+//         srf_aligner_free(aligner);
+//         return status;
+//     }
+//
+//     /* Says what a person sees: a point that scans 0 and 1 show, that 1 and 2 touch, and that 0 and 2 do not. */
+//     static srf_status say_what_is_known(srf_aligner *aligner, const double in_first[3], const double in_second[3])
+//     {
+//         srf_pick pick;
+//         size_t axis;
+//         srf_status status;
+//         srf_pick_init(&pick);
+//         pick.scans[0] = 0;
+//         pick.scans[1] = 1;
+//         for (axis = 0; axis < 3; ++axis) {
+//             pick.points[0][axis] = in_first[axis];
+//             pick.points[1][axis] = in_second[axis];
+//         }
+//         status = srf_aligner_pick(aligner, &pick);
+//         if (status == SRF_OK) status = srf_aligner_trust(aligner, 1, 2);
+//         if (status == SRF_OK) status = srf_aligner_reject(aligner, 0, 2);
+//         return status;
+//     }
+//
+//     /* Aligns scans of an object that stood on a turntable; prints by how much it was turned at each. */
+//     static srf_status align_turned(srf_aligner *aligner, srf_alignment **out_alignment)
+//     {
+//         uint32_t found = 0;
+//         srf_array angles;
+//         size_t i, count = 0;
+//         srf_status status = srf_aligner_turn(aligner, NULL, NULL, NULL, 0);
+//         if (status == SRF_OK) status = srf_aligner_count(aligner, &count);
+//         if (status == SRF_OK) status = srf_aligner_run(aligner, NULL, NULL, out_alignment);
+//         if (status != SRF_OK) return status;
+//         status = srf_alignment_turntable(*out_alignment, &found, NULL, NULL, &angles);
+//         for (i = 0; status == SRF_OK && found && i < count; ++i) printf("%g\n", ((const double *)angles.data)[i]);
+//         return status;
+//     }
+//
+//     /* Prints what was found, line after line. */
+//     static srf_status print_alignment(const srf_alignment *alignment)
+//     {
+//         srf_align_report report;
+//         uint32_t i;
+//         srf_status status;
+//         srf_align_report_init(&report);
+//         status = srf_alignment_report(alignment, &report);
+//         for (i = 0; status == SRF_OK && i < report.lines; ++i) {
+//             const char *line;
+//             status = srf_alignment_line(alignment, i, &line);
+//             if (status == SRF_OK) puts(line);
+//         }
+//         return status;
+//     }
+//
+//     /* Prints what is not well: messages, why scans have no place, and pairs that do not fit. */
+//     static srf_status print_problems(const srf_alignment *alignment)
+//     {
+//         const char *text;
+//         srf_align_report report;
+//         uint32_t i;
+//         srf_status status;
+//         srf_align_report_init(&report);
+//         status = srf_alignment_report(alignment, &report);
+//         for (i = 0; status == SRF_OK && i < report.messages; ++i) {
+//             status = srf_alignment_message(alignment, i, &text);
+//             if (status == SRF_OK) puts(text);
+//         }
+//         for (i = 0; status == SRF_OK && i < report.scans; ++i) {
+//             status = srf_alignment_reason(alignment, i, &text);
+//             if (status == SRF_OK && *text != 0) printf("scan %u: %s\n", i, text);
+//         }
+//         for (i = 0; status == SRF_OK && i < report.pairs; ++i) {
+//             srf_aligned_pair pair;
+//             srf_aligned_pair_init(&pair);
+//             status = srf_alignment_pair(alignment, i, &pair);
+//             if (status != SRF_OK || pair.state != SRF_PAIR_STATE_MISFIT) continue;
+//             printf("scans %u and %u lie %g apart\n", pair.scans[0], pair.scans[1], pair.residual);
+//         }
+//         return status;
+//     }
+//
+//     /* Draws a scan that was dragged to the others; takes its pose only if it fits there. */
+//     static srf_status drop_scan(const srf_aligner *aligner, size_t scan, srf_pose *poses, size_t count)
+//     {
+//         srf_snap snap;
+//         srf_status status;
+//         srf_snap_init(&snap);
+//         status = srf_aligner_snap(aligner, scan, poses, count, NULL, NULL, &snap, NULL);
+//         if (status == SRF_OK && snap.state == SRF_PAIR_STATE_FITS) poses[scan] = snap.world_from_scan;
+//         return status;
+//     }
+//
+//     /* How far points of a scan lie outside of the others: warp, or what has moved. */
+//     static srf_status show_warp(const srf_aligner *aligner, size_t scan, const float *points, size_t count,
+//                                 double *out_distances)
+//     {
+//         const srf_array of_scan = {points, count, 0, SRF_TYPE_F32, 3};
+//         return srf_aligner_misfit(aligner, scan, NULL, 0, &of_scan, NULL, out_distances);
+//     }
+//
+//     /* Makes the image of a scan whenever it is needed, of 480 x 640 depths in millimetres in a file. */
+//     static int32_t load_depths(void *path, srf_image **out_image)
+//     {
+//         const size_t pixels = 480 * 640;
+//         uint16_t *depths = (uint16_t *)malloc(pixels * sizeof(uint16_t));
+//         FILE *file = fopen((const char *)path, "rb");
+//         srf_status status = SRF_ERR_IO;
+//         if (depths != NULL && file != NULL && fread(depths, sizeof(uint16_t), pixels, file) == pixels) {
+//             const srf_array samples = {depths, pixels, 0, SRF_TYPE_U16, 1};
+//             srf_frame frame;
+//             srf_frame_init(&frame);
+//             frame.rows = 480;
+//             frame.cols = 640;
+//             frame.intrinsics[0] = frame.intrinsics[1] = 525;
+//             frame.intrinsics[2] = 319.5;
+//             frame.intrinsics[3] = 239.5;
+//             frame.scale = 0.001;
+//             status = srf_image_from_frame(&frame, &samples, NULL, NULL, NULL, NULL, NULL, out_image, NULL);
+//         }
+//         if (file != NULL) fclose(file);
+//         free(depths);
+//         return status;
+//     }
+//
+//     /* Adds such a scan, whose samples never all stay in memory. */
+//     static srf_status add_depths(srf_aligner *aligner, char *path)
+//     {
+//         srf_image_source source;
+//         source.make = load_depths;
+//         source.user = path;
+//         return srf_aligner_add_source(aligner, &source, NULL, path);
 //     }
 
 // Sets the defaults. Call srf_align_params_init(params), which adds the size that this header knows.
@@ -2944,6 +3587,68 @@ srf_status srf_aligner_misfit(const srf_aligner *aligner,
 //         srf_region_free(region);
 //         return status;
 //     }
+//
+//     /* Removes the table that scans show, and lays it to height 0; they were added to the aligner where they lie. */
+//     static srf_status without_table(const srf_aligner *aligner, srf_scans *scans)
+//     {
+//         srf_plane_params params;
+//         srf_plane table;
+//         srf_pose similarity;
+//         srf_region *region = NULL;
+//         srf_status status;
+//         srf_plane_params_init(&params);
+//         params.min_share = 0.2;
+//         srf_plane_init(&table);
+//         status = srf_dominant_plane(aligner, &params, NULL, &table);
+//         if (status == SRF_OK) status = srf_region_below(&table, &region);
+//         if (status == SRF_OK) status = srf_scans_select(scans, SIZE_MAX, region, 0);
+//         if (status == SRF_OK) status = srf_ground(&table, NULL, &similarity);
+//         if (status == SRF_OK) status = srf_scans_transform(scans, &similarity);
+//         srf_region_free(region);
+//         return status;
+//     }
+//
+//     /* Removes what lies below three points that were picked, with the eye above, of an image, a cloud and a mesh. */
+//     static srf_status cut_below(const double points[9], const double eye[3], srf_image *image, srf_cloud *cloud,
+//                                 srf_mesh *mesh)
+//     {
+//         srf_plane plane;
+//         srf_region *region = NULL;
+//         srf_status status;
+//         srf_plane_init(&plane);
+//         status = srf_plane_through(points, eye, &plane);
+//         if (status == SRF_OK) status = srf_region_below(&plane, &region);
+//         if (status == SRF_OK) status = srf_image_select(image, region, 0, NULL, NULL);
+//         if (status == SRF_OK) status = srf_cloud_select(cloud, region, 0, NULL, NULL);
+//         if (status == SRF_OK) status = srf_mesh_select(mesh, NULL, region, 0, NULL, NULL);
+//         srf_region_free(region);
+//         return status;
+//     }
+//
+//     /* Keeps the pixels of an image that are marked; prints how many went. */
+//     static srf_status keep_marked(srf_image *image, const uint8_t *marks, size_t rows, size_t cols)
+//     {
+//         const srf_array of_pixels = {marks, rows * cols, 0, SRF_TYPE_U8, 1};
+//         srf_region *region = NULL;
+//         size_t removed = 0;
+//         srf_status status = srf_region_mask(&of_pixels, rows, cols, &region);
+//         if (status == SRF_OK) status = srf_image_select(image, region, 1, NULL, &removed);
+//         if (status == SRF_OK) printf("%g samples went\n", (double)removed);
+//         srf_region_free(region);
+//         return status;
+//     }
+//
+//     /* Scales an image, a cloud and a mesh so that two places lie half a metre apart. */
+//     static srf_status true_size(const double a[3], const double b[3], srf_image *image, srf_cloud *cloud,
+//                                 srf_mesh *mesh)
+//     {
+//         srf_pose similarity;
+//         srf_status status = srf_true_size(a, b, 0.5, &similarity);
+//         if (status == SRF_OK) status = srf_image_transform(image, &similarity);
+//         if (status == SRF_OK) status = srf_cloud_transform(cloud, &similarity);
+//         if (status == SRF_OK) status = srf_mesh_transform(mesh, &similarity);
+//         return status;
+//     }
 
 // Sets the defaults. Call srf_plane_params_init(params), which adds the size that this header knows.
 // params   not NULL
@@ -3130,6 +3835,58 @@ srf_status srf_mesh_transform(srf_mesh *mesh,
 //         status = srf_merger_add_scans(merger, scans);
 //         if (status == SRF_OK) status = srf_merger_run(merger, &params, NULL, out_mesh, NULL);
 //         srf_merger_free(merger);
+//         return status;
+//     }
+//
+//     /* Adds scans of all kinds: of a set, an image, a mesh, and one whose image a function makes when it is needed. */
+//     static srf_status add_all(srf_merger *merger, const srf_scans *scans, const srf_image *image, const srf_mesh *mesh,
+//                               const srf_image_source *source)
+//     {
+//         srf_status status = srf_merger_add_scan(merger, scans, 0);
+//         if (status == SRF_OK) status = srf_merger_add_image(merger, image);
+//         if (status == SRF_OK) status = srf_merger_add_mesh(merger, mesh, NULL, "model");
+//         if (status == SRF_OK) status = srf_merger_add_source(merger, source, NULL, "made");
+//         return status;
+//     }
+//
+//     /* Merges twice, with another image in the place of the first scan: only what it has a part in is done anew. */
+//     static srf_status preview(srf_merger *merger, const srf_image *image, srf_mesh **out_first, srf_mesh **out_second)
+//     {
+//         size_t renewed = 0, bricks = 0;
+//         srf_status status = srf_merger_keep(merger, 1);
+//         if (status == SRF_OK) status = srf_merger_run(merger, NULL, NULL, out_first, NULL);
+//         if (status == SRF_OK) status = srf_merger_replace_by_image(merger, 0, image);
+//         if (status == SRF_OK) status = srf_merger_run(merger, NULL, NULL, out_second, NULL);
+//         if (status == SRF_OK) status = srf_merger_renewed(merger, &renewed, &bricks);
+//         if (status == SRF_OK) printf("%g of %g bricks were new\n", (double)renewed, (double)bricks);
+//         return status;
+//     }
+//
+//     /* Puts others in the place of the first three scans, and removes the last. */
+//     static srf_status exchange(srf_merger *merger, const srf_scans *scans, const srf_mesh *mesh,
+//                                const srf_image_source *source)
+//     {
+//         size_t count = 0;
+//         srf_status status = srf_merger_replace_by_scan(merger, 0, scans, 0);
+//         if (status == SRF_OK) status = srf_merger_replace_by_mesh(merger, 1, mesh, NULL, "model");
+//         if (status == SRF_OK) status = srf_merger_replace_by_source(merger, 2, source, NULL, "made");
+//         if (status == SRF_OK) status = srf_merger_count(merger, &count);
+//         if (status == SRF_OK) status = srf_merger_remove(merger, count - 1);
+//         return status;
+//     }
+//
+//     /* Merges with 4 GB: into a mesh if that fits, else straight into a file, with *out_mesh NULL. */
+//     static srf_status merge_many(const srf_merger *merger, const char *path, const char *fast_disk, srf_mesh **out_mesh)
+//     {
+//         const uint64_t memory = 4000000000u;
+//         srf_merge_report report;
+//         srf_status status;
+//         srf_merge_report_init(&report);
+//         *out_mesh = NULL;
+//         status = srf_merger_run_in_files(merger, NULL, 1, memory, fast_disk, NULL, out_mesh, &report);
+//         if (status == SRF_ERR_OUT_OF_MEMORY)
+//             status = srf_merger_write(merger, path, NULL, memory, fast_disk, NULL, NULL, NULL, &report);
+//         if (status == SRF_OK) printf("cells of %g\n", report.voxel);
 //         return status;
 //     }
 
@@ -3367,6 +4124,24 @@ srf_status srf_merger_write(const srf_merger *merger,
 //         srf_sculptor_free(sculptor);
 //         return status;
 //     }
+//
+//     /* A mesh of at most so many triangles, as near as can be found; prints its tolerance. */
+//     static srf_status sculpt_small(const srf_image *image, size_t triangles, srf_mesh **out_mesh)
+//     {
+//         srf_sculpt_params params;
+//         srf_sculpt_report found;
+//         srf_sculptor *sculptor;
+//         srf_status status;
+//         srf_sculpt_params_init(&params);
+//         params.effort = 2;
+//         status = srf_sculptor_create(image, &params, NULL, &sculptor);
+//         if (status != SRF_OK) return status;
+//         srf_sculpt_report_init(&found);
+//         status = srf_sculptor_at_most(sculptor, triangles, NULL, out_mesh, &found);
+//         if (status == SRF_OK) printf("%g\n", found.tolerance);
+//         srf_sculptor_free(sculptor);
+//         return status;
+//     }
 
 // Sets the defaults. Call srf_sculpt_params_init(params), which adds the size that this header knows.
 // params   not NULL
@@ -3446,6 +4221,55 @@ srf_status srf_sculptor_at_most(const srf_sculptor *sculptor,
 //         if (status != SRF_OK) return status;
 //         status = srf_quads_write_obj(quads, path, NULL);
 //         srf_quads_free(quads);
+//         return status;
+//     }
+//
+//     /* Makes quads that lie within an error of the samples, and hands out their vertices and corners. */
+//     static srf_status quads_within(const srf_image *image, double error, srf_quads **out_quads,
+//                                    srf_array *out_positions, srf_array *out_corners)
+//     {
+//         srf_quads_params params;
+//         srf_quads_report report;
+//         srf_status status;
+//         srf_quads_params_init(&params);
+//         srf_quads_report_init(&report);
+//         params.max_error = error;
+//         status = srf_quads_create(image, &params, NULL, out_quads, &report);
+//         if (status != SRF_OK) return status;
+//         printf("%g quads, at most %g off\n", (double)report.quads, report.max_error);
+//         return srf_quads_faces(*out_quads, out_positions, NULL, out_corners, NULL);
+//     }
+//
+//     /* The quads as triangles; prints the pixel of the grid's last vertex. */
+//     static srf_status quads_as_triangles(const srf_quads *quads, srf_mesh **out_mesh)
+//     {
+//         srf_array pixels;
+//         size_t rows = 0, cols = 0;
+//         srf_status status = srf_quads_grid(quads, &rows, &cols, NULL, &pixels, NULL);
+//         if (status != SRF_OK) return status;
+//         printf("%u %u\n", ((const uint32_t *)pixels.data)[2 * (rows * cols - 1)],
+//                ((const uint32_t *)pixels.data)[2 * (rows * cols - 1) + 1]);
+//         return srf_quads_triangles(quads, out_mesh);
+//     }
+//
+//     /* A smooth surface of 20 x 20 control points, as a mesh of 200 x 200 vertices. */
+//     static srf_status smooth(const srf_quads *quads, srf_mesh **out_mesh)
+//     {
+//         srf_spline_params params;
+//         srf_array control_points;
+//         srf_spline *spline;
+//         double middle[3];
+//         size_t rows = 0, cols = 0;
+//         srf_status status;
+//         srf_spline_params_init(&params);
+//         params.rows = params.columns = 20;
+//         status = srf_spline_create(quads, &params, NULL, &spline, NULL, NULL);
+//         if (status != SRF_OK) return status;
+//         status = srf_spline_control(spline, &rows, &cols, &control_points);
+//         if (status == SRF_OK) status = srf_spline_point(spline, 0.5, 0.5, middle);
+//         if (status == SRF_OK) printf("its middle is at %g %g %g\n", middle[0], middle[1], middle[2]);
+//         if (status == SRF_OK) status = srf_spline_sample(spline, 200, 200, out_mesh);
+//         srf_spline_free(spline);
 //         return status;
 //     }
 
@@ -3601,6 +4425,24 @@ srf_status srf_spline_sample(const srf_spline *spline,
 //         srf_cloud_free(cloud);
 //         return status;
 //     }
+//
+//     /* The open surface through points that one sensor saw; prints how many are not on it. */
+//     static srf_status open_through(const srf_cloud *cloud, const double sensor[3], srf_mesh **out_mesh)
+//     {
+//         const srf_array seen_from = {sensor, 1, 0, SRF_TYPE_F64, 3};
+//         srf_reconstruct_params params;
+//         srf_reconstruct_report report;
+//         srf_reconstructor *reconstructor;
+//         srf_status status = srf_reconstructor_create(cloud, &seen_from, &reconstructor);
+//         if (status != SRF_OK) return status;
+//         srf_reconstruct_params_init(&params);
+//         srf_reconstruct_report_init(&report);
+//         params.closure = SRF_CLOSURE_OPEN;
+//         status = srf_reconstructor_surface(reconstructor, &params, NULL, out_mesh, &report, NULL);
+//         if (status == SRF_OK) printf("%g points are not on it\n", (double)(report.points - report.used));
+//         srf_reconstructor_free(reconstructor);
+//         return status;
+//     }
 
 // Sets the defaults. Call srf_reconstruct_params_init(params), which adds the size that this header knows.
 // params   not NULL
@@ -3666,6 +4508,26 @@ srf_status srf_reconstructor_surface(const srf_reconstructor *reconstructor,
 //         srf_cluster_params_init(&params);
 //         params.vertices = vertices;
 //         return srf_mesh_cluster(mesh, &params, NULL, out_mesh, NULL);
+//     }
+//
+//     /* A mesh of even triangles through points; prints the mean of their smallest angles, in radians. */
+//     static srf_status even_mesh(const srf_cloud *cloud, srf_mesh **out_mesh)
+//     {
+//         srf_cluster_report report;
+//         srf_status status;
+//         srf_cluster_report_init(&report);
+//         status = srf_cloud_cluster(cloud, NULL, NULL, out_mesh, &report);
+//         if (status == SRF_OK) printf("%g\n", report.after_mean_smallest_angle);
+//         return status;
+//     }
+//
+//     /* Three levels of detail of a mesh, and of points. */
+//     static srf_status levels(const srf_mesh *mesh, const srf_cloud *cloud, srf_mesh *of_mesh[3], srf_mesh *of_cloud[3])
+//     {
+//         static const uint64_t vertices[3] = {10000, 1000, 100};
+//         srf_status status = srf_mesh_cluster_levels(mesh, vertices, 3, NULL, NULL, of_mesh);
+//         if (status == SRF_OK) status = srf_cloud_cluster_levels(cloud, vertices, 3, NULL, NULL, of_cloud);
+//         return status;
 //     }
 
 // Sets the defaults. Call srf_cluster_params_init(params), which adds the size that this header knows.
@@ -3758,6 +4620,17 @@ srf_status srf_cloud_cluster_levels(const srf_cloud *cloud,
 //         if (status != SRF_OK) return status;
 //         return srf_scan_mesh(mesh, 480, 640, &camera, world_from_sensor, NULL, NULL, out_image);
 //     }
+//
+//     /* The same with noise of half a unit, and a pixel of a hundred that gives no value. */
+//     static srf_status scan_badly(const srf_mesh *mesh, const srf_projection *camera, const srf_pose *world_from_sensor,
+//                                  srf_image **out_image)
+//     {
+//         srf_scan_params params;
+//         srf_scan_params_init(&params);
+//         params.noise = 0.5;
+//         params.dropout = 0.01;
+//         return srf_scan_mesh(mesh, 480, 640, camera, world_from_sensor, &params, NULL, out_image);
+//     }
 
 // Sets the defaults. Call srf_scan_params_init(params), which adds the size that this header knows.
 // params   not NULL
@@ -3795,6 +4668,18 @@ srf_status srf_scan_mesh(const srf_mesh *mesh,
 //         double bound;
 //         const srf_status status = srf_mesh_surface_distance(mesh, reference, 0, 0, NULL, NULL, NULL, NULL, &bound);
 //         if (status == SRF_OK) printf("at most %g\n", bound);
+//         return status;
+//     }
+//
+//     /* Prints how far points lie from a mesh: the mean, and what 95 of 100 do not exceed. */
+//     static srf_status print_distances(const srf_mesh *mesh, const double *points, size_t count)
+//     {
+//         const srf_array positions = {points, count, 0, SRF_TYPE_F64, 3};
+//         srf_distances figures;
+//         srf_status status;
+//         srf_distances_init(&figures);
+//         status = srf_mesh_distances(mesh, &positions, 0, 0, NULL, NULL, &figures);
+//         if (status == SRF_OK) printf("%g, %g\n", figures.mean, figures.p95);
 //         return status;
 //     }
 
