@@ -4186,7 +4186,7 @@ srf_status srf_sculptor_free(srf_sculptor *sculptor);
 // tolerance        in the unit of the samples, >= 0; SRF_FROM_DATA for that of the params of srf_sculptor_create()
 // progress         NULL for none
 // out_mesh         receives a new handle on SRF_OK only; not NULL
-// out_report  initialized by srf_sculpt_report_init(); NULL if not wanted
+// out_report       initialized by srf_sculpt_report_init(); NULL if not wanted
 // returns          SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 srf_status srf_sculptor_refine(const srf_sculptor *sculptor,
                                double tolerance,
@@ -4200,7 +4200,7 @@ srf_status srf_sculptor_refine(const srf_sculptor *sculptor,
 // max_triangles    what the mesh may have at most
 // progress         NULL for none
 // out_mesh         receives a new handle on SRF_OK only; not NULL
-// out_report  initialized by srf_sculpt_report_init(); NULL if not wanted
+// out_report       initialized by srf_sculpt_report_init(); NULL if not wanted
 // returns          SRF_OK, SRF_ERR_INPUT if any mesh that covers the image has more, SRF_ERR_CANCELLED, SRF_ERR_HANDLE,
 //                  SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 srf_status srf_sculptor_at_most(const srf_sculptor *sculptor,

@@ -171,10 +171,8 @@ pub fn nearest_triangles<'py>(
 ///     progress: called as ``progress(stage, fraction)``; ``False`` cancels. Ctrl-C cancels as well.
 ///
 /// Returns:
-///     A dict: ``distances``, (n,) float64, exact, one a vertex of ``mesh``; ``mean``, ``rms``, ``p95``, ``max`` of their
-///     absolute values and ``bias``, the mean with signs; ``reached``, the largest distance found, between the vertices
-///     too; ``bound``, which no point of ``mesh`` exceeds: within 1 % of ``reached``, or a millionth of the reference's
-///     extent above it, unless that takes more than 8 measurements a vertex and 100,000.
+///     A ``DistanceReport``; no point of ``mesh`` exceeds its ``bound``, which is within 1 % of ``reached``, or a millionth of the
+///     reference's extent above it, unless that takes more than 8 measurements a vertex and 100,000.
 ///
 /// Raises:
 ///     InputError: a reference without triangles; meshes of different coordinate reference systems, or in degrees.
