@@ -35,7 +35,7 @@
 //! | `scan` | the virtual range scanner |
 //! | `job` | a long call on a thread of its own, for hosts |
 
-#![expect(
+#![allow(
     clippy::doc_lazy_continuation,
     reason = "doc comments are docstrings of Python, whose examples show what comes out"
 )]
