@@ -307,40 +307,42 @@ typedef enum {
   SRF_TURNTABLE_EQUAL = 3,
 } srf_turntable;
 
-// What became of a scan.
+// State of the scan: placed, kept, or neither.
 typedef enum {
-  // It has no place: srf_alignment_reason() says why.
-  SRF_SCAN_STATE_UNPLACED = 0,
+  // It has no place: the reason says why.
+  SRF_SCAN_STATE_UNPLACED = 1,
   // Its pose was found.
-  SRF_SCAN_STATE_PLACED = 1,
-  // Its pose is as given: it is fixed, or the frame of the others.
-  SRF_SCAN_STATE_KEPT = 2,
+  SRF_SCAN_STATE_PLACED = 2,
+  // Its pose is as given: the caller fixed it, or it is the frame of the others.
+  SRF_SCAN_STATE_KEPT = 3,
   // It was joined with others, but nothing joins these with the first group.
-  SRF_SCAN_STATE_APART = 3,
-  // Its pose is as given: that was rough, and nothing decides where it belongs. srf_alignment_reason() says why.
-  SRF_SCAN_STATE_UNDECIDED = 4,
+  SRF_SCAN_STATE_APART = 4,
+  // Its pose is as given: that was rough, and nothing decides where it belongs. The reason says why.
+  SRF_SCAN_STATE_UNDECIDED = 5,
 } srf_scan_state;
 
-// What became of a pair of scans.
+// State of the pair: it fits, or why it is not used.
 typedef enum {
   // No motion was found that lays one on the other.
-  SRF_PAIR_STATE_NOTHING = 0,
+  SRF_PAIR_STATE_NOTHING = 1,
   // They overlap and fit, where they lie in the end.
-  SRF_PAIR_STATE_FITS = 1,
-  // They overlap where they lie in the end, but lie further apart than noise explains: warp, or something moved.
-  SRF_PAIR_STATE_MISFIT = 2,
+  SRF_PAIR_STATE_FITS = 2,
+  // They overlap where they lie in the end, but surfaces lie further apart than noise explains: warp, or something
+  // moved.
+  SRF_PAIR_STATE_MISFIT = 3,
   // They fit, but may turn or slide on each other: not used.
-  SRF_PAIR_STATE_SLIDES = 3,
+  SRF_PAIR_STATE_SLIDES = 4,
   // They fit in several places: not used.
-  SRF_PAIR_STATE_AMBIGUOUS = 4,
+  SRF_PAIR_STATE_AMBIGUOUS = 5,
   // What they share stood still before the sensor while the rest moved: not used.
-  SRF_PAIR_STATE_BACKGROUND = 5,
+  SRF_PAIR_STATE_BACKGROUND = 6,
   // They fit by themselves, but other scans' sensors saw through there: not used.
-  SRF_PAIR_STATE_SEEN_THROUGH = 6,
-  // They fit by themselves, but other pairs, that fit better, say otherwise: not used.
-  SRF_PAIR_STATE_DISAGREES = 7,
+  SRF_PAIR_STATE_SEEN_THROUGH = 7,
+  // They fit by themselves, but other pairs, that fit better, rough poses or the order of a recording say otherwise: not
+  // used.
+  SRF_PAIR_STATE_DISAGREES = 8,
   // The caller rejected it.
-  SRF_PAIR_STATE_REJECTED = 8,
+  SRF_PAIR_STATE_REJECTED = 9,
 } srf_pair_state;
 
 // An alignment being put together: scans are added, what is known of them is said, then it is run, as often as wanted. Scans are
@@ -493,6 +495,25 @@ typedef struct {
   const srf_cancel *cancel;
 } srf_progress;
 
+// Samples that were left out of a frame, or of several, each counted for the first reason that it has. Starts with its
+// size; prepared by srf_left_out_report_init().
+typedef struct {
+  // Bytes of this struct.
+  uint32_t struct_size;
+  // 0.
+  uint32_t reserved;
+  // Samples that were measured.
+  uint64_t of;
+  // Those of too low a confidence.
+  uint64_t low_confidence;
+  // Those beyond the reach of the sensor.
+  uint64_t out_of_reach;
+  // Those seen through the black rim of the colour image.
+  uint64_t black_rim;
+  // Those far beyond all others of their frame, which stand for no measurement.
+  uint64_t far;
+} srf_left_out_report;
+
 // How the images of a frame were taken and how they lie in memory; one serves all frames of a recording. Cameras look along z, with
 // x to the right and y down; pixel centres lie at whole numbers, that of the first pixel at 0, 0. Starts with its size; prepared by
 // srf_frame_init().
@@ -536,23 +557,6 @@ typedef struct {
   // Samples of a lower level are left out, 0 to 255. 1 by default.
   uint64_t least_confidence;
 } srf_frame;
-
-// How many samples of a frame were left out, each counted for the first reason that it has. Starts with its size; prepared by
-// srf_left_out_init().
-typedef struct {
-  // Bytes of this struct.
-  uint32_t struct_size;
-  // 0.
-  uint32_t reserved;
-  // Samples that were measured.
-  uint64_t of;
-  // Those of too low a confidence.
-  uint64_t low_confidence;
-  // Those beyond the sensor's reach.
-  uint64_t out_of_reach;
-  // Those seen through the black rim of the colour image.
-  uint64_t black_rim;
-} srf_left_out;
 
 // What a mesh is as a surface: counts, and what follows from them. Triangles that name a vertex out of range or a vertex
 // twice are counted, then left out of all that follows; so are vertices without a triangle. Starts with its size; prepared
@@ -791,124 +795,139 @@ typedef struct {
   void *user;
 } srf_image_source;
 
-// Figures of an alignment. Starts with its size; prepared by srf_align_report_init().
+// A way that a scan may move without leaving the surfaces it lies on.
 typedef struct {
-  // Bytes of this struct.
-  uint32_t struct_size;
-  // Scans that were added.
-  uint32_t scans;
-  // Scans of the first group, which have a pose: those placed and those kept.
-  uint32_t placed;
-  // Groups of scans that are joined with each other.
-  uint32_t groups;
-  // Messages for srf_alignment_message().
-  uint32_t messages;
-  // Lines for srf_alignment_line().
-  uint32_t lines;
-  // Pairs of scans of which anything was found, for srf_alignment_pair().
-  uint64_t pairs;
-  // Pairs that were compared.
-  uint64_t compared;
-  // Root mean square distance of the surfaces of all pairs that touch, along normals, in the unit of the scans; SRF_FROM_DATA
-  // where none do.
-  double residual;
-} srf_align_report;
-
-// A way that a scan may move without leaving the surfaces it lies on: a turn about an axis, or a slide.
-typedef struct {
-  // 1 for a turn, 0 for a slide.
-  uint32_t turns;
-  // 0.
-  uint32_t reserved;
+  // Whether it is a turn about an axis. Otherwise it is a slide. 1 or 0.
+  uint64_t turns;
   // Unit direction of the axis, or of the slide, in the world.
   double direction[3];
   // A point of the axis, in the world.
   double point[3];
 } srf_freedom;
 
-// What was found of a scan. Lengths are in the unit of the scans. Starts with its size; prepared by srf_aligned_scan_init().
+// A scan that was aligned: its pose, and how sure that is. Starts with its size; prepared by srf_aligned_scan_init().
 typedef struct {
   // Bytes of this struct.
   uint32_t struct_size;
-  // What became of it: a value of srf_scan_state.
-  uint32_t state;
-  // Number of its group: 0 is the one that is placed. UINT32_MAX where it is joined with none.
-  uint32_t group;
-  // Ways that it may turn or slide and nothing holds it.
-  uint32_t free_ways;
-  // Its pose in its group, rigid: of the first group the result; scans of others lie together where the largest of them was given.
-  // All 0 where it has no group.
+  // 0.
+  uint32_t reserved;
+  // State of the scan: placed, kept, or neither. A value of srf_scan_state, such as SRF_SCAN_STATE_UNPLACED.
+  uint64_t state;
+  // Number of its group. 0 is the group that is placed. There is none where the scan is joined with no other. Then it is
+  // UINT64_MAX.
+  uint64_t group;
+  // Its pose in its group, which is rigid. For the first group it is the result. Scans of others lie together where the
+  // largest of them was given. There is none where the scan has no group. Then it is all 0.
   srf_pose world_from_scan;
-  // Covariance of a small motion of it in the world, row after row: turn about middle (radians), then shift. 0 where it is kept.
+  // Covariance of a small motion of it in the world: a turn about `middle` in radians, then a shift. Zero for scans that
+  // are kept.
   double covariance[6][6];
   // The middle of its points, in the world.
   double middle[3];
-  // One standard deviation of the place of its points: the largest over the scan; at least its size where nothing holds it, infinite
-  // where it has no place.
+  // One standard deviation of the place of its points: the largest over the scan. It is at least the scan's size where
+  // nothing holds it, the reach where it stays undecided, and infinite where it has no place. In the unit of the scans.
   double deviation;
-  // The free ways; 0 behind them.
+  // Number of freedoms. Ways that nothing holds it.
+  uint64_t freedoms_count;
+  // Ways that nothing holds it. Those behind them are 0.
   srf_freedom freedoms[6];
   // Share of its surface that lies on the scan that shares most with it.
   double overlap;
-  // Root mean square distance to the surfaces of others, along normals; 0 where there are none.
+  // Root mean square distance to the surfaces of others, along normals. 0 where there are none. In the unit of the
+  // scans.
   double residual;
-  // Root mean square of how far it lies from the others where noise is averaged out: what no rigid pose explains, such as warp.
-  // Bending within a few samples counts as well, so that some of it is always there. srf_aligner_misfit() says where.
+  // Root mean square of how far it lies from the others where noise is averaged out. No rigid pose explains that, but
+  // warp does. Bending within a few samples counts as well, so that some of it is always there. In the unit of the
+  // scans.
   double misfit;
-  // Median distance of its samples.
+  // Median distance of its samples. In the unit of the scans.
   double spacing;
 } srf_aligned_scan;
 
-// What was found of two scans. Starts with its size; prepared by srf_aligned_pair_init().
+// Two scans that were compared, and how well they fit. Starts with its size; prepared by srf_aligned_pair_init().
 typedef struct {
   // Bytes of this struct.
   uint32_t struct_size;
-  // What became of the pair: a value of srf_pair_state.
-  uint32_t state;
-  // Numbers of the scans, the smaller first.
-  uint32_t scans[2];
-  // Places in which one fits the other.
-  uint32_t places;
-  // Ways that one may turn or slide on the other.
-  uint32_t free_ways;
-  // The free ways; 0 behind them.
-  srf_freedom freedoms[6];
+  // 0.
+  uint32_t reserved;
+  // Their numbers, the smaller first.
+  uint64_t scans[2];
+  // State of the pair: it fits, or why it is not used. A value of srf_pair_state, such as SRF_PAIR_STATE_NOTHING.
+  uint64_t state;
   // Share of either surface that lies on the other.
   double overlap[2];
-  // Root mean square distance of the surfaces where they touch, along normals, in the unit of the scans.
+  // Root mean square distance of the surfaces where they touch, along normals. In the unit of the scans.
   double residual;
-  // How well the pair is held against turning and sliding: 1 at best, 0 where it may.
+  // How well the pair is held against turning and sliding: 1 at best, 0 where it may turn or slide.
   double balance;
-  // Of what the sensors can tell, the share that speaks against it.
+  // Of what the sensors can tell, the share that speaks against the pair.
   double seen_through;
+  // Places in which one fits the other.
+  uint64_t places;
+  // Number of freedoms. Ways that one may turn or slide on the other.
+  uint64_t freedoms_count;
+  // Ways that one may turn or slide on the other. Those behind them are 0.
+  srf_freedom freedoms[6];
 } srf_aligned_pair;
 
-// Where a scan was drawn to. Lengths are in the unit of the scans. Starts with its size; prepared by srf_snap_init().
+// Scans that were aligned, and their pairs. Starts with its size; prepared by srf_align_report_init().
 typedef struct {
   // Bytes of this struct.
   uint32_t struct_size;
-  // Whether it fits there, and if not, why: SRF_PAIR_STATE_FITS, SRF_PAIR_STATE_MISFIT, SRF_PAIR_STATE_SLIDES, SRF_PAIR_STATE_SEEN_THROUGH or
-  // SRF_PAIR_STATE_NOTHING.
-  uint32_t state;
-  // Scans that it touches.
-  uint32_t touches;
-  // Ways that it may turn or slide, where it slides.
-  uint32_t free_ways;
-  // Where it was drawn to; where it was if it touches nothing.
+  // 0.
+  uint32_t reserved;
+  // Number of scans. Each scan, in the order given.
+  uint64_t scans_count;
+  // Number of pairs. The pairs of which anything was found, by their numbers.
+  uint64_t pairs_count;
+  // Number of groups. Numbers of the scans of each group, the placed one first. Only scans that are joined with others,
+  // or kept, are in one.
+  uint64_t groups_count;
+  // Pairs that were compared.
+  uint64_t compared;
+  // Root mean square distance of the surfaces of all pairs that touch, along normals. There is none where none touch.
+  // Then it is SRF_FROM_DATA. In the unit of the scans.
+  double residual;
+  // Turntable: A point of the axis.
+  double turntable_point[3];
+  // Turntable: Unit direction of the axis.
+  double turntable_direction[3];
+  // Number of messages. Sentences that the user should know.
+  uint64_t messages_count;
+  // Scans that lie in one frame: those that were placed, and those kept. 0 where a single one was kept for want of a
+  // place for others.
+  uint64_t placed;
+} srf_align_report;
+
+// The place that a scan was drawn to by hand, and how well it lies there. Starts with its size; prepared by
+// srf_snap_report_init().
+typedef struct {
+  // Bytes of this struct.
+  uint32_t struct_size;
+  // 0.
+  uint32_t reserved;
+  // The pose that the scan was drawn to. It is the pose that the scan had if it touches nothing.
   srf_pose world_from_scan;
-  // The free ways; 0 behind them.
-  srf_freedom freedoms[6];
+  // Whether it fits there, and if not, why: one of `fits`, `misfit`, `slides`, `seen_through` and `nothing`. A value of
+  // srf_pair_state, such as SRF_PAIR_STATE_NOTHING.
+  uint64_t state;
+  // Number of touches. Numbers of the scans that it touches, the nearest first.
+  uint64_t touches_count;
   // Share of its surface that lies on the scan that shares most with it.
   double overlap;
-  // Root mean square distance to the surfaces of the others, along normals.
+  // Root mean square distance to the surfaces of the others, along normals. In the unit of the scans.
   double residual;
-  // How well it is held against turning and sliding: 1 at best, 0 where it may.
+  // How well it is held against turning and sliding: 1 at best, 0 where it may turn or slide.
   double balance;
   // Of what the sensors can tell, the share that speaks against it.
   double seen_through;
-  // How far its points moved, at most.
+  // How far its points moved, at most. In the unit of the scans.
   double moved;
-} srf_snap;
+  // Number of freedoms. Ways that it may turn or slide.
+  uint64_t freedoms_count;
+  // Ways that it may turn or slide. Those behind them are 0.
+  srf_freedom freedoms[6];
+} srf_snap_report;
 
 // How the dominant plane is found. Lengths are in the unit of the scans. Starts with its size; set to the defaults by
 // srf_plane_params_init().
@@ -1433,28 +1452,35 @@ typedef struct {
   uint64_t seed;
 } srf_scan_params;
 
-// Figures over many distances, all but bias of their absolute values. Starts with its size; prepared by
-// srf_distances_init().
+// Distances of points, or of a surface, from another surface. All figures but `bias` are of absolute values. Starts with
+// its size; prepared by srf_distance_report_init().
 typedef struct {
   // Bytes of this struct.
   uint32_t struct_size;
   // 0.
   uint32_t reserved;
-  // How many.
+  // Distances that were measured: of the points, or of the surface's vertices.
   uint64_t count;
-  // Mean.
+  // Their mean. In the unit of the scans.
   double mean;
-  // Root of the mean square.
+  // Root of their mean square. In the unit of the scans.
   double rms;
-  // The smallest value that at least 95 % do not exceed.
+  // The smallest value that at least 95 % of them do not exceed. In the unit of the scans.
   double p95;
-  // Largest.
+  // The largest of them. In the unit of the scans.
   double max;
-  // Mean of the values with their signs.
+  // Their mean with signs. Without signs it is the mean. In the unit of the scans.
   double bias;
-  // Index of the largest, the first of several; 0 if there is none.
+  // Index of the largest, the first of several. There is none where nothing was measured. Then it is UINT64_MAX.
   uint64_t worst;
-} srf_distances;
+  // Largest distance that was found on a surface, between its vertices too. There is none for points. Then it is
+  // SRF_FROM_DATA. In the unit of the scans.
+  double reached;
+  // No point of the surface is farther. It is within 1 % of `reached`, or above it by a millionth of the extent of the
+  // other surface, unless that takes more than 8 measurements for each vertex and 100,000. There is none for points.
+  // Then it is SRF_FROM_DATA. In the unit of the scans.
+  double bound;
+} srf_distance_report;
 
 #ifdef __cplusplus
 extern "C" {
@@ -2020,6 +2046,14 @@ srf_status srf_image_to_cloud(const srf_image *image,
                               const srf_progress *progress,
                               srf_cloud **out_cloud);
 
+// Prepares a struct of figures. Call srf_left_out_report_init(report), which adds the size that this header knows.
+// report   not NULL
+// size     sizeof(srf_left_out_report): what of the struct this library does not know becomes 0
+// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_left_out_report_init_sized(srf_left_out_report *report,
+                                          size_t size);
+#define srf_left_out_report_init(report) srf_left_out_report_init_sized((report), sizeof(srf_left_out_report))
+
 // Prepares a struct for srf_image_from_frame(). Call srf_frame_init(frame), which adds the size that this header knows.
 // frame    not NULL
 // size     sizeof(srf_frame): what of the struct this library does not know becomes 0
@@ -2027,14 +2061,6 @@ srf_status srf_image_to_cloud(const srf_image *image,
 srf_status srf_frame_init_sized(srf_frame *frame,
                                 size_t size);
 #define srf_frame_init(frame) srf_frame_init_sized((frame), sizeof(srf_frame))
-
-// Prepares a struct for srf_image_from_frame(). Call srf_left_out_init(left_out), which adds the size that this header knows.
-// left_out  not NULL
-// size      sizeof(srf_left_out): what of the struct this library does not know becomes 0
-// returns   SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.2.
-srf_status srf_left_out_init_sized(srf_left_out *left_out,
-                                   size_t size);
-#define srf_left_out_init(left_out) srf_left_out_init_sized((left_out), sizeof(srf_left_out))
 
 // Makes a range image of a frame, with what of it can be trusted. Depth is never resampled: each sample takes its colour through
 // its point, with alpha 0 where the colour camera does not see it, since it lies outside of its image or behind a nearer sample.
@@ -2047,7 +2073,7 @@ srf_status srf_left_out_init_sized(srf_left_out *left_out,
 // name               for messages and as what ties are broken by when merging, UTF-8; NULL for none
 // progress           NULL for none
 // out_image          receives a new handle on SRF_OK only; not NULL
-// out_left_out       initialized by srf_left_out_init(); NULL if not wanted
+// out_left_out       initialized by srf_left_out_report_init(); NULL if not wanted
 // returns            SRF_OK, SRF_ERR_PARAMETER naming the field, SRF_ERR_INPUT, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL,
 //                    SRF_ERR_STRUCT_SIZE, SRF_ERR_OUT_OF_MEMORY. Since 0.2.
 srf_status srf_image_from_frame(const srf_frame *frame,
@@ -2058,7 +2084,7 @@ srf_status srf_image_from_frame(const srf_frame *frame,
                                 const char *name,
                                 const srf_progress *progress,
                                 srf_image **out_image,
-                                srf_left_out *out_left_out);
+                                srf_left_out_report *out_left_out);
 
 // ==== 3. Point clouds and meshes ===========================================================================
 // Both hand out views that copy nothing, and are made of arrays of any stride.
@@ -3433,7 +3459,23 @@ srf_status srf_aligner_run(const srf_aligner *aligner,
                            const srf_progress *progress,
                            srf_alignment **out_alignment);
 
-// Prepares a struct for srf_alignment_report(). Call srf_align_report_init(report), which adds the size that this header knows.
+// Prepares a struct of figures. Call srf_aligned_scan_init(report), which adds the size that this header knows.
+// report   not NULL
+// size     sizeof(srf_aligned_scan): what of the struct this library does not know becomes 0
+// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_aligned_scan_init_sized(srf_aligned_scan *report,
+                                       size_t size);
+#define srf_aligned_scan_init(report) srf_aligned_scan_init_sized((report), sizeof(srf_aligned_scan))
+
+// Prepares a struct of figures. Call srf_aligned_pair_init(report), which adds the size that this header knows.
+// report   not NULL
+// size     sizeof(srf_aligned_pair): what of the struct this library does not know becomes 0
+// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_aligned_pair_init_sized(srf_aligned_pair *report,
+                                       size_t size);
+#define srf_aligned_pair_init(report) srf_aligned_pair_init_sized((report), sizeof(srf_aligned_pair))
+
+// Prepares a struct of figures. Call srf_align_report_init(report), which adds the size that this header knows.
 // report   not NULL
 // size     sizeof(srf_align_report): what of the struct this library does not know becomes 0
 // returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
@@ -3441,43 +3483,28 @@ srf_status srf_align_report_init_sized(srf_align_report *report,
                                        size_t size);
 #define srf_align_report_init(report) srf_align_report_init_sized((report), sizeof(srf_align_report))
 
-// Prepares a struct for srf_alignment_scan(). Call srf_aligned_scan_init(scan), which adds the size that this header knows.
-// scan     not NULL
-// size     sizeof(srf_aligned_scan): what of the struct this library does not know becomes 0
-// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
-srf_status srf_aligned_scan_init_sized(srf_aligned_scan *scan,
-                                       size_t size);
-#define srf_aligned_scan_init(scan) srf_aligned_scan_init_sized((scan), sizeof(srf_aligned_scan))
-
-// Prepares a struct for srf_alignment_pair(). Call srf_aligned_pair_init(pair), which adds the size that this header knows.
-// pair     not NULL
-// size     sizeof(srf_aligned_pair): what of the struct this library does not know becomes 0
-// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
-srf_status srf_aligned_pair_init_sized(srf_aligned_pair *pair,
-                                       size_t size);
-#define srf_aligned_pair_init(pair) srf_aligned_pair_init_sized((pair), sizeof(srf_aligned_pair))
-
 // Releases what an alignment found, with its texts.
 // alignment  NULL does nothing
 // returns    SRF_OK, SRF_ERR_HANDLE. Since 0.1.
 srf_status srf_alignment_free(srf_alignment *alignment);
 
-// The figures of an alignment.
+// The figures of an alignment. srf_alignment_line() gives as many lines as there are scans and messages, and one more.
 // alignment   not NULL
 // out_report  initialized by srf_align_report_init(); not NULL
 // returns     SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
-srf_status srf_alignment_report(const srf_alignment *alignment, srf_align_report *out_report);
+srf_status srf_alignment_report(const srf_alignment *alignment,
+                                srf_align_report *out_report);
 
-// What was found of a scan.
+// The figures of a scan that was aligned.
 // alignment  not NULL
 // index      number of the scan, in the order of adding
 // out_scan   initialized by srf_aligned_scan_init(); not NULL
 // returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 srf_status srf_alignment_scan(const srf_alignment *alignment, size_t index, srf_aligned_scan *out_scan);
 
-// What was found of a pair of scans; pairs that are not listed have nothing in common.
+// The figures of a pair of scans. Pairs that are not listed have nothing in common.
 // alignment  not NULL
-// index      less than the number of pairs in the report; they are listed by their scans' numbers
+// index      less than pairs_count of the report; pairs are listed by their scans' numbers
 // out_pair   initialized by srf_aligned_pair_init(); not NULL
 // returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 srf_status srf_alignment_pair(const srf_alignment *alignment, size_t index, srf_aligned_pair *out_pair);
@@ -3508,25 +3535,25 @@ srf_status srf_alignment_reason(const srf_alignment *alignment,
 
 // What a person should know of the whole, a sentence.
 // alignment    not NULL
-// index        less than the number of messages in the report
+// index        less than messages_count of the report
 // out_message  receives a text that stays until the alignment is freed, on SRF_OK only; not NULL
 // returns      SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_alignment_message(const srf_alignment *alignment, size_t index, const char **out_message);
 
 // A line for logs: first the whole, then each scan, then the messages.
 // alignment  not NULL
-// index      less than the number of lines in the report
+// index      less than scans_count + messages_count + 1 of the report
 // out_line   receives a text that stays until the alignment is freed, on SRF_OK only; not NULL
 // returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_alignment_line(const srf_alignment *alignment, size_t index, const char **out_line);
 
-// Prepares a struct for srf_aligner_snap(). Call srf_snap_init(snap), which adds the size that this header knows.
-// snap     not NULL
-// size     sizeof(srf_snap): what of the struct this library does not know becomes 0
+// Prepares a struct of figures. Call srf_snap_report_init(report), which adds the size that this header knows.
+// report   not NULL
+// size     sizeof(srf_snap_report): what of the struct this library does not know becomes 0
 // returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
-srf_status srf_snap_init_sized(srf_snap *snap,
-                               size_t size);
-#define srf_snap_init(snap) srf_snap_init_sized((snap), sizeof(srf_snap))
+srf_status srf_snap_report_init_sized(srf_snap_report *report,
+                                      size_t size);
+#define srf_snap_report_init(report) srf_snap_report_init_sized((report), sizeof(srf_snap_report))
 
 // Draws one scan, from a rough pose, to others, which stay: for placing by hand. What was said of the scans is not asked. The same to
 // the bit for any number of threads. Some tens of milliseconds for any number of scans, once these were read: the first call does so.
@@ -3538,7 +3565,7 @@ srf_status srf_snap_init_sized(srf_snap *snap,
 // params           its reach, by default a tenth of the scan's size, is how far it is drawn, about; tolerance, min_overlap and threads
 //                  count too; NULL for the defaults
 // progress         NULL for none
-// out_snap         initialized by srf_snap_init(); not NULL
+// out_snap         initialized by srf_snap_report_init(); not NULL
 // out_touches      room for a byte a scan that was added: 1 if the scan touches that one, else 0; NULL if not wanted
 // returns          SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT for fewer than two scans, poses for another number of scans, one that is
 //                  not rigid or none of the scan itself, SRF_ERR_FORMAT, SRF_ERR_IO, SRF_ERR_OUT_OF_MEMORY,
@@ -3549,7 +3576,7 @@ srf_status srf_aligner_snap(const srf_aligner *aligner,
                             size_t count,
                             const srf_align_params *params,
                             const srf_progress *progress,
-                            srf_snap *out_snap,
+                            srf_snap_report *out_snap,
                             uint8_t *out_touches);
 
 // How far points of a scan lie outside of the surfaces of others, along normals: a mean over a few samples, so that warp and what
@@ -4683,13 +4710,13 @@ srf_status srf_scan_mesh(const srf_mesh *mesh,
 //         return status;
 //     }
 
-// Prepares a struct for srf_mesh_distances(). Call srf_distances_init(distances), which adds the size that this header knows.
-// distances  not NULL
-// size       sizeof(srf_distances): what of the struct this library does not know becomes 0
-// returns    SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
-srf_status srf_distances_init_sized(srf_distances *distances,
-                                    size_t size);
-#define srf_distances_init(distances) srf_distances_init_sized((distances), sizeof(srf_distances))
+// Prepares a struct of figures. Call srf_distance_report_init(report), which adds the size that this header knows.
+// report   not NULL
+// size     sizeof(srf_distance_report): what of the struct this library does not know becomes 0
+// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_distance_report_init_sized(srf_distance_report *report,
+                                          size_t size);
+#define srf_distance_report_init(report) srf_distance_report_init_sized((report), sizeof(srf_distance_report))
 
 // Exact distances of points to the nearest point of a mesh. Time O((n + m) log m) for n points and m triangles; the same for
 // any number of threads.
@@ -4699,7 +4726,7 @@ srf_status srf_distances_init_sized(srf_distances *distances,
 // threads        at most 1024; 0 for the number of srf_set_threads()
 // progress       NULL for none
 // out_distances  room for a double a point; NULL if only the figures are wanted
-// out_figures    initialized by srf_distances_init(); NULL if not wanted
+// out_figures    initialized by srf_distance_report_init(); NULL if not wanted
 // returns        SRF_OK, SRF_ERR_INPUT, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE.
 //                Since 0.1.
 srf_status srf_mesh_distances(const srf_mesh *mesh,
@@ -4708,7 +4735,7 @@ srf_status srf_mesh_distances(const srf_mesh *mesh,
                               uint32_t threads,
                               const srf_progress *progress,
                               double *out_distances,
-                              srf_distances *out_figures);
+                              srf_distance_report *out_figures);
 
 // How far one surface lies from another: exact at its vertices, with a bound that holds for every point between them.
 // mesh           the surface; not NULL
@@ -4717,11 +4744,7 @@ srf_status srf_mesh_distances(const srf_mesh *mesh,
 // threads        at most 1024; 0 for the number of srf_set_threads()
 // progress       NULL for none
 // out_distances  room for a double a vertex of mesh; NULL if only the figures are wanted
-// out_figures    of the vertices; initialized by srf_distances_init(); NULL if not wanted
-// out_reached    receives the largest distance found, between the vertices too; NULL if not wanted
-// out_bound      receives what no point of the surface exceeds: within 1 % of out_reached or a millionth of the extent
-//                of reference above it, unless that takes more than 8 measurements a vertex and 100,000; NULL if not
-//                wanted
+// out_figures    of the vertices, and how far the surface reaches between them; initialized by srf_distance_report_init(); NULL if not wanted
 // returns        SRF_OK, SRF_ERR_INPUT, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE.
 //                Since 0.1.
 srf_status srf_mesh_surface_distance(const srf_mesh *mesh,
@@ -4730,9 +4753,7 @@ srf_status srf_mesh_surface_distance(const srf_mesh *mesh,
                                      uint32_t threads,
                                      const srf_progress *progress,
                                      double *out_distances,
-                                     srf_distances *out_figures,
-                                     double *out_reached,
-                                     double *out_bound);
+                                     srf_distance_report *out_figures);
 
 #ifdef __cplusplus
 }  // extern "C"

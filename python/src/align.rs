@@ -12,7 +12,6 @@ use surfrecon::align::{AlignParams, Alignment as Core, Constraints};
 use surfrecon::export::{PlacedFile, write_poses};
 use surfrecon::memory_folder::MemoryFolder;
 
-use crate::align_report::{self, align_report};
 use crate::arrays;
 use crate::constraints::constraints;
 use crate::errors::{input_error, to_python};
@@ -20,6 +19,7 @@ use crate::memory_folder::Place;
 use crate::params::{params, params_only};
 use crate::progress::Watch;
 use crate::ready::{ReadCall, Ready};
+use crate::report;
 use crate::sources::{self, Source};
 
 /// Brings scans to one frame: finds where each lies from what overlaps, in any order and from any poses.
@@ -178,7 +178,11 @@ impl Alignment {
     /// What was found: an ``AlignReport``, the same one whenever it is asked for.
     #[getter]
     fn report(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
-        let made = || align_report(py, &self.found.report).map(Bound::unbind);
+        let made = || {
+            let figures = report::of(py, &self.found.report)?;
+            figures.set_item("summary", self.found.report.lines())?;
+            Ok(figures.unbind())
+        };
         self.report.get_or_try_init(py, made).map(|report| report.clone_ref(py))
     }
 
@@ -413,7 +417,7 @@ impl Aligner {
         let mut poses = self.ready.poses(poses)?;
         poses[scan] = Some(start);
         let call = |progress: &Progress<'_>| self.ready.prepared.snap(scan, &poses, &params, progress);
-        align_report::snap(py, &Watch::new(progress).run(py, call)?)
+        report::of(py, &Watch::new(progress).run(py, call)?)
     }
 
     /// How far a scan lies outside of the others' surfaces, along normals, where the scans lie as ``poses`` says: what no rigid

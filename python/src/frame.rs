@@ -4,7 +4,6 @@ use std::path::PathBuf;
 
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
 use surfrecon::Progress;
 use surfrecon::frame::Frame as Core;
 use surfrecon::import;
@@ -20,7 +19,7 @@ use crate::pickling::{self, Reduced};
 use crate::point_cloud::PointCloud;
 use crate::progress::Watch;
 use crate::range_image::RangeImage;
-use crate::report::report;
+use crate::report;
 use crate::scan::Camera;
 use crate::similarity::Given;
 
@@ -250,13 +249,7 @@ impl Frame {
     #[getter]
     fn left_out<'py>(slf: PyRef<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         let (_, out) = read(&slf, |scan, progress| whole(scan, progress)?.into_range_image(progress))?;
-        let dict = PyDict::new(slf.py());
-        dict.set_item("of", out.of)?;
-        dict.set_item("low_confidence", out.low_confidence)?;
-        dict.set_item("out_of_reach", out.out_of_reach)?;
-        dict.set_item("black_rim", out.black_rim)?;
-        dict.set_item("far", out.far)?;
-        report("LeftOutReport", dict)
+        report::of(slf.py(), &out)
     }
 
     fn __repr__(slf: PyRef<'_, Self>) -> String {

@@ -42,7 +42,6 @@
 
 // modules
 mod align;
-mod align_report;
 mod allocator;
 mod arrays;
 mod background;

@@ -5,7 +5,6 @@ use std::sync::Arc;
 use glam::DVec3;
 use numpy::PyArray1;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
 use surfrecon::mesh::Crs;
 use surfrecon::mesh::certify::{Certified, certify};
 use surfrecon::mesh::measure::{self, Side};
@@ -17,7 +16,7 @@ use crate::crs::{CrsText, crs_of};
 use crate::mesh::Mesh;
 use crate::params;
 use crate::progress::Watch;
-use crate::report::report;
+use crate::report;
 use crate::sources::{Clouds, Source, as_dyn, sources};
 
 /// Exact distances of points to the nearest points of a mesh, or of scans.
@@ -196,20 +195,9 @@ pub fn surface_distance<'py>(
 /// # Errors
 /// None but of Python itself.
 pub fn distance_report(py: Python<'_>, found: Certified) -> PyResult<Bound<'_, PyAny>> {
-    let (dict, figures) = (PyDict::new(py), found.vertices.summary);
-    for (name, value) in [
-        ("mean", figures.mean),
-        ("rms", figures.rms),
-        ("p95", figures.p95),
-        ("max", figures.max),
-        ("bias", figures.bias),
-        ("reached", found.reached),
-        ("bound", found.bound),
-    ] {
-        dict.set_item(name, value)?;
-    }
-    dict.set_item("distances", PyArray1::from_vec(py, found.vertices.distances))?;
-    report("DistanceReport", dict)
+    let figures = report::of(py, &found.report())?;
+    figures.set_item("distances", PyArray1::from_vec(py, found.vertices.distances))?;
+    Ok(figures)
 }
 
 /// A measurement of a surface with all it needs, free of Python.

@@ -23,7 +23,7 @@ pub const CHAPTERS: &[Chapter] = &[
     },
     Chapter {
         title: "Range images",
-        files: &["array", "pose", "params/triangulate", "projection", "image", "frame", "image_source"],
+        files: &["array", "pose", "params/triangulate", "projection", "image", "reports/left_out", "frame", "image_source"],
         text: "A range image is made of samples, of how its pixels see and of where its sensor stood.",
         examples: include_str!("chapters/images.c"),
     },
@@ -49,7 +49,7 @@ pub const CHAPTERS: &[Chapter] = &[
     },
     Chapter {
         title: "Aligning",
-        files: &["params/align", "align", "alignment", "snap"],
+        files: &["params/align", "align", "reports/align", "alignment", "reports/snap", "snap"],
         text: "Scans without poses come into one frame. srf_scans_set_pose() places the scans of a set by it, which then merge from \
                the disk.",
         examples: include_str!("chapters/aligning.c"),
@@ -98,7 +98,7 @@ pub const CHAPTERS: &[Chapter] = &[
     },
     Chapter {
         title: "Measuring",
-        files: &["measure"],
+        files: &["reports/distance", "measure"],
         text: "How far points or a surface lie from a mesh.",
         examples: include_str!("chapters/measuring.c"),
     },

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use surfrecon::reports::{Figure, Kind, Reported, Schema, Shape, reports};
+use surfrecon::reports::{Figure, Kind, Schema, Shape, reports};
 
 use crate::compare;
 use crate::words::wrapped;
@@ -59,6 +59,66 @@ const EXAMPLES: &[(&str, &[&str])] = &[
         ],
     ),
     ("CheckReport", &[">>> report = mesh.check()", ">>> report.is_manifold, report.boundary_edges", "(True, 0)"]),
+    (
+        "AlignReport",
+        &[
+            ">>> report = surfrecon.align(scans).report",
+            ">>> report.placed, report.groups",
+            "(6, [[0, 1, 2, 3, 4, 5]])",
+            ">>> report.summary[0].partition(\";\")[0]",
+            "'6 of 6 scans placed'",
+        ],
+    ),
+    (
+        "AlignedScan",
+        &[
+            ">>> report = surfrecon.align(scans).report",
+            ">>> [(scan.name, scan.reason) for scan in report.scans if scan.state == \"unplaced\"]",
+            "[]",
+        ],
+    ),
+    (
+        "AlignedPair",
+        &[
+            ">>> report = surfrecon.align(scans).report",
+            ">>> [pair.scans for pair in report.pairs if pair.state == \"fits\"][0]",
+            "(0, 1)",
+        ],
+    ),
+    (
+        "Freedom",
+        &[
+            ">>> report = surfrecon.align(scans).report",
+            ">>> [way.turns for pair in report.pairs if pair.state == \"fits\" for way in pair.freedoms]",
+            "[]",
+        ],
+    ),
+    (
+        "TurntableFound",
+        &[
+            ">>> table = surfrecon.align(scans, turntable=\"turned\").report.turntable",
+            ">>> np.degrees(table.angles).round()",
+            "array([  0.,  60., 120., 180., 240., 300.])",
+        ],
+    ),
+    (
+        "Snap",
+        &[
+            ">>> snap = surfrecon.Aligner(scans).snap(2, scans[2].world_from_sensor)",
+            ">>> snap.state, 3 in snap.touches",
+            "('fits', True)",
+        ],
+    ),
+    (
+        "DistanceReport",
+        &[
+            ">>> coarse = surfrecon.cluster(mesh, vertices=500).mesh",
+            ">>> report = surfrecon.surface_distance(coarse, mesh)",
+            ">>> report.rms <= report.p95 <= report.max <= report.bound",
+            "True",
+        ],
+    ),
+    ("LeftOutReport", &[">>> left_out = scans[0].left_out", ">>> left_out.low_confidence <= left_out.of", "True"]),
 ];
 
 fn type_of(figure: &Figure) -> String {
@@ -70,6 +130,8 @@ fn type_of(figure: &Figure) -> String {
             let names: Vec<String> = choices.iter().map(|choice| format!("\"{}\"", choice.name)).collect();
             format!("Literal[{}]", names.join(", "))
         }
+        Kind::Vector => "tuple[float, float, float]".to_owned(),
+        Kind::Pose | Kind::Matrix(_) => "NDArray[np.float64]".to_owned(),
         Kind::Text => "str".to_owned(),
         Kind::Warning(_) => "tuple[str, str]".to_owned(),
         Kind::Stage => return "dict[str, float]".to_owned(),
@@ -81,7 +143,9 @@ fn type_of(figure: &Figure) -> String {
         Shape::Optional => format!("{plain} | None"),
         Shape::Array(size) => tuple(size),
         Shape::OptionalArray(size) => format!("{} | None", tuple(size)),
-        Shape::List(0) => format!("list[{plain}]"),
+        Shape::List(0) | Shape::UpTo(_) => format!("list[{plain}]"),
+        Shape::ListOfOptional => format!("list[{plain} | None]"),
+        Shape::Lists => format!("list[list[{plain}]]"),
         Shape::List(size) => format!("list[{}]", tuple(size)),
     }
 }
@@ -93,12 +157,16 @@ fn marked(text: &str) -> String {
 
 fn text_of(figure: &Figure) -> String {
     let mut text = marked(figure.text);
-    if matches!(figure.shape, Shape::Optional | Shape::OptionalArray(_)) {
+    if figure.is_optional() {
         text += " Then it is ``None``.";
     }
     match figure.kind {
         Kind::Length => text += " In the unit of the scans.",
         Kind::Angle => text += " Radians.",
+        Kind::Pose => text += " 4 x 4 float64.",
+        Kind::Matrix(rows) => {
+            let _ = write!(text, " {rows} x {rows} float64.");
+        }
         Kind::Warning(kinds) => {
             text += " A kind and a sentence each:";
             for kind in kinds {
@@ -114,6 +182,12 @@ fn text_of(figure: &Figure) -> String {
     }
     text
 }
+
+/// Figures that Python's reports have beside those of the core: name, type and text.
+const ADDED: &[(&str, &str, &str, &str)] = &[
+    ("AlignReport", "summary", "list[str]", "All of it in words, a line each. `print` shows it."),
+    ("DistanceReport", "distances", "NDArray[np.float64]", "(n,) float64, exact, one for each vertex."),
+];
 
 fn example(class: &str) -> &'static [&'static str] {
     let found = EXAMPLES.iter().find(|(name, _)| *name == class);
@@ -140,31 +214,44 @@ fn class<'a>(name: &str, about: &str, figures: impl Iterator<Item = &'a Figure> 
         lines[0] = lines[0][4..].to_owned();
         lines.iter().for_each(|line| out += &format!("{line}\n"));
     }
+    for (_, added, _, text) in ADDED.iter().filter(|(class, ..)| *class == name) {
+        let mut lines = wrapped(&format!("{added}: {}", marked(text)), "            ", WIDTH);
+        lines[0] = lines[0][4..].to_owned();
+        lines.iter().for_each(|line| out += &format!("{line}\n"));
+    }
     out += "    \"\"\"\n\n    __slots__ = ()\n";
     for figure in figures {
         let _ = writeln!(out, "    {}: {}", figure.name, type_of(figure));
     }
+    for (_, added, kind, _) in ADDED.iter().filter(|(class, ..)| *class == name) {
+        let _ = writeln!(out, "    {added}: {kind}");
+    }
+    if ADDED.iter().any(|(class, added, ..)| *class == name && *added == "summary") {
+        out += "\n    def __str__(self) -> str:\n        \"\"\"The summary.\"\"\"\n        return \"\\n\".join(self.summary)\n";
+    }
     out
 }
 
-/// The schemas of the reports that figures of a report are.
-fn inner(reported: &Reported) -> Vec<&'static Schema> {
-    let mut found: Vec<&Schema> = Vec::new();
-    for figure in reported.figures() {
+/// The schemas of the reports that figures are, after those that their own figures are.
+fn inner<'a>(figures: impl Iterator<Item = &'a Figure>, found: &mut Vec<&'static Schema>) {
+    for figure in figures {
         if let Kind::Nested(schema) = figure.kind
             && !found.contains(&schema)
         {
+            inner(schema.figures.iter(), found);
             found.push(schema);
         }
     }
-    found
 }
 
 #[test]
 fn classes() {
     let mut classes = String::new();
+    let mut made = Vec::new();
     for reported in reports() {
-        for schema in inner(&reported) {
+        let before = made.len();
+        inner(reported.figures(), &mut made);
+        for schema in &made[before..] {
             classes += &format!("{}\n\n", class(schema.name, schema.text, schema.figures.iter()));
         }
         let figures: Vec<&Figure> = reported.figures().collect();
