@@ -13,8 +13,8 @@
  *         return srf_mesh_write(mesh, arguments[2], NULL, NULL) == SRF_OK ? 0 : 1;
  *     }
  *
- * Chapters, each with an example before its first function. Structs and values stand before them all. What a verb may be told is in its
- * struct of parameters.
+ * Chapters, each with examples of all its functions before the first of them. Structs and values stand before them all. What a verb may
+ * be told is in its struct of parameters.
  *    1. The library: errors, threads, memory, progress  srf_version()
  *    2. Range images                                    srf_projection_pinhole()
  *    3. Point clouds and meshes                         srf_cloud_create()
@@ -307,40 +307,42 @@ typedef enum {
   SRF_TURNTABLE_EQUAL = 3,
 } srf_turntable;
 
-// What became of a scan.
+// State of the scan: placed, kept, or neither.
 typedef enum {
-  // It has no place: srf_alignment_reason() says why.
-  SRF_SCAN_STATE_UNPLACED = 0,
+  // It has no place: the reason says why.
+  SRF_SCAN_STATE_UNPLACED = 1,
   // Its pose was found.
-  SRF_SCAN_STATE_PLACED = 1,
-  // Its pose is as given: it is fixed, or the frame of the others.
-  SRF_SCAN_STATE_KEPT = 2,
+  SRF_SCAN_STATE_PLACED = 2,
+  // Its pose is as given: the caller fixed it, or it is the frame of the others.
+  SRF_SCAN_STATE_KEPT = 3,
   // It was joined with others, but nothing joins these with the first group.
-  SRF_SCAN_STATE_APART = 3,
-  // Its pose is as given: that was rough, and nothing decides where it belongs. srf_alignment_reason() says why.
-  SRF_SCAN_STATE_UNDECIDED = 4,
+  SRF_SCAN_STATE_APART = 4,
+  // Its pose is as given: that was rough, and nothing decides where it belongs. The reason says why.
+  SRF_SCAN_STATE_UNDECIDED = 5,
 } srf_scan_state;
 
-// What became of a pair of scans.
+// State of the pair: it fits, or why it is not used.
 typedef enum {
   // No motion was found that lays one on the other.
-  SRF_PAIR_STATE_NOTHING = 0,
+  SRF_PAIR_STATE_NOTHING = 1,
   // They overlap and fit, where they lie in the end.
-  SRF_PAIR_STATE_FITS = 1,
-  // They overlap where they lie in the end, but lie further apart than noise explains: warp, or something moved.
-  SRF_PAIR_STATE_MISFIT = 2,
+  SRF_PAIR_STATE_FITS = 2,
+  // They overlap where they lie in the end, but surfaces lie further apart than noise explains: warp, or something
+  // moved.
+  SRF_PAIR_STATE_MISFIT = 3,
   // They fit, but may turn or slide on each other: not used.
-  SRF_PAIR_STATE_SLIDES = 3,
+  SRF_PAIR_STATE_SLIDES = 4,
   // They fit in several places: not used.
-  SRF_PAIR_STATE_AMBIGUOUS = 4,
+  SRF_PAIR_STATE_AMBIGUOUS = 5,
   // What they share stood still before the sensor while the rest moved: not used.
-  SRF_PAIR_STATE_BACKGROUND = 5,
+  SRF_PAIR_STATE_BACKGROUND = 6,
   // They fit by themselves, but other scans' sensors saw through there: not used.
-  SRF_PAIR_STATE_SEEN_THROUGH = 6,
-  // They fit by themselves, but other pairs, that fit better, say otherwise: not used.
-  SRF_PAIR_STATE_DISAGREES = 7,
+  SRF_PAIR_STATE_SEEN_THROUGH = 7,
+  // They fit by themselves, but other pairs, that fit better, rough poses or the order of a recording say otherwise: not
+  // used.
+  SRF_PAIR_STATE_DISAGREES = 8,
   // The caller rejected it.
-  SRF_PAIR_STATE_REJECTED = 8,
+  SRF_PAIR_STATE_REJECTED = 9,
 } srf_pair_state;
 
 // An alignment being put together: scans are added, what is known of them is said, then it is run, as often as wanted. Scans are
@@ -493,6 +495,25 @@ typedef struct {
   const srf_cancel *cancel;
 } srf_progress;
 
+// Samples that were left out of a frame, or of several, each counted for the first reason that it has. Starts with its
+// size; prepared by srf_left_out_report_init().
+typedef struct {
+  // Bytes of this struct.
+  uint32_t struct_size;
+  // 0.
+  uint32_t reserved;
+  // Samples that were measured.
+  uint64_t of;
+  // Those of too low a confidence.
+  uint64_t low_confidence;
+  // Those beyond the reach of the sensor.
+  uint64_t out_of_reach;
+  // Those seen through the black rim of the colour image.
+  uint64_t black_rim;
+  // Those far beyond all others of their frame, which stand for no measurement.
+  uint64_t far;
+} srf_left_out_report;
+
 // How the images of a frame were taken and how they lie in memory; one serves all frames of a recording. Cameras look along z, with
 // x to the right and y down; pixel centres lie at whole numbers, that of the first pixel at 0, 0. Starts with its size; prepared by
 // srf_frame_init().
@@ -536,23 +557,6 @@ typedef struct {
   // Samples of a lower level are left out, 0 to 255. 1 by default.
   uint64_t least_confidence;
 } srf_frame;
-
-// How many samples of a frame were left out, each counted for the first reason that it has. Starts with its size; prepared by
-// srf_left_out_init().
-typedef struct {
-  // Bytes of this struct.
-  uint32_t struct_size;
-  // 0.
-  uint32_t reserved;
-  // Samples that were measured.
-  uint64_t of;
-  // Those of too low a confidence.
-  uint64_t low_confidence;
-  // Those beyond the sensor's reach.
-  uint64_t out_of_reach;
-  // Those seen through the black rim of the colour image.
-  uint64_t black_rim;
-} srf_left_out;
 
 // What a mesh is as a surface: counts, and what follows from them. Triangles that name a vertex out of range or a vertex
 // twice are counted, then left out of all that follows; so are vertices without a triangle. Starts with its size; prepared
@@ -791,124 +795,139 @@ typedef struct {
   void *user;
 } srf_image_source;
 
-// Figures of an alignment. Starts with its size; prepared by srf_align_report_init().
+// A way that a scan may move without leaving the surfaces it lies on.
 typedef struct {
-  // Bytes of this struct.
-  uint32_t struct_size;
-  // Scans that were added.
-  uint32_t scans;
-  // Scans of the first group, which have a pose: those placed and those kept.
-  uint32_t placed;
-  // Groups of scans that are joined with each other.
-  uint32_t groups;
-  // Messages for srf_alignment_message().
-  uint32_t messages;
-  // Lines for srf_alignment_line().
-  uint32_t lines;
-  // Pairs of scans of which anything was found, for srf_alignment_pair().
-  uint64_t pairs;
-  // Pairs that were compared.
-  uint64_t compared;
-  // Root mean square distance of the surfaces of all pairs that touch, along normals, in the unit of the scans; SRF_FROM_DATA
-  // where none do.
-  double residual;
-} srf_align_report;
-
-// A way that a scan may move without leaving the surfaces it lies on: a turn about an axis, or a slide.
-typedef struct {
-  // 1 for a turn, 0 for a slide.
-  uint32_t turns;
-  // 0.
-  uint32_t reserved;
+  // Whether it is a turn about an axis. Otherwise it is a slide. 1 or 0.
+  uint64_t turns;
   // Unit direction of the axis, or of the slide, in the world.
   double direction[3];
   // A point of the axis, in the world.
   double point[3];
 } srf_freedom;
 
-// What was found of a scan. Lengths are in the unit of the scans. Starts with its size; prepared by srf_aligned_scan_init().
+// A scan that was aligned: its pose, and how sure that is. Starts with its size; prepared by srf_aligned_scan_init().
 typedef struct {
   // Bytes of this struct.
   uint32_t struct_size;
-  // What became of it: a value of srf_scan_state.
-  uint32_t state;
-  // Number of its group: 0 is the one that is placed. UINT32_MAX where it is joined with none.
-  uint32_t group;
-  // Ways that it may turn or slide and nothing holds it.
-  uint32_t free_ways;
-  // Its pose in its group, rigid: of the first group the result; scans of others lie together where the largest of them was given.
-  // All 0 where it has no group.
+  // 0.
+  uint32_t reserved;
+  // State of the scan: placed, kept, or neither. A value of srf_scan_state, such as SRF_SCAN_STATE_UNPLACED.
+  uint64_t state;
+  // Number of its group. 0 is the group that is placed. There is none where the scan is joined with no other. Then it is
+  // UINT64_MAX.
+  uint64_t group;
+  // Its pose in its group, which is rigid. For the first group it is the result. Scans of others lie together where the
+  // largest of them was given. There is none where the scan has no group. Then it is all 0.
   srf_pose world_from_scan;
-  // Covariance of a small motion of it in the world, row after row: turn about middle (radians), then shift. 0 where it is kept.
+  // Covariance of a small motion of it in the world: a turn about `middle` in radians, then a shift. Zero for scans that
+  // are kept.
   double covariance[6][6];
   // The middle of its points, in the world.
   double middle[3];
-  // One standard deviation of the place of its points: the largest over the scan; at least its size where nothing holds it, infinite
-  // where it has no place.
+  // One standard deviation of the place of its points: the largest over the scan. It is at least the scan's size where
+  // nothing holds it, the reach where it stays undecided, and infinite where it has no place. In the unit of the scans.
   double deviation;
-  // The free ways; 0 behind them.
+  // Number of freedoms. Ways that nothing holds it.
+  uint64_t freedoms_count;
+  // Ways that nothing holds it. Those behind them are 0.
   srf_freedom freedoms[6];
   // Share of its surface that lies on the scan that shares most with it.
   double overlap;
-  // Root mean square distance to the surfaces of others, along normals; 0 where there are none.
+  // Root mean square distance to the surfaces of others, along normals. 0 where there are none. In the unit of the
+  // scans.
   double residual;
-  // Root mean square of how far it lies from the others where noise is averaged out: what no rigid pose explains, such as warp.
-  // Bending within a few samples counts as well, so that some of it is always there. srf_aligner_misfit() says where.
+  // Root mean square of how far it lies from the others where noise is averaged out. No rigid pose explains that, but
+  // warp does. Bending within a few samples counts as well, so that some of it is always there. In the unit of the
+  // scans.
   double misfit;
-  // Median distance of its samples.
+  // Median distance of its samples. In the unit of the scans.
   double spacing;
 } srf_aligned_scan;
 
-// What was found of two scans. Starts with its size; prepared by srf_aligned_pair_init().
+// Two scans that were compared, and how well they fit. Starts with its size; prepared by srf_aligned_pair_init().
 typedef struct {
   // Bytes of this struct.
   uint32_t struct_size;
-  // What became of the pair: a value of srf_pair_state.
-  uint32_t state;
-  // Numbers of the scans, the smaller first.
-  uint32_t scans[2];
-  // Places in which one fits the other.
-  uint32_t places;
-  // Ways that one may turn or slide on the other.
-  uint32_t free_ways;
-  // The free ways; 0 behind them.
-  srf_freedom freedoms[6];
+  // 0.
+  uint32_t reserved;
+  // Their numbers, the smaller first.
+  uint64_t scans[2];
+  // State of the pair: it fits, or why it is not used. A value of srf_pair_state, such as SRF_PAIR_STATE_NOTHING.
+  uint64_t state;
   // Share of either surface that lies on the other.
   double overlap[2];
-  // Root mean square distance of the surfaces where they touch, along normals, in the unit of the scans.
+  // Root mean square distance of the surfaces where they touch, along normals. In the unit of the scans.
   double residual;
-  // How well the pair is held against turning and sliding: 1 at best, 0 where it may.
+  // How well the pair is held against turning and sliding: 1 at best, 0 where it may turn or slide.
   double balance;
-  // Of what the sensors can tell, the share that speaks against it.
+  // Of what the sensors can tell, the share that speaks against the pair.
   double seen_through;
+  // Places in which one fits the other.
+  uint64_t places;
+  // Number of freedoms. Ways that one may turn or slide on the other.
+  uint64_t freedoms_count;
+  // Ways that one may turn or slide on the other. Those behind them are 0.
+  srf_freedom freedoms[6];
 } srf_aligned_pair;
 
-// Where a scan was drawn to. Lengths are in the unit of the scans. Starts with its size; prepared by srf_snap_init().
+// Scans that were aligned, and their pairs. Starts with its size; prepared by srf_align_report_init().
 typedef struct {
   // Bytes of this struct.
   uint32_t struct_size;
-  // Whether it fits there, and if not, why: SRF_PAIR_STATE_FITS, SRF_PAIR_STATE_MISFIT, SRF_PAIR_STATE_SLIDES, SRF_PAIR_STATE_SEEN_THROUGH or
-  // SRF_PAIR_STATE_NOTHING.
-  uint32_t state;
-  // Scans that it touches.
-  uint32_t touches;
-  // Ways that it may turn or slide, where it slides.
-  uint32_t free_ways;
-  // Where it was drawn to; where it was if it touches nothing.
+  // 0.
+  uint32_t reserved;
+  // Number of scans. Each scan, in the order given.
+  uint64_t scans_count;
+  // Number of pairs. The pairs of which anything was found, by their numbers.
+  uint64_t pairs_count;
+  // Number of groups. Numbers of the scans of each group, the placed one first. Only scans that are joined with others,
+  // or kept, are in one.
+  uint64_t groups_count;
+  // Pairs that were compared.
+  uint64_t compared;
+  // Root mean square distance of the surfaces of all pairs that touch, along normals. There is none where none touch.
+  // Then it is SRF_FROM_DATA. In the unit of the scans.
+  double residual;
+  // Turntable: A point of the axis.
+  double turntable_point[3];
+  // Turntable: Unit direction of the axis.
+  double turntable_direction[3];
+  // Number of messages. Sentences that the user should know.
+  uint64_t messages_count;
+  // Scans that lie in one frame: those that were placed, and those kept. 0 where a single one was kept for want of a
+  // place for others.
+  uint64_t placed;
+} srf_align_report;
+
+// The place that a scan was drawn to by hand, and how well it lies there. Starts with its size; prepared by
+// srf_snap_report_init().
+typedef struct {
+  // Bytes of this struct.
+  uint32_t struct_size;
+  // 0.
+  uint32_t reserved;
+  // The pose that the scan was drawn to. It is the pose that the scan had if it touches nothing.
   srf_pose world_from_scan;
-  // The free ways; 0 behind them.
-  srf_freedom freedoms[6];
+  // Whether it fits there, and if not, why: one of `fits`, `misfit`, `slides`, `seen_through` and `nothing`. A value of
+  // srf_pair_state, such as SRF_PAIR_STATE_NOTHING.
+  uint64_t state;
+  // Number of touches. Numbers of the scans that it touches, the nearest first.
+  uint64_t touches_count;
   // Share of its surface that lies on the scan that shares most with it.
   double overlap;
-  // Root mean square distance to the surfaces of the others, along normals.
+  // Root mean square distance to the surfaces of the others, along normals. In the unit of the scans.
   double residual;
-  // How well it is held against turning and sliding: 1 at best, 0 where it may.
+  // How well it is held against turning and sliding: 1 at best, 0 where it may turn or slide.
   double balance;
   // Of what the sensors can tell, the share that speaks against it.
   double seen_through;
-  // How far its points moved, at most.
+  // How far its points moved, at most. In the unit of the scans.
   double moved;
-} srf_snap;
+  // Number of freedoms. Ways that it may turn or slide.
+  uint64_t freedoms_count;
+  // Ways that it may turn or slide. Those behind them are 0.
+  srf_freedom freedoms[6];
+} srf_snap_report;
 
 // How the dominant plane is found. Lengths are in the unit of the scans. Starts with its size; set to the defaults by
 // srf_plane_params_init().
@@ -1433,28 +1452,35 @@ typedef struct {
   uint64_t seed;
 } srf_scan_params;
 
-// Figures over many distances, all but bias of their absolute values. Starts with its size; prepared by
-// srf_distances_init().
+// Distances of points, or of a surface, from another surface. All figures but `bias` are of absolute values. Starts with
+// its size; prepared by srf_distance_report_init().
 typedef struct {
   // Bytes of this struct.
   uint32_t struct_size;
   // 0.
   uint32_t reserved;
-  // How many.
+  // Distances that were measured: of the points, or of the surface's vertices.
   uint64_t count;
-  // Mean.
+  // Their mean. In the unit of the scans.
   double mean;
-  // Root of the mean square.
+  // Root of their mean square. In the unit of the scans.
   double rms;
-  // The smallest value that at least 95 % do not exceed.
+  // The smallest value that at least 95 % of them do not exceed. In the unit of the scans.
   double p95;
-  // Largest.
+  // The largest of them. In the unit of the scans.
   double max;
-  // Mean of the values with their signs.
+  // Their mean with signs. Without signs it is the mean. In the unit of the scans.
   double bias;
-  // Index of the largest, the first of several; 0 if there is none.
+  // Index of the largest, the first of several. There is none where nothing was measured. Then it is UINT64_MAX.
   uint64_t worst;
-} srf_distances;
+  // Largest distance that was found on a surface, between its vertices too. There is none for points. Then it is
+  // SRF_FROM_DATA. In the unit of the scans.
+  double reached;
+  // No point of the surface is farther. It is within 1 % of `reached`, or above it by a millionth of the extent of the
+  // other surface, unless that takes more than 8 measurements for each vertex and 100,000. There is none for points.
+  // Then it is SRF_FROM_DATA. In the unit of the scans.
+  double bound;
+} srf_distance_report;
 
 #ifdef __cplusplus
 extern "C" {
@@ -1469,6 +1495,100 @@ extern "C" {
 //         if (status == SRF_OK) return;
 //         fprintf(stderr, "%s\n", srf_last_error_message());
 //         exit(1);
+//     }
+//
+//     /* Whether the library that was loaded does what the program was built for. */
+//     static int fits(void)
+//     {
+//         printf("surfrecon %s\n", srf_version());
+//         return srf_abi_version() == SRF_ABI_VERSION && srf_version_number() >= SRF_VERSION;
+//     }
+//
+//     /* Prints a message of the log, behind the name that the log was set with. */
+//     static void print_message(int32_t level, const char *text, void *user)
+//     {
+//         fprintf(stderr, "%s: %s%s\n", (const char *)user, level == SRF_LOG_LEVEL_WARNING ? "warning: " : "", text);
+//     }
+//
+//     /* Sets up a program: 4 threads, 8 GB, and a log. */
+//     static void set_up(char *name)
+//     {
+//         must(srf_set_threads(4));
+//         must(srf_set_memory_limit(8000000000u));
+//         must(srf_set_log(print_message, name));
+//         printf("%u threads, %g bytes\n", srf_threads(), (double)srf_memory_limit());
+//     }
+//
+//     /* Merges with settings of its own, as one of several plugins of a program does. */
+//     static srf_status merge_apart(const srf_merger *merger, char *name, srf_mesh **out_mesh)
+//     {
+//         srf_context *context, *former;
+//         uint32_t threads;
+//         uint64_t held;
+//         srf_status status;
+//         must(srf_context_create(&context));
+//         must(srf_context_set_threads(context, 2));
+//         must(srf_context_set_memory_limit(context, 2000000000u));
+//         must(srf_context_set_log(context, print_message, name));
+//         must(srf_context_use(context, &former));
+//         status = srf_merger_run(merger, NULL, NULL, out_mesh, NULL);
+//         must(srf_context_use(former, NULL));
+//         must(srf_context_threads(context, &threads));
+//         must(srf_context_memory(context, NULL, &held));
+//         printf("%u threads; what was made holds %g bytes\n", threads, (double)held);
+//         must(srf_context_free(context));
+//         return status;
+//     }
+//
+//     /* Shows the progress of a call, which goes on. */
+//     static int32_t show_progress(const char *stage, double fraction, const char *message, void *user)
+//     {
+//         (void)stage, (void)fraction, (void)user;
+//         fprintf(stderr, "\r%s", message);
+//         return 0;
+//     }
+//
+//     /* Merges with progress, until what is handed to a button for stopping is set. */
+//     static srf_status merge_until_stopped(const srf_merger *merger, void (*set_button)(srf_cancel *),
+//                                           srf_mesh **out_mesh)
+//     {
+//         srf_progress progress;
+//         srf_cancel *cancel;
+//         srf_status status;
+//         must(srf_cancel_create(&cancel));
+//         set_button(cancel);
+//         progress.report = show_progress;
+//         progress.user = NULL;
+//         progress.cancel = cancel;
+//         status = srf_merger_run(merger, NULL, &progress, out_mesh, NULL);
+//         set_button(NULL);
+//         must(srf_cancel_free(cancel));
+//         return status;
+//     }
+//
+//     /* Stops calls on whatever thread, and lets later ones run once it is pressed again. */
+//     static void press_button(srf_cancel *cancel)
+//     {
+//         uint32_t is_set;
+//         must(srf_cancel_is_set(cancel, &is_set));
+//         must(is_set ? srf_cancel_reset(cancel) : srf_cancel_set(cancel));
+//     }
+//
+//     /* Fails as a function of the program's does that the library calls: with a text. */
+//     static int32_t fail(void)
+//     {
+//         const char *text;
+//         must(srf_status_text(SRF_ERR_IO, &text));
+//         fprintf(stderr, "%s\n", text);
+//         must(srf_set_last_error("the camera is not plugged in"));
+//         return SRF_ERR_IO;
+//     }
+//
+//     /* Has the library's memory come from functions of the program's, before any other call. */
+//     static void use_memory_of(srf_allocate_fn allocate, srf_deallocate_fn deallocate)
+//     {
+//         const srf_allocator allocator = {allocate, NULL, deallocate, NULL};
+//         must(srf_set_allocator(&allocator));
 //     }
 
 // Version of the loaded library, for example "0.2.0". Static text, never NULL. Since 0.1.
@@ -1629,6 +1749,103 @@ srf_status srf_cancel_is_set(const srf_cancel *cancel, uint32_t *out_is_set);
 //         const srf_status status = srf_projection_pinhole(525, 525, 319.5, 239.5, 0, &camera);
 //         if (status != SRF_OK) return status;
 //         return srf_image_create(rows, cols, &camera, &samples, NULL, "first", out_image);
+//     }
+//
+//     /* How the others see: heights half a unit apart, a scanner that turns by a milliradian, points of a grid. */
+//     static srf_status other_projections(srf_projection projections[4])
+//     {
+//         static const double down[3] = {0, 0, -1}, eye[3] = {0, 0, 1.6};
+//         srf_status status = srf_projection_orthographic(0, 0, 0.5, -0.5, &projections[0]);
+//         if (status == SRF_OK) status = srf_projection_spherical(0, 0.7, 0.001, -0.001, &projections[1]);
+//         if (status == SRF_OK) status = srf_projection_grid_parallel(down, &projections[2]);
+//         if (status == SRF_OK) status = srf_projection_grid_from(eye, &projections[3]);
+//         return status;
+//     }
+//
+//     /* Makes a range image of a frame of a phone: 192 x 256 depths in millimetres, and a photo of 1440 x 1920 pixels. */
+//     static srf_status from_phone(const uint16_t *depths, const uint8_t *photo, srf_image **out_image)
+//     {
+//         const srf_array samples = {depths, 192 * 256, 0, SRF_TYPE_U16, 1};
+//         const srf_array colours = {photo, 1440 * 1920, 0, SRF_TYPE_U8, 3};
+//         srf_left_out left_out;
+//         srf_frame frame;
+//         srf_status status;
+//         srf_left_out_init(&left_out);
+//         srf_frame_init(&frame);
+//         frame.rows = 192;
+//         frame.cols = 256;
+//         frame.intrinsics[0] = frame.intrinsics[1] = 212;
+//         frame.intrinsics[2] = 127.5;
+//         frame.intrinsics[3] = 95.5;
+//         frame.scale = 0.001;
+//         frame.reach = 5;
+//         frame.colour_rows = 1440;
+//         frame.colour_cols = 1920;
+//         status = srf_image_from_frame(&frame, &samples, &colours, NULL, NULL, "first", NULL, out_image, &left_out);
+//         if (status == SRF_OK) printf("%g samples are too far\n", (double)left_out.out_of_reach);
+//         return status;
+//     }
+//
+//     /* Names an image, places its sensor, and gives its pixels colours. */
+//     static srf_status name_and_place(srf_image *image, const srf_pose *world_from_sensor, const uint8_t *colours)
+//     {
+//         size_t rows = 0, cols = 0;
+//         srf_status status = srf_image_set_name(image, "front");
+//         if (status == SRF_OK) status = srf_image_set_pose(image, world_from_sensor);
+//         if (status == SRF_OK) status = srf_image_size(image, &rows, &cols, NULL);
+//         if (status == SRF_OK) {
+//             const srf_array of_pixels = {colours, rows * cols, 0, SRF_TYPE_U8, 4};
+//             status = srf_image_set_attributes(image, &of_pixels, NULL, NULL);
+//         }
+//         return status;
+//     }
+//
+//     /* Prints what an image is, and where the ray of its first pixel leads. */
+//     static srf_status print_image(const srf_image *image)
+//     {
+//         double sensor[3], origin[3], direction[3];
+//         srf_array samples, colours;
+//         srf_projection projection;
+//         const char *name;
+//         srf_status status = srf_image_name(image, &name);
+//         if (status == SRF_OK) status = srf_image_camera(image, &projection, NULL);
+//         if (status == SRF_OK) status = srf_image_samples(image, &samples);
+//         if (status == SRF_OK) status = srf_image_attributes(image, &colours, NULL, NULL);
+//         if (status == SRF_OK) status = srf_image_sensor(image, sensor);
+//         if (status == SRF_OK) status = srf_image_ray(image, 0, 0, origin, direction);
+//         if (status != SRF_OK) return status;
+//         printf("%s: %u numbers a pixel of kind %u\n", name, samples.components, projection.kind);
+//         puts(colours.count > 0 ? "with colours" : "without colours");
+//         if (sensor[0] == sensor[0]) printf("seen from %g %g %g in the world\n", sensor[0], sensor[1], sensor[2]);
+//         printf("its first pixel looks along %g %g %g\n", direction[0], direction[1], direction[2]);
+//         return SRF_OK;
+//     }
+//
+//     /* Copies the measured points of an image, in the world; free() releases them. */
+//     static srf_status copy_points(const srf_image *image, double **out_points)
+//     {
+//         size_t rows = 0, cols = 0;
+//         srf_status status = srf_image_size(image, &rows, &cols, NULL);
+//         if (status != SRF_OK) return status;
+//         *out_points = (double *)malloc(3 * rows * cols * sizeof(double));
+//         if (*out_points == NULL) return SRF_ERR_OUT_OF_MEMORY;
+//         return srf_image_world_points(image, *out_points, 3 * rows * cols, NULL);
+//     }
+//
+//     /* Makes a mesh and points of an image, the mesh without what is seen at a grazing angle, and releases the image. */
+//     static srf_status mesh_and_points(srf_image *image, srf_mesh **out_mesh, srf_cloud **out_cloud)
+//     {
+//         srf_triangulate_params params;
+//         srf_status status;
+//         srf_triangulate_params_init(&params);
+//         params.grazing_limit = 1.4;
+//         status = srf_image_triangulate(image, &params, NULL, out_mesh);
+//         if (status == SRF_OK) {
+//             status = srf_image_to_cloud(image, NULL, out_cloud);
+//             if (status != SRF_OK) srf_mesh_free(*out_mesh);
+//         }
+//         srf_image_free(image);
+//         return status;
 //     }
 
 // Sets the defaults. Call srf_triangulate_params_init(params), which adds the size that this header knows.
@@ -1829,6 +2046,14 @@ srf_status srf_image_to_cloud(const srf_image *image,
                               const srf_progress *progress,
                               srf_cloud **out_cloud);
 
+// Prepares a struct of figures. Call srf_left_out_report_init(report), which adds the size that this header knows.
+// report   not NULL
+// size     sizeof(srf_left_out_report): what of the struct this library does not know becomes 0
+// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_left_out_report_init_sized(srf_left_out_report *report,
+                                          size_t size);
+#define srf_left_out_report_init(report) srf_left_out_report_init_sized((report), sizeof(srf_left_out_report))
+
 // Prepares a struct for srf_image_from_frame(). Call srf_frame_init(frame), which adds the size that this header knows.
 // frame    not NULL
 // size     sizeof(srf_frame): what of the struct this library does not know becomes 0
@@ -1836,14 +2061,6 @@ srf_status srf_image_to_cloud(const srf_image *image,
 srf_status srf_frame_init_sized(srf_frame *frame,
                                 size_t size);
 #define srf_frame_init(frame) srf_frame_init_sized((frame), sizeof(srf_frame))
-
-// Prepares a struct for srf_image_from_frame(). Call srf_left_out_init(left_out), which adds the size that this header knows.
-// left_out  not NULL
-// size      sizeof(srf_left_out): what of the struct this library does not know becomes 0
-// returns   SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.2.
-srf_status srf_left_out_init_sized(srf_left_out *left_out,
-                                   size_t size);
-#define srf_left_out_init(left_out) srf_left_out_init_sized((left_out), sizeof(srf_left_out))
 
 // Makes a range image of a frame, with what of it can be trusted. Depth is never resampled: each sample takes its colour through
 // its point, with alpha 0 where the colour camera does not see it, since it lies outside of its image or behind a nearer sample.
@@ -1856,7 +2073,7 @@ srf_status srf_left_out_init_sized(srf_left_out *left_out,
 // name               for messages and as what ties are broken by when merging, UTF-8; NULL for none
 // progress           NULL for none
 // out_image          receives a new handle on SRF_OK only; not NULL
-// out_left_out       initialized by srf_left_out_init(); NULL if not wanted
+// out_left_out       initialized by srf_left_out_report_init(); NULL if not wanted
 // returns            SRF_OK, SRF_ERR_PARAMETER naming the field, SRF_ERR_INPUT, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL,
 //                    SRF_ERR_STRUCT_SIZE, SRF_ERR_OUT_OF_MEMORY. Since 0.2.
 srf_status srf_image_from_frame(const srf_frame *frame,
@@ -1867,7 +2084,7 @@ srf_status srf_image_from_frame(const srf_frame *frame,
                                 const char *name,
                                 const srf_progress *progress,
                                 srf_image **out_image,
-                                srf_left_out *out_left_out);
+                                srf_left_out_report *out_left_out);
 
 // ==== 3. Point clouds and meshes ===========================================================================
 // Both hand out views that copy nothing, and are made of arrays of any stride.
@@ -1884,6 +2101,115 @@ srf_status srf_image_from_frame(const srf_frame *frame,
 //             printf("%g %g %g\n", at[0], at[1], at[2]);
 //         }
 //         return SRF_OK;
+//     }
+//
+//     /* Makes a mesh of arrays in single precision, with a colour a vertex. */
+//     static srf_status from_arrays(const float *positions, const uint8_t *colours, size_t vertices,
+//                                   const uint32_t *corners, size_t triangles, srf_mesh **out_mesh)
+//     {
+//         const srf_array of_positions = {positions, vertices, 0, SRF_TYPE_F32, 3};
+//         const srf_array of_colours = {colours, vertices, 0, SRF_TYPE_U8, 4};
+//         const srf_array of_corners = {corners, triangles, 0, SRF_TYPE_U32, 3};
+//         srf_status status = srf_mesh_create(&of_positions, &of_corners, out_mesh);
+//         if (status != SRF_OK) return status;
+//         status = srf_mesh_set_attribute(*out_mesh, SRF_DOMAIN_VERTICES, "colour", &of_colours);
+//         if (status != SRF_OK) srf_mesh_free(*out_mesh);
+//         return status;
+//     }
+//
+//     /* Prints what the vertices of a mesh have, and whether it is closed. */
+//     static srf_status print_mesh(const srf_mesh *mesh)
+//     {
+//         srf_check_report report;
+//         size_t i, count = 0;
+//         srf_status status = srf_mesh_attribute_count(mesh, SRF_DOMAIN_VERTICES, &count);
+//         for (i = 0; status == SRF_OK && i < count; ++i) {
+//             const char *name;
+//             srf_array view;
+//             status = srf_mesh_attribute_name(mesh, SRF_DOMAIN_VERTICES, i, &name);
+//             if (status == SRF_OK) status = srf_mesh_attribute(mesh, SRF_DOMAIN_VERTICES, name, &view);
+//             if (status == SRF_OK) printf("%s: %u numbers a vertex\n", name, view.components);
+//         }
+//         srf_check_report_init(&report);
+//         if (status == SRF_OK) status = srf_mesh_check(mesh, 0, NULL, &report);
+//         if (status == SRF_OK) puts(report.is_closed ? "closed" : "open");
+//         return status;
+//     }
+//
+//     /* Copies a mesh for a graphics card, about the middle of its box; free() releases the vertices. */
+//     static srf_status for_graphics(const srf_mesh *mesh, float **out_vertices, srf_array *out_triangles)
+//     {
+//         double low[3], high[3], middle[3];
+//         size_t axis, count = 0;
+//         srf_status status = srf_mesh_size(mesh, &count, NULL);
+//         if (status == SRF_OK) status = srf_mesh_bounds(mesh, NULL, low, high);
+//         if (status != SRF_OK) return status;
+//         for (axis = 0; axis < 3; ++axis) middle[axis] = (low[axis] + high[axis]) / 2;
+//         *out_vertices = (float *)malloc(3 * count * sizeof(float));
+//         if (*out_vertices == NULL) return SRF_ERR_OUT_OF_MEMORY;
+//         status = srf_mesh_positions_f32(mesh, middle, *out_vertices, 3 * count, NULL);
+//         if (status == SRF_OK) status = srf_mesh_triangles(mesh, out_triangles);
+//         return status;
+//     }
+//
+//     /* Copies the points of a cloud for a graphics card; prints whether it has normals, and its place and sensor. */
+//     static srf_status cloud_for_graphics(const srf_cloud *cloud, float **out_points)
+//     {
+//         double sensor[3];
+//         srf_array normals;
+//         srf_pose place;
+//         size_t count = 0;
+//         srf_status status = srf_cloud_size(cloud, &count);
+//         if (status == SRF_OK) status = srf_cloud_arrays(cloud, NULL, &normals, NULL, NULL);
+//         if (status == SRF_OK) status = srf_cloud_pose(cloud, &place);
+//         if (status == SRF_OK) status = srf_cloud_sensor(cloud, sensor);
+//         if (status != SRF_OK) return status;
+//         puts(normals.count > 0 ? "with normals" : "without normals");
+//         printf("stands at %g %g %g\n", place.matrix[12], place.matrix[13], place.matrix[14]);
+//         printf("was seen from %g %g %g in its frame\n", sensor[0], sensor[1], sensor[2]);
+//         *out_points = (float *)malloc(3 * count * sizeof(float));
+//         if (*out_points == NULL) return SRF_ERR_OUT_OF_MEMORY;
+//         return srf_cloud_positions_f32(cloud, NULL, *out_points, 3 * count, NULL);
+//     }
+//
+//     /* Whether points lie in the box around an image, in the world. */
+//     static srf_status lie_in_box(const double *points, size_t count, const srf_image *image, int *out_lie_in)
+//     {
+//         const srf_array positions = {points, count, 0, SRF_TYPE_F64, 3};
+//         double low[2][3], high[2][3];
+//         srf_cloud *cloud = NULL;
+//         size_t axis;
+//         srf_status status = srf_cloud_create(&positions, NULL, NULL, NULL, NULL, &cloud);
+//         if (status == SRF_OK) status = srf_cloud_bounds(cloud, NULL, low[0], high[0]);
+//         if (status == SRF_OK) status = srf_image_bounds(image, NULL, low[1], high[1]);
+//         if (status == SRF_OK) {
+//             *out_lie_in = 1;
+//             for (axis = 0; axis < 3; ++axis)
+//                 if (low[0][axis] < low[1][axis] || high[0][axis] > high[1][axis]) *out_lie_in = 0;
+//         }
+//         srf_cloud_free(cloud);
+//         return status;
+//     }
+//
+//     /* What a host keeps of a range image: vertices, which it takes times 1000, and the camera of them. */
+//     static srf_status to_host(const srf_image *image, srf_mesh **out_mesh, srf_grid_camera *out_camera)
+//     {
+//         srf_status status;
+//         srf_grid_camera_init(out_camera);
+//         status = srf_image_grid_camera(image, NULL, out_camera);
+//         if (status == SRF_OK) status = srf_grid_camera_scale(out_camera, 1000);
+//         if (status == SRF_OK) status = srf_image_to_mesh(image, 1, NULL, out_mesh);
+//         return status;
+//     }
+//
+//     /* Makes the range image again of where the host's user has moved the vertices. */
+//     static srf_status from_host(const srf_grid_camera *camera, const int32_t *rows, const int32_t *cols,
+//                                 const float *positions, size_t count, srf_image **out_image)
+//     {
+//         const srf_array of_rows = {rows, count, 0, SRF_TYPE_I32, 1};
+//         const srf_array of_cols = {cols, count, 0, SRF_TYPE_I32, 1};
+//         const srf_array at = {positions, count, 0, SRF_TYPE_F32, 3};
+//         return srf_image_from_vertices(camera, &of_rows, &of_cols, &at, NULL, NULL, NULL, NULL, NULL, NULL, out_image);
 //     }
 
 // Makes a cloud.
@@ -2179,6 +2505,122 @@ srf_status srf_image_from_vertices(const srf_grid_camera *camera,
 //         }
 //         return status;
 //     }
+//
+//     /* Prints the endings of the names of files with scans. */
+//     static srf_status list_endings(void)
+//     {
+//         size_t i, count = 0;
+//         srf_status status = srf_format_count(&count);
+//         for (i = 0; status == SRF_OK && i < count; ++i) {
+//             const char *name, *endings;
+//             uint32_t is_side_file;
+//             status = srf_format(i, &name, &endings, &is_side_file);
+//             if (status == SRF_OK && !is_side_file) printf("%s: %s\n", name, endings);
+//         }
+//         return status;
+//     }
+//
+//     /* Opens depth images of a camera; prints how their files were understood. */
+//     static srf_status open_depths(const char *const *paths, size_t count, srf_scans **out_scans)
+//     {
+//         srf_read_options options;
+//         size_t i, notes = 0;
+//         srf_status status;
+//         srf_read_options_init(&options);
+//         options.intrinsics[0] = options.intrinsics[1] = 525;
+//         options.intrinsics[2] = 319.5;
+//         options.intrinsics[3] = 239.5;
+//         status = srf_scans_open(paths, count, &options, NULL, out_scans);
+//         if (status != SRF_OK) return status;
+//         status = srf_scans_count(*out_scans, NULL, &notes);
+//         for (i = 0; status == SRF_OK && i < notes; ++i) {
+//             const char *note;
+//             status = srf_scans_note(*out_scans, i, &note);
+//             if (status == SRF_OK) puts(note);
+//         }
+//         if (status != SRF_OK) srf_scans_free(*out_scans);
+//         return status;
+//     }
+//
+//     /* Counts the scans of a set that are frames of a recording, which nobody wants to see in a list. */
+//     static srf_status count_frames(const srf_scans *scans, size_t *out_frames)
+//     {
+//         size_t i, count = 0;
+//         srf_status status = srf_scans_count(scans, &count, NULL);
+//         for (i = *out_frames = 0; status == SRF_OK && i < count; ++i) {
+//             uint32_t is_frame = 0;
+//             status = srf_scans_is_frame(scans, i, &is_frame);
+//             *out_frames += is_frame;
+//         }
+//         return status;
+//     }
+//
+//     /* Reads a range image, placed where it is said to be; *out_image is NULL for a scan that is a mesh or a cloud. */
+//     static srf_status read_image(srf_scans *scans, size_t index, const srf_pose *world_from_sensor,
+//                                  srf_image **out_image)
+//     {
+//         uint32_t content;
+//         srf_mesh *mesh = NULL;
+//         srf_cloud *cloud = NULL;
+//         srf_status status = srf_scans_set_pose(scans, index, world_from_sensor);
+//         if (status == SRF_OK) status = srf_scans_read(scans, index, NULL, &content, out_image, &mesh, &cloud);
+//         srf_mesh_free(mesh);
+//         srf_cloud_free(cloud);
+//         return status;
+//     }
+//
+//     /* Opens a scan that came as bytes, for example over a network. The set keeps what it needs of the folder. */
+//     static srf_status open_bytes(const void *bytes, size_t count, srf_scans **out_scans)
+//     {
+//         const char *path;
+//         srf_folder *folder;
+//         srf_status status = srf_folder_create(NULL, &folder);
+//         if (status != SRF_OK) return status;
+//         status = srf_folder_put(folder, "scan.ply", bytes, count);
+//         if (status == SRF_OK) status = srf_folder_path(folder, "scan.ply", &path);
+//         if (status == SRF_OK) status = srf_scans_open(&path, 1, NULL, NULL, out_scans);
+//         srf_folder_free(folder);
+//         return status;
+//     }
+//
+//     /* Sends what was written into a folder, file after file, and takes it out. */
+//     static srf_status send_all(const srf_folder *folder,
+//                                void (*send)(const char *name, const void *bytes, size_t count))
+//     {
+//         size_t files = 0;
+//         srf_status status = srf_folder_count(folder, &files);
+//         for (; status == SRF_OK && files > 0; --files) {
+//             const char *name;
+//             const void *bytes;
+//             size_t count;
+//             status = srf_folder_name(folder, 0, &name);
+//             if (status == SRF_OK) status = srf_folder_bytes(folder, name, &bytes, &count);
+//             if (status != SRF_OK) break;
+//             send(name, bytes, count);
+//             status = srf_folder_remove(folder, name, NULL);
+//         }
+//         return status;
+//     }
+//
+//     /* Reads a part of an open file, for put_file(). */
+//     static int32_t read_part(void *user, uint64_t at, void *buffer, size_t count, size_t *out_count)
+//     {
+//         FILE *file = (FILE *)user;
+//         if (fseek(file, (long)at, SEEK_SET) != 0) return SRF_ERR_IO;
+//         *out_count = fread(buffer, 1, count, file);
+//         return *out_count > 0 ? SRF_OK : SRF_ERR_IO;
+//     }
+//
+//     /* Puts a file into a folder whose bytes are read from where they are once they are asked for. */
+//     static srf_status put_file(const srf_folder *folder, const char *name, FILE *file, uint64_t length)
+//     {
+//         srf_file_source source;
+//         source.length = length;
+//         source.read = read_part;
+//         source.release = NULL;
+//         source.user = file;
+//         return srf_folder_put_source(folder, name, &source);
+//     }
 
 // How many formats srf_scans_open() knows.
 // out_count  not NULL
@@ -2377,6 +2819,84 @@ srf_status srf_scans_read(const srf_scans *scans,
 //         options.metres_per_unit = 0.001;
 //         options.up = SRF_UP_Z;
 //         return srf_mesh_write(mesh, path, &options, NULL);
+//     }
+//
+//     /* Merges into a file that says where it is from, unless its name is none that can be written. */
+//     static srf_status merge_into(const srf_merger *merger, const char *path)
+//     {
+//         srf_mesh *mesh = NULL;
+//         srf_status status = srf_check_mesh_file(path, NULL);
+//         if (status == SRF_OK) status = srf_merger_run(merger, NULL, NULL, &mesh, NULL);
+//         if (status == SRF_OK) status = srf_mesh_write_from(mesh, path, NULL, "{\"found in\": \"trench 4\"}", NULL);
+//         srf_mesh_free(mesh);
+//         return status;
+//     }
+//
+//     /* What a file says of where it is from; free() releases the text. */
+//     static srf_status provenance_of(const char *path, char **out_text)
+//     {
+//         size_t length = 0;
+//         srf_status status = srf_file_provenance(path, NULL, 0, &length);
+//         if (status != SRF_OK) return status;
+//         *out_text = (char *)malloc(length + 1);
+//         if (*out_text == NULL) return SRF_ERR_OUT_OF_MEMORY;
+//         return srf_file_provenance(path, *out_text, length + 1, &length);
+//     }
+//
+//     /* Writes a mesh of millimetres in each format, and a cloud. */
+//     static srf_status write_each(const srf_mesh *mesh, const srf_cloud *cloud)
+//     {
+//         srf_status status = srf_mesh_write_ply(mesh, "mesh.ply", SRF_ENCODING_BINARY, NULL);
+//         if (status == SRF_OK) status = srf_mesh_write_glb(mesh, "mesh.glb", "part 7", 0.001, 1, NULL);
+//         if (status == SRF_OK) status = srf_mesh_write_obj(mesh, "mesh.obj", NULL);
+//         if (status == SRF_OK) status = srf_mesh_write_stl(mesh, "mesh.stl", NULL);
+//         if (status == SRF_OK) status = srf_cloud_write_ply(cloud, "cloud.ply", SRF_ENCODING_BINARY, NULL);
+//         return status;
+//     }
+//
+//     /* Writes a mesh with a coarser one, which viewers show from afar. */
+//     static srf_status write_levels(const srf_mesh *fine, const srf_mesh *coarse, const char *path)
+//     {
+//         const srf_mesh *levels[2];
+//         levels[0] = fine;
+//         levels[1] = coarse;
+//         return srf_meshes_write_glb_levels(levels, 2, path, NULL, 0.001, 1, NULL);
+//     }
+//
+//     /* Writes images with their poses: as files that open as one set, and as those of surveyors. */
+//     static srf_status write_images(const srf_image *const *images, size_t count)
+//     {
+//         srf_status status = srf_images_write_conf(images, count, "scans.conf", SRF_ENCODING_BINARY, NULL);
+//         if (status == SRF_OK) status = srf_images_write_ptx(images, count, "scans.ptx", NULL);
+//         if (status == SRF_OK) status = srf_images_write_e57(images, count, "scans.e57", NULL);
+//         if (status == SRF_OK) status = srf_images_write_e57_from(images, count, "mill.e57", "{\"at\": \"mill\"}", NULL);
+//         return status;
+//     }
+//
+//     /* Says which coordinate reference system everything lies in. */
+//     static srf_status set_systems(srf_scans *scans, srf_image *image, srf_cloud *cloud, srf_mesh *mesh,
+//                                   const char *system)
+//     {
+//         srf_status status = srf_scans_set_crs(scans, SIZE_MAX, system);
+//         if (status == SRF_OK) status = srf_image_set_crs(image, system);
+//         if (status == SRF_OK) status = srf_cloud_set_crs(cloud, system);
+//         if (status == SRF_OK) status = srf_mesh_set_crs(mesh, system);
+//         return status;
+//     }
+//
+//     /* Prints which one a mesh lies in, and how long the texts of the others are. */
+//     static srf_status print_systems(const srf_scans *scans, const srf_image *image, const srf_cloud *cloud,
+//                                     const srf_mesh *mesh)
+//     {
+//         char text[4096];
+//         size_t of_scans = 0, of_image = 0, of_cloud = 0, length = 0;
+//         srf_status status = srf_scans_crs(scans, SIZE_MAX, NULL, 0, &of_scans);
+//         if (status == SRF_OK) status = srf_image_crs(image, NULL, 0, &of_image);
+//         if (status == SRF_OK) status = srf_cloud_crs(cloud, NULL, 0, &of_cloud);
+//         if (status == SRF_OK) status = srf_mesh_crs(mesh, text, sizeof(text), &length);
+//         if (status != SRF_OK) return status;
+//         printf("%s; %u, %u, %u\n", text, (unsigned)of_scans, (unsigned)of_image, (unsigned)of_cloud);
+//         return SRF_OK;
 //     }
 
 // Sets the defaults. Call srf_write_options_init(options), which adds the size that this header knows.
@@ -2660,6 +3180,155 @@ srf_status srf_file_provenance(const char *path,
 //         srf_aligner_free(aligner);
 //         return status;
 //     }
+//
+//     /* Aligns an image and points, which lie at most 20 off, to a mesh that stays. */
+//     static srf_status align_to_mesh(const srf_mesh *mesh, const srf_image *image, const srf_cloud *cloud,
+//                                     srf_alignment **out_alignment)
+//     {
+//         srf_align_params params;
+//         srf_aligner *aligner;
+//         srf_status status = srf_aligner_create(&aligner);
+//         if (status != SRF_OK) return status;
+//         srf_align_params_init(&params);
+//         params.start = SRF_START_ROUGH;
+//         params.reach = 20;
+//         status = srf_aligner_add_mesh(aligner, mesh, NULL, "model");
+//         if (status == SRF_OK) status = srf_aligner_add_image(aligner, image);
+//         if (status == SRF_OK) status = srf_aligner_add_cloud(aligner, cloud, "points");
+//         if (status == SRF_OK) status = srf_aligner_fix(aligner, 0);
+//         if (status == SRF_OK) status = srf_aligner_run(aligner, &params, NULL, out_alignment);
+//         srf_aligner_free(aligner);
+//         return status;
+//     }
+//
+//     /* Says what a person sees: a point that scans 0 and 1 show, that 1 and 2 touch, and that 0 and 2 do not. */
+//     static srf_status say_what_is_known(srf_aligner *aligner, const double in_first[3], const double in_second[3])
+//     {
+//         srf_pick pick;
+//         size_t axis;
+//         srf_status status;
+//         srf_pick_init(&pick);
+//         pick.scans[0] = 0;
+//         pick.scans[1] = 1;
+//         for (axis = 0; axis < 3; ++axis) {
+//             pick.points[0][axis] = in_first[axis];
+//             pick.points[1][axis] = in_second[axis];
+//         }
+//         status = srf_aligner_pick(aligner, &pick);
+//         if (status == SRF_OK) status = srf_aligner_trust(aligner, 1, 2);
+//         if (status == SRF_OK) status = srf_aligner_reject(aligner, 0, 2);
+//         return status;
+//     }
+//
+//     /* Aligns scans of an object that stood on a turntable; prints by how much it was turned at each. */
+//     static srf_status align_turned(srf_aligner *aligner, srf_alignment **out_alignment)
+//     {
+//         uint32_t found = 0;
+//         srf_array angles;
+//         size_t i, count = 0;
+//         srf_status status = srf_aligner_turn(aligner, NULL, NULL, NULL, 0);
+//         if (status == SRF_OK) status = srf_aligner_count(aligner, &count);
+//         if (status == SRF_OK) status = srf_aligner_run(aligner, NULL, NULL, out_alignment);
+//         if (status != SRF_OK) return status;
+//         status = srf_alignment_turntable(*out_alignment, &found, NULL, NULL, &angles);
+//         for (i = 0; status == SRF_OK && found && i < count; ++i) printf("%g\n", ((const double *)angles.data)[i]);
+//         return status;
+//     }
+//
+//     /* Prints what was found, line after line. */
+//     static srf_status print_alignment(const srf_alignment *alignment)
+//     {
+//         srf_align_report report;
+//         uint32_t i;
+//         srf_status status;
+//         srf_align_report_init(&report);
+//         status = srf_alignment_report(alignment, &report);
+//         for (i = 0; status == SRF_OK && i < report.lines; ++i) {
+//             const char *line;
+//             status = srf_alignment_line(alignment, i, &line);
+//             if (status == SRF_OK) puts(line);
+//         }
+//         return status;
+//     }
+//
+//     /* Prints what is not well: messages, why scans have no place, and pairs that do not fit. */
+//     static srf_status print_problems(const srf_alignment *alignment)
+//     {
+//         const char *text;
+//         srf_align_report report;
+//         uint32_t i;
+//         srf_status status;
+//         srf_align_report_init(&report);
+//         status = srf_alignment_report(alignment, &report);
+//         for (i = 0; status == SRF_OK && i < report.messages; ++i) {
+//             status = srf_alignment_message(alignment, i, &text);
+//             if (status == SRF_OK) puts(text);
+//         }
+//         for (i = 0; status == SRF_OK && i < report.scans; ++i) {
+//             status = srf_alignment_reason(alignment, i, &text);
+//             if (status == SRF_OK && *text != 0) printf("scan %u: %s\n", i, text);
+//         }
+//         for (i = 0; status == SRF_OK && i < report.pairs; ++i) {
+//             srf_aligned_pair pair;
+//             srf_aligned_pair_init(&pair);
+//             status = srf_alignment_pair(alignment, i, &pair);
+//             if (status != SRF_OK || pair.state != SRF_PAIR_STATE_MISFIT) continue;
+//             printf("scans %u and %u lie %g apart\n", pair.scans[0], pair.scans[1], pair.residual);
+//         }
+//         return status;
+//     }
+//
+//     /* Draws a scan that was dragged to the others; takes its pose only if it fits there. */
+//     static srf_status drop_scan(const srf_aligner *aligner, size_t scan, srf_pose *poses, size_t count)
+//     {
+//         srf_snap snap;
+//         srf_status status;
+//         srf_snap_init(&snap);
+//         status = srf_aligner_snap(aligner, scan, poses, count, NULL, NULL, &snap, NULL);
+//         if (status == SRF_OK && snap.state == SRF_PAIR_STATE_FITS) poses[scan] = snap.world_from_scan;
+//         return status;
+//     }
+//
+//     /* How far points of a scan lie outside of the others: warp, or what has moved. */
+//     static srf_status show_warp(const srf_aligner *aligner, size_t scan, const float *points, size_t count,
+//                                 double *out_distances)
+//     {
+//         const srf_array of_scan = {points, count, 0, SRF_TYPE_F32, 3};
+//         return srf_aligner_misfit(aligner, scan, NULL, 0, &of_scan, NULL, out_distances);
+//     }
+//
+//     /* Makes the image of a scan whenever it is needed, of 480 x 640 depths in millimetres in a file. */
+//     static int32_t load_depths(void *path, srf_image **out_image)
+//     {
+//         const size_t pixels = 480 * 640;
+//         uint16_t *depths = (uint16_t *)malloc(pixels * sizeof(uint16_t));
+//         FILE *file = fopen((const char *)path, "rb");
+//         srf_status status = SRF_ERR_IO;
+//         if (depths != NULL && file != NULL && fread(depths, sizeof(uint16_t), pixels, file) == pixels) {
+//             const srf_array samples = {depths, pixels, 0, SRF_TYPE_U16, 1};
+//             srf_frame frame;
+//             srf_frame_init(&frame);
+//             frame.rows = 480;
+//             frame.cols = 640;
+//             frame.intrinsics[0] = frame.intrinsics[1] = 525;
+//             frame.intrinsics[2] = 319.5;
+//             frame.intrinsics[3] = 239.5;
+//             frame.scale = 0.001;
+//             status = srf_image_from_frame(&frame, &samples, NULL, NULL, NULL, NULL, NULL, out_image, NULL);
+//         }
+//         if (file != NULL) fclose(file);
+//         free(depths);
+//         return status;
+//     }
+//
+//     /* Adds such a scan, whose samples never all stay in memory. */
+//     static srf_status add_depths(srf_aligner *aligner, char *path)
+//     {
+//         srf_image_source source;
+//         source.make = load_depths;
+//         source.user = path;
+//         return srf_aligner_add_source(aligner, &source, NULL, path);
+//     }
 
 // Sets the defaults. Call srf_align_params_init(params), which adds the size that this header knows.
 // params   not NULL
@@ -2790,7 +3459,23 @@ srf_status srf_aligner_run(const srf_aligner *aligner,
                            const srf_progress *progress,
                            srf_alignment **out_alignment);
 
-// Prepares a struct for srf_alignment_report(). Call srf_align_report_init(report), which adds the size that this header knows.
+// Prepares a struct of figures. Call srf_aligned_scan_init(report), which adds the size that this header knows.
+// report   not NULL
+// size     sizeof(srf_aligned_scan): what of the struct this library does not know becomes 0
+// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_aligned_scan_init_sized(srf_aligned_scan *report,
+                                       size_t size);
+#define srf_aligned_scan_init(report) srf_aligned_scan_init_sized((report), sizeof(srf_aligned_scan))
+
+// Prepares a struct of figures. Call srf_aligned_pair_init(report), which adds the size that this header knows.
+// report   not NULL
+// size     sizeof(srf_aligned_pair): what of the struct this library does not know becomes 0
+// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_aligned_pair_init_sized(srf_aligned_pair *report,
+                                       size_t size);
+#define srf_aligned_pair_init(report) srf_aligned_pair_init_sized((report), sizeof(srf_aligned_pair))
+
+// Prepares a struct of figures. Call srf_align_report_init(report), which adds the size that this header knows.
 // report   not NULL
 // size     sizeof(srf_align_report): what of the struct this library does not know becomes 0
 // returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
@@ -2798,43 +3483,28 @@ srf_status srf_align_report_init_sized(srf_align_report *report,
                                        size_t size);
 #define srf_align_report_init(report) srf_align_report_init_sized((report), sizeof(srf_align_report))
 
-// Prepares a struct for srf_alignment_scan(). Call srf_aligned_scan_init(scan), which adds the size that this header knows.
-// scan     not NULL
-// size     sizeof(srf_aligned_scan): what of the struct this library does not know becomes 0
-// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
-srf_status srf_aligned_scan_init_sized(srf_aligned_scan *scan,
-                                       size_t size);
-#define srf_aligned_scan_init(scan) srf_aligned_scan_init_sized((scan), sizeof(srf_aligned_scan))
-
-// Prepares a struct for srf_alignment_pair(). Call srf_aligned_pair_init(pair), which adds the size that this header knows.
-// pair     not NULL
-// size     sizeof(srf_aligned_pair): what of the struct this library does not know becomes 0
-// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
-srf_status srf_aligned_pair_init_sized(srf_aligned_pair *pair,
-                                       size_t size);
-#define srf_aligned_pair_init(pair) srf_aligned_pair_init_sized((pair), sizeof(srf_aligned_pair))
-
 // Releases what an alignment found, with its texts.
 // alignment  NULL does nothing
 // returns    SRF_OK, SRF_ERR_HANDLE. Since 0.1.
 srf_status srf_alignment_free(srf_alignment *alignment);
 
-// The figures of an alignment.
+// The figures of an alignment. srf_alignment_line() gives as many lines as there are scans and messages, and one more.
 // alignment   not NULL
 // out_report  initialized by srf_align_report_init(); not NULL
 // returns     SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
-srf_status srf_alignment_report(const srf_alignment *alignment, srf_align_report *out_report);
+srf_status srf_alignment_report(const srf_alignment *alignment,
+                                srf_align_report *out_report);
 
-// What was found of a scan.
+// The figures of a scan that was aligned.
 // alignment  not NULL
 // index      number of the scan, in the order of adding
 // out_scan   initialized by srf_aligned_scan_init(); not NULL
 // returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 srf_status srf_alignment_scan(const srf_alignment *alignment, size_t index, srf_aligned_scan *out_scan);
 
-// What was found of a pair of scans; pairs that are not listed have nothing in common.
+// The figures of a pair of scans. Pairs that are not listed have nothing in common.
 // alignment  not NULL
-// index      less than the number of pairs in the report; they are listed by their scans' numbers
+// index      less than pairs_count of the report; pairs are listed by their scans' numbers
 // out_pair   initialized by srf_aligned_pair_init(); not NULL
 // returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 srf_status srf_alignment_pair(const srf_alignment *alignment, size_t index, srf_aligned_pair *out_pair);
@@ -2865,25 +3535,25 @@ srf_status srf_alignment_reason(const srf_alignment *alignment,
 
 // What a person should know of the whole, a sentence.
 // alignment    not NULL
-// index        less than the number of messages in the report
+// index        less than messages_count of the report
 // out_message  receives a text that stays until the alignment is freed, on SRF_OK only; not NULL
 // returns      SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_alignment_message(const srf_alignment *alignment, size_t index, const char **out_message);
 
 // A line for logs: first the whole, then each scan, then the messages.
 // alignment  not NULL
-// index      less than the number of lines in the report
+// index      less than scans_count + messages_count + 1 of the report
 // out_line   receives a text that stays until the alignment is freed, on SRF_OK only; not NULL
 // returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_alignment_line(const srf_alignment *alignment, size_t index, const char **out_line);
 
-// Prepares a struct for srf_aligner_snap(). Call srf_snap_init(snap), which adds the size that this header knows.
-// snap     not NULL
-// size     sizeof(srf_snap): what of the struct this library does not know becomes 0
+// Prepares a struct of figures. Call srf_snap_report_init(report), which adds the size that this header knows.
+// report   not NULL
+// size     sizeof(srf_snap_report): what of the struct this library does not know becomes 0
 // returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
-srf_status srf_snap_init_sized(srf_snap *snap,
-                               size_t size);
-#define srf_snap_init(snap) srf_snap_init_sized((snap), sizeof(srf_snap))
+srf_status srf_snap_report_init_sized(srf_snap_report *report,
+                                      size_t size);
+#define srf_snap_report_init(report) srf_snap_report_init_sized((report), sizeof(srf_snap_report))
 
 // Draws one scan, from a rough pose, to others, which stay: for placing by hand. What was said of the scans is not asked. The same to
 // the bit for any number of threads. Some tens of milliseconds for any number of scans, once these were read: the first call does so.
@@ -2895,7 +3565,7 @@ srf_status srf_snap_init_sized(srf_snap *snap,
 // params           its reach, by default a tenth of the scan's size, is how far it is drawn, about; tolerance, min_overlap and threads
 //                  count too; NULL for the defaults
 // progress         NULL for none
-// out_snap         initialized by srf_snap_init(); not NULL
+// out_snap         initialized by srf_snap_report_init(); not NULL
 // out_touches      room for a byte a scan that was added: 1 if the scan touches that one, else 0; NULL if not wanted
 // returns          SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT for fewer than two scans, poses for another number of scans, one that is
 //                  not rigid or none of the scan itself, SRF_ERR_FORMAT, SRF_ERR_IO, SRF_ERR_OUT_OF_MEMORY,
@@ -2906,7 +3576,7 @@ srf_status srf_aligner_snap(const srf_aligner *aligner,
                             size_t count,
                             const srf_align_params *params,
                             const srf_progress *progress,
-                            srf_snap *out_snap,
+                            srf_snap_report *out_snap,
                             uint8_t *out_touches);
 
 // How far points of a scan lie outside of the surfaces of others, along normals: a mean over a few samples, so that warp and what
@@ -2942,6 +3612,68 @@ srf_status srf_aligner_misfit(const srf_aligner *aligner,
 //         if (status != SRF_OK) return status;
 //         status = srf_scans_select(scans, SIZE_MAX, region, 1);
 //         srf_region_free(region);
+//         return status;
+//     }
+//
+//     /* Removes the table that scans show, and lays it to height 0; they were added to the aligner where they lie. */
+//     static srf_status without_table(const srf_aligner *aligner, srf_scans *scans)
+//     {
+//         srf_plane_params params;
+//         srf_plane table;
+//         srf_pose similarity;
+//         srf_region *region = NULL;
+//         srf_status status;
+//         srf_plane_params_init(&params);
+//         params.min_share = 0.2;
+//         srf_plane_init(&table);
+//         status = srf_dominant_plane(aligner, &params, NULL, &table);
+//         if (status == SRF_OK) status = srf_region_below(&table, &region);
+//         if (status == SRF_OK) status = srf_scans_select(scans, SIZE_MAX, region, 0);
+//         if (status == SRF_OK) status = srf_ground(&table, NULL, &similarity);
+//         if (status == SRF_OK) status = srf_scans_transform(scans, &similarity);
+//         srf_region_free(region);
+//         return status;
+//     }
+//
+//     /* Removes what lies below three points that were picked, with the eye above, of an image, a cloud and a mesh. */
+//     static srf_status cut_below(const double points[9], const double eye[3], srf_image *image, srf_cloud *cloud,
+//                                 srf_mesh *mesh)
+//     {
+//         srf_plane plane;
+//         srf_region *region = NULL;
+//         srf_status status;
+//         srf_plane_init(&plane);
+//         status = srf_plane_through(points, eye, &plane);
+//         if (status == SRF_OK) status = srf_region_below(&plane, &region);
+//         if (status == SRF_OK) status = srf_image_select(image, region, 0, NULL, NULL);
+//         if (status == SRF_OK) status = srf_cloud_select(cloud, region, 0, NULL, NULL);
+//         if (status == SRF_OK) status = srf_mesh_select(mesh, NULL, region, 0, NULL, NULL);
+//         srf_region_free(region);
+//         return status;
+//     }
+//
+//     /* Keeps the pixels of an image that are marked; prints how many went. */
+//     static srf_status keep_marked(srf_image *image, const uint8_t *marks, size_t rows, size_t cols)
+//     {
+//         const srf_array of_pixels = {marks, rows * cols, 0, SRF_TYPE_U8, 1};
+//         srf_region *region = NULL;
+//         size_t removed = 0;
+//         srf_status status = srf_region_mask(&of_pixels, rows, cols, &region);
+//         if (status == SRF_OK) status = srf_image_select(image, region, 1, NULL, &removed);
+//         if (status == SRF_OK) printf("%g samples went\n", (double)removed);
+//         srf_region_free(region);
+//         return status;
+//     }
+//
+//     /* Scales an image, a cloud and a mesh so that two places lie half a metre apart. */
+//     static srf_status true_size(const double a[3], const double b[3], srf_image *image, srf_cloud *cloud,
+//                                 srf_mesh *mesh)
+//     {
+//         srf_pose similarity;
+//         srf_status status = srf_true_size(a, b, 0.5, &similarity);
+//         if (status == SRF_OK) status = srf_image_transform(image, &similarity);
+//         if (status == SRF_OK) status = srf_cloud_transform(cloud, &similarity);
+//         if (status == SRF_OK) status = srf_mesh_transform(mesh, &similarity);
 //         return status;
 //     }
 
@@ -3130,6 +3862,58 @@ srf_status srf_mesh_transform(srf_mesh *mesh,
 //         status = srf_merger_add_scans(merger, scans);
 //         if (status == SRF_OK) status = srf_merger_run(merger, &params, NULL, out_mesh, NULL);
 //         srf_merger_free(merger);
+//         return status;
+//     }
+//
+//     /* Adds scans of all kinds: of a set, an image, a mesh, and one whose image a function makes when it is needed. */
+//     static srf_status add_all(srf_merger *merger, const srf_scans *scans, const srf_image *image, const srf_mesh *mesh,
+//                               const srf_image_source *source)
+//     {
+//         srf_status status = srf_merger_add_scan(merger, scans, 0);
+//         if (status == SRF_OK) status = srf_merger_add_image(merger, image);
+//         if (status == SRF_OK) status = srf_merger_add_mesh(merger, mesh, NULL, "model");
+//         if (status == SRF_OK) status = srf_merger_add_source(merger, source, NULL, "made");
+//         return status;
+//     }
+//
+//     /* Merges twice, with another image in the place of the first scan: only what it has a part in is done anew. */
+//     static srf_status preview(srf_merger *merger, const srf_image *image, srf_mesh **out_first, srf_mesh **out_second)
+//     {
+//         size_t renewed = 0, bricks = 0;
+//         srf_status status = srf_merger_keep(merger, 1);
+//         if (status == SRF_OK) status = srf_merger_run(merger, NULL, NULL, out_first, NULL);
+//         if (status == SRF_OK) status = srf_merger_replace_by_image(merger, 0, image);
+//         if (status == SRF_OK) status = srf_merger_run(merger, NULL, NULL, out_second, NULL);
+//         if (status == SRF_OK) status = srf_merger_renewed(merger, &renewed, &bricks);
+//         if (status == SRF_OK) printf("%g of %g bricks were new\n", (double)renewed, (double)bricks);
+//         return status;
+//     }
+//
+//     /* Puts others in the place of the first three scans, and removes the last. */
+//     static srf_status exchange(srf_merger *merger, const srf_scans *scans, const srf_mesh *mesh,
+//                                const srf_image_source *source)
+//     {
+//         size_t count = 0;
+//         srf_status status = srf_merger_replace_by_scan(merger, 0, scans, 0);
+//         if (status == SRF_OK) status = srf_merger_replace_by_mesh(merger, 1, mesh, NULL, "model");
+//         if (status == SRF_OK) status = srf_merger_replace_by_source(merger, 2, source, NULL, "made");
+//         if (status == SRF_OK) status = srf_merger_count(merger, &count);
+//         if (status == SRF_OK) status = srf_merger_remove(merger, count - 1);
+//         return status;
+//     }
+//
+//     /* Merges with 4 GB: into a mesh if that fits, else straight into a file, with *out_mesh NULL. */
+//     static srf_status merge_many(const srf_merger *merger, const char *path, const char *fast_disk, srf_mesh **out_mesh)
+//     {
+//         const uint64_t memory = 4000000000u;
+//         srf_merge_report report;
+//         srf_status status;
+//         srf_merge_report_init(&report);
+//         *out_mesh = NULL;
+//         status = srf_merger_run_in_files(merger, NULL, 1, memory, fast_disk, NULL, out_mesh, &report);
+//         if (status == SRF_ERR_OUT_OF_MEMORY)
+//             status = srf_merger_write(merger, path, NULL, memory, fast_disk, NULL, NULL, NULL, &report);
+//         if (status == SRF_OK) printf("cells of %g\n", report.voxel);
 //         return status;
 //     }
 
@@ -3367,6 +4151,24 @@ srf_status srf_merger_write(const srf_merger *merger,
 //         srf_sculptor_free(sculptor);
 //         return status;
 //     }
+//
+//     /* A mesh of at most so many triangles, as near as can be found; prints its tolerance. */
+//     static srf_status sculpt_small(const srf_image *image, size_t triangles, srf_mesh **out_mesh)
+//     {
+//         srf_sculpt_params params;
+//         srf_sculpt_report found;
+//         srf_sculptor *sculptor;
+//         srf_status status;
+//         srf_sculpt_params_init(&params);
+//         params.effort = 2;
+//         status = srf_sculptor_create(image, &params, NULL, &sculptor);
+//         if (status != SRF_OK) return status;
+//         srf_sculpt_report_init(&found);
+//         status = srf_sculptor_at_most(sculptor, triangles, NULL, out_mesh, &found);
+//         if (status == SRF_OK) printf("%g\n", found.tolerance);
+//         srf_sculptor_free(sculptor);
+//         return status;
+//     }
 
 // Sets the defaults. Call srf_sculpt_params_init(params), which adds the size that this header knows.
 // params   not NULL
@@ -3411,7 +4213,7 @@ srf_status srf_sculptor_free(srf_sculptor *sculptor);
 // tolerance        in the unit of the samples, >= 0; SRF_FROM_DATA for that of the params of srf_sculptor_create()
 // progress         NULL for none
 // out_mesh         receives a new handle on SRF_OK only; not NULL
-// out_report  initialized by srf_sculpt_report_init(); NULL if not wanted
+// out_report       initialized by srf_sculpt_report_init(); NULL if not wanted
 // returns          SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 srf_status srf_sculptor_refine(const srf_sculptor *sculptor,
                                double tolerance,
@@ -3425,7 +4227,7 @@ srf_status srf_sculptor_refine(const srf_sculptor *sculptor,
 // max_triangles    what the mesh may have at most
 // progress         NULL for none
 // out_mesh         receives a new handle on SRF_OK only; not NULL
-// out_report  initialized by srf_sculpt_report_init(); NULL if not wanted
+// out_report       initialized by srf_sculpt_report_init(); NULL if not wanted
 // returns          SRF_OK, SRF_ERR_INPUT if any mesh that covers the image has more, SRF_ERR_CANCELLED, SRF_ERR_HANDLE,
 //                  SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 srf_status srf_sculptor_at_most(const srf_sculptor *sculptor,
@@ -3446,6 +4248,55 @@ srf_status srf_sculptor_at_most(const srf_sculptor *sculptor,
 //         if (status != SRF_OK) return status;
 //         status = srf_quads_write_obj(quads, path, NULL);
 //         srf_quads_free(quads);
+//         return status;
+//     }
+//
+//     /* Makes quads that lie within an error of the samples, and hands out their vertices and corners. */
+//     static srf_status quads_within(const srf_image *image, double error, srf_quads **out_quads,
+//                                    srf_array *out_positions, srf_array *out_corners)
+//     {
+//         srf_quads_params params;
+//         srf_quads_report report;
+//         srf_status status;
+//         srf_quads_params_init(&params);
+//         srf_quads_report_init(&report);
+//         params.max_error = error;
+//         status = srf_quads_create(image, &params, NULL, out_quads, &report);
+//         if (status != SRF_OK) return status;
+//         printf("%g quads, at most %g off\n", (double)report.quads, report.max_error);
+//         return srf_quads_faces(*out_quads, out_positions, NULL, out_corners, NULL);
+//     }
+//
+//     /* The quads as triangles; prints the pixel of the grid's last vertex. */
+//     static srf_status quads_as_triangles(const srf_quads *quads, srf_mesh **out_mesh)
+//     {
+//         srf_array pixels;
+//         size_t rows = 0, cols = 0;
+//         srf_status status = srf_quads_grid(quads, &rows, &cols, NULL, &pixels, NULL);
+//         if (status != SRF_OK) return status;
+//         printf("%u %u\n", ((const uint32_t *)pixels.data)[2 * (rows * cols - 1)],
+//                ((const uint32_t *)pixels.data)[2 * (rows * cols - 1) + 1]);
+//         return srf_quads_triangles(quads, out_mesh);
+//     }
+//
+//     /* A smooth surface of 20 x 20 control points, as a mesh of 200 x 200 vertices. */
+//     static srf_status smooth(const srf_quads *quads, srf_mesh **out_mesh)
+//     {
+//         srf_spline_params params;
+//         srf_array control_points;
+//         srf_spline *spline;
+//         double middle[3];
+//         size_t rows = 0, cols = 0;
+//         srf_status status;
+//         srf_spline_params_init(&params);
+//         params.rows = params.columns = 20;
+//         status = srf_spline_create(quads, &params, NULL, &spline, NULL, NULL);
+//         if (status != SRF_OK) return status;
+//         status = srf_spline_control(spline, &rows, &cols, &control_points);
+//         if (status == SRF_OK) status = srf_spline_point(spline, 0.5, 0.5, middle);
+//         if (status == SRF_OK) printf("its middle is at %g %g %g\n", middle[0], middle[1], middle[2]);
+//         if (status == SRF_OK) status = srf_spline_sample(spline, 200, 200, out_mesh);
+//         srf_spline_free(spline);
 //         return status;
 //     }
 
@@ -3601,6 +4452,24 @@ srf_status srf_spline_sample(const srf_spline *spline,
 //         srf_cloud_free(cloud);
 //         return status;
 //     }
+//
+//     /* The open surface through points that one sensor saw; prints how many are not on it. */
+//     static srf_status open_through(const srf_cloud *cloud, const double sensor[3], srf_mesh **out_mesh)
+//     {
+//         const srf_array seen_from = {sensor, 1, 0, SRF_TYPE_F64, 3};
+//         srf_reconstruct_params params;
+//         srf_reconstruct_report report;
+//         srf_reconstructor *reconstructor;
+//         srf_status status = srf_reconstructor_create(cloud, &seen_from, &reconstructor);
+//         if (status != SRF_OK) return status;
+//         srf_reconstruct_params_init(&params);
+//         srf_reconstruct_report_init(&report);
+//         params.closure = SRF_CLOSURE_OPEN;
+//         status = srf_reconstructor_surface(reconstructor, &params, NULL, out_mesh, &report, NULL);
+//         if (status == SRF_OK) printf("%g points are not on it\n", (double)(report.points - report.used));
+//         srf_reconstructor_free(reconstructor);
+//         return status;
+//     }
 
 // Sets the defaults. Call srf_reconstruct_params_init(params), which adds the size that this header knows.
 // params   not NULL
@@ -3666,6 +4535,26 @@ srf_status srf_reconstructor_surface(const srf_reconstructor *reconstructor,
 //         srf_cluster_params_init(&params);
 //         params.vertices = vertices;
 //         return srf_mesh_cluster(mesh, &params, NULL, out_mesh, NULL);
+//     }
+//
+//     /* A mesh of even triangles through points; prints the mean of their smallest angles, in radians. */
+//     static srf_status even_mesh(const srf_cloud *cloud, srf_mesh **out_mesh)
+//     {
+//         srf_cluster_report report;
+//         srf_status status;
+//         srf_cluster_report_init(&report);
+//         status = srf_cloud_cluster(cloud, NULL, NULL, out_mesh, &report);
+//         if (status == SRF_OK) printf("%g\n", report.after_mean_smallest_angle);
+//         return status;
+//     }
+//
+//     /* Three levels of detail of a mesh, and of points. */
+//     static srf_status levels(const srf_mesh *mesh, const srf_cloud *cloud, srf_mesh *of_mesh[3], srf_mesh *of_cloud[3])
+//     {
+//         static const uint64_t vertices[3] = {10000, 1000, 100};
+//         srf_status status = srf_mesh_cluster_levels(mesh, vertices, 3, NULL, NULL, of_mesh);
+//         if (status == SRF_OK) status = srf_cloud_cluster_levels(cloud, vertices, 3, NULL, NULL, of_cloud);
+//         return status;
 //     }
 
 // Sets the defaults. Call srf_cluster_params_init(params), which adds the size that this header knows.
@@ -3758,6 +4647,17 @@ srf_status srf_cloud_cluster_levels(const srf_cloud *cloud,
 //         if (status != SRF_OK) return status;
 //         return srf_scan_mesh(mesh, 480, 640, &camera, world_from_sensor, NULL, NULL, out_image);
 //     }
+//
+//     /* The same with noise of half a unit, and a pixel of a hundred that gives no value. */
+//     static srf_status scan_badly(const srf_mesh *mesh, const srf_projection *camera, const srf_pose *world_from_sensor,
+//                                  srf_image **out_image)
+//     {
+//         srf_scan_params params;
+//         srf_scan_params_init(&params);
+//         params.noise = 0.5;
+//         params.dropout = 0.01;
+//         return srf_scan_mesh(mesh, 480, 640, camera, world_from_sensor, &params, NULL, out_image);
+//     }
 
 // Sets the defaults. Call srf_scan_params_init(params), which adds the size that this header knows.
 // params   not NULL
@@ -3797,14 +4697,26 @@ srf_status srf_scan_mesh(const srf_mesh *mesh,
 //         if (status == SRF_OK) printf("at most %g\n", bound);
 //         return status;
 //     }
+//
+//     /* Prints how far points lie from a mesh: the mean, and what 95 of 100 do not exceed. */
+//     static srf_status print_distances(const srf_mesh *mesh, const double *points, size_t count)
+//     {
+//         const srf_array positions = {points, count, 0, SRF_TYPE_F64, 3};
+//         srf_distances figures;
+//         srf_status status;
+//         srf_distances_init(&figures);
+//         status = srf_mesh_distances(mesh, &positions, 0, 0, NULL, NULL, &figures);
+//         if (status == SRF_OK) printf("%g, %g\n", figures.mean, figures.p95);
+//         return status;
+//     }
 
-// Prepares a struct for srf_mesh_distances(). Call srf_distances_init(distances), which adds the size that this header knows.
-// distances  not NULL
-// size       sizeof(srf_distances): what of the struct this library does not know becomes 0
-// returns    SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
-srf_status srf_distances_init_sized(srf_distances *distances,
-                                    size_t size);
-#define srf_distances_init(distances) srf_distances_init_sized((distances), sizeof(srf_distances))
+// Prepares a struct of figures. Call srf_distance_report_init(report), which adds the size that this header knows.
+// report   not NULL
+// size     sizeof(srf_distance_report): what of the struct this library does not know becomes 0
+// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_distance_report_init_sized(srf_distance_report *report,
+                                          size_t size);
+#define srf_distance_report_init(report) srf_distance_report_init_sized((report), sizeof(srf_distance_report))
 
 // Exact distances of points to the nearest point of a mesh. Time O((n + m) log m) for n points and m triangles; the same for
 // any number of threads.
@@ -3814,7 +4726,7 @@ srf_status srf_distances_init_sized(srf_distances *distances,
 // threads        at most 1024; 0 for the number of srf_set_threads()
 // progress       NULL for none
 // out_distances  room for a double a point; NULL if only the figures are wanted
-// out_figures    initialized by srf_distances_init(); NULL if not wanted
+// out_figures    initialized by srf_distance_report_init(); NULL if not wanted
 // returns        SRF_OK, SRF_ERR_INPUT, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE.
 //                Since 0.1.
 srf_status srf_mesh_distances(const srf_mesh *mesh,
@@ -3823,7 +4735,7 @@ srf_status srf_mesh_distances(const srf_mesh *mesh,
                               uint32_t threads,
                               const srf_progress *progress,
                               double *out_distances,
-                              srf_distances *out_figures);
+                              srf_distance_report *out_figures);
 
 // How far one surface lies from another: exact at its vertices, with a bound that holds for every point between them.
 // mesh           the surface; not NULL
@@ -3832,11 +4744,7 @@ srf_status srf_mesh_distances(const srf_mesh *mesh,
 // threads        at most 1024; 0 for the number of srf_set_threads()
 // progress       NULL for none
 // out_distances  room for a double a vertex of mesh; NULL if only the figures are wanted
-// out_figures    of the vertices; initialized by srf_distances_init(); NULL if not wanted
-// out_reached    receives the largest distance found, between the vertices too; NULL if not wanted
-// out_bound      receives what no point of the surface exceeds: within 1 % of out_reached or a millionth of the extent
-//                of reference above it, unless that takes more than 8 measurements a vertex and 100,000; NULL if not
-//                wanted
+// out_figures    of the vertices, and how far the surface reaches between them; initialized by srf_distance_report_init(); NULL if not wanted
 // returns        SRF_OK, SRF_ERR_INPUT, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE.
 //                Since 0.1.
 srf_status srf_mesh_surface_distance(const srf_mesh *mesh,
@@ -3845,9 +4753,7 @@ srf_status srf_mesh_surface_distance(const srf_mesh *mesh,
                                      uint32_t threads,
                                      const srf_progress *progress,
                                      double *out_distances,
-                                     srf_distances *out_figures,
-                                     double *out_reached,
-                                     double *out_bound);
+                                     srf_distance_report *out_figures);
 
 #ifdef __cplusplus
 }  // extern "C"

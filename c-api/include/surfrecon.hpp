@@ -547,23 +547,23 @@ struct AlignedScan : srf_aligned_scan {
     AlignedScan() { check(srf_aligned_scan_init(this)); }
     bool has_place() const noexcept { return state == SRF_SCAN_STATE_PLACED || state == SRF_SCAN_STATE_KEPT; }
     // Ways that nothing holds it.
-    std::vector<srf_freedom> ways() const { return {freedoms, freedoms + free_ways}; }
+    std::vector<srf_freedom> ways() const { return {freedoms, freedoms + freedoms_count}; }
 };
 
 // What an alignment found of two scans.
 struct AlignedPair : srf_aligned_pair {
     AlignedPair() { check(srf_aligned_pair_init(this)); }
     // Ways that one may turn or slide on the other.
-    std::vector<srf_freedom> ways() const { return {freedoms, freedoms + free_ways}; }
+    std::vector<srf_freedom> ways() const { return {freedoms, freedoms + freedoms_count}; }
 };
 
 // Where a scan was drawn to.
-struct Snap : srf_snap {
-    Snap() { check(srf_snap_init(this)); }
+struct Snap : srf_snap_report {
+    Snap() { check(srf_snap_report_init(this)); }
     // Numbers of the scans that it touches.
     std::vector<std::size_t> touched;
     // Ways that it may turn or slide.
-    std::vector<srf_freedom> ways() const { return {freedoms, freedoms + free_ways}; }
+    std::vector<srf_freedom> ways() const { return {freedoms, freedoms + freedoms_count}; }
 };
 
 // The axis of a turntable, in the frame that scans were taken in.
@@ -589,9 +589,9 @@ struct Frame : srf_frame {
     Frame() { check(srf_frame_init(this)); }
 };
 
-// What of a frame was left out.
-struct LeftOut : srf_left_out {
-    LeftOut() { check(srf_left_out_init(this)); }
+// Samples of a frame that were left out.
+struct LeftOutReport : srf_left_out_report {
+    LeftOutReport() { check(srf_left_out_report_init(this)); }
 };
 
 // What a host keeps of a range image beside its vertices: how pixels see, and where some of the vertices were.
@@ -627,8 +627,8 @@ struct QuadReport : srf_quads_report {
 };
 
 // Figures over many distances.
-struct Distances : srf_distances {
-    Distances() { check(srf_distances_init(this)); }
+struct DistanceReport : srf_distance_report {
+    DistanceReport() { check(srf_distance_report_init(this)); }
 };
 
 struct PlaneParams : srf_plane_params {
@@ -787,26 +787,25 @@ public:
 
     // Exact distances of points to the mesh; `out`, if given, has room for one a point.
     template <typename Real>
-    Distances distances(View<Real, 3> points, double *out = nullptr, bool is_signed = false,
-                        const Progress &progress = {}) const
+    DistanceReport distances(View<Real, 3> points, double *out = nullptr, bool is_signed = false,
+                             const Progress &progress = {}) const
     {
         const srf_array array = points.array();
-        Distances figures;
+        DistanceReport figures;
         detail::Watcher watcher(progress);
         watcher.check(srf_mesh_distances(get(), &array, is_signed ? 1 : 0, 0, watcher.get(), out, &figures));
         return figures;
     }
 
-    // How far this surface lies from another: { reached, bound }, the largest distance found and what no point exceeds.
-    // Distances of the vertices go to `out`, if given, which has room for one each; their figures to `figures`, if given.
-    std::array<double, 2> surface_distance(const Mesh &reference, double *out = nullptr, Distances *figures = nullptr,
-                                           bool is_signed = false, const Progress &progress = {}) const
+    // How far this surface lies from another: figures of its vertices, the largest distance found between them too, and a bound
+    // that no point exceeds. Distances of the vertices go to `out`, if given, which has room for one each.
+    DistanceReport surface_distance(const Mesh &reference, double *out = nullptr, bool is_signed = false,
+                                    const Progress &progress = {}) const
     {
-        std::array<double, 2> found{};
+        DistanceReport figures;
         detail::Watcher watcher(progress);
-        watcher.check(srf_mesh_surface_distance(get(), reference.get(), is_signed ? 1 : 0, 0, watcher.get(), out, figures,
-                                                &found[0], &found[1]));
-        return found;
+        watcher.check(srf_mesh_surface_distance(get(), reference.get(), is_signed ? 1 : 0, 0, watcher.get(), out, &figures));
+        return figures;
     }
 
     // A coarse mesh of well-shaped triangles with the same topology; its figures go to `report`, if given.
@@ -1078,7 +1077,7 @@ public:
     // given.
     template <typename Depth, std::size_t N = 3>
     static Image from_frame(const Frame &frame, View<Depth> depths, View<std::uint8_t, N> colours = {}, View<std::uint8_t> confidences = {},
-                            const Pose &world_from_sensor = {}, const std::string &name = {}, LeftOut *left_out = nullptr,
+                            const Pose &world_from_sensor = {}, const std::string &name = {}, LeftOutReport *left_out = nullptr,
                             const Progress &progress = {})
     {
         const srf_array array = depths.array(), painted = colours.array(), trusted = confidences.array();
@@ -1923,9 +1922,9 @@ public:
     }
 
     // What a person should know, a sentence each.
-    std::vector<std::string> messages() const { return texts(srf_alignment_message, report().messages); }
+    std::vector<std::string> messages() const { return texts(srf_alignment_message, report().messages_count); }
     // The whole, each scan and the messages, for logs.
-    std::vector<std::string> lines() const { return texts(srf_alignment_line, report().lines); }
+    std::vector<std::string> lines() const { return texts(srf_alignment_line, 1 + report().scans_count + report().messages_count); }
 
 private:
     std::vector<std::string> texts(srf_status (*text)(const srf_alignment *, std::size_t, const char **), std::size_t count) const

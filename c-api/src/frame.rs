@@ -5,7 +5,7 @@ use std::ffi::c_char;
 use bytemuck::Zeroable as _;
 use glam::DAffine3;
 use surfrecon::RangeImage;
-use surfrecon::frame::{Camera, ColourImage, ConfidenceImage, Frame, LeftOut, TURNED};
+use surfrecon::frame::{Camera, ColourImage, ConfidenceImage, Frame, LeftOutReport, TURNED};
 use surfrecon::log::{self, Level};
 use surfrecon::range_image::DepthKind;
 
@@ -78,39 +78,6 @@ impl srf_frame {
     }
 }
 
-/// How many samples of a frame were left out, each counted for the first reason that it has. Starts with its size; prepared by
-/// srf_left_out_init().
-#[allow(non_camel_case_types)]
-#[repr(C)]
-#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
-pub struct srf_left_out {
-    /// Bytes of this struct.
-    pub struct_size: u32,
-    /// 0.
-    pub reserved: u32,
-    /// Samples that were measured.
-    pub of: u64,
-    /// Those of too low a confidence.
-    pub low_confidence: u64,
-    /// Those beyond the sensor's reach.
-    pub out_of_reach: u64,
-    /// Those seen through the black rim of the colour image.
-    pub black_rim: u64,
-}
-
-impl From<LeftOut> for srf_left_out {
-    fn from(found: LeftOut) -> Self {
-        srf_left_out {
-            struct_size: size_of::<Self>() as u32,
-            reserved: 0,
-            of: found.of as u64,
-            low_confidence: found.low_confidence as u64,
-            out_of_reach: found.out_of_reach as u64,
-            black_rim: found.black_rim as u64,
-        }
-    }
-}
-
 /// Prepares a struct for srf_image_from_frame(). Call srf_frame_init(frame), which adds the size that this header knows.
 /// frame    not NULL
 /// size     sizeof(srf_frame): what of the struct this library does not know becomes 0
@@ -118,15 +85,6 @@ impl From<LeftOut> for srf_left_out {
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_frame_init_sized(frame: *mut srf_frame, size: usize) -> srf_status {
     guard(|| sized::init("frame", frame, size, srf_frame::unset()))
-}
-
-/// Prepares a struct for srf_image_from_frame(). Call srf_left_out_init(left_out), which adds the size that this header knows.
-/// left_out  not NULL
-/// size      sizeof(srf_left_out): what of the struct this library does not know becomes 0
-/// returns   SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.2.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn srf_left_out_init_sized(left_out: *mut srf_left_out, size: usize) -> srf_status {
-    guard(|| sized::init("left_out", left_out, size, LeftOut::default().into()))
 }
 
 /// Makes a range image of a frame, with what of it can be trusted. Depth is never resampled: each sample takes its colour through
@@ -140,7 +98,7 @@ pub unsafe extern "C" fn srf_left_out_init_sized(left_out: *mut srf_left_out, si
 /// name               for messages and as what ties are broken by when merging, UTF-8; NULL for none
 /// progress           NULL for none
 /// out_image          receives a new handle on SRF_OK only; not NULL
-/// out_left_out       initialized by srf_left_out_init(); NULL if not wanted
+/// out_left_out       initialized by srf_left_out_report_init(); NULL if not wanted
 /// returns            SRF_OK, SRF_ERR_PARAMETER naming the field, SRF_ERR_INPUT, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL,
 ///                    SRF_ERR_STRUCT_SIZE, SRF_ERR_OUT_OF_MEMORY. Since 0.2.
 #[unsafe(no_mangle)]
@@ -153,7 +111,7 @@ pub unsafe extern "C" fn srf_image_from_frame(
     name: *const c_char,
     progress: *const srf_progress,
     out_image: *mut *mut srf_image,
-    out_left_out: *mut srf_left_out,
+    out_left_out: *mut srf_left_out_report,
 ) -> srf_status {
     guard(|| {
         if frame.is_null() {
@@ -178,12 +136,12 @@ pub unsafe extern "C" fn srf_image_from_frame(
         watched(progress, |progress| {
             let (image, left_out) = progress.watch(|| taken.into_range_image(progress))?;
             // The struct counts the rest.
-            let others = LeftOut { low_confidence: 0, out_of_reach: 0, black_rim: 0, ..left_out };
+            let others = LeftOutReport { low_confidence: 0, out_of_reach: 0, black_rim: 0, far: 0, ..left_out };
             if let Some(words) = others.in_words() {
                 log::tell(Level::Warning, &format!("{}: {words}", image.called()));
             }
             if !out_left_out.is_null() {
-                sized::write("out_left_out", out_left_out, left_out.into())?;
+                report::write("out_left_out", out_left_out, left_out.values())?;
             }
             handle::give("out_image", out_image, image.into())
         })

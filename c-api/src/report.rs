@@ -1,8 +1,9 @@
 //! Structs of figures: how the core's reports become them. The structs are in `reports/`, written by `make generate`.
 
 use bytemuck::Pod;
-use surfrecon::reports::{Found, Kind, Values, in_order};
+use surfrecon::reports::{Found, Holds, Kind, Values, in_order};
 
+use crate::pose;
 use crate::settings::SRF_FROM_DATA;
 use crate::sized;
 use crate::status::Failure;
@@ -15,29 +16,65 @@ const NONE: u64 = u64::MAX;
 /// After its size and four bytes of 0 a struct has a number of eight bytes for each field.
 pub fn write<T: Pod>(name: &str, out: *mut T, values: Values<'_>) -> Result<(), Failure> {
     let mut words: Vec<u64> = vec![0];
-    for (field, found) in in_order(values) {
-        match (field.array, found) {
-            (None, one) => words.push(word(field.figure.kind, &one)),
-            (Some(_), Found::Array(many)) => words.extend(many.iter().map(|one| word(field.figure.kind, one))),
-            (Some(size), _) => words.extend(vec![word(field.figure.kind, &Found::Absent); size]),
-        }
-    }
+    push_all(values, &mut words);
     assert_eq!(size_of_val(words.as_slice()), size_of::<T>(), "the struct of {name} is generated from the same rows");
     sized::write(name, out, bytemuck::pod_read_unaligned(bytemuck::cast_slice(&words)))
 }
 
-/// A value as the eight bytes that a struct holds of it.
-fn word(kind: Kind, found: &Found<'_>) -> u64 {
-    match (kind, found) {
-        (_, Found::Flag(flag)) => u64::from(*flag),
-        (_, Found::Count(count)) => *count,
-        (_, Found::Integer(number)) => number.cast_unsigned(),
-        (_, Found::Number(number)) => number.to_bits(),
-        (Kind::Choice(choices), Found::Choice(name)) => {
-            1 + choices.iter().position(|choice| choice.name == *name).expect("the choices are declared") as u64
+/// Adds the numbers of a report's fields.
+fn push_all(values: Values<'_>, words: &mut Vec<u64>) {
+    for (field, found) in in_order(values) {
+        let after = words.len() + field.numbers();
+        match found {
+            Found::Array(many) if matches!(field.holds, Holds::Array(_)) => {
+                many.iter().for_each(|one| push(field.kind(), one, words));
+            }
+            Found::List(reports) => {
+                for report in reports {
+                    if let Found::Nested(values) = report {
+                        push_all(values, words);
+                    }
+                }
+                words.resize(after, 0);
+            }
+            Found::Absent => {
+                let none = absent(field.kind());
+                words.resize(after, none);
+            }
+            one => push(field.kind(), &one, words),
         }
-        (Kind::Length | Kind::Angle | Kind::Ratio | Kind::Number, Found::Absent) => SRF_FROM_DATA.to_bits(),
-        (_, Found::Absent) => NONE,
+        assert_eq!(words.len(), after, "{} has its numbers", field.name);
+    }
+}
+
+/// Adds a value as the numbers of eight bytes that a struct holds of it.
+fn push(kind: Kind, found: &Found<'_>, words: &mut Vec<u64>) {
+    match (kind, found) {
+        (_, Found::Flag(flag)) => words.push(u64::from(*flag)),
+        (_, Found::Count(count)) => words.push(*count),
+        (_, Found::Integer(number)) => words.push(number.cast_unsigned()),
+        (_, Found::Number(number)) => words.push(number.to_bits()),
+        (_, Found::Vector(vector)) => words.extend(vector.to_array().map(f64::to_bits)),
+        (_, Found::Pose(transform)) => words.extend(pose::pose(*transform).matrix.map(f64::to_bits)),
+        (Kind::Matrix(_), Found::Array(rows)) => {
+            for row in rows {
+                if let Found::Array(values) = row {
+                    values.iter().for_each(|value| push(Kind::Number, value, words));
+                }
+            }
+        }
+        (Kind::Choice(choices), Found::Choice(name)) => words.push(
+            1 + choices.iter().position(|choice| choice.name == *name).expect("the choices are declared") as u64,
+        ),
         (kind, found) => unreachable!("{found:?} is no {kind:?} of a fixed size"),
+    }
+}
+
+/// The number of a figure that does not apply.
+fn absent(kind: Kind) -> u64 {
+    match kind {
+        Kind::Length | Kind::Angle | Kind::Ratio | Kind::Number => SRF_FROM_DATA.to_bits(),
+        Kind::Vector | Kind::Pose | Kind::Matrix(_) => 0,
+        _ => NONE,
     }
 }

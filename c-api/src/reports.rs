@@ -1,8 +1,12 @@
-//! Structs of figures, a file an operation. Written by `make generate`.
+//! Structs of figures, a file a report. Written by `make generate`.
 
+pub mod align;
 pub mod check;
 pub mod cluster;
+pub mod distance;
+pub mod left_out;
 pub mod merge;
 pub mod quads;
 pub mod reconstruct;
 pub mod sculpt;
+pub mod snap;

@@ -73,7 +73,7 @@ pub unsafe extern "C" fn srf_sculptor_free(sculptor: *mut srf_sculptor) -> srf_s
 /// tolerance        in the unit of the samples, >= 0. SRF_FROM_DATA for that of the params of srf_sculptor_create()
 /// progress         NULL for none
 /// out_mesh         receives a new handle on SRF_OK only. Not NULL
-/// out_report  initialized by srf_sculpt_report_init(). NULL if not wanted
+/// out_report       initialized by srf_sculpt_report_init(). NULL if not wanted
 /// returns          SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_sculptor_refine(
@@ -97,7 +97,7 @@ pub unsafe extern "C" fn srf_sculptor_refine(
 /// max_triangles    what the mesh may have at most
 /// progress         NULL for none
 /// out_mesh         receives a new handle on SRF_OK only. Not NULL
-/// out_report  initialized by srf_sculpt_report_init(). NULL if not wanted
+/// out_report       initialized by srf_sculpt_report_init(). NULL if not wanted
 /// returns          SRF_OK, SRF_ERR_INPUT if any mesh that covers the image has more, SRF_ERR_CANCELLED, SRF_ERR_HANDLE,
 ///                  SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 #[unsafe(no_mangle)]

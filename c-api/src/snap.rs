@@ -1,74 +1,17 @@
 //! Scans placed by hand: one drawn to the others, and how far it lies off them.
 
-use surfrecon::align::{AlignParams, Snap};
+use surfrecon::align::AlignParams;
+use surfrecon::reports::Report;
 
 use crate::align::{known, prepared, srf_aligner};
-use crate::alignment::{srf_freedom, srf_pair_state, ways};
 use crate::array::{Borrowed, srf_array};
 use crate::guard::guard;
 use crate::params::align::srf_align_params;
-use crate::pose::{self, srf_pose};
+use crate::pose::srf_pose;
 use crate::progress::{srf_progress, watched};
+use crate::reports::snap::srf_snap_report;
 use crate::status::srf_status;
-use crate::{handle, params, pointer, sized};
-
-/// Where a scan was drawn to. Lengths are in the unit of the scans. Starts with its size; prepared by srf_snap_init().
-#[allow(non_camel_case_types)]
-#[repr(C)]
-#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
-pub struct srf_snap {
-    /// Bytes of this struct.
-    pub struct_size: u32,
-    /// Whether it fits there, and if not, why: SRF_PAIR_STATE_FITS, SRF_PAIR_STATE_MISFIT, SRF_PAIR_STATE_SLIDES, SRF_PAIR_STATE_SEEN_THROUGH or
-    /// SRF_PAIR_STATE_NOTHING.
-    pub state: u32,
-    /// Scans that it touches.
-    pub touches: u32,
-    /// Ways that it may turn or slide, where it slides.
-    pub free_ways: u32,
-    /// Where it was drawn to; where it was if it touches nothing.
-    pub world_from_scan: srf_pose,
-    /// The free ways; 0 behind them.
-    pub freedoms: [srf_freedom; 6],
-    /// Share of its surface that lies on the scan that shares most with it.
-    pub overlap: f64,
-    /// Root mean square distance to the surfaces of the others, along normals.
-    pub residual: f64,
-    /// How well it is held against turning and sliding: 1 at best, 0 where it may.
-    pub balance: f64,
-    /// Of what the sensors can tell, the share that speaks against it.
-    pub seen_through: f64,
-    /// How far its points moved, at most.
-    pub moved: f64,
-}
-
-impl From<&Snap> for srf_snap {
-    fn from(snap: &Snap) -> Self {
-        let (free_ways, freedoms) = ways(&snap.free);
-        srf_snap {
-            struct_size: size_of::<Self>() as u32,
-            state: srf_pair_state::from(snap.state) as u32,
-            touches: snap.touches.len() as u32,
-            free_ways,
-            world_from_scan: pose::pose(snap.world_from_scan),
-            freedoms,
-            overlap: snap.overlap,
-            residual: snap.residual,
-            balance: snap.balance,
-            seen_through: snap.seen_through,
-            moved: snap.moved,
-        }
-    }
-}
-
-/// Prepares a struct for srf_aligner_snap(). Call srf_snap_init(snap), which adds the size that this header knows.
-/// snap     not NULL
-/// size     sizeof(srf_snap): what of the struct this library does not know becomes 0
-/// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn srf_snap_init_sized(snap: *mut srf_snap, size: usize) -> srf_status {
-    guard(|| sized::init::<srf_snap>("snap", snap, size, bytemuck::Zeroable::zeroed()))
-}
+use crate::{handle, params, pointer, report, sized};
 
 /// Draws one scan, from a rough pose, to others, which stay: for placing by hand. What was said of the scans is not asked. The same to
 /// the bit for any number of threads. Some tens of milliseconds for any number of scans, once these were read: the first call does so.
@@ -80,7 +23,7 @@ pub unsafe extern "C" fn srf_snap_init_sized(snap: *mut srf_snap, size: usize) -
 /// params           its reach, by default a tenth of the scan's size, is how far it is drawn, about; tolerance, min_overlap and threads
 ///                  count too; NULL for the defaults
 /// progress         NULL for none
-/// out_snap         initialized by srf_snap_init(); not NULL
+/// out_snap         initialized by srf_snap_report_init(); not NULL
 /// out_touches      room for a byte a scan that was added: 1 if the scan touches that one, else 0; NULL if not wanted
 /// returns          SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT for fewer than two scans, poses for another number of scans, one that is
 ///                  not rigid or none of the scan itself, SRF_ERR_FORMAT, SRF_ERR_IO, SRF_ERR_OUT_OF_MEMORY,
@@ -93,7 +36,7 @@ pub unsafe extern "C" fn srf_aligner_snap(
     count: usize,
     params: *const srf_align_params,
     progress: *const srf_progress,
-    out_snap: *mut srf_snap,
+    out_snap: *mut srf_snap_report,
     out_touches: *mut u8,
 ) -> srf_status {
     guard(|| {
@@ -109,7 +52,7 @@ pub unsafe extern "C" fn srf_aligner_snap(
                 let touches: Vec<u8> = (0..poses.len()).map(|other| snap.touches.contains(&other).into()).collect();
                 pointer::copy_out("out_touches", out_touches, &touches)?;
             }
-            sized::write("out_snap", out_snap, srf_snap::from(&snap))
+            report::write("out_snap", out_snap, snap.values())
         })
     })
 }

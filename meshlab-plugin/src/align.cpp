@@ -6,6 +6,7 @@
 #include "layer.h"
 #include "parameters.h"
 #include "range_layer.h"
+#include "reports.h"
 #include "visible.h"
 
 namespace srf {
@@ -94,13 +95,7 @@ Outputs run(Job &job)
 
     for (const std::string &line : alignment.lines()) job.log(line);
     const surfrecon::AlignReport report = alignment.report();
-    Outputs out;
-    out["layers"] = static_cast<int>(report.scans);
-    out["placed"] = static_cast<int>(report.placed);
-    out["groups"] = static_cast<int>(report.groups);
-    out["compared"] = static_cast<int>(report.compared);
-    if (report.residual >= 0) out["residual"] = report.residual;
-    return out;
+    return values(align_figures, &report);
 }
 
 }  // namespace

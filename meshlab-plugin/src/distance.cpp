@@ -45,7 +45,7 @@ struct Patch {
 };
 
 struct Measured {
-    surfrecon::Distances figures;
+    surfrecon::DistanceReport figures;
     std::vector<double> distances;
     double reached;  // the largest distance that was found, between the vertices too
     double bound;    // no point of the surface is farther

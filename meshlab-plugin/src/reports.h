@@ -6,6 +6,18 @@
 
 namespace srf {
 
+inline const Figures align_figures = {
+    {Figure::Kind::count, "scans_count", "Scans", false, 1, offsetof(srf_align_report, scans_count), {}, {}},
+    {Figure::Kind::count, "pairs_count", "Pairs", false, 1, offsetof(srf_align_report, pairs_count), {}, {}},
+    {Figure::Kind::count, "groups_count", "Groups", false, 1, offsetof(srf_align_report, groups_count), {}, {}},
+    {Figure::Kind::count, "compared", "Pairs compared", false, 1, offsetof(srf_align_report, compared), {}, {}},
+    {Figure::Kind::length, "residual", "Distance of the surfaces", true, 1, offsetof(srf_align_report, residual), {}, {}},
+    {Figure::Kind::number, "turntable_point", "Turntable: Axis", false, 3, offsetof(srf_align_report, turntable_point), {}, {}},
+    {Figure::Kind::number, "turntable_direction", "Turntable: Axis", false, 3, offsetof(srf_align_report, turntable_direction), {}, {}},
+    {Figure::Kind::count, "messages_count", "Messages", false, 1, offsetof(srf_align_report, messages_count), {}, {}},
+    {Figure::Kind::count, "placed", "Placed", false, 1, offsetof(srf_align_report, placed), {}, {}},
+};
+
 inline const Figures merge_figures = {
     {Figure::Kind::count, "scans", "Scans", false, 1, offsetof(srf_merge_report, scans), {}, {}},
     {Figure::Kind::count, "input_triangles", "Their triangles", false, 1, offsetof(srf_merge_report, input_triangles), {}, {}},
@@ -111,29 +123,6 @@ inline const Figures cluster_figures = {
     {Figure::Kind::angle, "after_largest_angle", "After: Largest angle", false, 1, offsetof(srf_cluster_report, after_largest_angle), {}, {}},
     {Figure::Kind::length, "max_error", "Largest error", true, 1, offsetof(srf_cluster_report, max_error), {}, {}},
     {Figure::Kind::flag, "kept_input", "The input itself", false, 1, offsetof(srf_cluster_report, kept_input), {}, {}},
-};
-
-inline const Figures check_figures = {
-    {Figure::Kind::count, "triangles", "Triangles", false, 1, offsetof(srf_check_report, triangles), {}, {}},
-    {Figure::Kind::count, "vertices", "Vertices", false, 1, offsetof(srf_check_report, vertices), {}, {}},
-    {Figure::Kind::count, "unused_vertices", "Unused vertices", false, 1, offsetof(srf_check_report, unused_vertices), {}, {}},
-    {Figure::Kind::count, "non_finite_vertices", "Vertices that are not finite", false, 1, offsetof(srf_check_report, non_finite_vertices), {}, {}},
-    {Figure::Kind::count, "out_of_range_triangles", "Triangles out of range", false, 1, offsetof(srf_check_report, out_of_range_triangles), {}, {}},
-    {Figure::Kind::count, "degenerate_triangles", "Degenerate triangles", false, 1, offsetof(srf_check_report, degenerate_triangles), {}, {}},
-    {Figure::Kind::count, "zero_area_triangles", "Triangles of no area", false, 1, offsetof(srf_check_report, zero_area_triangles), {}, {}},
-    {Figure::Kind::count, "duplicate_triangles", "Duplicate triangles", false, 1, offsetof(srf_check_report, duplicate_triangles), {}, {}},
-    {Figure::Kind::count, "edges", "Edges", false, 1, offsetof(srf_check_report, edges), {}, {}},
-    {Figure::Kind::count, "boundary_edges", "Boundary edges", false, 1, offsetof(srf_check_report, boundary_edges), {}, {}},
-    {Figure::Kind::count, "non_manifold_edges", "Non-manifold edges", false, 1, offsetof(srf_check_report, non_manifold_edges), {}, {}},
-    {Figure::Kind::count, "misoriented_edges", "Misoriented edges", false, 1, offsetof(srf_check_report, misoriented_edges), {}, {}},
-    {Figure::Kind::count, "non_manifold_vertices", "Non-manifold vertices", false, 1, offsetof(srf_check_report, non_manifold_vertices), {}, {}},
-    {Figure::Kind::count, "components", "Parts", false, 1, offsetof(srf_check_report, components), {}, {}},
-    {Figure::Kind::count, "largest_component", "Triangles of the largest part", false, 1, offsetof(srf_check_report, largest_component), {}, {}},
-    {Figure::Kind::count, "boundary_loops", "Boundary loops", false, 1, offsetof(srf_check_report, boundary_loops), {}, {}},
-    {Figure::Kind::integer, "euler_characteristic", "Euler characteristic", false, 1, offsetof(srf_check_report, euler_characteristic), {}, {}},
-    {Figure::Kind::flag, "is_manifold", "Manifold", false, 1, offsetof(srf_check_report, is_manifold), {}, {}},
-    {Figure::Kind::flag, "is_closed", "Closed", false, 1, offsetof(srf_check_report, is_closed), {}, {}},
-    {Figure::Kind::integer, "genus", "Genus", true, 1, offsetof(srf_check_report, genus), {}, {}},
 };
 
 }  // namespace srf

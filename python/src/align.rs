@@ -12,7 +12,6 @@ use surfrecon::align::{AlignParams, Alignment as Core, Constraints};
 use surfrecon::export::{PlacedFile, write_poses};
 use surfrecon::memory_folder::MemoryFolder;
 
-use crate::align_report::{self, align_report};
 use crate::arrays;
 use crate::constraints::constraints;
 use crate::errors::{input_error, to_python};
@@ -20,6 +19,7 @@ use crate::memory_folder::Place;
 use crate::params::{params, params_only};
 use crate::progress::Watch;
 use crate::ready::{ReadCall, Ready};
+use crate::report;
 use crate::sources::{self, Source};
 
 /// Brings scans to one frame: finds where each lies from what overlaps, in any order and from any poses.
@@ -30,6 +30,11 @@ use crate::sources::{self, Source};
 ///
 /// It is ``Aligner(scans).align()``: make an ``Aligner`` to align the same scans again without reading them again, or to place some
 /// by hand.
+///
+/// >>> aligned = surfrecon.align(scans)
+/// >>> aligned.report.placed, aligned.report.messages
+/// (6, [])
+/// >>> result = surfrecon.merge(aligned.scans)
 ///
 /// Args:
 ///     scans: a ``ScanSet``, or a list of ``Scan``, ``RangeImage``, ``PointCloud`` (with normals), ``Mesh``, ``(Mesh, world_from_mesh)`` or
@@ -133,6 +138,11 @@ impl AlignCall {
 }
 
 /// Where scans lie in one frame, and how well that is known. It holds what was made ready of the scans, 1 to 2.5 MB each.
+///
+/// >>> aligned = surfrecon.align(scans)
+/// >>> [pose is not None for pose in aligned.world_from_scan]
+/// [True, True, True, True, True, True]
+/// >>> aligned.write("aligned.conf")
 #[pyclass(frozen, module = "surfrecon")]
 pub struct Alignment {
     ready: Arc<Ready>,
@@ -168,7 +178,11 @@ impl Alignment {
     /// What was found: an ``AlignReport``, the same one whenever it is asked for.
     #[getter]
     fn report(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
-        let made = || align_report(py, &self.found.report).map(Bound::unbind);
+        let made = || {
+            let figures = report::of(py, &self.found.report)?;
+            figures.set_item("summary", self.found.report.lines())?;
+            Ok(figures.unbind())
+        };
         self.report.get_or_try_init(py, made).map(|report| report.clone_ref(py))
     }
 
@@ -180,6 +194,11 @@ impl Alignment {
 
     /// How far a scan lies outside of the others' surfaces, along normals: what no rigid pose explains, such as warp and what moved. A
     /// mean over a few samples, nearly free of noise; below 0 where the scan lies inside.
+    ///
+    /// >>> aligned = surfrecon.align(scans)
+    /// >>> off = aligned.misfit(0)
+    /// >>> off.shape == scans[0].read().valid.shape
+    /// True
     ///
     /// Args:
     ///     scan: its number, counted from 0.
@@ -213,6 +232,10 @@ impl Alignment {
     ///
     /// Read them with ``surfrecon.open(path)``, with ``allow_outside=True`` where files lie outside of its folder; a ``.tum`` with its scans,
     /// in the order given here: ``surfrecon.open([*files, path])``.
+    ///
+    /// >>> surfrecon.align(scans).write("aligned.conf")
+    /// >>> len(surfrecon.open("aligned.conf"))
+    /// 6
     ///
     /// Args:
     ///     path: the list; names in it are relative to its folder, absolute for files outside of it.
@@ -291,6 +314,10 @@ fn file_of(source: &Source, world_from_file: DAffine3, list: &Path, is_list: boo
 /// Of their samples nothing is kept in memory but what comes from the caller: 1 to 2.5 MB a scan. A result does not depend on calls before;
 /// calls may run at once, on several threads.
 ///
+/// >>> aligner = surfrecon.Aligner(scans)
+/// >>> first = aligner.align()
+/// >>> second = aligner.align(rejected=[(0, 3)])  # scans are not read again
+///
 /// Args:
 ///     scans: as for ``align``; at least two. Changing them later changes nothing here.
 ///     threads: worker threads for reading and ``misfit``, 0 for one a core.
@@ -351,6 +378,11 @@ impl Aligner {
     /// Draws one scan, from a rough pose, to the others, which stay: for placing by hand. Some tens of milliseconds, however many
     /// scans there are and however large they are.
     ///
+    /// >>> aligner = surfrecon.Aligner(scans)
+    /// >>> rough = scans[2].world_from_sensor + 0.5 * np.eye(4, k=3)  # half a millimetre off along x
+    /// >>> aligner.snap(2, rough).state
+    /// 'fits'
+    ///
     /// Args:
     ///     scan: its number, counted from 0.
     ///     world_from_scan: 4 x 4, rigid: where it starts.
@@ -385,7 +417,7 @@ impl Aligner {
         let mut poses = self.ready.poses(poses)?;
         poses[scan] = Some(start);
         let call = |progress: &Progress<'_>| self.ready.prepared.snap(scan, &poses, &params, progress);
-        align_report::snap(py, &Watch::new(progress).run(py, call)?)
+        report::of(py, &Watch::new(progress).run(py, call)?)
     }
 
     /// How far a scan lies outside of the others' surfaces, along normals, where the scans lie as ``poses`` says: what no rigid

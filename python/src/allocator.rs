@@ -12,12 +12,21 @@ static ALLOCATOR: Account = Account(std::alloc::System);
 /// Bytes that this library holds on the heap in this process: its objects and arrays, and what running calls work with.
 ///
 /// Copies that NumPy or a host made of them don't count.
+///
+/// >>> mesh = surfrecon.merge(scans).mesh
+/// >>> surfrecon.memory_in_use() > mesh.positions.nbytes
+/// True
 #[pyfunction]
 pub fn memory_in_use() -> usize {
     memory::held()
 }
 
 /// The most bytes that this library held at a time since the last call with ``restart``, or since it was loaded.
+///
+/// >>> before = surfrecon.memory_peak(restart=True)
+/// >>> result = surfrecon.merge(scans)
+/// >>> surfrecon.memory_peak() > surfrecon.memory_in_use()
+/// True
 ///
 /// Args:
 ///     restart: count anew from what is held now.
@@ -32,6 +41,10 @@ pub fn memory_peak(restart: bool) -> usize {
 }
 
 /// Bytes that the last call was estimated to take before it began; 0 where nothing was worth an estimate.
+///
+/// >>> result = surfrecon.merge(scans)
+/// >>> surfrecon.memory_foreseen() > 0
+/// True
 #[pyfunction]
 pub fn memory_foreseen() -> u64 {
     memory::foreseen()

@@ -22,6 +22,11 @@ use crate::report;
 /// Components, boundaries and genus stay; vertices lie on the mesh, those of boundaries on its boundaries; the attributes of
 /// vertices ride along. Options that are ``None`` take their defaults.
 ///
+/// >>> coarse = surfrecon.cluster(mesh, vertices=500)
+/// >>> len(coarse.mesh.positions)
+/// 500
+/// >>> near = surfrecon.cluster(mesh, max_error=0.05)
+///
 /// Args:
 ///     mesh: the dense mesh; edges of more than two triangles, or of two that turn against each other, are cut. Or points: a
 ///         ``PointCloud``, or (n, 3) real numbers; the surface through them, as ``reconstruct`` makes it, is clustered.
@@ -122,6 +127,9 @@ fn chain_of(vertices: &[Bound<'_, PyAny>]) -> PyResult<Vec<Resolution>> {
 
 /// A chain of levels of detail from one run: finer levels go on splitting the patches of coarser ones.
 ///
+/// >>> fine, coarse = surfrecon.cluster_levels(mesh, [1000, 100])
+/// >>> fine.mesh.write("levels.glb", coarser=[coarse.mesh])
+///
 /// Args:
 ///     mesh: the dense mesh, or points, as for ``cluster``.
 ///     vertices: vertices of each level.
@@ -150,6 +158,10 @@ pub fn cluster_levels(
 }
 
 /// A clustered mesh with its patches and figures.
+///
+/// >>> coarse = surfrecon.cluster(mesh, patches=100)
+/// >>> len(coarse.labels) == len(mesh.positions), int(coarse.labels.max())
+/// (True, 99)
 #[pyclass(frozen, module = "surfrecon")]
 pub struct Clustered {
     /// The surface, with the vertex attributes of the input.

@@ -13,6 +13,9 @@ use crate::pickling::{self, Reduced, reduced};
 /// Three for a pair place it even where it may turn; with normals two do. What counts is the points, not how near they are to a
 /// sample.
 ///
+/// >>> pick = surfrecon.Pick(0, 1, point, other_point, normals=(normal, other_normal))
+/// >>> aligned = surfrecon.align(scans, picks=[pick])
+///
 /// Args:
 ///     a, b: numbers of the scans, counted from 0.
 ///     point_a, point_b: (3,) where each scan shows the point, in the scan's own frame.

@@ -24,10 +24,7 @@ thread_local! {
 }
 
 /// Threads, a limit on memory and a log for what is called in a ``with`` block, for example by one of several add-ons of a host, so that none of
-/// them has to live with what another one set::
-///
-///     with surfrecon.Context(threads=2, memory_limit=4_000_000_000):
-///         merged = surfrecon.merge(scans)
+/// them has to live with what another one set.
 ///
 /// Holds for the thread that runs the block, and for jobs that are started in it; not for other tasks of an event loop: don't ``await``
 /// in it. May be entered again, by several threads as well: their calls share the limit. Where blocks end in another order than they began
@@ -35,6 +32,9 @@ thread_local! {
 ///
 /// The limit is on calls, not on what they leave: what was handed out before (meshes, images) does not count, however much it is, unless
 /// another call of the context was running all the time since.
+///
+/// >>> with surfrecon.Context(threads=2, memory_limit=4_000_000_000):
+/// ...     merged = surfrecon.merge(scans)
 ///
 /// Args:
 ///     threads: Worker threads of calls that are not told how many; 0 for one a core. Results are the same for any number.

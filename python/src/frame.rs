@@ -4,7 +4,6 @@ use std::path::PathBuf;
 
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
 use surfrecon::Progress;
 use surfrecon::frame::Frame as Core;
 use surfrecon::import;
@@ -20,12 +19,17 @@ use crate::pickling::{self, Reduced};
 use crate::point_cloud::PointCloud;
 use crate::progress::Watch;
 use crate::range_image::RangeImage;
-use crate::report::report;
+use crate::report;
 use crate::scan::Camera;
 use crate::similarity::Given;
 
 /// One scan of a set: where it is and where it stands. Its samples stay on disk until ``read``; other processes are handed, by ``pickle``, the
 /// path of its file and what is not in it.
+///
+/// >>> scan = scans[0]
+/// >>> scan.name, scan.path.name, scan.world_from_sensor.shape
+/// ('view0', 'view0.ply', (4, 4))
+/// >>> image = scan.read()
 #[pyclass(frozen, subclass, module = "surfrecon")]
 pub struct Scan {
     pub scan: import::FileScan,
@@ -68,6 +72,10 @@ impl Scan {
     }
 
     /// Reads the samples: a ``RangeImage`` (placed in the world), a ``Mesh`` or a ``PointCloud`` (in their own frames).
+    ///
+    /// >>> images = [scan.read() for scan in scans]
+    /// >>> len(images), images[0].name
+    /// (6, 'view0')
     ///
     /// Args:
     ///     progress: called about every 30 ms as ``progress(stage, fraction)``; returning ``False`` cancels.
@@ -122,6 +130,11 @@ impl Scan {
 
 /// One frame of a recording: a ``Scan`` whose colours and confidences can be had as they were recorded. Nothing is kept
 /// in memory: each of its properties but ``pose`` reads the frame's files when it is asked for.
+///
+/// >>> frame = scans[0]
+/// >>> frame.colour.shape, frame.image.points.shape  # as they were recorded
+/// ((384, 512, 3), (192, 256, 3))
+/// >>> surface = surfrecon.merge(scans).mesh  # frames are scans
 #[pyclass(frozen, extends = Scan, module = "surfrecon")]
 pub struct Frame;
 
@@ -236,13 +249,7 @@ impl Frame {
     #[getter]
     fn left_out<'py>(slf: PyRef<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         let (_, out) = read(&slf, |scan, progress| whole(scan, progress)?.into_range_image(progress))?;
-        let dict = PyDict::new(slf.py());
-        dict.set_item("of", out.of)?;
-        dict.set_item("low_confidence", out.low_confidence)?;
-        dict.set_item("out_of_reach", out.out_of_reach)?;
-        dict.set_item("black_rim", out.black_rim)?;
-        dict.set_item("far", out.far)?;
-        report("LeftOutReport", dict)
+        report::of(slf.py(), &out)
     }
 
     fn __repr__(slf: PyRef<'_, Self>) -> String {

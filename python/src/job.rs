@@ -33,6 +33,11 @@ use crate::select::PlaneCall;
 ///
 /// Made by ``Job.dominant_plane``, ``Job.align``, ``Job.aligner``, ``Job.merge``, ``Job.merge_to_file``, ``Job.sculptor``, ``Job.refine``, ``Job.adaptive_quads``, ``Job.surface``, ``Job.cluster``, ``Job.distances``,
 /// ``Job.surface_distance``, ``Job.virtual_scan``, ``Job.open`` or ``Job.read``. Dropping a running job cancels it.
+///
+/// >>> job = surfrecon.Job.merge(scans)
+/// >>> while not job.done():
+/// ...     stage, share = job.progress()  # a host draws its window meanwhile
+/// >>> mesh = job.result().mesh
 #[pyclass(frozen, module = "surfrecon")]
 pub struct Job {
     call: Background,
@@ -331,6 +336,13 @@ impl Job {
     }
 
     /// Asks the work to stop, which it does within a tenth of a second; ``result`` then raises ``Cancelled``.
+    ///
+    /// >>> job = surfrecon.Job.align(scans)
+    /// >>> job.cancel()
+    /// >>> try:
+    /// ...     aligned = job.result()
+    /// ... except surfrecon.Cancelled:
+    /// ...     aligned = None
     fn cancel(&self) {
         self.call.cancel();
     }

@@ -35,9 +35,13 @@
 //! | `scan` | the virtual range scanner |
 //! | `job` | a long call on a thread of its own, for hosts |
 
+#![allow(
+    clippy::doc_lazy_continuation,
+    reason = "doc comments are docstrings of Python, whose examples show what comes out"
+)]
+
 // modules
 mod align;
-mod align_report;
 mod allocator;
 mod arrays;
 mod background;

@@ -5,7 +5,6 @@ use std::sync::Arc;
 use glam::DVec3;
 use numpy::PyArray1;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
 use surfrecon::mesh::Crs;
 use surfrecon::mesh::certify::{Certified, certify};
 use surfrecon::mesh::measure::{self, Side};
@@ -17,10 +16,16 @@ use crate::crs::{CrsText, crs_of};
 use crate::mesh::Mesh;
 use crate::params;
 use crate::progress::Watch;
-use crate::report::report;
+use crate::report;
 use crate::sources::{Clouds, Source, as_dyn, sources};
 
 /// Exact distances of points to the nearest points of a mesh, or of scans.
+///
+/// >>> floor = surfrecon.Mesh([(0, 0, 0), (9, 0, 0), (0, 9, 0)], [(0, 1, 2)])
+/// >>> surfrecon.distances([(1, 1, 2), (1, 1, -3)], floor, signed=True)
+/// array([ 2., -3.])
+/// >>> samples = image.world_points()[image.valid]
+/// >>> off = surfrecon.distances(samples, scans[1:])  # of one scan from the others
 ///
 /// Args:
 ///     points: (n, 3) real numbers.
@@ -117,6 +122,10 @@ impl DistanceCall {
 
 /// For each point the triangle of a mesh that is nearest, of several as near the one of the smallest index.
 ///
+/// >>> steps = surfrecon.Mesh([(0, 0, 0), (9, 0, 0), (0, 9, 0), (9, 9, 0)], [(0, 1, 2), (1, 3, 2)])
+/// >>> surfrecon.nearest_triangles([(1, 1, 2), (8, 8, 2)], steps)
+/// array([0, 1], dtype=uint32)
+///
 /// Args:
 ///     points: (n, 3) real numbers.
 ///     mesh: the surface.
@@ -148,6 +157,11 @@ pub fn nearest_triangles<'py>(
 
 /// Distance of a whole surface to another, with a bound that holds between the vertices too.
 ///
+/// >>> coarse = surfrecon.cluster(mesh, vertices=500).mesh
+/// >>> report = surfrecon.surface_distance(coarse, mesh)
+/// >>> report.reached <= report.bound
+/// True
+///
 /// Args:
 ///     mesh: the surface that is measured.
 ///     reference: the surface it is measured against, in the same frame.
@@ -156,10 +170,8 @@ pub fn nearest_triangles<'py>(
 ///     progress: called as ``progress(stage, fraction)``; ``False`` cancels. Ctrl-C cancels as well.
 ///
 /// Returns:
-///     A dict: ``distances``, (n,) float64, exact, one a vertex of ``mesh``; ``mean``, ``rms``, ``p95``, ``max`` of their
-///     absolute values and ``bias``, the mean with signs; ``reached``, the largest distance found, between the vertices
-///     too; ``bound``, which no point of ``mesh`` exceeds: within 1 % of ``reached``, or a millionth of the reference's
-///     extent above it, unless that takes more than 8 measurements a vertex and 100,000.
+///     A ``DistanceReport``; no point of ``mesh`` exceeds its ``bound``, which is within 1 % of ``reached``, or a millionth of the
+///     reference's extent above it, unless that takes more than 8 measurements a vertex and 100,000.
 ///
 /// Raises:
 ///     InputError: a reference without triangles; meshes of different coordinate reference systems, or in degrees.
@@ -183,20 +195,9 @@ pub fn surface_distance<'py>(
 /// # Errors
 /// None but of Python itself.
 pub fn distance_report(py: Python<'_>, found: Certified) -> PyResult<Bound<'_, PyAny>> {
-    let (dict, figures) = (PyDict::new(py), found.vertices.summary);
-    for (name, value) in [
-        ("mean", figures.mean),
-        ("rms", figures.rms),
-        ("p95", figures.p95),
-        ("max", figures.max),
-        ("bias", figures.bias),
-        ("reached", found.reached),
-        ("bound", found.bound),
-    ] {
-        dict.set_item(name, value)?;
-    }
-    dict.set_item("distances", PyArray1::from_vec(py, found.vertices.distances))?;
-    report("DistanceReport", dict)
+    let figures = report::of(py, &found.report())?;
+    figures.set_item("distances", PyArray1::from_vec(py, found.vertices.distances))?;
+    Ok(figures)
 }
 
 /// A measurement of a surface with all it needs, free of Python.

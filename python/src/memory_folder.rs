@@ -17,16 +17,18 @@ use crate::paths;
 
 /// A folder whose files lie in memory: ``folder / "scan.ply"`` is a path for whatever takes one, the folder itself too.
 ///
-/// So scans, lists of scans and whole recordings are read from memory, and whatever can be written is written there::
-///
-///     folder = surfrecon.MemoryFolder()
-///     folder["scan.ply"] = response.content
-///     scan = surfrecon.read(folder / "scan.ply")
-///     mesh.write(folder / "mesh.glb")
-///     send(folder["mesh.glb"])
+/// So scans, lists of scans and whole recordings are read from memory, and whatever can be written is written there.
 ///
 /// It works like a ``dict`` of names and ``bytes``; names have / between folders. Scans that were opened in it keep it. Where one file is
 /// read or written, a binary file object with a ``name`` does as well, a ``io.BytesIO`` that was given one too.
+///
+/// >>> from pathlib import Path
+/// >>> folder = surfrecon.MemoryFolder()
+/// >>> folder["scan.ply"] = Path("view0.ply").read_bytes()
+/// >>> image = surfrecon.read(folder / "scan.ply")
+/// >>> image.triangulate().write(folder / "mesh.glb")
+/// >>> folder["mesh.glb"][:4]
+/// b'glTF'
 ///
 /// Args:
 ///     sink: called with the name of a file and its next bytes, or ``None`` once it is complete, instead of keeping what is written. On any
@@ -67,6 +69,12 @@ impl MemoryFolder {
     }
 
     /// Puts a file into the folder whose bytes are asked for when they are read.
+    ///
+    /// >>> from pathlib import Path
+    /// >>> content = Path("view0.ply").read_bytes()  # or what a server sends, part by part
+    /// >>> folder = surfrecon.MemoryFolder()
+    /// >>> path = folder.put_source("scan.ply", len(content), lambda first, most: content[first : first + most])
+    /// >>> image = surfrecon.read(path)
     ///
     /// Args:
     ///     name: of the file.
@@ -172,6 +180,11 @@ impl MemoryFolder {
 }
 
 /// The path of a file in a ``MemoryFolder``, which it keeps.
+///
+/// >>> path = surfrecon.MemoryFolder() / "meshes/part.ply"
+/// >>> mesh.write(path)
+/// >>> path.name, len(surfrecon.read(path).triangles) == len(mesh.triangles)
+/// ('meshes/part.ply', True)
 #[pyclass(frozen, module = "surfrecon")]
 pub struct MemoryPath {
     folder: memory_folder::MemoryFolder,

@@ -30,6 +30,10 @@ use crate::sources::{Clouds, Source, as_dyn, sources};
 /// (all but grids of points with parallel rays), more may see through a place than have a surface there: that place is dropped
 /// (``report.seen_through``). Meshes are taken as they are.
 ///
+/// >>> result = surfrecon.merge(scans)
+/// >>> result.mesh.write("surface.ply")
+/// >>> finer = surfrecon.merge(scans, voxel=result.report.voxel / 2)
+///
 /// Args:
 ///     scans: a ``ScanSet``, or a list of ``Scan``, ``RangeImage``, ``Mesh``, ``(Mesh, world_from_mesh)`` or
 ///         ``(Mesh, world_from_mesh, name)``. Scans on disk are read when needed, at most one a thread in memory.
@@ -208,6 +212,11 @@ impl MergeCall {
 }
 
 /// Result of a merge.
+///
+/// >>> result = surfrecon.merge(scans, measure=True)
+/// >>> result.mesh.write("surface.ply")
+/// >>> bool(np.median(result.distances) < result.report.voxel)
+/// True
 #[pyclass(frozen, module = "surfrecon")]
 pub struct MergeResult {
     /// The surface, in the world. Vertex attributes: ``confidence`` (summed over the scans), ``interpolated`` (on no scan

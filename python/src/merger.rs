@@ -87,6 +87,10 @@ impl Merger {
 
     /// Adds a scan after the others.
     ///
+    /// >>> merger = surfrecon.Merger(scans[:5])
+    /// >>> merger.add(scans[5])
+    /// 5
+    ///
     /// Args:
     ///     scan: a ``Scan``, ``RangeImage``, ``Mesh``, ``(Mesh, world_from_mesh)`` or ``(Mesh, world_from_mesh, name)``.
     ///
@@ -103,6 +107,11 @@ impl Merger {
 
     /// Puts a scan before another, as ``list.insert`` does: before the first where ``index`` is too small, after the last where it is too
     /// large. Those after it move up.
+    ///
+    /// >>> merger = surfrecon.Merger(scans[1:])
+    /// >>> merger.insert(0, scans[0])
+    /// >>> len(merger), merger[0].name
+    /// (6, 'view0')
     ///
     /// Args:
     ///     index: where it is afterwards; a negative one counts from the end.
@@ -165,6 +174,11 @@ impl Merger {
 
     /// Merges the scans; options, result and errors as of ``surfrecon.merge``. What is found in files is not kept; with ``files="if_needed"``
     /// what is kept is given back where it does not fit into memory.
+    ///
+    /// >>> merger = surfrecon.Merger(scans)
+    /// >>> mesh = merger.merge(voxel=4.0, merge_distance=6.0).mesh
+    /// >>> merger[3] = scans[2]
+    /// >>> mesh = merger.merge(voxel=4.0, merge_distance=6.0).mesh  # with the same options less is to be done
     // options: $self merge
     #[pyo3(signature = (*, measure = false, files = None, max_memory = None, workspace = None, progress = None, **options), text_signature = "($self, *, voxel=None, merge_distance=None, max_hole_length=None, min_component_share=0.0, match_exposure=True, edge_limit=None, grazing_limit=1.5707963267948966, threads=0, measure=False, files=None, max_memory=None, workspace=None, progress=None)")]
     #[expect(clippy::too_many_arguments, reason = "Python's keyword arguments")]
@@ -191,6 +205,10 @@ impl Merger {
     }
 
     /// Gives back the memory of what is kept: the next merge finds out everything.
+    ///
+    /// >>> merger = surfrecon.Merger(scans)
+    /// >>> mesh = merger.merge().mesh
+    /// >>> merger.forget()
     fn forget(&self) {
         if let Ok(mut kept) = self.kept.take() {
             kept.forget();

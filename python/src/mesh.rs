@@ -27,6 +27,10 @@ use crate::similarity::Given;
 /// ``confidence``, ``intensity``, ``error`` (world units), ``interpolated`` (vertices not on any scan), ``hole_fill``
 /// (triangles).
 ///
+/// >>> mesh = surfrecon.Mesh([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], [(0, 1, 2), (0, 2, 3)])
+/// >>> mesh.positions[mesh.triangles].shape  # three corners a triangle
+/// (2, 3, 3)
+///
 /// Args:
 ///     positions: (n, 3) real numbers.
 ///     triangles: (m, 3) integers, indices of vertices.
@@ -131,6 +135,10 @@ impl Mesh {
 
     /// ``(position - origin) * scale`` as one flat float32 array (3 n,), newly made: what hosts' meshes take.
     ///
+    /// >>> flat = mesh.positions_f32(origin=mesh.bounds[0], scale=0.001)
+    /// >>> flat.dtype, flat.size == 3 * len(mesh.positions)
+    /// (dtype('float32'), True)
+    ///
     /// Raises:
     ///     InputError: a coordinate that float32 can't hold.
     #[pyo3(signature = (origin = [0.0; 3], scale = 1.0), text_signature = "($self, origin=(0.0, 0.0, 0.0), scale=1.0)")]
@@ -187,6 +195,10 @@ impl Mesh {
 
     /// Checks independently whether this is what a surface must be, and what its topology is.
     ///
+    /// >>> report = mesh.check()
+    /// >>> report.is_closed, report.genus  # a ring
+    /// (True, 1)
+    ///
     /// Returns:
     ///     A ``CheckReport``: counts, ``is_manifold``, ``is_closed`` and ``genus``.
     fn check<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
@@ -197,6 +209,9 @@ impl Mesh {
 
     /// Writes the mesh: ``.ply`` (with all attributes), ``.glb`` (binary glTF, with the attributes of vertices), ``.obj`` (with
     /// colours) or ``.stl`` (binary). Options that are ``None`` take their defaults.
+    ///
+    /// >>> mesh.write("part.ply", provenance={"part": "ring"})
+    /// >>> mesh.write("part.glb", metres_per_unit=0.001, up="z")  # it is in millimetres, and z points up
     ///
     /// Args:
     ///     path: its ending decides on the format.
@@ -237,6 +252,10 @@ impl Mesh {
     }
 
     /// The mesh with the vertices that a region holds, and the faces of which all three are: see ``surfrecon.keep``.
+    ///
+    /// >>> half = mesh.keep(surfrecon.Plane((0, 0, 0), (0, 0, 1)))
+    /// >>> len(half.positions) < len(mesh.positions)
+    /// True
     ///
     /// Args:
     ///     region: a ``Box``, a ``Plane`` or a mask, (n,) bool.
@@ -310,6 +329,9 @@ impl Mesh {
 }
 
 /// Colours as hosts' shaders take them: linear light in single precision.
+///
+/// >>> surfrecon.linear_colours(np.array([[255, 128, 0, 255]], np.uint8)).round(2)
+/// array([1.  , 0.22, 0.  , 1.  ], dtype=float32)
 ///
 /// Args:
 ///     colours: (n, 4) uint8, sRGB with alpha.

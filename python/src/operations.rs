@@ -4,6 +4,10 @@ use pyo3::prelude::*;
 use surfrecon::operations::{self, Command, Content, Filter, OPERATIONS, Operator};
 
 /// One operation, as the library itself defines it.
+///
+/// >>> merge = {one.name: one for one in surfrecon.operations()}["merge"]
+/// >>> merge.takes, merge.gives
+/// (['scans'], ['a mesh'])
 #[pyclass(frozen, module = "surfrecon")]
 pub struct Operation {
     operation: &'static operations::Operation,
@@ -69,6 +73,9 @@ impl Operation {
 }
 
 /// Every operation of the library, in the order of the work.
+///
+/// >>> [one.name for one in surfrecon.operations() if one.takes == ["a mesh"]]
+/// ['write', 'check', 'scan']
 #[pyfunction]
 #[pyo3(name = "operations")]
 pub fn all() -> Vec<Operation> {

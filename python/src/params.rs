@@ -8,6 +8,11 @@ use surfrecon::params::{Choice, Default, Kind, ParamSpec, Params, Value, find, s
 use crate::errors::{input_error, reworded, to_python};
 
 /// One parameter of one operation, as the library itself defines it.
+///
+/// >>> limit = {one.name: one for one in surfrecon.parameters("triangulate")}["grazing_limit"]
+/// >>> limit.kind, limit.allowed
+/// ('angle', '> 0 and <= 1.5707963267948966')
+/// >>> limit.check(1.2)  # raises where the operation would
 #[pyclass(frozen, module = "surfrecon")]
 pub struct Parameter {
     spec: &'static ParamSpec,
@@ -93,6 +98,9 @@ impl Parameter {
 
     /// Checks a value as the operation does, before anything is read.
     ///
+    /// >>> limit = {one.name: one for one in surfrecon.parameters("triangulate")}["grazing_limit"]
+    /// >>> limit.check(1.2)
+    ///
     /// Raises:
     ///     ParameterError: it lies outside of the range; the text names value, range and unit.
     ///     TypeError: a value of another kind.
@@ -135,6 +143,10 @@ impl Parameter {
 }
 
 /// Every parameter of the library, or an operation's own: ``merge`` and ``sculpt`` take those of ``triangulate`` as well.
+///
+/// >>> voxel = surfrecon.parameters("merge")[0]
+/// >>> voxel.name, voxel.allowed
+/// ('voxel', 'a finite number > 0')
 ///
 /// Raises:
 ///     InputError: there is no such operation.

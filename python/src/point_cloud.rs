@@ -13,6 +13,11 @@ use crate::progress::Watch;
 use crate::similarity::Given;
 
 /// Scattered points with optional normals and colours. It never changes; its arrays are read-only views.
+///
+/// >>> cloud = image.to_cloud()
+/// >>> cloud.positions.shape == cloud.normals.shape
+/// True
+/// >>> surface = surfrecon.reconstruct(cloud)
 #[pyclass(frozen, module = "surfrecon")]
 pub struct PointCloud {
     pub cloud: Arc<surfrecon::PointCloud>,

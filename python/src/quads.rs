@@ -42,6 +42,11 @@ impl QuadCall {
 /// the background are left out of ``QuadGrid.quads``. Its mean error is at most that of the uniform grid of the same size.
 /// Options that are ``None`` take their defaults.
 ///
+/// >>> grid = surfrecon.adaptive_quads(image, max_error=1.0)
+/// >>> grid.report.max_error <= 1.0
+/// True
+/// >>> grid.write("grid.obj")
+///
 /// Args:
 ///     image: the range image.
 #[doc = include_str!("params/quads.txt")]
@@ -73,6 +78,11 @@ pub fn adaptive_quads(
 ///
 /// Quads turn counter-clockwise seen from the sensor. Where two quads touch in a vertex only, each has its own, so
 /// ``positions`` may hold a place twice; ``grid`` holds every vertex of the grid once, those on the background as well.
+///
+/// >>> grid = surfrecon.adaptive_quads(image)
+/// >>> grid.grid.shape == (grid.rows, grid.columns, 3)
+/// True
+/// >>> mesh = grid.triangles()
 #[pyclass(frozen, module = "surfrecon")]
 pub struct QuadGrid {
     core: Arc<Core>,
@@ -169,6 +179,10 @@ impl QuadGrid {
 
     /// Fits a B-spline surface to the whole grid.
     ///
+    /// >>> spline = surfrecon.adaptive_quads(image).spline(rows=8, columns=8)
+    /// >>> spline.control.shape
+    /// (8, 8, 3)
+    ///
     /// Args:
     #[doc = include_str!("params/spline.txt")]
     ///     progress: called with the stage's name and the share of the call that is done; ``False`` cancels.
@@ -191,6 +205,8 @@ impl QuadGrid {
     }
 
     /// Writes the quads as ``.obj``, with colours, or as ``.ply``, with all attributes and texture coordinates.
+    ///
+    /// >>> surfrecon.adaptive_quads(image).write("grid.ply")
     ///
     /// Args:
     ///     path: its ending decides on the format.
@@ -242,6 +258,10 @@ fn write_quads(py: Python<'_>, path: Place, mesh: Arc<QuadMesh>, provenance: Opt
 }
 
 /// A tensor-product B-spline surface over 0..1 x 0..1: u runs along columns, v down rows; knots are uniform and clamped.
+///
+/// >>> spline = surfrecon.adaptive_quads(image).spline()
+/// >>> spline.evaluate([0.0, 0.5], [0.5, 0.5]).shape  # at the left border, and in the middle
+/// (2, 3)
 #[pyclass(frozen, module = "surfrecon")]
 pub struct Spline {
     fit: Arc<Fit>,
@@ -290,6 +310,10 @@ impl Spline {
 
     /// Points of the surface at parameters (n,) and (n,), each taken into 0 to 1: (n, 3) float64, newly made.
     ///
+    /// >>> spline = surfrecon.adaptive_quads(image).spline()
+    /// >>> spline.evaluate([0.5], [0.5]).shape
+    /// (1, 3)
+    ///
     /// Raises:
     ///     InputError: ``u`` and ``v`` of different lengths, or not numbers.
     fn evaluate<'py>(
@@ -316,6 +340,9 @@ impl Spline {
     }
 
     /// Writes the surface, sampled at rows x columns evenly spread parameters, as quads: ``.obj`` or ``.ply``.
+    ///
+    /// >>> spline = surfrecon.adaptive_quads(image).spline()
+    /// >>> spline.write("smooth.obj", 100, 100)
     ///
     /// Raises:
     ///     InputError: fewer than 2 x 2 or more than 67,108,864 points, another ending.

@@ -34,6 +34,12 @@ use crate::vertices::{self, GridCamera, PerVertex};
 /// Made by ``from_points``, ``orthographic``, ``pinhole`` or ``spherical``, or by reading a file. Lengths are in the unit
 /// of the samples, angles in radians. Pixels that are not finite are invalid. Arrays it returns are read-only views
 /// without copying where the text says so; setting an attribute never changes an array given out before.
+///
+/// >>> depths = np.full((48, 64), 2.0)
+/// >>> image = surfrecon.RangeImage.pinhole(depths, focal=(50, 50), centre=(31.5, 23.5))
+/// >>> image.points.shape, int(image.valid.sum())
+/// ((48, 64, 3), 3072)
+/// >>> image.world_from_sensor = np.eye(4)  # where it stands
 #[pyclass(frozen, module = "surfrecon")]
 pub struct RangeImage {
     /// Locked no longer than it takes to look or to change: a call works on what it found, whatever callbacks and other
@@ -142,6 +148,12 @@ pub fn write_together(
 impl RangeImage {
     /// A range image of one point a pixel.
     ///
+    /// >>> x, y = np.meshgrid(np.arange(64.0), np.arange(48.0))
+    /// >>> points = np.stack([x, y, np.where(x < 60, 9.0, np.nan)], axis=-1)  # the last columns see nothing
+    /// >>> image = surfrecon.RangeImage.from_points(points, name="wall")
+    /// >>> int(image.valid.sum())
+    /// 2880
+    ///
     /// Args:
     ///     points: (rows, cols, 3) real numbers in the sensor's frame, kept as float32; not finite or masked: invalid
     ///         pixel. Large offsets belong into ``world_from_sensor``.
@@ -177,6 +189,11 @@ impl RangeImage {
 
     /// A height map: rays along -z, ``values`` are z.
     ///
+    /// >>> heights = np.random.default_rng(0).random((100, 80))
+    /// >>> terrain = surfrecon.RangeImage.orthographic(heights, step=(0.5, -0.5), first=(1000, 2000))
+    /// >>> terrain.points[0, 0, :2]  # x and y of row 0, column 0
+    /// array([1000., 2000.])
+    ///
     /// Args:
     ///     values: (rows, cols) real numbers; not finite or masked: invalid pixel.
     ///     step: x from column to column and y from row to row; negative y puts row 0 at the top.
@@ -199,6 +216,13 @@ impl RangeImage {
     }
 
     /// A depth camera's image: x to the right, y down, z forward.
+    ///
+    /// >>> depths = np.array([[500, 510], [0, 505]])
+    /// >>> image = surfrecon.RangeImage.pinhole(
+    /// ...     np.where(depths > 0, depths / 1000, np.nan), focal=(525, 525), centre=(0.5, 0.5)
+    /// ... )
+    /// >>> int(image.valid.sum())
+    /// 3
     ///
     /// Args:
     ///     values: (rows, cols) real numbers; not finite or masked: invalid pixel.
@@ -224,6 +248,10 @@ impl RangeImage {
     }
 
     /// A terrestrial scan: ``values`` are distances along the rays.
+    ///
+    /// >>> distances = np.full((90, 360), 5.0)
+    /// >>> step = np.radians(1.0)
+    /// >>> room = surfrecon.RangeImage.spherical(distances, step=(step, -step), first=(0, 45 * step))
     ///
     /// Args:
     ///     values: (rows, cols) real numbers; not finite or masked: invalid pixel.
@@ -251,6 +279,12 @@ impl RangeImage {
     /// Where all were moved, turned, scaled and mirrored alike, in single precision, and each lies on its pixel's ray, the
     /// projection stays of its kind, with parameters scaled and mirrored. Where they were stretched or edited one by one,
     /// it becomes a grid of points seen from where it was. Samples lie in the world where the vertices do.
+    ///
+    /// >>> mesh, camera = image.to_mesh(), image.grid_camera()  # what a host keeps
+    /// >>> row, col = mesh.vertex_attributes["range_row"], mesh.vertex_attributes["range_col"]
+    /// >>> again = surfrecon.RangeImage.from_vertices(camera, row, col, mesh.positions)
+    /// >>> np.array_equal(again.valid, image.valid)
+    /// True
     ///
     /// Args:
     ///     camera: what ``grid_camera`` gave, scaled as the vertices are if the host has another unit.
@@ -457,6 +491,10 @@ impl RangeImage {
     /// Writes the image: ``.ply`` as a Stanford range grid (binary; its pose is not written: see ``write_scans``),
     /// ``.ptx`` or ``.e57`` with its pose.
     ///
+    /// >>> image.write("scan.ply")
+    /// >>> np.array_equal(surfrecon.read("scan.ply").valid, image.valid)
+    /// True
+    ///
     /// Args:
     ///     path: the file.
     ///     provenance: what an ``.e57`` says of where it is from: as for ``write_scans``.
@@ -491,6 +529,11 @@ impl RangeImage {
     ///
     /// The mesh is in the sensor's frame, with the vertex attributes ``confidence``, ``range_row``, ``range_col`` and, where
     /// the image has them, ``colour`` and ``intensity``. Each vertex is a valid pixel that has a triangle.
+    ///
+    /// >>> mesh = image.triangulate()
+    /// >>> certain = image.triangulate(grazing_limit=np.radians(60))
+    /// >>> len(certain.triangles) < len(mesh.triangles)
+    /// True
     ///
     /// Args:
     #[doc = include_str!("params/triangulate.txt")]

@@ -25,6 +25,11 @@ type Shared = Arc<Exclusive<CoreReconstructor<Arc<CoreCloud>>>>;
 
 /// Makes a surface through scattered points, over their Delaunay tetrahedralization.
 ///
+/// >>> found = surfrecon.reconstruct(points)
+/// >>> found.report.closed
+/// True
+/// >>> found.mesh.write("surface.ply")
+///
 /// Args:
 ///     points: a ``PointCloud``, or (n, 3) real numbers. Points that aren't finite, and exact copies, are dropped.
 ///     normals: (n, 3), towards the side of the surface from which it is seen; zero where unknown. Default: the cloud's.
@@ -76,6 +81,10 @@ pub fn reconstruct(
 /// Scattered points from which surfaces are made: the first takes as long as ``reconstruct``, others, with other options, a
 /// fraction of it, since the tetrahedralization is kept. A surface does not depend on those before.
 ///
+/// >>> reconstructor = surfrecon.Reconstructor(points)
+/// >>> closed = reconstructor.surface(closure="closed")
+/// >>> smoothed = reconstructor.surface(closure="closed", smooth=0.2)  # a fraction of the time
+///
 /// Args:
 ///     points, normals, colour, sensors, toward: as for ``reconstruct``; changing the arrays later changes nothing here.
 ///
@@ -104,6 +113,10 @@ impl Reconstructor {
     }
 
     /// Makes a surface; options, result and errors as of ``reconstruct``.
+    ///
+    /// >>> reconstructor = surfrecon.Reconstructor(points)
+    /// >>> reconstructor.surface(closure="closed").report.closed
+    /// True
     ///
     /// Raises:
     ///     InputError: also while it makes another surface, on another thread, or did when this process was forked.
@@ -232,6 +245,10 @@ fn prepared(
 }
 
 /// A surface through scattered points.
+///
+/// >>> found = surfrecon.reconstruct(np.vstack([points, points[:10]]))
+/// >>> len(found.dropped["duplicate"])
+/// 10
 #[pyclass(frozen, module = "surfrecon")]
 pub struct Reconstructed {
     /// The surface, in the frame of the points; its vertices are the used points in their order. Vertex attributes:

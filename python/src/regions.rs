@@ -13,6 +13,11 @@ use crate::pickling::{self, Reduced, reduced};
 
 /// A box anywhere in the world: a region that samples are kept or removed by. What lies on its sides is inside.
 ///
+/// >>> box = surfrecon.Box(np.diag([50.0, 50.0, 20.0, 1.0]))  # 100 x 100 x 40 about the origin
+/// >>> box.contains([(0, 0, 10), (0, 0, 30)])
+/// array([ True, False])
+/// >>> part = surfrecon.merge(surfrecon.keep(scans, box)).mesh
+///
 /// Args:
 ///     world_from_box: 4 x 4, affine: the box is what the cube from -1 to 1 along each axis becomes.
 ///
@@ -46,6 +51,9 @@ impl OrientedBox {
     }
 
     /// The box along the world's axes between two corners.
+    ///
+    /// >>> surfrecon.Box.between((0, 0, 0), (2, 2, 2)).contains([(2, 1, 1)])
+    /// array([ True])
     ///
     /// Raises:
     ///     InputError: ``high`` not above ``low`` along each axis, numbers that are not finite.
@@ -83,6 +91,11 @@ impl OrientedBox {
 
 /// A plane in the world. As a region that samples are kept or removed by it is all that lies below it, on it, and up to ``margin``
 /// above: a table or the ground.
+///
+/// >>> floor = surfrecon.Plane((0, 0, 0), (0, 0, 1), margin=0.5)
+/// >>> floor.contains([(3, 4, 0.2), (3, 4, 2)]), floor.height([(3, 4, 2)])
+/// (array([ True, False]), array([2.]))
+/// >>> above = surfrecon.remove(scans, floor)
 ///
 /// Args:
 ///     point: (3,) on the plane.
@@ -133,6 +146,10 @@ impl Plane {
     }
 
     /// The plane through three points.
+    ///
+    /// >>> floor = surfrecon.Plane.through([(0, 0, 1), (5, 0, 1), (0, 5, 1)], above=(0, 0, 9))
+    /// >>> floor.normal
+    /// array([0., 0., 1.])
     ///
     /// Args:
     ///     points: (3, 3).

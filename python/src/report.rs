@@ -1,14 +1,20 @@
 //! Reports: what calls found, each a dictionary whose figures are attributes as well (`surfrecon._reports`).
 
+use numpy::PyArray2;
 use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
 use surfrecon::params::Choice;
 use surfrecon::reports::{self as core, Found, Kind, Report, Shape, Values};
 
+use crate::arrays;
 use crate::errors::input_error;
 
 /// One figure of an operation's report, as the library itself defines it.
+///
+/// >>> voxel = {one.name: one for one in surfrecon.figures("merge")}["voxel"]
+/// >>> voxel.kind, voxel.text
+/// ('length', 'Size of a cell that was used.')
 #[pyclass(frozen, module = "surfrecon")]
 pub struct Figure {
     figure: &'static core::Figure,
@@ -36,7 +42,8 @@ impl Figure {
     }
 
     /// ``"flag"``, ``"count"``, ``"integer"``, ``"bytes"``, ``"length"`` (unit of the scans), ``"angle"`` (radians), ``"ratio"``,
-    /// ``"number"``, ``"choice"``, ``"text"``, ``"warning"`` (a kind and a sentence), ``"stage"`` (seconds by name) or ``"report"``.
+    /// ``"number"``, ``"vector"`` (three numbers), ``"pose"`` (4 x 4), ``"matrix"``, ``"choice"``, ``"text"``, ``"warning"`` (a kind
+    /// and a sentence), ``"stage"`` (seconds by name) or ``"report"``.
     #[getter]
     fn kind(&self) -> &'static str {
         match self.figure.kind {
@@ -49,6 +56,9 @@ impl Figure {
             Kind::Ratio => "ratio",
             Kind::Number => "number",
             Kind::Choice(_) => "choice",
+            Kind::Vector => "vector",
+            Kind::Pose => "pose",
+            Kind::Matrix(_) => "matrix",
             Kind::Text => "text",
             Kind::Warning(_) => "warning",
             Kind::Stage => "stage",
@@ -56,7 +66,7 @@ impl Figure {
         }
     }
 
-    /// ``"one"``, ``"optional"``, ``"array"``, ``"optional array"`` or ``"list"``.
+    /// ``"one"``, ``"optional"``, ``"array"``, ``"optional array"``, ``"list"``, ``"list of optional"`` or ``"lists"``.
     #[getter]
     fn shape(&self) -> &'static str {
         match self.figure.shape {
@@ -64,7 +74,9 @@ impl Figure {
             Shape::Optional => "optional",
             Shape::Array(_) => "array",
             Shape::OptionalArray(_) => "optional array",
-            Shape::List(_) => "list",
+            Shape::List(_) | Shape::UpTo(_) => "list",
+            Shape::ListOfOptional => "list of optional",
+            Shape::Lists => "lists",
         }
     }
 
@@ -93,6 +105,9 @@ impl Figure {
 
 /// Every figure of every report, or those of an operation's report.
 ///
+/// >>> [figure.name for figure in surfrecon.figures("merge")][:3]
+/// ['scans', 'scan_names', 'input_triangles']
+///
 /// Raises:
 ///     InputError: no operation of that name has a report.
 #[pyfunction]
@@ -110,10 +125,7 @@ pub fn figures(operation: Option<&str>) -> PyResult<Vec<Figure>> {
 }
 
 /// A report of a class of `surfrecon._reports`.
-///
-/// # Errors
-/// None but of Python itself.
-pub fn report<'py>(class: &str, figures: Bound<'py, PyDict>) -> PyResult<Bound<'py, PyAny>> {
+fn report<'py>(class: &str, figures: Bound<'py, PyDict>) -> PyResult<Bound<'py, PyAny>> {
     figures.py().import("surfrecon._reports")?.getattr(class)?.call1((figures,))
 }
 
@@ -173,6 +185,9 @@ fn value<'py>(py: Python<'py>, kind: Kind, found: Found<'_>) -> PyResult<Bound<'
         Found::Integer(number) => number.into_bound_py_any(py),
         Found::Number(number) => number.into_bound_py_any(py),
         Found::Choice(text) | Found::Text(text) => text.into_bound_py_any(py),
+        Found::Vector(vector) => Ok(PyTuple::new(py, vector.to_array())?.into_any()),
+        Found::Pose(pose) => Ok(arrays::matrix(py, &pose).into_any()),
+        Found::Array(rows) if matches!(kind, Kind::Matrix(_)) => matrix(py, &rows),
         Found::Array(values) => Ok(PyTuple::new(py, all(values)?)?.into_any()),
         Found::List(values) => Ok(PyList::new(py, all(values)?)?.into_any()),
         Found::Nested(values) => {
@@ -182,12 +197,13 @@ fn value<'py>(py: Python<'py>, kind: Kind, found: Found<'_>) -> PyResult<Bound<'
     }
 }
 
-/// A dictionary of figures by the names of the variables that hold them.
-macro_rules! figures_of {
-    ($py:expr, { $($name:ident),* $(,)? }) => {{
-        let dict = pyo3::types::PyDict::new($py);
-        $(dict.set_item(stringify!($name), $name)?;)*
-        dict
-    }};
+/// Rows of numbers as an array.
+fn matrix<'py>(py: Python<'py>, rows: &[Found<'_>]) -> PyResult<Bound<'py, PyAny>> {
+    let number = |value: &Found<'_>| if let Found::Number(number) = value { *number } else { f64::NAN };
+    let row = |row: &Found<'_>| match row {
+        Found::Array(values) => values.iter().map(number).collect(),
+        _ => Vec::new(),
+    };
+    let rows: Vec<Vec<f64>> = rows.iter().map(row).collect();
+    Ok(PyArray2::from_vec2(py, &rows).expect("rows of equal length").into_any())
 }
-pub(crate) use figures_of;

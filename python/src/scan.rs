@@ -22,6 +22,11 @@ use crate::range_image::RangeImage;
 /// A virtual scanner: rows x cols pixels, how they see, and the true pose. It never changes.
 ///
 /// Made by ``orthographic``, ``pinhole``, ``spherical`` or ``turntable``.
+///
+/// >>> camera = surfrecon.Camera.pinhole(120, 160, height_angle=0.8, eye=(0, -4, 2), target=(0, 0, 0))
+/// >>> image = surfrecon.virtual_scan(mesh, camera)
+/// >>> image.rows, image.cols
+/// (120, 160)
 #[pyclass(frozen, module = "surfrecon")]
 pub struct Camera {
     pub camera: scan::VirtualCamera,
@@ -30,6 +35,9 @@ pub struct Camera {
 #[pymethods]
 impl Camera {
     /// Parallel rays.
+    ///
+    /// >>> camera = surfrecon.Camera.orthographic(100, 100, spacing=0.03, target=(0, 0, 0), toward=(0, 1, 0))
+    /// >>> image = surfrecon.virtual_scan(mesh, camera)
     ///
     /// Args:
     ///     rows, cols: size of the image.
@@ -63,6 +71,11 @@ impl Camera {
 
     /// A depth camera.
     ///
+    /// >>> eye, target = (0, -4, 2), (0, 0, 0)
+    /// >>> camera = surfrecon.Camera.pinhole(120, 160, height_angle=0.8, eye=eye, target=target)
+    /// >>> camera.world_from_sensor[:3, 3]
+    /// array([ 0., -4.,  2.])
+    ///
     /// Args:
     ///     rows, cols: size of the image.
     ///     height_angle: angle between the first and the last row, radians.
@@ -95,6 +108,12 @@ impl Camera {
 
     /// A depth camera by its intrinsics and pose.
     ///
+    /// >>> pose = np.diag([1.0, -1.0, -1.0, 1.0])  # it looks down
+    /// >>> pose[2, 3] = 4.0
+    /// >>> camera = surfrecon.Camera.intrinsic(
+    /// ...     120, 160, focal=(150, 150), centre=(79.5, 59.5), world_from_sensor=pose
+    /// ... )
+    ///
     /// Args:
     ///     rows, cols: size of the image.
     ///     focal: focal lengths in pixels, across and down.
@@ -119,6 +138,9 @@ impl Camera {
     }
 
     /// A terrestrial scanner: all around, from ``lowest`` to ``highest`` elevation (radians), row 0 the highest.
+    ///
+    /// >>> camera = surfrecon.Camera.spherical(90, 360, lowest=-0.8, highest=0.8, eye=(0, 0, 0))
+    /// >>> image = surfrecon.virtual_scan(mesh, camera)
     ///
     /// Args:
     ///     rows, cols: size of the image.
@@ -211,6 +233,10 @@ fn made(camera: surfrecon::Result<scan::VirtualCamera>) -> PyResult<Camera> {
 /// Options that are ``None`` take the library's default: eight around, two above, two below, z up, orthographic, 400 x 400
 /// pixels.
 ///
+/// >>> cameras = surfrecon.turntable(mesh, around=8, above=1, below=0, pixels=200)
+/// >>> len(cameras), cameras[0].projection["kind"]
+/// (9, 'orthographic')
+///
 /// Args:
 ///     mesh: what they look at.
 ///     around: cameras on a ring about the vertical.
@@ -268,6 +294,10 @@ pub fn turntable<'py>(
 ///
 /// Options that are ``None`` take their defaults, which add nothing to the truth. Of a list of cameras the k-th takes
 /// ``seed + k``.
+///
+/// >>> cameras = surfrecon.turntable(mesh, pixels=100)
+/// >>> images = surfrecon.virtual_scan(mesh, cameras, noise=0.001)
+/// >>> surface = surfrecon.merge(images).mesh
 ///
 /// Args:
 ///     mesh: what is scanned.
@@ -353,6 +383,10 @@ impl ScanCall {
 }
 
 /// The rich shape of the demo: a horned serpent around a fluted column, 234 mm high, closed, with colours.
+///
+/// >>> shape = surfrecon.sculpture(cell=8)
+/// >>> shape.check().is_closed, sorted(shape.vertex_attributes)
+/// (True, ['colour'])
 ///
 /// Args:
 ///     cell: edge of the lattice it is made with, mm; by default 1.8, which gives about 400,000 triangles.

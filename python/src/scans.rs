@@ -36,6 +36,11 @@ use crate::similarity::Given;
 /// Scanner App, Stray Scanner and COLMAP (dense workspaces); ``.sens`` files of ScanNet. No frame is decoded but a few, to see
 /// how they overlap.
 ///
+/// >>> scans = surfrecon.open("folder of scans")
+/// >>> [scan.name for scan in scans[:2]]
+/// ['view0', 'view1']
+/// >>> both = surfrecon.open(["view0.ply", "view1.ply"])  # files, in this order
+///
 /// Args:
 ///     paths: a file - a scan, or a side file that places several (``.conf``) -, a folder, or any iterable of them, in its order.
 ///     camera: fx, fy, cx, cy in pixels: makes images depth images.
@@ -115,6 +120,10 @@ fn of_four(camera: &Bound<'_, PyAny>) -> PyResult<Camera> {
 /// The folder of the recording that a file is of, or ``None``: what to open when one image or list of a recording
 /// is at hand. Looks at names of files alone.
 ///
+/// >>> folder = surfrecon.recording_of("export of a phone/depths/00000.png")
+/// >>> len(surfrecon.open(folder))
+/// 6
+///
 /// Args:
 ///     path: a file in the folder of a recording, or in a folder of it.
 ///
@@ -126,6 +135,10 @@ pub fn recording_of(py: Python<'_>, path: FsPath) -> PyResult<Option<PathBuf>> {
 }
 
 /// Reads a file that holds one scan: a ``RangeImage``, a ``Mesh`` or a ``PointCloud``.
+///
+/// >>> image = surfrecon.read("view0.ply")
+/// >>> type(image).__name__
+/// 'RangeImage'
 ///
 /// Args:
 ///     path: the file.
@@ -152,6 +165,11 @@ pub fn read<'py>(
 
 /// Writes range images with their poses: as ``.ptx`` or ``.e57`` into one file, or as Stanford range grids, a file each
 /// named like the image, and the ``.conf`` that places them.
+///
+/// >>> images = [scan.read() for scan in scans]
+/// >>> surfrecon.write_scans("placed.conf", images)
+/// >>> len(surfrecon.open("placed.conf"))
+/// 6
 ///
 /// Args:
 ///     path: ends in ``.conf`` (the grids go into its folder), ``.ptx`` or ``.e57``.
@@ -182,6 +200,9 @@ pub fn write_scans(
 /// Writes what ``read`` gives, by the ending of the name: a ``Mesh`` (``.ply``, ``.glb``, ``.obj``, ``.stl``), a
 /// ``RangeImage`` (``.ply``, ``.conf``, ``.ptx``, ``.e57``) or a list of them (the last three), a ``PointCloud`` (``.ply``, with
 /// normals, colours and intensities).
+///
+/// >>> surfrecon.write("points.ply", image.to_cloud())
+/// >>> surfrecon.write("surface.glb", image.triangulate(), metres_per_unit=0.001)  # of millimetres
 ///
 /// Args:
 ///     path: the file.
@@ -238,6 +259,10 @@ pub fn write(
 
 /// What a file that this library wrote says of where it is from: ``.ply``, ``.obj``, ``.glb``, ``.e57``; ``None`` where it says nothing.
 ///
+/// >>> mesh.write("vase.ply", provenance={"found in": "trench 4"})
+/// >>> surfrecon.provenance("vase.ply")["found in"]
+/// 'trench 4'
+///
 /// Args:
 ///     path: the file.
 ///
@@ -252,6 +277,11 @@ pub fn provenance<'py>(py: Python<'py>, path: &Bound<'py, PyAny>) -> PyResult<Op
 
 /// What of the coordinate reference system of a content a file of that name has no place for, in words; ``None`` where nothing is lost.
 ///
+/// >>> surfrecon.crs_note("terrain.ply", "mesh", "EPSG:25832") is None
+/// True
+/// >>> surfrecon.crs_note("terrain.stl", "mesh", "EPSG:25832").partition(",")[0]
+/// '.stl has no place for the coordinate reference system'
+///
 /// Args:
 ///     path: the file.
 ///     content: what is written: ``"mesh"``, ``"quads"``, ``"points"``, ``"image"`` or ``"images"``.
@@ -265,6 +295,11 @@ pub fn crs_note(path: FsPath, content: &str, crs: Option<crs::CrsText>) -> PyRes
 }
 
 /// The endings of the names of files that can be read, without the dot, by the format's name.
+///
+/// >>> any("las" in endings for endings in surfrecon.formats().values())  # .las can be read
+/// True
+/// >>> sum(surfrecon.formats(written="images").values(), [])
+/// ['conf', 'ptx', 'e57']
 ///
 /// Args:
 ///     written: asks for what can be written instead: ``"mesh"``, ``"quads"``, ``"points"``, ``"image"`` (one) or
@@ -300,6 +335,10 @@ fn holding(word: &str, argument: &str) -> PyResult<Holding> {
 }
 
 /// Scans opened together, in the order of the files: a sequence of ``Scan``. A slice of it is a ``ScanSet`` with the same notes.
+///
+/// >>> scans = surfrecon.open("bun.conf")
+/// >>> len(scans), scans[0].name, len(scans[1:4])
+/// (6, 'view0', 3)
 #[pyclass(frozen, sequence, module = "surfrecon")]
 pub struct ScanSet {
     scans: Vec<Py<Scan>>,

@@ -23,6 +23,11 @@ use crate::report;
 /// These count as ``isolated_pixels``; the certificate does not measure them. Options that are ``None`` take their
 /// defaults.
 ///
+/// >>> sculpted = surfrecon.sculpt(image, tolerance=0.5)
+/// >>> sculpted.max_error <= 0.5
+/// True
+/// >>> sculpted.mesh.write("scan.glb")
+///
 /// Args:
 ///     image: the range image.
 #[doc = include_str!("params/sculpt.txt")]
@@ -74,6 +79,12 @@ fn shown(x: f64) -> String {
 /// A range image ready to be sculpted to one tolerance after the other.
 ///
 /// Finds once where the mesh may be; the result of a tolerance does not depend on the tolerances before.
+///
+/// >>> sculptor = surfrecon.Sculptor(image)
+/// >>> small = sculptor.at_most(1000)
+/// >>> len(small.mesh.triangles) <= 1000
+/// True
+/// >>> fine, coarse = sculptor.levels([0.1, 1.0])
 ///
 /// Args:
 ///     image: the range image; changing it later does not change the sculptor.
@@ -156,6 +167,10 @@ impl Sculptor {
     }
 
     /// The mesh within a tolerance, finer or coarser than any before; arguments and errors as of ``sculpt``.
+    ///
+    /// >>> sculptor = surfrecon.Sculptor(image)
+    /// >>> sculptor.refine(tolerance=0.2).tolerance
+    /// 0.2
     // options: $self sculpt only tolerance relative_tolerance
     #[pyo3(signature = (*, progress = None, **options), text_signature = "($self, *, tolerance=None, relative_tolerance=0.001, progress=None)")]
     fn refine(
@@ -171,6 +186,10 @@ impl Sculptor {
 
     /// The mesh of the smallest tolerance found that has at most this many triangles.
     ///
+    /// >>> found = surfrecon.Sculptor(image).at_most(1000)
+    /// >>> len(found.mesh.triangles) <= 1000
+    /// True
+    ///
     /// Raises:
     ///     ParameterError: a number of triangles below 0.
     ///     InputError: no mesh that covers the image has so few.
@@ -183,6 +202,9 @@ impl Sculptor {
     }
 
     /// A chain of levels of detail: a list of ``Sculpted``, one a tolerance (in the unit of the samples).
+    ///
+    /// >>> fine, coarse = surfrecon.Sculptor(image).levels([0.1, 1.0])
+    /// >>> fine.mesh.write("levels.glb", coarser=[coarse.mesh])
     ///
     /// Raises:
     ///     ParameterError: a tolerance out of its range.
@@ -205,6 +227,10 @@ impl Sculptor {
 }
 
 /// A sculpted mesh with the certificate of its error, measured on the result by code of its own.
+///
+/// >>> sculpted = surfrecon.sculpt(image)
+/// >>> bool(np.nanmax(abs(sculpted.error_image)) >= sculpted.max_error)
+/// True
 #[pyclass(frozen, module = "surfrecon")]
 pub struct Sculpted {
     /// The surface, in the sensor's frame. Vertex attributes: ``range_row``, ``range_col``, ``error`` (largest of the

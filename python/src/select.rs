@@ -79,6 +79,10 @@ fn edited<'py>(
 /// Range images keep grid, projection and pose: what goes are missing pixels, through which a merge does not see. Meshes keep faces of
 /// which all vertices stay. Scans in files are not read: what is kept of them is, whenever they are read, merged or aligned.
 ///
+/// >>> upper = surfrecon.keep(scans, surfrecon.Box.between((-100, -100, 0), (100, 100, 120)))
+/// >>> len(upper)
+/// 6
+///
 /// Args:
 ///     scans: a ``ScanSet`` or a list, as for ``align``.
 ///     region: a ``Box``, a ``Plane``, or a list of one mask a scan, ``None`` for those that stay whole: bool, (rows, cols) for a range
@@ -117,6 +121,10 @@ pub fn remove<'py>(
 }
 
 /// Gives all scans another size and place. Poses stay rigid: samples are scaled. Scans in files are, whenever they are read.
+///
+/// >>> metres = surfrecon.transformed(scans, surfrecon.Similarity(np.diag([0.001, 0.001, 0.001, 1])))
+/// >>> bool(surfrecon.merge(metres).mesh.bounds.max() < 1)
+/// True
 ///
 /// Args:
 ///     scans: a ``ScanSet`` or a list, as for ``align``.

@@ -13,6 +13,10 @@ use crate::errors::input_error;
 /// count, however much it is, unless another call was running all the time since; nor does what Python and NumPy allocate. ``None``, the
 /// default, and 0 allow all that is free. Calls in a ``Context`` with a limit of its own have that one instead.
 ///
+/// >>> surfrecon.set_memory_limit(8 * 10**9)
+/// >>> result = surfrecon.merge(scans)
+/// >>> surfrecon.set_memory_limit(None)  # all that is free
+///
 /// Raises:
 ///     InputError: a negative number, or one that 64 bits can't hold.
 #[pyfunction]
@@ -35,6 +39,11 @@ pub fn limit_of(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Option<u64>> {
 }
 
 /// What ``set_memory_limit`` set: bytes, or ``None``.
+///
+/// >>> surfrecon.set_memory_limit(8 * 10**9)
+/// >>> surfrecon.memory_limit()
+/// 8000000000
+/// >>> surfrecon.set_memory_limit(None)
 #[pyfunction]
 pub fn memory_limit() -> Option<u64> {
     memory::limit()

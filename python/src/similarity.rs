@@ -11,6 +11,11 @@ use crate::regions::Plane;
 
 /// Scales, turns and shifts the world: true size and ground. ``second @ first`` is both, the right one first.
 ///
+/// >>> metres = surfrecon.Similarity(np.diag([0.001, 0.001, 0.001, 1]))
+/// >>> metres.apply([(2000, 0, 500)])
+/// array([[2. , 0. , 0.5]])
+/// >>> scans = surfrecon.transformed(scans, metres)
+///
 /// Args:
 ///     matrix: 4 x 4 that scales all directions alike, turns and shifts, within 0.02 of that.
 ///
@@ -88,6 +93,11 @@ impl Similarity {
 
 /// The scale about the origin that makes two picked places lie as far apart as they truly do.
 ///
+/// >>> size = surfrecon.true_size((0, 0, 0), (0, 0, 4), 1.0)  # picked 4 apart, in truth 1
+/// >>> size.scale
+/// 0.25
+/// >>> scans = surfrecon.transformed(scans, size)
+///
 /// Args:
 ///     a, b: (3,) in the world.
 ///     distance: how far apart they are, > 0, in the unit that the scans are to have.
@@ -104,6 +114,11 @@ pub fn true_size(a: &Bound<'_, PyAny>, b: &Bound<'_, PyAny>, distance: f64) -> P
 }
 
 /// The least turn, and shift along ``up``, that lay a plane to height 0, with what is above it above.
+///
+/// >>> floor = surfrecon.Plane.through([(0, 0, 7), (1, 0, 7), (0, 1, 7)])
+/// >>> level = surfrecon.ground(floor)
+/// >>> level.apply([(0, 0, 7), (0, 0, 10)])[:, 2]
+/// array([0., 3.])
 ///
 /// Args:
 ///     plane: a ``Plane``: picked by three points, or found by ``dominant_plane``.

@@ -17,6 +17,11 @@ use crate::projection;
 /// from which ``RangeImage.from_vertices`` tells how all of them were moved. Made by ``RangeImage.grid_camera``, or from what
 /// a host stored. It never changes.
 ///
+/// >>> camera = image.grid_camera()
+/// >>> kept = camera.rows, camera.cols, camera.projection, camera.anchors
+/// >>> surfrecon.GridCamera(*kept) == camera
+/// True
+///
 /// Args:
 ///     rows, cols: size of the grid.
 ///     projection: a dict as ``RangeImage.projection``.

@@ -7,22 +7,31 @@ pub use base::report::{Figure, Found, Kind, Measured, Report, Schema, Shape, Val
 
 use crate::operations::OPERATIONS;
 
-/// The report of an operation.
+/// The report of an operation, or of a call that is none.
 #[derive(Clone, Copy, Debug)]
 pub struct Reported {
-    /// The operation, as it is called in every language.
+    /// The operation, as it is called in every language, or what the call measures.
     pub operation: &'static str,
     /// Its parts, as one report: the first gives name and text.
     pub schemas: &'static [Schema],
 }
 
-/// The operations' reports.
+/// Reports of calls that are no operations.
+const OTHERS: &[Reported] = &[
+    Reported { operation: "snap", schemas: &[align::Snap::SCHEMA] },
+    Reported { operation: "distance", schemas: &[mesh::measure::DistanceReport::SCHEMA] },
+    Reported { operation: "left_out", schemas: &[image::frame::LeftOutReport::SCHEMA] },
+];
+
+/// All reports: first those of operations.
 pub fn reports() -> impl Iterator<Item = Reported> {
     let reporting = OPERATIONS.iter().filter(|operation| !operation.report.is_empty());
-    reporting.map(|operation| Reported { operation: operation.name, schemas: operation.report })
+    let of_operations =
+        reporting.map(|operation| Reported { operation: operation.name, schemas: operation.report });
+    of_operations.chain(OTHERS.iter().copied())
 }
 
-/// The report of an operation.
+/// The report of an operation, or of what a call measures.
 pub fn report(operation: &str) -> Option<Reported> {
     reports().find(|reported| reported.operation == operation)
 }
@@ -45,9 +54,41 @@ impl Reported {
 
     /// The fields of its struct in C, in their order. Those of later versions come last, so that the struct grows at its end.
     pub fn fields(&self) -> Vec<Field> {
-        let none = self.figures().map(|figure| (figure, Found::Absent)).collect();
-        in_order(none).into_iter().map(|(field, _)| field).collect()
+        fields(self.figures())
     }
+
+    /// The reports that its figures have lists of, which are structs of their own in C. A report comes after those that it
+    /// has lists of.
+    pub fn listed(&self) -> Vec<Listed> {
+        let mut found = Vec::new();
+        self.figures().for_each(|figure| list(figure, &mut found));
+        found
+    }
+}
+
+/// A report that another has a list of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Listed {
+    /// Its declaration.
+    pub schema: &'static Schema,
+    /// Whether C's structs hold the list, so that it never grows.
+    pub is_held: bool,
+}
+
+fn list(figure: &Figure, found: &mut Vec<Listed>) {
+    let Kind::Nested(schema) = figure.kind else { return };
+    schema.figures.iter().for_each(|inner| list(inner, found));
+    let is_held = matches!(figure.shape, Shape::UpTo(_));
+    let listed = Listed { schema, is_held };
+    if (is_held || figure.is_counted) && !found.contains(&listed) {
+        found.push(listed);
+    }
+}
+
+/// The fields of the struct in C of a report with these figures, in their order.
+pub fn fields(figures: impl Iterator<Item = &'static Figure>) -> Vec<Field> {
+    let none = figures.map(|figure| (figure, Found::Absent)).collect();
+    in_order(none).into_iter().map(|(field, _)| field).collect()
 }
 
 /// The fields that hold these values, in their order in C, with the value of each.
@@ -62,7 +103,20 @@ fn version(since: &str) -> Vec<u32> {
     since.split('.').map(|part| part.parse().expect("versions are numbers")).collect()
 }
 
-/// A field of a struct of C: a number of eight bytes, or an array of these.
+/// The contents of a field.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Holds {
+    /// A value of the figure.
+    One,
+    /// So many of them.
+    Array(usize),
+    /// The number of values of the figure, which is a list.
+    Length,
+    /// A report each, at most so many.
+    Reports(usize, &'static Schema),
+}
+
+/// A field of a struct of C: numbers of eight bytes each.
 #[derive(Clone, Debug)]
 pub struct Field {
     /// Its name.
@@ -73,18 +127,64 @@ pub struct Field {
     pub text: String,
     /// The figure that it is of.
     pub figure: &'static Figure,
-    /// Number of its numbers, if it is an array.
-    pub array: Option<usize>,
+    /// Its contents.
+    pub holds: Holds,
     /// The version it came with.
     pub since: &'static str,
 }
 
 impl Field {
-    /// The fields of a figure, which may stand in another one that holds a report, with their values. None of what has no fixed
-    /// size.
+    /// The sort of its values.
+    pub const fn kind(&self) -> Kind {
+        match self.holds {
+            Holds::Length => Kind::Count,
+            _ => self.figure.kind,
+        }
+    }
+
+    /// Whether its value may be absent.
+    pub const fn is_optional(&self) -> bool {
+        matches!(self.holds, Holds::One | Holds::Array(_)) && self.figure.is_optional()
+    }
+
+    /// How many numbers it has.
+    pub fn numbers(&self) -> usize {
+        match self.holds {
+            Holds::Length => 1,
+            Holds::One => numbers(self.figure.kind),
+            Holds::Array(size) => size * numbers(self.figure.kind),
+            Holds::Reports(most, schema) => most * numbers(Kind::Nested(schema)),
+        }
+    }
+
+    /// The fields of a figure, which may stand in another one that holds a report, with their values. None of a list that is not
+    /// counted, and of words.
     fn of<'a>(figure: &'static Figure, within: Option<&'static Figure>, found: Found<'a>) -> Vec<(Field, Found<'a>)> {
+        let field = |name: &str, text: &str, holds| {
+            let (mut name, mut label, mut text) = (name.to_owned(), figure.label.to_owned(), text.to_owned());
+            let mut since = figure.since;
+            if let Some(outer) = within {
+                name = format!("{}_{name}", outer.name);
+                label = format!("{}: {label}", outer.label);
+                text = format!("{}: {text}", outer.label);
+                since = if version(outer.since) > version(since) { outer.since } else { since };
+            }
+            Field { name, label, text, figure, holds, since }
+        };
+        let length = || {
+            let (name, text) = (format!("{}_count", figure.name), format!("Number of {}. {}", figure.name, figure.text));
+            let length = match &found {
+                Found::List(values) => Found::Count(values.len() as u64),
+                _ => Found::Absent,
+            };
+            (field(&name, &text, Holds::Length), length)
+        };
         if !figure.is_fixed() {
-            return Vec::new();
+            return if figure.is_counted { vec![length()] } else { Vec::new() };
+        }
+        if let (Kind::Nested(schema), Shape::UpTo(most)) = (figure.kind, figure.shape) {
+            let text = format!("{} Those behind them are 0.", figure.text);
+            return vec![length(), (field(figure.name, &text, Holds::Reports(most, schema)), found)];
         }
         if let Kind::Nested(schema) = figure.kind {
             let inner = match found {
@@ -93,37 +193,30 @@ impl Field {
             };
             return inner.into_iter().flat_map(|(inner, found)| Field::of(inner, Some(figure), found)).collect();
         }
-        let field = |name: &str, text: &str, array| match within {
-            None => Field {
-                name: name.to_owned(),
-                label: figure.label.to_owned(),
-                text: text.to_owned(),
-                figure,
-                array,
-                since: figure.since,
-            },
-            Some(outer) => Field {
-                name: format!("{}_{name}", outer.name),
-                label: format!("{}: {}", outer.label, figure.label),
-                text: format!("{}: {text}", outer.label),
-                figure,
-                array,
-                since: if version(outer.since) > version(figure.since) { outer.since } else { figure.since },
-            },
-        };
         match (figure.parts, figure.shape) {
             ([], Shape::Array(size) | Shape::OptionalArray(size)) => {
-                vec![(field(figure.name, figure.text, Some(size)), found)]
+                vec![(field(figure.name, figure.text, Holds::Array(size)), found)]
             }
-            ([], _) => vec![(field(figure.name, figure.text, None), found)],
+            ([], _) => vec![(field(figure.name, figure.text, Holds::One), found)],
             (parts, _) => {
                 let values = match found {
                     Found::Array(values) => values,
                     _ => vec![Found::Absent; parts.len()],
                 };
-                parts.iter().zip(values).map(|((name, text), found)| (field(name, text, None), found)).collect()
+                parts.iter().zip(values).map(|((name, text), found)| (field(name, text, Holds::One), found)).collect()
             }
         }
+    }
+}
+
+/// How many numbers of eight bytes a value of a kind has in C.
+pub fn numbers(kind: Kind) -> usize {
+    match kind {
+        Kind::Vector => 3,
+        Kind::Pose => 16,
+        Kind::Matrix(rows) => rows * rows,
+        Kind::Nested(schema) => fields(schema.figures.iter()).iter().map(Field::numbers).sum(),
+        _ => 1,
     }
 }
 
@@ -152,6 +245,12 @@ mod tests {
         look_at::<quads::QuadReport>();
         look_at::<reconstruct::ReconstructReport>();
         look_at::<cluster::ClusterReport>();
+        look_at::<align::AlignReport>();
+        look_at::<align::AlignedScan>();
+        look_at::<align::AlignedPair>();
+        look_at::<align::Snap>();
+        look_at::<mesh::measure::DistanceReport>();
+        look_at::<image::frame::LeftOutReport>();
         for reported in reports() {
             let mut names = std::collections::HashSet::new();
             assert!(
@@ -173,6 +272,22 @@ mod tests {
         assert!(!figure("grid").allows(&Found::Array(vec![Found::Count(1); 2])));
         let pair = |kind| Found::List(vec![Found::Array(vec![Found::Choice(kind), Found::Text("so")])]);
         assert!(figure("warnings").allows(&pair("apart")) && !figure("warnings").allows(&pair("far")));
+    }
+
+    #[test]
+    fn lists_of_reports_are_counted_or_held() {
+        let freedom = align::Freedom { turns: true, ..align::Freedom::default() };
+        let scan = align::AlignedScan { freedoms: vec![freedom; 2], ..align::AlignedScan::default() };
+        assert!(scan.values().iter().all(|(figure, found)| figure.allows(found)));
+        let fields = in_order(scan.values());
+        let of = |name: &str| fields.iter().find(|(field, _)| field.name == name).unwrap();
+        assert_eq!(of("freedoms_count").1, Found::Count(2));
+        assert_eq!((of("freedoms").0.numbers(), of("covariance").0.numbers()), (6 * 7, 36));
+        let too_many = align::AlignedScan { freedoms: vec![freedom; 7], ..align::AlignedScan::default() };
+        assert!(!too_many.values().iter().all(|(figure, found)| figure.allows(found)));
+        let names = |listed: Vec<Listed>| listed.iter().map(|one| (one.schema.name, one.is_held)).collect::<Vec<_>>();
+        let expected = [("Freedom", true), ("AlignedScan", false), ("AlignedPair", false)];
+        assert_eq!(names(report("align").unwrap().listed()), expected);
     }
 
     #[test]

@@ -6,11 +6,11 @@ use std::path::PathBuf;
 use surfrecon::Progress;
 use surfrecon::import;
 use surfrecon::merge::{self, Loading, MergeParams, Merged, ScanSource};
-use surfrecon::mesh::measure::{Side, Summary, deviation};
+use surfrecon::mesh::measure::{Side, DistanceReport, deviation};
 use surfrecon::mesh::{CheckReport, check, check_welded};
 
 /// A merge with the default limits, and the distances to its surface of all samples that have a triangle. Metres.
-fn merge(conf: &str, voxel: f64) -> Option<(Merged, CheckReport, Summary)> {
+fn merge(conf: &str, voxel: f64) -> Option<(Merged, CheckReport, DistanceReport)> {
     let Some(data) = std::env::var_os("SURFRECON_DATA").map(PathBuf::from) else {
         println!("SKIPPED: SURFRECON_DATA is not set");
         return None;

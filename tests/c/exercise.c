@@ -72,7 +72,7 @@ static void frames(void)
     Wall *wall = calloc(1, sizeof *wall);
     const srf_image_source source = {make_wall, wall};
     srf_image *image = NULL;
-    srf_left_out left_out;
+    srf_left_out_report left_out;
     srf_merger *merger = NULL;
     srf_mesh *merged = NULL;
     srf_frame frame;
@@ -83,7 +83,7 @@ static void frames(void)
     must(make_wall(wall, &image) == SRF_OK && srf_image_free(image) == SRF_OK, "frame");
     image = NULL;
     depths.data = wall->depths;
-    must(srf_frame_init(&frame) == SRF_OK && srf_left_out_init(&left_out) == SRF_OK, "init");
+    must(srf_frame_init(&frame) == SRF_OK && srf_left_out_report_init(&left_out) == SRF_OK, "init");
     frame.rows = N - 1;
     frame.cols = N;
     frame.intrinsics[0] = frame.intrinsics[1] = N;
@@ -132,7 +132,7 @@ static void vertices(void)
 /* One scan drawn to the others, and what it lies off them. */
 static void draw(const srf_aligner *aligner, const srf_align_params *params, const srf_cloud *cloud)
 {
-    srf_snap snap;
+    srf_snap_report snap;
     srf_pose poses[3];
     srf_array points;
     srf_progress watcher;
@@ -141,7 +141,7 @@ static void draw(const srf_aligner *aligner, const srf_align_params *params, con
     int asked = 0;
     double *off;
 
-    must(srf_aligner_count(aligner, &count) == SRF_OK && count == 3 && srf_snap_init(&snap) == SRF_OK, "init");
+    must(srf_aligner_count(aligner, &count) == SRF_OK && count == 3 && srf_snap_report_init(&snap) == SRF_OK, "init");
     memset(poses, 0, sizeof poses);
     for (i = 0; i < 2; ++i) {
         poses[i].matrix[0] = poses[i].matrix[5] = poses[i].matrix[10] = poses[i].matrix[15] = 1;
@@ -152,11 +152,11 @@ static void draw(const srf_aligner *aligner, const srf_align_params *params, con
     watcher.cancel = NULL;
     must(srf_aligner_snap(aligner, 1, poses, 3, params, &watcher, &snap, NULL) == SRF_ERR_CANCELLED && asked > 0, "cancel");
     must(srf_aligner_snap(aligner, 1, poses, 3, params, NULL, &snap, touches) == SRF_OK, "snap");
-    must(snap.state == SRF_PAIR_STATE_FITS && snap.touches == 1 && touches[0] == 1 && touches[2] == 0, "it fits the only one");
+    must(snap.state == SRF_PAIR_STATE_FITS && snap.touches_count == 1 && touches[0] == 1 && touches[2] == 0, "it fits the only one");
     must(snap.moved > 0.1 && fabs(snap.world_from_scan.matrix[14]) < 0.01, "it is drawn there");
-    must(snap.free_ways <= 6 && snap.freedoms[5].reserved == 0, "ways");
+    must(snap.freedoms_count <= 6 && snap.freedoms[5].turns <= 1, "ways");
     must(srf_aligner_snap(aligner, 2, poses, 3, NULL, NULL, &snap, NULL) == SRF_ERR_INPUT, "no pose to start from");
-    must(srf_aligner_snap(aligner, 1, NULL, 0, NULL, NULL, &snap, NULL) == SRF_OK && snap.touches == 2, "as added");
+    must(srf_aligner_snap(aligner, 1, NULL, 0, NULL, NULL, &snap, NULL) == SRF_OK && snap.touches_count == 2, "as added");
     must(srf_cloud_arrays(cloud, &points, NULL, NULL, NULL) == SRF_OK, "points");
     off = malloc(points.count * sizeof *off);
     must(srf_aligner_misfit(aligner, 1, poses, 3, &points, NULL, off) == SRF_OK, "misfit");
@@ -208,19 +208,19 @@ static void align(const srf_image *image, const srf_mesh *surface, const srf_clo
     must(srf_alignment_turntable(alignment, &found, point, direction, &angles) == SRF_OK && found == 1, "turntable");
     must(direction[2] == 1.0 && angles.count == 3 && cos(((const double *)angles.data)[2]) > 0.999, "as it was given");
     must(srf_aligner_free(aligner) == SRF_OK && srf_aligner_free(NULL) == SRF_OK, "free");
-    must(srf_alignment_report(alignment, &report) == SRF_OK && report.scans == 3 && report.lines >= 4, "report");
-    for (i = 0; i < report.scans; ++i) {
+    must(srf_alignment_report(alignment, &report) == SRF_OK && report.scans_count == 3 && report.placed >= 1, "report");
+    for (i = 0; i < report.scans_count; ++i) {
         must(srf_alignment_scan(alignment, i, &scan) == SRF_OK && scan.spacing > 0 && scan.misfit >= 0, "scan");
-        must(scan.free_ways <= 6 && scan.freedoms[5].turns <= 1, "ways of a scan");
+        must(scan.freedoms_count <= 6 && scan.freedoms[5].turns <= 1, "ways of a scan");
         must(srf_alignment_reason(alignment, i, &text) == SRF_OK && (scan.group == 0) == (strlen(text) == 0), "reason");
     }
     must(scan.state == SRF_SCAN_STATE_KEPT && scan.world_from_scan.matrix[0] == 1.0, "the fixed one stays");
-    for (i = 0; i < report.pairs; ++i) {
+    for (i = 0; i < report.pairs_count; ++i) {
         must(srf_alignment_pair(alignment, i, &pair) == SRF_OK && pair.scans[0] < pair.scans[1], "pair");
-        must(pair.free_ways <= 6 && pair.freedoms[5].turns <= 1, "ways of a pair");
+        must(pair.freedoms_count <= 6 && pair.freedoms[5].turns <= 1, "ways of a pair");
     }
-    for (i = 0; i < report.messages; ++i) must(srf_alignment_message(alignment, i, &text) == SRF_OK && strlen(text) > 0, "message");
-    for (i = 0; i < report.lines; ++i) must(srf_alignment_line(alignment, i, &text) == SRF_OK && strlen(text) > 0, "line");
+    for (i = 0; i < report.messages_count; ++i) must(srf_alignment_message(alignment, i, &text) == SRF_OK && strlen(text) > 0, "message");
+    for (i = 0; i < 1 + report.scans_count + report.messages_count; ++i) must(srf_alignment_line(alignment, i, &text) == SRF_OK && strlen(text) > 0, "line");
     must(srf_alignment_line(alignment, i, &text) == SRF_ERR_PARAMETER, "no such line");
     must(srf_alignment_free(alignment) == SRF_OK && srf_alignment_free(alignment) == SRF_ERR_HANDLE, "freed twice");
 }
@@ -234,7 +234,7 @@ int main(void)
     srf_merge_params params;
     srf_merge_report report;
     srf_check_report topology;
-    srf_distances figures;
+    srf_distance_report figures;
     srf_array view, points;
     srf_progress watcher;
     double off[N * N];
@@ -260,7 +260,7 @@ int main(void)
     must(srf_check_report_init(&topology) == SRF_OK && srf_mesh_check(merged, 1, NULL, &topology) == SRF_OK, "check");
     must(topology.is_manifold == 1, "manifold");
     must(srf_cloud_arrays(cloud, &points, NULL, NULL, NULL) == SRF_OK && points.count == N * N - 1, "points");
-    must(srf_distances_init(&figures) == SRF_OK, "init");
+    must(srf_distance_report_init(&figures) == SRF_OK, "init");
     must(srf_mesh_distances(merged, &points, 0, 2, NULL, off, &figures) == SRF_OK && figures.max < 1.0, "distances");
     must(srf_mesh_attribute(merged, SRF_DOMAIN_VERTICES, "confidence", &view) == SRF_OK && view.count == topology.vertices, "attribute");
     must(srf_mesh_attribute(merged, SRF_DOMAIN_VERTICES, "no such thing", &view) == SRF_ERR_INPUT, "missing attribute");

@@ -107,7 +107,7 @@ try {
     std::vector<std::uint16_t> depths(30 * 30, 1000);
     for (std::size_t i = 0; i < depths.size(); ++i) depths[i] = static_cast<std::uint16_t>(1000 + 3 * (i % 30) + (i == 7 ? 500 : 0));
     const std::vector<std::uint8_t> paint(4 * 30 * 30, 200), levels(30 * 30, 2);
-    LeftOut left_out;
+    LeftOutReport left_out;
     const auto wall = [&] {
         return Image::from_frame(frame, View<std::uint16_t>(depths.data(), depths.size()),
                                  View<std::uint8_t, 4>(paint.data(), depths.size()), View<std::uint8_t>(levels.data(), levels.size()));
@@ -185,20 +185,20 @@ try {
     text_of<Cancelled>([&] { aligner.run(rough, [](const Tick &) { return false; }); });
     Alignment found = aligner.run(rough, [](const Tick &tick) { return tick.fraction <= 1.0; });
     const Alignment alignment = std::move(found);
-    must(!found && alignment.report().scans == 2 && alignment.lines().size() == alignment.report().lines, "aligned");
+    must(!found && alignment.report().scans_count == 2 && alignment.lines().size() == 3 + alignment.report().messages_count, "aligned");
     must(alignment.scan(1).state == SRF_SCAN_STATE_KEPT && alignment.scan(1).world_from_scan.matrix[14] == 5, "the fixed one stays");
     must(alignment.scan(0).has_place() == alignment.reason(0).empty(), "a reason, or a place");
-    for (std::size_t i = 0; i < alignment.report().pairs; ++i) must(alignment.pair(i).scans[1] == 1, "pair");
+    for (std::size_t i = 0; i < alignment.report().pairs_count; ++i) must(alignment.pair(i).scans[1] == 1, "pair");
     must(alignment.messages().size() < alignment.lines().size(), "messages");
-    must(alignment.scan(0).ways().size() == alignment.scan(0).free_ways && !alignment.turntable(), "ways, and no turntable");
-    for (std::size_t i = 0; i < alignment.report().pairs; ++i) must(alignment.pair(i).ways().size() <= 6, "ways of a pair");
+    must(alignment.scan(0).ways().size() == alignment.scan(0).freedoms_count && !alignment.turntable(), "ways, and no turntable");
+    for (std::size_t i = 0; i < alignment.report().pairs_count; ++i) must(alignment.pair(i).ways().size() <= 6, "ways of a pair");
     text_of<Error>([&] { alignment.scan(2); });
     must(aligner.snap(0).state == SRF_PAIR_STATE_NOTHING && aligner.snap(0).touched.empty(), "too far away");
     const Mesh surface = image.triangulate();
     aligner.add(surface, "its surface", from_above);
     const Snap drawn = aligner.snap(0, {from_above, srf_pose{}, from_above}, rough);
     must(aligner.size() == 3 && drawn.touched == std::vector<std::size_t>{2} && drawn.touches == 1, "drawn to the other");
-    must(drawn.state == SRF_PAIR_STATE_SLIDES && drawn.ways().size() == drawn.free_ways && drawn.free_ways == 3, "along its flat side");
+    must(drawn.state == SRF_PAIR_STATE_SLIDES && drawn.ways().size() == drawn.freedoms_count && drawn.freedoms_count == 3, "along its flat side");
     text_of<Error>([&] { aligner.snap(0, {Pose()}); });
     text_of<Cancelled>([&] { aligner.snap(0, {}, {}, [](const Tick &) { return false; }); });
     Pose above = from_above;

@@ -98,9 +98,9 @@ static void *aligning(void *nothing)
 {
     srf_mesh *pieces[2] = {ground(0), ground(8)};
     srf_aligner *aligner = NULL, *before = NULL;
-    srf_snap snap;
+    srf_snap_report snap;
 
-    must(srf_snap_init(&snap) == SRF_OK, "init");
+    must(srf_snap_report_init(&snap) == SRF_OK, "init");
     while (!at_an_end) {
         must(srf_aligner_create(&aligner) == SRF_OK && srf_aligner_add_mesh(aligner, pieces[0], NULL, "a") == SRF_OK, "add");
         must(srf_aligner_add_mesh(aligner, pieces[1], NULL, "b") == SRF_OK, "add");

@@ -64,15 +64,15 @@ int main(void)
     HELD(srf_cluster_params) cluster;
     HELD(srf_cluster_report) clustered;
     HELD(srf_scan_params) scan;
-    HELD(srf_distances) distances;
+    HELD(srf_distance_report) distances;
     HELD(srf_align_params) align;
     HELD(srf_pick) pick;
     HELD(srf_align_report) aligned;
     HELD(srf_aligned_scan) aligned_scan;
     HELD(srf_aligned_pair) aligned_pair;
-    HELD(srf_snap) snap;
+    HELD(srf_snap_report) snap;
     HELD(srf_frame) frame;
-    HELD(srf_left_out) left_out;
+    HELD(srf_left_out_report) left_out;
     HELD(srf_grid_camera) grid_camera;
     const double positions[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
     const uint32_t triangles[] = {0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2};
@@ -97,15 +97,15 @@ int main(void)
     FILL(cluster, srf_cluster_params_init);
     FILL(clustered, srf_cluster_report_init);
     FILL(scan, srf_scan_params_init);
-    FILL(distances, srf_distances_init);
+    FILL(distances, srf_distance_report_init);
     FILL(align, srf_align_params_init);
     FILL(pick, srf_pick_init);
     FILL(aligned, srf_align_report_init);
     FILL(aligned_scan, srf_aligned_scan_init);
     FILL(aligned_pair, srf_aligned_pair_init);
-    FILL(snap, srf_snap_init);
+    FILL(snap, srf_snap_report_init);
     FILL(frame, srf_frame_init);
-    FILL(left_out, srf_left_out_init);
+    FILL(left_out, srf_left_out_report_init);
     FILL(grid_camera, srf_grid_camera_init);
 
     memset(&points, 0, sizeof(points));

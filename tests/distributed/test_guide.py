@@ -174,14 +174,14 @@ def test_object_stores(here, bucket, expected):
     assert (here / "surface.ply").read_bytes() == expected
 
 
-@pytest.mark.parametrize("title", ["distributed"])
+@pytest.mark.parametrize("title", ["distributed", "distributed.merge"])
 def test_docstrings(here, expected, title):
     (here / "scans").mkdir()
     for file in [*here.glob("*.ply"), here / "placed.conf"]:
         shutil.copy(file, here / "scans")
-    text = {"distributed": distributed}[title].__doc__
+    text = {"distributed": distributed, "distributed.merge": distributed.merge}[title].__doc__
     with workers() as client:
-        names = {"dask": SimpleNamespace(distributed=SimpleNamespace(Client=lambda: client))}
+        names = {"dask": SimpleNamespace(distributed=SimpleNamespace(Client=lambda *address: client))}
         example = doctest.DocTestParser().get_doctest(text, names, title, None, 0)
         assert doctest.DocTestRunner(verbose=False).run(example).failed == 0
     assert (here / "surface.ply").exists()

@@ -137,10 +137,18 @@ class Scenes:
         return {"received": received, "images": look(), "mesh": torus(), "send": sent.append}
 
     def listed(self, folder):
-        """A list of scans, and a folder of them."""
+        """A list of scans, and a folder of them; the first one, a closed surface, and points on it."""
         shutil.copytree(self.placed, folder, dirs_exist_ok=True)
         shutil.copytree(self.scans[0], folder / "folder of scans")
-        return {"scans": surfrecon.open(folder / "bun.conf")}
+        scans, mesh = surfrecon.open(folder / "bun.conf"), torus()
+        return {"scans": scans, "image": scans[0].read(), "mesh": mesh, "points": mesh.positions}
+
+    def points_picked(self, folder):
+        """Scans without poses, and a place that two of them show."""
+        folder, truth = self.scans
+        made = picked(truth)
+        made["point"] = truth[0].points[120, 45]
+        return made | {"scans": surfrecon.open(folder)}
 
     def table(self, folder):
         """Scans of something that stands on a floor."""

@@ -1,6 +1,7 @@
 """The site is built without a warning and has every name of every interface; what leads nowhere is said."""
 
 import inspect
+import re
 import shutil
 import zlib
 
@@ -48,6 +49,12 @@ def test_every_function_of_c_is_there(names):
     assert set(symbols) <= names["c:function"] and len(symbols) > 100
     assert {"srf_merge_params", "srf_frame"} <= names["c:struct"] and "srf_merger_run" in names["c:function"]
     assert "surfrecon::Merger" in names["cpp:class"]
+
+
+def test_examples_of_c_stand_where_the_functions_are_that_they_call(site):
+    for page, example in (("merger", "exchange"), ("region", "keep_marked"), ("files", "read_image")):
+        text = (site / "reference" / "c" / f"{page}.html").read_text("utf-8")
+        assert re.search(rf">{example}</span>", text), f"{page} does not show {example}"
 
 
 def test_every_command_and_parameter_is_there(names):

@@ -71,7 +71,7 @@ def errors(document, images, moved=None):
 def test_layers_find_their_places_and_the_current_one_stays(heap, surfaces, images):
     before = matrix(heap.named("view1")).copy()
     out = heap.run(ALIGN)
-    assert out["layers"] == out["placed"] == 4 and out["groups"] == 1 and out["compared"] > 0
+    assert out["scans_count"] == out["placed"] == 4 and out["groups_count"] == 1 and out["compared"] > 0
     assert np.array_equal(matrix(heap.named("view1")), before)
     assert max(errors(heap, images)) < 1.0
     for name, positions, triangles in surfaces:
@@ -121,7 +121,7 @@ def test_hidden_layers_take_no_part(heap):
     heap.set.set_current_mesh_visibility(False)
     before = matrix(heap.current).copy()
     heap.named("view1")
-    assert heap.run(ALIGN)["layers"] == 3
+    assert heap.run(ALIGN)["scans_count"] == 3
     assert np.array_equal(matrix(heap.named("view3")), before)
 
 
@@ -132,7 +132,7 @@ def test_what_fits_nothing_stays_where_it_is(heap):
     before = matrix(heap.current).copy()
     heap.named("view1")
     out = heap.run(ALIGN)
-    assert (out["layers"], out["placed"]) == (5, 4)
+    assert (out["scans_count"], out["placed"]) == (5, 4)
     assert np.array_equal(matrix(heap.named("ring")), before)
 
 

@@ -19,7 +19,7 @@ def test_each_finds_its_place(truth, aligned):
     assert report.placed == len(truth) and report.groups == [list(range(len(truth)))]
     assert [scan.name for scan in report.scans] == [scan.name for scan in truth]
     assert sum(scan.state == "kept" for scan in report.scans) == 1
-    assert all(not scan.reason and not scan.free for scan in report.scans)
+    assert all(not scan.reason and not scan.freedoms for scan in report.scans)
     assert 0 < report.residual < max(scan.spacing for scan in report.scans)
     assert "6 of 6 scans placed" in str(report) and "6 placed" in repr(aligned)
 
@@ -67,7 +67,7 @@ def test_a_ball_is_left_out():
     assert result.report.placed == 0 and sum(pose is not None for pose in result.world_from_scan) == 1
     reasons = [scan.reason for scan in result.report.scans if scan.state != "kept"]
     assert any("turn" in reason for reason in reasons), reasons
-    assert any(pair.state == "slides" and pair.free for pair in result.report.pairs)
+    assert any(pair.state == "slides" and pair.freedoms for pair in result.report.pairs)
 
 
 def test_what_is_known_too_badly_is_not_placed():

@@ -49,7 +49,7 @@ def test_a_scan_is_drawn_back_to_where_it_belongs(truth, in_place, aligned, degr
         assert off_by(start, scan.world_from_sensor, scan) > 2 * spacing
         snap = in_place.snap(k, start)
         off = off_by(snap.world_from_scan, scan.world_from_sensor, scan)
-        assert snap.state == "fits" and not snap.free and off < spacing, (k, snap, off)
+        assert snap.state == "fits" and not snap.freedoms and off < spacing, (k, snap, off)
         assert k not in snap.touches and {(k + 1) % 6, (k - 1) % 6} <= set(snap.touches)
         assert 0.2 < snap.overlap <= 1 and 0 < snap.residual < spacing and snap.balance > 0 and snap.seen_through < 0.1
         moved = off_by(start, snap.world_from_scan, scan)
@@ -78,7 +78,7 @@ def test_what_slides_is_said_to_when_it_is_drawn():
     ball = revolved(lambda z: np.sqrt(np.maximum(1 - z * z, 0)))
     scans = surfrecon.virtual_scan(ball, surfrecon.turntable(ball, around=8, above=0, below=0, pixels=90)[:2])
     snap = surfrecon.Aligner(scans).snap(1, pushed(scans[1], 2, 0.01))
-    assert snap.state == "slides" and any(kind == "turn" for kind, _, _ in snap.free)
+    assert snap.state == "slides" and any(way.turns and len(way.direction) == len(way.point) == 3 for way in snap.freedoms)
 
 
 GOOD, SCALED, MIRRORED = np.eye(4), np.diag([2.0, 2, 2, 1]), np.diag([1.0, 1, -1, 1])

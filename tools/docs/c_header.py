@@ -90,6 +90,13 @@ def chapters(root):
     return found
 
 
+def examples(root):
+    """The functions that the chapters of the header have as examples: the text of each, and what it calls."""
+    for file in sorted((root / "tests/rust/generated/chapters").glob("*.c")):
+        for text in re.split(r"\n\n(?=/\*)", file.read_text("utf-8").strip()):
+            yield text, set(re.findall(r"\bsrf_\w+(?=\()", text))
+
+
 def _chapter(name, known):
     for chapter, (_, text) in known.items():
         if re.search(rf"\b(?:fn|struct|enum|type|const) {name}\b", text):
@@ -186,7 +193,7 @@ def _preface(text, known):
 def write(root, folder):
     """Writes the pages; returns the role of each name that they document."""
     preface, found = entries((root / "c-api" / "include" / "surfrecon.h").read_text("utf-8"))
-    known, parts = roles(found), chapters(root)
+    known, parts, shown = roles(found), chapters(root), list(examples(root))
     folder.mkdir(parents=True, exist_ok=True)
     pages = {name: [] for name in [None, *parts]}
     for entry in found:
@@ -207,15 +214,19 @@ def write(root, folder):
         page = folder / f"{name}.rst"
         # A chapter of a file in a folder has its page in one.
         page.parent.mkdir(exist_ok=True)
-        page.write_text(_page(says, pages[name], known), "utf-8")
+        page.write_text(_page(says, pages[name], known, shown), "utf-8")
     return known
 
 
-def _page(says, here, known):
+def _page(says, here, known, shown):
     heading = re.split(r"[:.;]", says)[0]
     text = [title(heading, "=")]
     if says.rstrip(".") != heading:
         text.append(linked(says, known) + "\n")
+    functions = {entry.name.removesuffix("_sized") for entry in here if entry.kind == "function"}
+    if some := [example for example, calls in shown if calls & functions]:
+        text.append(title("Examples", "-"))
+        text += [".. code-block:: c\n\n" + indented(example) + "\n" for example in some]
     for name, kinds in _KINDS.items():
         some = [entry for entry in here if entry.kind in kinds]
         if some:

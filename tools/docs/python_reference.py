@@ -28,6 +28,7 @@ PAGES = {
         "AlignedScan",
         "AlignedPair",
         "Snap",
+        "Freedom",
         "TurntableFound",
     ],
     "Merging": ["merge", "merge_to_file", "MergeResult", "MergeReport", "Merger"],

@@ -9,7 +9,7 @@ use crate::status::srf_status;
 /// by srf_check_report_init().
 #[allow(non_camel_case_types)]
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct srf_check_report {
     /// Bytes of this struct.
     pub struct_size: u32,
@@ -65,5 +65,5 @@ pub struct srf_check_report {
 /// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_check_report_init_sized(report: *mut srf_check_report, size: usize) -> srf_status {
-    guard(|| sized::init("report", report, size, srf_check_report::default()))
+    guard(|| sized::init::<srf_check_report>("report", report, size, bytemuck::Zeroable::zeroed()))
 }

@@ -26,7 +26,7 @@ pub enum srf_voxel_reason {
 /// srf_merge_report_init().
 #[allow(non_camel_case_types)]
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct srf_merge_report {
     /// Bytes of this struct.
     pub struct_size: u32,
@@ -94,5 +94,5 @@ pub struct srf_merge_report {
 /// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_merge_report_init_sized(report: *mut srf_merge_report, size: usize) -> srf_status {
-    guard(|| sized::init("report", report, size, srf_merge_report::default()))
+    guard(|| sized::init::<srf_merge_report>("report", report, size, bytemuck::Zeroable::zeroed()))
 }

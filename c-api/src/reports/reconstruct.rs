@@ -7,7 +7,7 @@ use crate::status::srf_status;
 /// The figures of a surface through points. Starts with its size; prepared by srf_reconstruct_report_init().
 #[allow(non_camel_case_types)]
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct srf_reconstruct_report {
     /// Bytes of this struct.
     pub struct_size: u32,
@@ -66,5 +66,5 @@ pub unsafe extern "C" fn srf_reconstruct_report_init_sized(
     report: *mut srf_reconstruct_report,
     size: usize,
 ) -> srf_status {
-    guard(|| sized::init("report", report, size, srf_reconstruct_report::default()))
+    guard(|| sized::init::<srf_reconstruct_report>("report", report, size, bytemuck::Zeroable::zeroed()))
 }

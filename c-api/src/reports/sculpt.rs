@@ -7,7 +7,7 @@ use crate::status::srf_status;
 /// The figures of sculpting. Starts with its size; prepared by srf_sculpt_report_init().
 #[allow(non_camel_case_types)]
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct srf_sculpt_report {
     /// Bytes of this struct.
     pub struct_size: u32,
@@ -52,5 +52,5 @@ pub struct srf_sculpt_report {
 /// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_sculpt_report_init_sized(report: *mut srf_sculpt_report, size: usize) -> srf_status {
-    guard(|| sized::init("report", report, size, srf_sculpt_report::default()))
+    guard(|| sized::init::<srf_sculpt_report>("report", report, size, bytemuck::Zeroable::zeroed()))
 }

@@ -3,6 +3,9 @@
 Arrays in and out are NumPy's; work runs on all cores with the interpreter lock released. Lengths are in the unit of the
 scans, angles in radians; ``parameters()`` lists every option with default, range and meaning.
 
+In examples ``np`` is NumPy, ``scans`` a ``ScanSet`` of six scans in millimetres that have poses, ``image`` the first of
+them as a ``RangeImage``, ``mesh`` a closed ring as a ``Mesh``, ``points`` its vertices.
+
 >>> scans = surfrecon.open("folder of scans")
 >>> aligned = surfrecon.align(scans)
 >>> result = surfrecon.merge(aligned.scans)
@@ -96,6 +99,7 @@ from ._reports import (
     CheckReport,
     ClusterReport,
     DistanceReport,
+    Freedom,
     LeftOutReport,
     MergeReport,
     QuadReport,
@@ -125,6 +129,7 @@ __all__ = [
     "FileError",
     "FormatError",
     "Frame",
+    "Freedom",
     "GridCamera",
     "InputError",
     "InternalError",

@@ -9,7 +9,13 @@ __all__ = ["Report", "jsonable"]
 
 
 class Report(dict[str, Any]):
-    """Figures of a call: a dictionary whose keys are attributes as well."""
+    """Figures of a call: a dictionary whose keys are attributes as well.
+
+    >>> report = surfrecon.merge(scans).report
+    >>> report.scans, report["scans"]
+    (6, 6)
+    >>> text = report.json(indent=2)
+    """
 
     # Without a dictionary of its own an attribute can't be set to anything that the key is not.
     __slots__ = ()

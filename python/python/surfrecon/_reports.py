@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal, TypeAlias
+from typing import TYPE_CHECKING, Literal
 
 from ._report import Report
 
@@ -17,6 +17,7 @@ __all__ = [
     "CheckReport",
     "ClusterReport",
     "DistanceReport",
+    "Freedom",
     "LeftOutReport",
     "MergeReport",
     "QuadReport",
@@ -28,77 +29,65 @@ __all__ = [
     "TurntableFound",
 ]
 
-_Free: TypeAlias = tuple[Literal["turn", "slide"], list[float], list[float]]
 
-
-class AlignReport(Report):
-    """What was found by ``align``: each scan, each pair, and what the user should know. ``print`` shows the summary.
+# reports
+class Freedom(Report):
+    """A way that a scan may move without leaving the surfaces it lies on.
 
     Attributes:
-        summary: All of it in words, a line each.
-        scans: Each scan, in the order given.
-        pairs: The pairs of scans of which anything was found.
-        groups: Numbers of the scans that are joined, a list a group; the first is the one that is placed.
-        placed: Scans that have a pose.
-        compared: Pairs that were compared.
-        residual: Root mean square distance of the surfaces of all pairs that touch, along normals; ``None`` where none
-            do.
-        turntable: The turntable, where there was one and it was found; otherwise ``None``.
-        messages: What the user should know, a sentence each.
+        turns: Whether it is a turn about an axis. Otherwise it is a slide.
+        direction: Unit direction of the axis, or of the slide, in the world.
+        point: A point of the axis, in the world.
     """
 
     __slots__ = ()
-    summary: list[str]
-    scans: list[AlignedScan]
-    pairs: list[AlignedPair]
-    groups: list[list[int]]
-    placed: int
-    compared: int
-    residual: float | None
-    turntable: TurntableFound | None
-    messages: list[str]
-
-    def __str__(self) -> str:
-        """The summary."""
-        return "\n".join(self.summary)
+    turns: bool
+    direction: tuple[float, float, float]
+    point: tuple[float, float, float]
 
 
 class AlignedScan(Report):
-    """What was found of a scan.
+    """A scan that was aligned: its pose, and how sure that is.
 
     Attributes:
         name: Its name.
-        state: ``"placed"``, ``"kept"`` (its pose is as given), ``"apart"`` (joined with others, but these with
-            nothing), ``"undecided"`` (its pose was rough and is as given: nothing decides where it belongs) or
-            ``"unplaced"``.
-        reason: Why it is not placed, or undecided, and what to do; empty if it is placed.
-        group: Number of its group: 0 is the one that is placed; ``None`` if it is in none.
-        world_from_scan: 4 x 4 float64, its pose in its group, or ``None``. Scans of a group that is not placed lie
-            together where the largest of them was given.
-        covariance: 6 x 6 float64: covariance of a small motion of it in the world, a turn about ``middle`` (radians),
-            then a shift. Zero for scans that are kept.
+        state: State of the scan: placed, kept, or neither. ``"unplaced"``: It has no place: the reason says why.
+            ``"placed"``: Its pose was found. ``"kept"``: Its pose is as given: the caller fixed it, or it is the frame
+            of the others. ``"apart"``: It was joined with others, but nothing joins these with the first group.
+            ``"undecided"``: Its pose is as given: that was rough, and nothing decides where it belongs. The reason says
+            why.
+        reason: Reason why it is not placed, or stays undecided, and what to do. Empty if it is placed.
+        group: Number of its group. 0 is the group that is placed. There is none where the scan is joined with no
+            other. Then it is ``None``.
+        world_from_scan: Its pose in its group, which is rigid. For the first group it is the result. Scans of
+            others lie together where the largest of them was given. There is none where the scan has no group. Then it
+            is ``None``. 4 x 4 float64.
+        covariance: Covariance of a small motion of it in the world: a turn about ``middle`` in radians, then a
+            shift. Zero for scans that are kept. 6 x 6 float64.
         middle: The middle of its points, in the world.
-        deviation: One standard deviation of the place of its points, where it is largest; at least its size where
-            nothing holds it, the reach where it stays undecided, infinite where it has no place.
-        free: Ways that nothing holds it: ``("turn" or "slide", direction, point of the axis)``.
+        deviation: One standard deviation of the place of its points: the largest over the scan. It is at least the
+            scan's size where nothing holds it, the reach where it stays undecided, and infinite where it has no place.
+            In the unit of the scans.
+        freedoms: Ways that nothing holds it.
         overlap: Share of its surface that lies on the scan that shares most with it.
-        residual: Root mean square distance to the surfaces of others, along normals.
-        misfit: Root mean square of how far it lies from the others where noise is averaged out: what no rigid pose
-            explains, such as warp. Bending within a few samples counts as well, so that some of it is always there.
-            ``Alignment.misfit`` says where it is.
-        spacing: Median distance of its samples.
+        residual: Root mean square distance to the surfaces of others, along normals. 0 where there are none. In the
+            unit of the scans.
+        misfit: Root mean square of how far it lies from the others where noise is averaged out. No rigid pose
+            explains that, but warp does. Bending within a few samples counts as well, so that some of it is always
+            there. In the unit of the scans.
+        spacing: Median distance of its samples. In the unit of the scans.
     """
 
     __slots__ = ()
     name: str
-    state: Literal["placed", "kept", "apart", "undecided", "unplaced"]
+    state: Literal["unplaced", "placed", "kept", "apart", "undecided"]
     reason: str
     group: int | None
     world_from_scan: NDArray[np.float64] | None
     covariance: NDArray[np.float64]
-    middle: list[float]
+    middle: tuple[float, float, float]
     deviation: float
-    free: list[_Free]
+    freedoms: list[Freedom]
     overlap: float
     residual: float
     misfit: float
@@ -106,120 +95,86 @@ class AlignedScan(Report):
 
 
 class AlignedPair(Report):
-    """What was found of two scans.
+    """Two scans that were compared, and how well they fit.
 
     Attributes:
         scans: Their numbers, the smaller first.
-        state: ``"fits"``, ``"misfit"`` (they overlap, but further apart than noise explains), or why the pair was not
-            used: ``"slides"``, ``"ambiguous"``, ``"background"``, ``"seen_through"``, ``"disagrees"``, ``"rejected"``.
+        state: State of the pair: it fits, or why it is not used. ``"nothing"``: No motion was found that lays one
+            on the other. ``"fits"``: They overlap and fit, where they lie in the end. ``"misfit"``: They overlap where
+            they lie in the end, but surfaces lie further apart than noise explains: warp, or something moved.
+            ``"slides"``: They fit, but may turn or slide on each other: not used. ``"ambiguous"``: They fit in several
+            places: not used. ``"background"``: What they share stood still before the sensor while the rest moved: not
+            used. ``"seen_through"``: They fit by themselves, but other scans' sensors saw through there: not used.
+            ``"disagrees"``: They fit by themselves, but other pairs, that fit better, rough poses or the order of a
+            recording say otherwise: not used. ``"rejected"``: The caller rejected it.
         overlap: Share of either surface that lies on the other.
-        residual: Root mean square distance of the surfaces where they touch, along normals.
-        balance: How well it is held against turning and sliding: 1 at best, 0 where it may.
-        seen_through: Of what the sensors can tell, the share that speaks against it.
+        residual: Root mean square distance of the surfaces where they touch, along normals. In the unit of the
+            scans.
+        balance: How well the pair is held against turning and sliding: 1 at best, 0 where it may turn or slide.
+        seen_through: Of what the sensors can tell, the share that speaks against the pair.
         places: Places in which one fits the other.
-        free: Ways that it may turn or slide: ``("turn" or "slide", direction, point of the axis)``.
+        freedoms: Ways that one may turn or slide on the other.
     """
 
     __slots__ = ()
     scans: tuple[int, int]
-    state: str
+    state: Literal["nothing", "fits", "misfit", "slides", "ambiguous", "background", "seen_through", "disagrees", "rejected"]
     overlap: tuple[float, float]
     residual: float
     balance: float
     seen_through: float
     places: int
-    free: list[_Free]
+    freedoms: list[Freedom]
 
 
 class TurntableFound(Report):
     """A turntable as it was found.
 
     Attributes:
-        axis: ``(point, direction)`` in the frame that the scans were taken in; the direction is of length 1. What
-            ``align`` takes.
-        angles: By how much it was turned at each scan, in radians from 0 to 2 pi, counter-clockwise where the axis
-            points to the viewer; 0 at the first scan that is placed. ``None`` for scans that aren't.
+        axis: Its axis, in the frame that the scans were taken in. The direction is of length 1.
+        angles: By how much it was turned at each scan, from 0 to 2 pi, counter-clockwise where the axis points to
+            the viewer. 0 at the first scan that is placed. There is none for scans that are not placed. Radians.
     """
 
     __slots__ = ()
-    axis: tuple[list[float], list[float]]
+    axis: tuple[tuple[float, float, float], tuple[float, float, float]]
     angles: list[float | None]
 
 
-class Snap(Report):
-    """Where a scan was drawn to by ``Aligner.snap``, and how well it lies there.
+class AlignReport(Report):
+    """Scans that were aligned, and their pairs.
 
     Attributes:
-        world_from_scan: 4 x 4 float64: where it was drawn to; where it was if it touches nothing.
-        state: ``"fits"``, ``"misfit"`` (it overlaps, but further apart than noise explains), ``"slides"`` (it fits, but
-            may turn or slide), ``"seen_through"`` (sensors saw through where it lies) or ``"nothing"`` (it touches
-            nothing, or too little).
-        touches: Numbers of the scans that it touches.
-        overlap: Share of its surface that lies on the scan that shares most with it.
-        residual: Root mean square distance to the surfaces of the others, along normals.
-        balance: How well it is held against turning and sliding: 1 at best, 0 where it may.
-        seen_through: Of what the sensors can tell, the share that speaks against it.
-        moved: How far its points moved, at most.
-        free: Ways that it may turn or slide: ``("turn" or "slide", direction, point of the axis)``.
+        scans: Each scan, in the order given.
+        pairs: The pairs of which anything was found, by their numbers.
+        groups: Numbers of the scans of each group, the placed one first. Only scans that are joined with others, or
+            kept, are in one.
+        compared: Pairs that were compared.
+        residual: Root mean square distance of the surfaces of all pairs that touch, along normals. There is none
+            where none touch. Then it is ``None``. In the unit of the scans.
+        turntable: The turntable, where there was one and it was found. Then it is ``None``.
+        messages: Sentences that the user should know.
+        placed: Scans that lie in one frame: those that were placed, and those kept. 0 where a single one was kept
+            for want of a place for others.
+        summary: All of it in words, a line each. ``print`` shows it.
     """
 
     __slots__ = ()
-    world_from_scan: NDArray[np.float64]
-    state: Literal["fits", "misfit", "slides", "seen_through", "nothing"]
-    touches: list[int]
-    overlap: float
-    residual: float
-    balance: float
-    seen_through: float
-    moved: float
-    free: list[_Free]
+    scans: list[AlignedScan]
+    pairs: list[AlignedPair]
+    groups: list[list[int]]
+    compared: int
+    residual: float | None
+    turntable: TurntableFound | None
+    messages: list[str]
+    placed: int
+    summary: list[str]
+
+    def __str__(self) -> str:
+        """The summary."""
+        return "\n".join(self.summary)
 
 
-class DistanceReport(Report):
-    """How far a surface lies from another.
-
-    Attributes:
-        mean: Mean of the absolute distances of the vertices.
-        rms: Root of their mean square.
-        p95: 95 % of them are at most this.
-        max: The largest.
-        bias: Mean with signs; without signs the mean.
-        reached: Largest distance found, between the vertices too.
-        bound: No point of the surface is farther.
-        distances: (n,) float64, exact, one a vertex.
-    """
-
-    __slots__ = ()
-    mean: float
-    rms: float
-    p95: float
-    max: float
-    bias: float
-    reached: float
-    bound: float
-    distances: NDArray[np.float64]
-
-
-class LeftOutReport(Report):
-    """How many samples of a frame are left out.
-
-    Attributes:
-        of: Samples that were measured.
-        low_confidence: Those of low confidence.
-        out_of_reach: Those beyond the reach of the sensor.
-        black_rim: Those of the black rim of a corrected image.
-        far: Those far beyond all others of their frame, which stand for no measurement.
-    """
-
-    __slots__ = ()
-    of: int
-    low_confidence: int
-    out_of_reach: int
-    black_rim: int
-    far: int
-
-
-# reports
 class MergeReport(Report):
     """The figures of a merge, among them those of the paper's tables.
 
@@ -550,6 +505,94 @@ class CheckReport(Report):
     is_manifold: bool
     is_closed: bool
     genus: int | None
+
+
+class Snap(Report):
+    """The place that a scan was drawn to by hand, and how well it lies there.
+
+    Attributes:
+        world_from_scan: The pose that the scan was drawn to. It is the pose that the scan had if it touches
+            nothing. 4 x 4 float64.
+        state: Whether it fits there, and if not, why: one of ``fits``, ``misfit``, ``slides``, ``seen_through`` and
+            ``nothing``. ``"nothing"``: No motion was found that lays one on the other. ``"fits"``: They overlap and
+            fit, where they lie in the end. ``"misfit"``: They overlap where they lie in the end, but surfaces lie
+            further apart than noise explains: warp, or something moved. ``"slides"``: They fit, but may turn or slide
+            on each other: not used. ``"ambiguous"``: They fit in several places: not used. ``"background"``: What they
+            share stood still before the sensor while the rest moved: not used. ``"seen_through"``: They fit by
+            themselves, but other scans' sensors saw through there: not used. ``"disagrees"``: They fit by themselves,
+            but other pairs, that fit better, rough poses or the order of a recording say otherwise: not used.
+            ``"rejected"``: The caller rejected it.
+        touches: Numbers of the scans that it touches, the nearest first.
+        overlap: Share of its surface that lies on the scan that shares most with it.
+        residual: Root mean square distance to the surfaces of the others, along normals. In the unit of the scans.
+        balance: How well it is held against turning and sliding: 1 at best, 0 where it may turn or slide.
+        seen_through: Of what the sensors can tell, the share that speaks against it.
+        moved: How far its points moved, at most. In the unit of the scans.
+        freedoms: Ways that it may turn or slide.
+    """
+
+    __slots__ = ()
+    world_from_scan: NDArray[np.float64]
+    state: Literal["nothing", "fits", "misfit", "slides", "ambiguous", "background", "seen_through", "disagrees", "rejected"]
+    touches: list[int]
+    overlap: float
+    residual: float
+    balance: float
+    seen_through: float
+    moved: float
+    freedoms: list[Freedom]
+
+
+class DistanceReport(Report):
+    """Distances of points, or of a surface, from another surface. All figures but ``bias`` are of absolute values.
+
+    Attributes:
+        count: Distances that were measured: of the points, or of the surface's vertices.
+        mean: Their mean. In the unit of the scans.
+        rms: Root of their mean square. In the unit of the scans.
+        p95: The smallest value that at least 95 % of them do not exceed. In the unit of the scans.
+        max: The largest of them. In the unit of the scans.
+        bias: Their mean with signs. Without signs it is the mean. In the unit of the scans.
+        worst: Index of the largest, the first of several. There is none where nothing was measured. Then it is
+            ``None``.
+        reached: Largest distance that was found on a surface, between its vertices too. There is none for points.
+            Then it is ``None``. In the unit of the scans.
+        bound: No point of the surface is farther. It is within 1 % of ``reached``, or above it by a millionth of
+            the extent of the other surface, unless that takes more than 8 measurements for each vertex and 100,000.
+            There is none for points. Then it is ``None``. In the unit of the scans.
+        distances: (n,) float64, exact, one for each vertex.
+    """
+
+    __slots__ = ()
+    count: int
+    mean: float
+    rms: float
+    p95: float
+    max: float
+    bias: float
+    worst: int | None
+    reached: float | None
+    bound: float | None
+    distances: NDArray[np.float64]
+
+
+class LeftOutReport(Report):
+    """Samples that were left out of a frame, or of several, each counted for the first reason that it has.
+
+    Attributes:
+        of: Samples that were measured.
+        low_confidence: Those of too low a confidence.
+        out_of_reach: Those beyond the reach of the sensor.
+        black_rim: Those seen through the black rim of the colour image.
+        far: Those far beyond all others of their frame, which stand for no measurement.
+    """
+
+    __slots__ = ()
+    of: int
+    low_confidence: int
+    out_of_reach: int
+    black_rim: int
+    far: int
 
 
 # end

@@ -44,6 +44,9 @@ def range_image(image: RangeImage, ax: Any = None, unit: str = "") -> Any:
     """How far a range image's samples lie from the sensor, as a picture; from the nearest sample on where its rays are
     parallel.
 
+    >>> from surfrecon import plot
+    >>> plot.range_image(image, unit="mm").figure.savefig("depth.png")
+
     Args:
         image: the range image; pixels without a sample stay empty.
         ax: matplotlib's axes, or ``None`` for new ones.
@@ -69,6 +72,9 @@ def range_image(image: RangeImage, ax: Any = None, unit: str = "") -> Any:
 def error_image(result: Sculpted, ax: Any = None, unit: str = "") -> Any:
     """The distance of each sample from a sculpted mesh, at its pixel.
 
+    >>> from surfrecon import plot
+    >>> plot.error_image(surfrecon.sculpt(image), unit="mm").figure.savefig("error.png")
+
     Args:
         result: what ``sculpt`` or ``Sculptor.refine`` returned.
         ax: matplotlib's axes, or ``None`` for new ones.
@@ -93,6 +99,11 @@ def mesh(
     edges: bool = False,
 ) -> Any:
     """A surface seen from a side, without perspective, z up.
+
+    >>> from surfrecon import plot
+    >>> coarse = surfrecon.cluster(mesh, vertices=500).mesh
+    >>> off = surfrecon.distances(coarse.positions, mesh)
+    >>> plot.mesh(coarse, off, label="off, mm").figure.savefig("coarse.png")
 
     Args:
         surface: the mesh.
@@ -163,6 +174,9 @@ def alignment(result: Alignment, ax: Any = None) -> Any:
 
     Names of scans that have no place are red.
 
+    >>> from surfrecon import plot
+    >>> plot.alignment(surfrecon.align(scans)).figure.savefig("overlap.png")
+
     Args:
         result: what ``align`` returned.
         ax: matplotlib's axes, or ``None`` for new ones.
@@ -201,6 +215,9 @@ def misfit(result: Alignment, scan: int, ax: Any = None, unit: str = "") -> Any:
     """How far each sample of a range image lies outside of the surfaces of the others, at its pixel: red, inside blue.
 
     For a mesh, ``mesh(surface, abs(result.misfit(scan)))`` shows the same without the sides.
+
+    >>> from surfrecon import plot
+    >>> plot.misfit(surfrecon.align(scans), 0, unit="mm").figure.savefig("misfit.png")
 
     Args:
         result: what ``align`` returned.

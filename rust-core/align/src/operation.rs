@@ -1,6 +1,7 @@
 //! Names and texts for hosts, of the operation.
 
 use base::operation::{Command, Content, Filter, Operation, Operator};
+use base::report::Report as _;
 
 /// The declaration of the operation.
 pub const OPERATION: Operation = Operation {
@@ -10,7 +11,7 @@ pub const OPERATION: Operation = Operation {
     takes: &[Content::Scans],
     gives: &[Content::Poses],
     params: Some(crate::SCHEMA),
-    report: &[],
+    report: &[crate::report::AlignReport::SCHEMA],
     command: Some(Command {
         files: "SCANS",
         summary: "scans without poses to one frame",

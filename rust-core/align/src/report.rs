@@ -5,6 +5,7 @@ use glam::{DAffine3, DVec3};
 use crate::constraints::Axis;
 use crate::judge::Hold;
 use base::error::Shown;
+use base::report::{Found, Measured, Report as _};
 
 /// Result of [`run`](crate::run).
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -56,98 +57,121 @@ base::choices! {
     }
 }
 
-/// A way that a scan may move without leaving the surfaces it lies on: a turn about an axis, or a slide.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Freedom {
-    /// Whether it is a turn.
-    pub turns: bool,
-    /// Unit direction of the axis, or of the slide, in the world.
-    pub direction: DVec3,
-    /// A point of the axis, in the world.
-    pub point: DVec3,
+base::report! {
+    /// A way that a scan may move without leaving the surfaces it lies on.
+    #[derive(Copy, Default)]
+    pub struct Freedom {
+        /// Whether it is a turn about an axis. Otherwise it is a slide.
+        turns: bool = flag("Is a turn"),
+        /// Unit direction of the axis, or of the slide, in the world.
+        direction: DVec3 = vector("Direction"),
+        /// A point of the axis, in the world.
+        point: DVec3 = vector("Point"),
+    }
 }
 
-/// What was found of a scan.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct AlignedScan {
-    /// Its name.
-    pub name: String,
-    /// What became of it.
-    pub state: ScanState,
-    /// Number of its group: 0 is the one that is placed. `None` where it is joined with none.
-    pub group: Option<usize>,
-    /// Its pose in its group: of the first group the result; scans of others lie together where the largest of them was given.
-    pub world_from_scan: Option<DAffine3>,
-    /// Covariance of a small motion of it in the world: turn about `middle` (radians), then shift. Zero for scans that are kept.
-    pub covariance: [[f64; 6]; 6],
-    /// What it turns about there: the middle of its points, in the world.
-    pub middle: DVec3,
-    /// One standard deviation of the place of its points: the largest over the scan. At least its size where nothing holds it; infinite
-    /// where it has no place.
-    pub deviation: f64,
-    /// Ways that nothing holds it.
-    pub free: Vec<Freedom>,
-    /// Share of its surface that lies on the scan that shares most with it.
-    pub overlap: f64,
-    /// Root mean square distance to the surfaces of others, along normals; 0 where there are none.
-    pub residual: f64,
-    /// Root mean square of how far it lies from the others where noise is averaged out: what no rigid pose explains, such as warp.
-    /// Bending within a few samples counts as well, so that some of it is always there.
-    pub misfit: f64,
-    /// Median distance of its samples.
-    pub spacing: f64,
-    /// Why it is not placed, or stays undecided, and what to do; empty if it is placed.
-    pub reason: String,
+base::report! {
+    /// A scan that was aligned: its pose, and how sure that is.
+    #[derive(Default)]
+    pub struct AlignedScan {
+        /// Its name.
+        name: String = text("Scan"),
+        /// State of the scan: placed, kept, or neither.
+        state: ScanState = choice("State", ScanState::CHOICES).choices_named("scan_state"),
+        /// Reason why it is not placed, or stays undecided, and what to do. Empty if it is placed.
+        reason: String = text("Reason"),
+        /// Number of its group. 0 is the group that is placed. There is none where the scan is joined with no other.
+        group: Option<usize> = count("Group").optional(),
+        /// Its pose in its group, which is rigid. For the first group it is the result. Scans of others lie together where
+        /// the largest of them was given. There is none where the scan has no group.
+        world_from_scan: Option<DAffine3> = pose("Pose").optional(),
+        /// Covariance of a small motion of it in the world: a turn about `middle` in radians, then a shift. Zero for scans
+        /// that are kept.
+        covariance: [[f64; 6]; 6] = matrix("Covariance", 6),
+        /// The middle of its points, in the world.
+        middle: DVec3 = vector("Middle"),
+        /// One standard deviation of the place of its points: the largest over the scan. It is at least the scan's size where
+        /// nothing holds it, the reach where it stays undecided, and infinite where it has no place.
+        deviation: f64 = length("Placed to"),
+        /// Ways that nothing holds it.
+        freedoms: Vec<Freedom> = nested("Freedoms", &Freedom::SCHEMA).up_to(6),
+        /// Share of its surface that lies on the scan that shares most with it.
+        overlap: f64 = ratio("Overlap"),
+        /// Root mean square distance to the surfaces of others, along normals. 0 where there are none.
+        residual: f64 = length("Distance to others"),
+        /// Root mean square of how far it lies from the others where noise is averaged out. No rigid pose explains that, but warp
+        /// does. Bending within a few samples counts as well, so that some of it is always there.
+        misfit: f64 = length("Misfit"),
+        /// Median distance of its samples.
+        spacing: f64 = length("Spacing"),
+    }
 }
 
-/// What was found of two scans.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct AlignedPair {
-    /// Their numbers, the smaller first.
-    pub scans: [usize; 2],
-    /// What became of the pair.
-    pub state: PairState,
-    /// Share of either surface that lies on the other.
-    pub overlap: [f64; 2],
-    /// Root mean square distance of the surfaces where they touch, along normals.
-    pub residual: f64,
-    /// How well it is held against turning and sliding: 1 at best, 0 where it may.
-    pub balance: f64,
-    /// Of what the sensors can tell, the share that speaks against it.
-    pub seen_through: f64,
-    /// Places in which one fits the other.
-    pub places: usize,
-    /// Ways that it may turn or slide.
-    pub free: Vec<Freedom>,
+base::report! {
+    /// Two scans that were compared, and how well they fit.
+    #[derive(Default)]
+    pub struct AlignedPair {
+        /// Their numbers, the smaller first.
+        scans: [usize; 2] = count("Scans").array(2),
+        /// State of the pair: it fits, or why it is not used.
+        state: PairState = choice("State", PairState::CHOICES).choices_named("pair_state"),
+        /// Share of either surface that lies on the other.
+        overlap: [f64; 2] = ratio("Overlap").array(2),
+        /// Root mean square distance of the surfaces where they touch, along normals.
+        residual: f64 = length("Distance of the surfaces"),
+        /// How well the pair is held against turning and sliding: 1 at best, 0 where it may turn or slide.
+        balance: f64 = number("Balance"),
+        /// Of what the sensors can tell, the share that speaks against the pair.
+        seen_through: f64 = ratio("Seen through"),
+        /// Places in which one fits the other.
+        places: usize = count("Places"),
+        /// Ways that one may turn or slide on the other.
+        freedoms: Vec<Freedom> = nested("Freedoms", &Freedom::SCHEMA).up_to(6),
+    }
 }
 
-/// What was found.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct AlignReport {
-    /// Each scan, in the order given.
-    pub scans: Vec<AlignedScan>,
-    /// The pairs of which anything was found, by their numbers.
-    pub pairs: Vec<AlignedPair>,
-    /// Numbers of the scans of each group, the placed one first; only scans that are joined with others, or kept.
-    pub groups: Vec<Vec<usize>>,
-    /// Pairs that were compared.
-    pub compared: usize,
-    /// Root mean square distance of the surfaces of all pairs that touch, along normals; `None` where none do.
-    pub residual: Option<f64>,
-    /// The turntable, where there was one and it was found.
-    pub turntable: Option<TurntableFound>,
-    /// What the user should know, a sentence each.
-    pub messages: Vec<String>,
+base::report! {
+    /// A turntable as it was found.
+    pub struct TurntableFound {
+        /// Its axis, in the frame that the scans were taken in. The direction is of length 1.
+        axis: Axis = vector("Axis").parts(&[("point", "A point of the axis."), ("direction", "Unit direction of the axis.")]),
+        /// By how much it was turned at each scan, from 0 to 2 pi, counter-clockwise where the axis points to the viewer. 0 at
+        /// the first scan that is placed. There is none for scans that are not placed.
+        angles: Vec<Option<f64>> = angle("Angles").list_of_optional(),
+    }
 }
 
-/// A turntable as it was found.
-#[derive(Clone, Debug, PartialEq)]
-pub struct TurntableFound {
-    /// Its axis, in the frame that the scans were taken in; the direction is of length 1.
-    pub axis: Axis,
-    /// By how much it was turned at each scan, in radians from 0 to 2 pi, counter-clockwise where the axis points to the viewer; 0
-    /// at the first scan that is placed. `None` for scans that aren't.
-    pub angles: Vec<Option<f64>>,
+impl Measured for Axis {
+    fn found(&self) -> Found<'_> {
+        Found::Array(vec![self.point.found(), self.direction.found()])
+    }
+}
+
+base::report! {
+    /// Scans that were aligned, and their pairs.
+    #[derive(Default)]
+    pub struct AlignReport {
+        /// Each scan, in the order given.
+        scans: Vec<AlignedScan> = nested("Scans", &AlignedScan::SCHEMA).list().counted(),
+        /// The pairs of which anything was found, by their numbers.
+        pairs: Vec<AlignedPair> = nested("Pairs", &AlignedPair::SCHEMA).list().counted(),
+        /// Numbers of the scans of each group, the placed one first. Only scans that are joined with others, or kept, are in
+        /// one.
+        groups: Vec<Vec<usize>> = count("Groups").lists().counted(),
+        /// Pairs that were compared.
+        compared: usize = count("Pairs compared"),
+        /// Root mean square distance of the surfaces of all pairs that touch, along normals. There is none where none touch.
+        residual: Option<f64> = length("Distance of the surfaces").optional(),
+        /// The turntable, where there was one and it was found.
+        turntable: Option<TurntableFound> = nested("Turntable", &TurntableFound::SCHEMA).optional(),
+        /// Sentences that the user should know.
+        messages: Vec<String> = text("Messages").list().counted(),
+    }
+    derived {
+        /// Scans that lie in one frame: those that were placed, and those kept. 0 where a single one was kept for want of a
+        /// place for others.
+        placed = count("Placed"),
+    }
 }
 
 impl AlignReport {

@@ -14,28 +14,31 @@ use crate::report::{Freedom, PairState, freedoms};
 use crate::view::View;
 use base::error::Result;
 use base::progress::Progress;
+use base::report::Report as _;
 
-/// Result of [`Prepared::snap`](crate::Prepared::snap).
-#[derive(Clone, Debug, PartialEq)]
-pub struct Snap {
-    /// Where the scan was drawn to; where it was if it touches nothing.
-    pub world_from_scan: DAffine3,
-    /// Whether it fits there, and if not, why: one of `Fits`, `Misfit`, `Slides`, `SeenThrough` and `Nothing`.
-    pub state: PairState,
-    /// Numbers of the scans that it touches, the nearest first.
-    pub touches: Vec<usize>,
-    /// Share of its surface that lies on the scan that shares most with it.
-    pub overlap: f64,
-    /// Root mean square distance to the surfaces of the others, along normals.
-    pub residual: f64,
-    /// How well it is held against turning and sliding: 1 at best, 0 where it may.
-    pub balance: f64,
-    /// Of what the sensors can tell, the share that speaks against it.
-    pub seen_through: f64,
-    /// How far its points moved, no more than.
-    pub moved: f64,
-    /// Ways that it may turn or slide.
-    pub free: Vec<Freedom>,
+base::report! {
+    /// The place that a scan was drawn to by hand, and how well it lies there.
+    #[derive(Default)]
+    pub struct Snap {
+        /// The pose that the scan was drawn to. It is the pose that the scan had if it touches nothing.
+        world_from_scan: DAffine3 = pose("Pose"),
+        /// Whether it fits there, and if not, why: one of `fits`, `misfit`, `slides`, `seen_through` and `nothing`.
+        state: PairState = choice("State", PairState::CHOICES).choices_named("pair_state"),
+        /// Numbers of the scans that it touches, the nearest first.
+        touches: Vec<usize> = count("Touches").list().counted(),
+        /// Share of its surface that lies on the scan that shares most with it.
+        overlap: f64 = ratio("Overlap"),
+        /// Root mean square distance to the surfaces of the others, along normals.
+        residual: f64 = length("Distance to others"),
+        /// How well it is held against turning and sliding: 1 at best, 0 where it may turn or slide.
+        balance: f64 = number("Balance"),
+        /// Of what the sensors can tell, the share that speaks against it.
+        seen_through: f64 = ratio("Seen through"),
+        /// How far its points moved, at most.
+        moved: f64 = length("Moved, at most"),
+        /// Ways that it may turn or slide.
+        freedoms: Vec<Freedom> = nested("Freedoms", &Freedom::SCHEMA).up_to(6),
+    }
 }
 
 /// Samples of the scan, over all scans that it is drawn to: for steps far away, near, and for the verdict.
@@ -201,7 +204,7 @@ fn judged(view: &View, start: &DAffine3, pose: DAffine3, others: &[&Stays<'_>], 
         balance: all.hold.balance().min(1.0),
         seen_through: all.contradiction(),
         moved,
-        free: if state == PairState::Slides { freedoms(&all.hold, &DAffine3::IDENTITY) } else { Vec::new() },
+        freedoms: if state == PairState::Slides { freedoms(&all.hold, &DAffine3::IDENTITY) } else { Vec::new() },
     }
 }
 

@@ -138,7 +138,7 @@ impl AlignedScan {
         self.deviation = values[5].max(0.0).sqrt();
         for (value, vector) in values.iter().zip(&vectors) {
             if value.max(0.0).sqrt() > HELD * view.fine().cell {
-                self.free.push(Freedom::of(vector, self.middle, radius));
+                self.freedoms.push(Freedom::of(vector, self.middle, radius));
             }
         }
     }
@@ -148,7 +148,7 @@ impl AlignedScan {
         self.state = ScanState::Undecided;
         self.world_from_scan = Some(view.reduced.world_from_scan);
         self.middle = view.reduced.world_from_local().translation;
-        (self.covariance, self.deviation, self.free) = ([[0.0; 6]; 6], reach, Vec::new());
+        (self.covariance, self.deviation, self.freedoms) = ([[0.0; 6]; 6], reach, Vec::new());
     }
 
     /// What is trusted, and holds by nothing: its covariance comes of noise alone.
@@ -159,7 +159,7 @@ impl AlignedScan {
         };
         if best.verdict.hold.balance() < FREE && !group.tied.contains(&k) && !group.coloured.contains(&best.link) {
             let Some(world_from_first) = group.pose(best.link.a) else { return };
-            self.free = freedoms(&best.verdict.hold, &world_from_first);
+            self.freedoms = freedoms(&best.verdict.hold, &world_from_first);
             self.deviation = self.deviation.max(views[k].reduced.radius);
         }
     }
@@ -215,7 +215,7 @@ fn pair_table(views: &[View], solved: &Solved, order: &[usize], scans: &[Aligned
                 balance: verdict.map_or(0.0, |v| v.hold.balance().min(1.0)),
                 seen_through: verdict.map_or(0.0, Verdict::contradiction),
                 places,
-                free,
+                freedoms: free,
             };
             table.insert(numbers, entry);
         };

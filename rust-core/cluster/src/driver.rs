@@ -19,7 +19,7 @@ use base::magnitude;
 use base::memory;
 use base::progress::{Plan, Progress};
 use mesh::dump::{self, Stage};
-use mesh::measure::Summary;
+use mesh::measure::DistanceReport;
 use mesh::point_cloud::PointCloud;
 use mesh::{AttributeData, Crs, TriMesh};
 use reconstruct::{self, ReconstructParams, Reconstructor};
@@ -427,7 +427,7 @@ impl<'a> Job<'a> {
             cut_edges: self.surface.cut_edges,
             before: shapes.clone(),
             after: shapes,
-            deviation: has_bound.then(Summary::default),
+            deviation: has_bound.then(DistanceReport::default),
             max_error: has_bound.then_some(0.0),
             kept_input: true,
             ..ClusterReport::default()
@@ -444,7 +444,7 @@ pub(super) struct Made {
 }
 
 impl Made {
-    pub(super) fn into_result(self, certified: Option<(Summary, f64)>) -> Clustered {
+    pub(super) fn into_result(self, certified: Option<(DistanceReport, f64)>) -> Clustered {
         let (deviation, max_error) = certified.unzip();
         let report = ClusterReport { deviation, max_error, ..self.report };
         Clustered { mesh: self.mesh, labels: self.labels, report }

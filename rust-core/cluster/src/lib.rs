@@ -71,7 +71,7 @@ use base::error::Result;
 use base::progress::{Progress, Seconds};
 use base::report::Report;
 use mesh::TriMesh;
-use mesh::measure::{self, Quality, Summary};
+use mesh::measure::{self, Quality, DistanceReport};
 
 base::report! {
     /// Shapes of triangles: how well-shaped they are.
@@ -140,7 +140,7 @@ base::report! {
     }
     besides {
         /// Distances of the input's vertices to the result, measured anew on it. Only if a largest error was asked for.
-        deviation: Option<Summary>,
+        deviation: Option<DistanceReport>,
     }
 }
 

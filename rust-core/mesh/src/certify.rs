@@ -7,7 +7,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::measure::{CHUNK, Deviation, Side, Summary, measure_points};
+use super::measure::{CHUNK, Deviation, DistanceReport, Side, measure_points};
 use super::{Crs, TriMesh};
 use base::error::{Error, Result};
 use base::magnitude;
@@ -31,6 +31,13 @@ pub struct Certified {
     pub reached: f64,
     /// No point of the surface is farther.
     pub bound: f64,
+}
+
+impl Certified {
+    /// The figures of the vertices, and those of the surface between them.
+    pub fn report(&self) -> DistanceReport {
+        DistanceReport { reached: Some(self.reached), bound: Some(self.bound), ..self.vertices.summary }
+    }
 }
 
 /// A triangle of the measured surface, or a part of one, with what is known of its corners.
@@ -115,7 +122,7 @@ pub fn certify(
         let bvh = Bvh::build_with(&reference.positions, &reference.triangles, threads, progress)?;
         let mut distances = vec![0.0; points.len()];
         measure_points(points, reference, &bvh, side, &mut distances, 1, progress)?;
-        let vertices = Deviation { summary: Summary::of(&distances), distances };
+        let vertices = Deviation { summary: DistanceReport::of(&distances), distances };
         let (reached, bound) = between(surface, reference, &bvh, &vertices, progress)?;
         Ok(Certified { vertices, reached, bound })
     })

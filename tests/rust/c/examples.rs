@@ -150,7 +150,7 @@ mod thorough {
             // On a machine that does other things as well most take longer; the benchmark of limits measures each call alone.
             taken.sort();
             assert!(
-                taken[0] < Duration::from_millis(100) && taken[taken.len() - 1] < Duration::from_secs(2),
+                taken[0] < Duration::from_millis(300) && taken[taken.len() - 1] < Duration::from_secs(2),
                 "{taken:?}"
             );
         }

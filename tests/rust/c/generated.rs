@@ -26,6 +26,57 @@ pub type ClusterParams = Sized<10>;
 
 pub type ScanParams = Sized<10>;
 
+pub type AlignedScan = Sized<105>;
+
+/// Places of the figures of [`AlignedScan`].
+#[allow(dead_code, reason = "tests look at some")]
+pub mod aligned_scan {
+    pub const STATE: usize = 0;
+    pub const GROUP: usize = 1;
+    pub const WORLD_FROM_SCAN: usize = 2;
+    pub const COVARIANCE: usize = 18;
+    pub const MIDDLE: usize = 54;
+    pub const DEVIATION: usize = 57;
+    pub const FREEDOMS_COUNT: usize = 58;
+    pub const FREEDOMS: usize = 59;
+    pub const OVERLAP: usize = 101;
+    pub const RESIDUAL: usize = 102;
+    pub const MISFIT: usize = 103;
+    pub const SPACING: usize = 104;
+}
+
+pub type AlignedPair = Sized<52>;
+
+/// Places of the figures of [`AlignedPair`].
+#[allow(dead_code, reason = "tests look at some")]
+pub mod aligned_pair {
+    pub const SCANS: usize = 0;
+    pub const STATE: usize = 2;
+    pub const OVERLAP: usize = 3;
+    pub const RESIDUAL: usize = 5;
+    pub const BALANCE: usize = 6;
+    pub const SEEN_THROUGH: usize = 7;
+    pub const PLACES: usize = 8;
+    pub const FREEDOMS_COUNT: usize = 9;
+    pub const FREEDOMS: usize = 10;
+}
+
+pub type AlignReport = Sized<13>;
+
+/// Places of the figures of [`AlignReport`].
+#[allow(dead_code, reason = "tests look at some")]
+pub mod align_report {
+    pub const SCANS_COUNT: usize = 0;
+    pub const PAIRS_COUNT: usize = 1;
+    pub const GROUPS_COUNT: usize = 2;
+    pub const COMPARED: usize = 3;
+    pub const RESIDUAL: usize = 4;
+    pub const TURNTABLE_POINT: usize = 5;
+    pub const TURNTABLE_DIRECTION: usize = 8;
+    pub const MESSAGES_COUNT: usize = 11;
+    pub const PLACED: usize = 12;
+}
+
 pub type MergeReport = Sized<27>;
 
 /// Places of the figures of [`MergeReport`].
@@ -178,4 +229,49 @@ pub mod check_report {
     pub const IS_MANIFOLD: usize = 17;
     pub const IS_CLOSED: usize = 18;
     pub const GENUS: usize = 19;
+}
+
+pub type Snap = Sized<66>;
+
+/// Places of the figures of [`Snap`].
+#[allow(dead_code, reason = "tests look at some")]
+pub mod snap_report {
+    pub const WORLD_FROM_SCAN: usize = 0;
+    pub const STATE: usize = 16;
+    pub const TOUCHES_COUNT: usize = 17;
+    pub const OVERLAP: usize = 18;
+    pub const RESIDUAL: usize = 19;
+    pub const BALANCE: usize = 20;
+    pub const SEEN_THROUGH: usize = 21;
+    pub const MOVED: usize = 22;
+    pub const FREEDOMS_COUNT: usize = 23;
+    pub const FREEDOMS: usize = 24;
+}
+
+pub type DistanceReport = Sized<9>;
+
+/// Places of the figures of [`DistanceReport`].
+#[allow(dead_code, reason = "tests look at some")]
+pub mod distance_report {
+    pub const COUNT: usize = 0;
+    pub const MEAN: usize = 1;
+    pub const RMS: usize = 2;
+    pub const P95: usize = 3;
+    pub const MAX: usize = 4;
+    pub const BIAS: usize = 5;
+    pub const WORST: usize = 6;
+    pub const REACHED: usize = 7;
+    pub const BOUND: usize = 8;
+}
+
+pub type LeftOutReport = Sized<5>;
+
+/// Places of the figures of [`LeftOutReport`].
+#[allow(dead_code, reason = "tests look at some")]
+pub mod left_out_report {
+    pub const OF: usize = 0;
+    pub const LOW_CONFIDENCE: usize = 1;
+    pub const OUT_OF_REACH: usize = 2;
+    pub const BLACK_RIM: usize = 3;
+    pub const FAR: usize = 4;
 }

@@ -13,8 +13,12 @@ pub fn header() -> String {
 /// The header's code without its comments, as one line of words.
 fn code() -> String {
     let header = header();
-    let start = header.find("#include").unwrap();
-    let lines = header[start..].lines().map(|line| line.split("//").next().unwrap_or_default());
+    without_comments(&header[header.find("#include").unwrap()..])
+}
+
+/// Code without its comments and directives, as one line of words.
+fn without_comments(code: &str) -> String {
+    let lines = code.lines().map(|line| line.split("//").next().unwrap_or_default());
     lines
         .filter(|line| !line.trim_start().starts_with('#'))
         .flat_map(str::split_whitespace)
@@ -24,7 +28,11 @@ fn code() -> String {
 
 /// Names of the functions the header declares, sorted.
 fn declared() -> Vec<String> {
-    let code = code();
+    functions(&code())
+}
+
+/// Names of the functions that code without comments declares, sorted.
+fn functions(code: &str) -> Vec<String> {
     let names = code.match_indices("srf_").filter_map(|(at, _)| {
         let rest = &code[at..];
         let end = rest.find(|c: char| !c.is_alphanumeric() && c != '_')?;
@@ -213,6 +221,22 @@ fn chapters_have_examples_that_compile_and_stand_in_the_index() {
     let options = ["-Wall", "-Wextra", "-Werror", "-Wno-unused-function", "-c"];
     compiled("cc", &[&["-std=c99"], &options[..]].concat(), &source, &scratch.path().join("examples.o"));
     compiled("c++", &[&["-std=c++17", "-x", "c++"], &options[..]].concat(), &source, &scratch.path().join("cpp.o"));
+}
+
+#[test]
+fn every_function_is_called_in_the_examples_of_its_chapter() {
+    let header = header();
+    let mut called = 0;
+    for (chapter, examples) in header.split("// ==== ").skip(1).zip(chapter_examples(&header)) {
+        let (title, rest) = chapter.split_once('\n').unwrap();
+        for name in functions(&without_comments(rest)) {
+            // Structs are prepared by macros of that name.
+            let call = format!("{}(", name.trim_end_matches("_sized"));
+            assert!(examples.contains(&call), "{name} is in no example of {}", title.trim_end_matches([' ', '=']));
+            called += 1;
+        }
+    }
+    assert_eq!(called, NAMES.len());
 }
 
 #[test]

@@ -185,9 +185,9 @@ functions! {
     srf_image_triangulate(image: Handle, params: *const TriangulateParams, progress: *const Watch, out_mesh: *mut Handle) -> i32;
     srf_image_sensor(image: Handle, out_sensor: *mut f64) -> i32;
     srf_image_to_cloud(image: Handle, progress: *const Watch, out_cloud: *mut Handle) -> i32;
+    srf_left_out_report_init_sized(report: *mut LeftOutReport, size: usize) -> i32;
     srf_frame_init_sized(frame: *mut Frame, size: usize) -> i32;
-    srf_left_out_init_sized(left_out: *mut LeftOut, size: usize) -> i32;
-    srf_image_from_frame(frame: *const Frame, depths: *const Array, colours: *const Array, confidences: *const Array, world_from_sensor: *const [f64; 16], name: *const c_char, progress: *const Watch, out_image: *mut Handle, out_left_out: *mut LeftOut) -> i32;
+    srf_image_from_frame(frame: *const Frame, depths: *const Array, colours: *const Array, confidences: *const Array, world_from_sensor: *const [f64; 16], name: *const c_char, progress: *const Watch, out_image: *mut Handle, out_left_out: *mut LeftOutReport) -> i32;
     srf_cloud_create(positions: *const Array, normals: *const Array, colours: *const Array, intensities: *const Array, world_from_cloud: *const [f64; 16], out_cloud: *mut Handle) -> i32;
     srf_cloud_free(cloud: Handle) -> i32;
     srf_cloud_arrays(cloud: Handle, out_positions: *mut Array, out_normals: *mut Array, out_colours: *mut Array, out_intensities: *mut Array) -> i32;
@@ -274,9 +274,9 @@ functions! {
     srf_aligner_reject(aligner: Handle, a: usize, b: usize) -> i32;
     srf_aligner_turn(aligner: Handle, point: *const f64, direction: *const f64, angles: *const f64, count: usize) -> i32;
     srf_aligner_run(aligner: Handle, params: *const AlignParams, progress: *const Watch, out_alignment: *mut Handle) -> i32;
+    srf_aligned_scan_init_sized(report: *mut AlignedScan, size: usize) -> i32;
+    srf_aligned_pair_init_sized(report: *mut AlignedPair, size: usize) -> i32;
     srf_align_report_init_sized(report: *mut AlignReport, size: usize) -> i32;
-    srf_aligned_scan_init_sized(scan: *mut AlignedScan, size: usize) -> i32;
-    srf_aligned_pair_init_sized(pair: *mut AlignedPair, size: usize) -> i32;
     srf_alignment_free(alignment: Handle) -> i32;
     srf_alignment_report(alignment: Handle, out_report: *mut AlignReport) -> i32;
     srf_alignment_scan(alignment: Handle, index: usize, out_scan: *mut AlignedScan) -> i32;
@@ -285,7 +285,7 @@ functions! {
     srf_alignment_reason(alignment: Handle, index: usize, out_reason: *mut *const c_char) -> i32;
     srf_alignment_message(alignment: Handle, index: usize, out_message: *mut *const c_char) -> i32;
     srf_alignment_line(alignment: Handle, index: usize, out_line: *mut *const c_char) -> i32;
-    srf_snap_init_sized(snap: *mut Snap, size: usize) -> i32;
+    srf_snap_report_init_sized(report: *mut Snap, size: usize) -> i32;
     srf_aligner_snap(aligner: Handle, scan: usize, world_from_scan: *const [f64; 16], count: usize, params: *const AlignParams, progress: *const Watch, out_snap: *mut Snap, out_touches: *mut u8) -> i32;
     srf_aligner_misfit(aligner: Handle, scan: usize, world_from_scan: *const [f64; 16], count: usize, points: *const Array, progress: *const Watch, out_distances: *mut f64) -> i32;
     srf_plane_params_init_sized(params: *mut PlaneParams, size: usize) -> i32;
@@ -359,9 +359,9 @@ functions! {
     srf_cloud_cluster_levels(cloud: Handle, vertices: *const u64, count: usize, params: *const ClusterParams, progress: *const Watch, out_meshes: *mut Handle) -> i32;
     srf_scan_params_init_sized(params: *mut ScanParams, size: usize) -> i32;
     srf_scan_mesh(mesh: Handle, rows: usize, cols: usize, projection: *const Projection, world_from_sensor: *const [f64; 16], params: *const ScanParams, progress: *const Watch, out_image: *mut Handle) -> i32;
-    srf_distances_init_sized(distances: *mut Distances, size: usize) -> i32;
-    srf_mesh_distances(mesh: Handle, points: *const Array, is_signed: u32, threads: u32, progress: *const Watch, out_distances: *mut f64, out_figures: *mut Distances) -> i32;
-    srf_mesh_surface_distance(mesh: Handle, reference: Handle, is_signed: u32, threads: u32, progress: *const Watch, out_distances: *mut f64, out_figures: *mut Distances, out_reached: *mut f64, out_bound: *mut f64) -> i32;
+    srf_distance_report_init_sized(report: *mut DistanceReport, size: usize) -> i32;
+    srf_mesh_distances(mesh: Handle, points: *const Array, is_signed: u32, threads: u32, progress: *const Watch, out_distances: *mut f64, out_figures: *mut DistanceReport) -> i32;
+    srf_mesh_surface_distance(mesh: Handle, reference: Handle, is_signed: u32, threads: u32, progress: *const Watch, out_distances: *mut f64, out_figures: *mut DistanceReport) -> i32;
 }
 
 /// The functions of the built library, which note what they return.

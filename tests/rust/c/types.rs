@@ -115,13 +115,7 @@ impl<const N: usize> Sized<N> {
 }
 
 pub type Plane = Sized<9>;
-pub type AlignReport = Sized<5>;
-pub type AlignedScan = Sized<103>;
-pub type AlignedPair = Sized<49>;
-pub type Snap = Sized<64>;
 pub type Pick = Sized<14>;
 pub type Frame = Sized<37>;
-pub type LeftOut = Sized<4>;
 pub type GridCamera = Sized<1287>;
-pub type Distances = Sized<7>;
 pub type LogFn = Option<unsafe extern "C" fn(i32, *const c_char, *mut c_void)>;

@@ -3,31 +3,43 @@
 
 use std::fmt::Write as _;
 
-use surfrecon::reports::{Field, Figure, Kind, Reported, Shape, reports};
+use surfrecon::reports::{Field, Figure, Holds, Kind, Reported, Schema, fields, reports};
 
 use crate::c_params::{comment, formatted};
 use crate::compare;
-use crate::words::sentence;
+use crate::words::{sentence, snake};
 
-/// The C type of a field.
-fn type_of(figure: &Figure) -> &'static str {
-    match figure.kind {
-        Kind::Length | Kind::Angle | Kind::Ratio | Kind::Number => "f64",
-        Kind::Integer => "i64",
-        _ => "u64",
+/// The C type of a value.
+fn type_of(kind: Kind) -> String {
+    match kind {
+        Kind::Length | Kind::Angle | Kind::Ratio | Kind::Number => "f64".to_owned(),
+        Kind::Vector => "[f64; 3]".to_owned(),
+        Kind::Pose => "srf_pose".to_owned(),
+        Kind::Matrix(rows) => format!("[[f64; {rows}]; {rows}]"),
+        Kind::Integer => "i64".to_owned(),
+        _ => "u64".to_owned(),
+    }
+}
+
+fn type_of_field(field: &Field) -> String {
+    match field.holds {
+        Holds::One | Holds::Length => type_of(field.kind()),
+        Holds::Array(size) => format!("[{}; {size}]", type_of(field.kind())),
+        Holds::Reports(most, schema) => format!("[srf_{}; {most}]", snake(schema.name)),
     }
 }
 
 fn text_of(field: &Field) -> String {
     let mut text = sentence(&field.text);
-    if matches!(field.figure.shape, Shape::Optional | Shape::OptionalArray(_)) {
-        text += match type_of(field.figure) {
-            "f64" => " Then it is SRF_FROM_DATA.",
-            "i64" => " Then it is -1.",
+    if field.is_optional() {
+        text += match field.kind() {
+            Kind::Length | Kind::Angle | Kind::Ratio | Kind::Number => " Then it is SRF_FROM_DATA.",
+            Kind::Vector | Kind::Pose | Kind::Matrix(_) => " Then it is all 0.",
+            Kind::Integer => " Then it is -1.",
             _ => " Then it is UINT64_MAX.",
         };
     }
-    match field.figure.kind {
+    match field.kind() {
         Kind::Length => text += " In the unit of the scans.",
         Kind::Angle => text += " Radians.",
         Kind::Flag => text += " 1 or 0.",
@@ -35,7 +47,7 @@ fn text_of(field: &Field) -> String {
             let _ = write!(
                 text,
                 " A value of srf_{0}, such as {1}.",
-                field.figure.name,
+                field.figure.type_of_choices(),
                 constant(field.figure, choices[0].name)
             );
         }
@@ -48,23 +60,22 @@ fn text_of(field: &Field) -> String {
 }
 
 fn constant(figure: &Figure, choice: &str) -> String {
-    format!("SRF_{}_{}", figure.name.to_uppercase(), choice.to_uppercase())
+    format!("SRF_{}_{}", figure.type_of_choices().to_uppercase(), choice.to_uppercase())
 }
 
-fn file(reported: &Reported) -> String {
-    let name = format!("srf_{}_report", reported.operation);
-    let fields = reported.fields();
-    let mut out = format!(
-        "//! Figures of {}. Written by `make generate` from their declaration in the core: change that.\n\n\
-         use crate::guard::guard;\nuse crate::sized;\nuse crate::status::srf_status;\n",
-        reported.operation
-    );
+/// The enums of choices that no file before has.
+fn enums(fields: &[Field], made: &mut Vec<&'static str>) -> String {
+    let mut out = String::new();
     for figure in fields.iter().map(|field| field.figure) {
         let Kind::Choice(choices) = figure.kind else { continue };
+        if made.contains(&figure.type_of_choices()) {
+            continue;
+        }
+        made.push(figure.type_of_choices());
         let _ = write!(
             out,
             "\n/// {}\n#[allow(non_camel_case_types, dead_code)]\n#[repr(C)]\n#[derive(Clone, Copy, Debug, PartialEq, Eq)]\npub enum srf_{} {{\n",
-            figure.text, figure.name
+            figure.text, figure.type_of_choices()
         );
         for (place, choice) in choices.iter().enumerate() {
             out += &comment(choice.text, "    ");
@@ -72,42 +83,88 @@ fn file(reported: &Reported) -> String {
         }
         out += "}\n";
     }
-    out.push('\n');
-    out += &comment(&format!("{} Starts with its size. Prepared by {name}_init().", reported.text()), "");
-    out += "#[allow(non_camel_case_types)]\n#[repr(C)]\n#[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]\n";
-    let _ = write!(
-        out,
-        "pub struct {name} {{\n    /// Bytes of this struct.\n    pub struct_size: u32,\n    /// 0.\n    pub reserved: u32,\n"
-    );
-    for field in &fields {
-        out += &comment(&text_of(field), "    ");
-        let plain = type_of(field.figure);
-        let kind = field.array.map_or(plain.to_owned(), |size| format!("[{plain}; {size}]"));
-        let _ = writeln!(out, "    pub {}: {kind},", field.name);
-    }
-    let _ = write!(
-        out,
-        "}}\n\n/// Prepares a struct of figures. Call {name}_init(report), which adds the size that this header knows.\n\
-         /// report   not NULL\n\
-         /// size     sizeof({name}): what of the struct this library does not know becomes 0\n\
-         /// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.\n\
-         #[unsafe(no_mangle)]\n\
-         pub unsafe extern \"C\" fn {name}_init_sized(report: *mut {name}, size: usize) -> srf_status {{\n    \
-         guard(|| sized::init(\"report\", report, size, {name}::default()))\n}}\n"
-    );
     out
+}
+
+/// A struct, whose first eight bytes are its size unless another struct holds it, so that it never grows.
+fn structure(name: &str, text: &str, fields: &[Field], is_held: bool) -> String {
+    let text = match is_held {
+        true => text.to_owned(),
+        false => format!("{text} Starts with its size. Prepared by {name}_init()."),
+    };
+    let mut out = format!("\n{}", comment(&text, ""));
+    out += "#[allow(non_camel_case_types)]\n#[repr(C)]\n#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]\n";
+    let _ = writeln!(out, "pub struct {name} {{");
+    if !is_held {
+        out += "    /// Bytes of this struct.\n    pub struct_size: u32,\n    /// 0.\n    pub reserved: u32,\n";
+    }
+    for field in fields {
+        out += &comment(&text_of(field), "    ");
+        let _ = writeln!(out, "    pub {}: {},", field.name, type_of_field(field));
+    }
+    out += "}\n";
+    if !is_held {
+        let _ = write!(
+            out,
+            "\n/// Prepares a struct of figures. Call {name}_init(report), which adds the size that this header knows.\n\
+             /// report   not NULL\n\
+             /// size     sizeof({name}): what of the struct this library does not know becomes 0\n\
+             /// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.\n\
+             #[unsafe(no_mangle)]\n\
+             pub unsafe extern \"C\" fn {name}_init_sized(report: *mut {name}, size: usize) -> srf_status {{\n    \
+             guard(|| sized::init::<{name}>(\"report\", report, size, bytemuck::Zeroable::zeroed()))\n}}\n"
+        );
+    }
+    out
+}
+
+/// The name of the struct of a report that others have lists of.
+pub fn listed_name(schema: &Schema) -> String {
+    format!("srf_{}", snake(schema.name))
+}
+
+fn file(reported: &Reported, made: &mut Vec<&'static str>) -> String {
+    let (mut enumerated, mut structures) = (String::new(), String::new());
+    for listed in reported.listed() {
+        let name = listed_name(listed.schema);
+        if made.contains(&listed.schema.name) {
+            continue;
+        }
+        made.push(listed.schema.name);
+        let fields = fields(listed.schema.figures.iter());
+        enumerated += &enums(&fields, made);
+        structures += &structure(&name, listed.schema.text, &fields, listed.is_held);
+    }
+    let fields = reported.fields();
+    enumerated += &enums(&fields, made);
+    structures += &structure(&format!("srf_{}_report", reported.operation), reported.text(), &fields, false);
+    let poses = if structures.contains("srf_pose") { "use crate::pose::srf_pose;\n" } else { "" };
+    let held: Vec<String> = reported
+        .listed()
+        .iter()
+        .map(|listed| listed_name(listed.schema))
+        .filter(|name| !structures.contains(&format!("pub struct {name} {{")) && structures.contains(name.as_str()))
+        .map(|name| format!("use crate::reports::align::{name};\n"))
+        .collect();
+    format!(
+        "//! Figures of {}. Written by `make generate` from their declaration in the core: change that.\n\n\
+         use crate::guard::guard;\n{poses}{}use crate::sized;\nuse crate::status::srf_status;\n{enumerated}{structures}",
+        reported.operation,
+        held.concat(),
+    )
 }
 
 #[test]
 pub fn structs() {
-    let mut list = "//! Structs of figures, a file an operation. Written by `make generate`.\n\n".to_owned();
+    let mut list = "//! Structs of figures, a file a report. Written by `make generate`.\n\n".to_owned();
     let mut names: Vec<_> = reports().map(|reported| reported.operation).collect();
     names.sort_unstable();
     for name in names {
         let _ = writeln!(list, "pub mod {name};");
     }
     compare("c-api/src/reports.rs", &list);
+    let mut made = Vec::new();
     for reported in reports() {
-        compare(&format!("c-api/src/reports/{}.rs", reported.operation), &formatted(&file(&reported)));
+        compare(&format!("c-api/src/reports/{}.rs", reported.operation), &formatted(&file(&reported, &mut made)));
     }
 }

@@ -4,10 +4,11 @@
 use std::fmt::Write as _;
 
 use surfrecon::params::schemas;
-use surfrecon::reports::reports;
+use surfrecon::reports::{Field, fields as fields_of, reports};
 
 use crate::c_params::{beside, fields, formatted, names};
 use crate::chapters::CHAPTERS;
+use crate::words::snake;
 use crate::{between, compare, root};
 
 /// `srf_read_options` as `ReadOptions`.
@@ -26,21 +27,31 @@ fn structs_of_the_c_tests() {
         let numbers = beside(schema).iter().map(|field| numbers_of(field.1)).sum::<usize>();
         let _ = write!(out, "\npub type {} = Sized<{}>;\n", type_name(&name), numbers + fields(schema).len());
     }
+    let mut made = Vec::new();
     for reported in reports() {
-        let (mut numbers, mut places) = (0, String::new());
-        for field in reported.fields() {
-            let _ = writeln!(places, "    pub const {}: usize = {numbers};", field.name.to_uppercase());
-            numbers += field.array.unwrap_or(1);
+        for listed in reported.listed() {
+            let name = snake(listed.schema.name);
+            if !listed.is_held && !made.contains(&name) {
+                out += &places(listed.schema.name, &name, &fields_of(listed.schema.figures.iter()));
+                made.push(name);
+            }
         }
-        let _ = write!(
-            out,
-            "\npub type {0} = Sized<{numbers}>;\n\n/// Places of the figures of [`{0}`].\n\
-             #[allow(dead_code, reason = \"tests look at some\")]\npub mod {1}_report {{\n{places}}}\n",
-            reported.name(),
-            reported.operation,
-        );
+        out += &places(reported.name(), &format!("{}_report", reported.operation), &reported.fields());
     }
     compare("tests/rust/c/generated.rs", &formatted(&out));
+}
+
+/// A struct of figures, and a module with the place of each.
+fn places(kind: &str, module: &str, fields: &[Field]) -> String {
+    let (mut numbers, mut places) = (0, String::new());
+    for field in fields {
+        let _ = writeln!(places, "    pub const {}: usize = {numbers};", field.name.to_uppercase());
+        numbers += field.numbers();
+    }
+    format!(
+        "\npub type {kind} = Sized<{numbers}>;\n\n/// Places of the figures of [`{kind}`].\n\
+         #[allow(dead_code, reason = \"tests look at some\")]\npub mod {module} {{\n{places}}}\n"
+    )
 }
 
 /// Number of numbers of an array, by its type.

@@ -1,4 +1,4 @@
-//! Chapters of the C header: what their functions are for, with an example each, and the index of them.
+//! Chapters of the C header: what their functions are for, with examples of them, and the index.
 
 use crate::root;
 
@@ -9,8 +9,8 @@ pub struct Chapter {
     pub files: &'static [&'static str],
     /// The gain for its reader.
     text: &'static str,
-    /// A function of C that uses it, which a test compiles.
-    example: &'static str,
+    /// Functions of C that call each of its own; a test compiles them.
+    examples: &'static str,
 }
 
 /// The chapters in the order they have in the header.
@@ -19,67 +19,25 @@ pub const CHAPTERS: &[Chapter] = &[
         title: "The library: errors, threads, memory, progress",
         files: &["version", "status", "last_error", "settings", "context", "allocator", "cancel", "progress"],
         text: "A call that failed says why. Threads, memory and the log are set for the process, or for a context.",
-        example: r#"
-/* Ends a program whose call failed. */
-static void must(srf_status status)
-{
-    if (status == SRF_OK) return;
-    fprintf(stderr, "%s\n", srf_last_error_message());
-    exit(1);
-}"#,
+        examples: include_str!("chapters/library.c"),
     },
     Chapter {
         title: "Range images",
-        files: &["array", "pose", "params/triangulate", "projection", "image", "frame", "image_source"],
+        files: &["array", "pose", "params/triangulate", "projection", "image", "reports/left_out", "frame", "image_source"],
         text: "A range image is made of samples, of how its pixels see and of where its sensor stood.",
-        example: r#"
-/* Makes a range image of depths in metres, row after row. */
-static srf_status from_depths(const double *depths, size_t rows, size_t cols, srf_image **out_image)
-{
-    const srf_array samples = {depths, rows * cols, 0, SRF_TYPE_F64, 1};
-    srf_projection camera;
-    const srf_status status = srf_projection_pinhole(525, 525, 319.5, 239.5, 0, &camera);
-    if (status != SRF_OK) return status;
-    return srf_image_create(rows, cols, &camera, &samples, NULL, "first", out_image);
-}"#,
+        examples: include_str!("chapters/images.c"),
     },
     Chapter {
         title: "Point clouds and meshes",
         files: &["cloud", "reports/check", "mesh", "bounds", "vertices"],
         text: "Both hand out views that copy nothing, and are made of arrays of any stride.",
-        example: r#"
-/* Prints the vertices of a mesh. */
-static srf_status print_vertices(const srf_mesh *mesh)
-{
-    srf_array view;
-    size_t i;
-    const srf_status status = srf_mesh_positions(mesh, &view);
-    if (status != SRF_OK) return status;
-    for (i = 0; i < view.count; ++i) {
-        const double *at = (const double *)view.data + 3 * i;
-        printf("%g %g %g\n", at[0], at[1], at[2]);
-    }
-    return SRF_OK;
-}"#,
+        examples: include_str!("chapters/meshes.c"),
     },
     Chapter {
         title: "Reading files",
         files: &["formats", "folder", "params/open", "files"],
         text: "Files are opened as a set of scans. Their samples stay on the disk until a scan is read, merged or aligned.",
-        example: r#"
-/* Opens a list of scans, a recording's folder or a single scan, and prints what is in it. */
-static srf_status list_scans(const char *path, srf_scans **out_scans)
-{
-    size_t i, count = 0;
-    srf_status status = srf_scans_open(&path, 1, NULL, NULL, out_scans);
-    if (status == SRF_OK) status = srf_scans_count(*out_scans, &count, NULL);
-    for (i = 0; status == SRF_OK && i < count; ++i) {
-        const char *name;
-        status = srf_scans_describe(*out_scans, i, &name, NULL);
-        if (status == SRF_OK) puts(name);
-    }
-    return status;
-}"#,
+        examples: include_str!("chapters/reading.c"),
     },
     Chapter {
         title: "Writing files",
@@ -87,177 +45,62 @@ static srf_status list_scans(const char *path, srf_scans **out_scans)
         text: "Take srf_mesh_write() for a mesh: the ending of the name chooses the format. srf_mesh_write_from() does the same, and \
                the file says where it is from. srf_mesh_write_ply() and those for GLB, OBJ and STL write one format whatever the name is. \
                srf_merger_write() merges into a file what memory does not hold.",
-        example: r#"
-/* Writes a mesh of millimetres whose z points up, for viewers of glTF. */
-static srf_status write_for_viewers(const srf_mesh *mesh, const char *path)
-{
-    srf_write_options options;
-    srf_write_options_init(&options);
-    options.metres_per_unit = 0.001;
-    options.up = SRF_UP_Z;
-    return srf_mesh_write(mesh, path, &options, NULL);
-}"#,
+        examples: include_str!("chapters/writing.c"),
     },
     Chapter {
         title: "Aligning",
-        files: &["params/align", "align", "alignment", "snap"],
+        files: &["params/align", "align", "reports/align", "alignment", "reports/snap", "snap"],
         text: "Scans without poses come into one frame. srf_scans_set_pose() places the scans of a set by it, which then merge from \
                the disk.",
-        example: r#"
-/* Aligns the scans of a set and adds those that found a place to a merge, without keeping one of them in memory. */
-static srf_status align_and_add(srf_scans *scans, size_t count, srf_merger *merger)
-{
-    srf_aligner *aligner = NULL;
-    srf_alignment *alignment = NULL;
-    size_t i;
-    srf_status status = srf_aligner_create(&aligner);
-    if (status == SRF_OK) status = srf_aligner_add_scans(aligner, scans);
-    if (status == SRF_OK) status = srf_aligner_run(aligner, NULL, NULL, &alignment);
-    for (i = 0; status == SRF_OK && i < count; ++i) {
-        srf_aligned_scan found;
-        srf_aligned_scan_init(&found);
-        status = srf_alignment_scan(alignment, i, &found);
-        if (found.state != SRF_SCAN_STATE_PLACED && found.state != SRF_SCAN_STATE_KEPT) continue;
-        if (status == SRF_OK) status = srf_scans_set_pose(scans, i, &found.world_from_scan);
-        if (status == SRF_OK) status = srf_merger_add_scan(merger, scans, i);
-    }
-    srf_alignment_free(alignment);
-    srf_aligner_free(aligner);
-    return status;
-}"#,
+        examples: include_str!("chapters/aligning.c"),
     },
     Chapter {
         title: "What to keep, true size and ground",
         files: &["params/plane", "region", "select"],
         text: "Boxes, planes and masks keep or remove samples. Two picked points give the true size, a plane the ground.",
-        example: r#"
-/* Removes from all scans of a set what lies outside of a box of 2 x 2 x 2 about the origin, whenever they are read. */
-static srf_status crop(srf_scans *scans)
-{
-    const srf_pose cube = {{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}};
-    srf_region *region;
-    srf_status status = srf_region_box(&cube, &region);
-    if (status != SRF_OK) return status;
-    status = srf_scans_select(scans, SIZE_MAX, region, 1);
-    srf_region_free(region);
-    return status;
-}"#,
+        examples: include_str!("chapters/keeping.c"),
     },
     Chapter {
         title: "Merging",
         files: &["params/merge", "reports/merge", "merger", "merge"],
         text: "Registered scans become one surface. A merger takes scans of all kinds and is run as often as wanted.",
-        example: r#"
-/* Merges all scans of a set with cells of 2 units. */
-static srf_status merge(const srf_scans *scans, srf_mesh **out_mesh)
-{
-    srf_merge_params params;
-    srf_merger *merger;
-    srf_status status = srf_merger_create(&merger);
-    if (status != SRF_OK) return status;
-    srf_merge_params_init(&params);
-    params.voxel = 2;
-    status = srf_merger_add_scans(merger, scans);
-    if (status == SRF_OK) status = srf_merger_run(merger, &params, NULL, out_mesh, NULL);
-    srf_merger_free(merger);
-    return status;
-}"#,
+        examples: include_str!("chapters/merging.c"),
     },
     Chapter {
         title: "Sculpting one scan",
         files: &["params/sculpt", "reports/sculpt", "sculpt"],
         text: "One range image becomes few triangles within a tolerance, with a certificate of how far they lie from the samples.",
-        example: r#"
-/* The coarsest mesh within a tolerance; prints how far STL and GLB lie from the samples. */
-static srf_status sculpt(const srf_image *image, double tolerance, srf_mesh **out_mesh)
-{
-    srf_sculpt_report certificate;
-    srf_sculptor *sculptor;
-    srf_status status = srf_sculptor_create(image, NULL, NULL, &sculptor);
-    if (status != SRF_OK) return status;
-    srf_sculpt_report_init(&certificate);
-    status = srf_sculptor_refine(sculptor, tolerance, NULL, out_mesh, &certificate);
-    if (status == SRF_OK) printf("%g\n", certificate.max_error_single);
-    srf_sculptor_free(sculptor);
-    return status;
-}"#,
+        examples: include_str!("chapters/sculpting.c"),
     },
     Chapter {
         title: "Quad grids and splines",
         files: &["params/quads", "reports/quads", "quads", "params/spline", "spline"],
         text: "One range image becomes a regular grid of quads, dense where the surface bends, and a smooth surface through it.",
-        example: r#"
-/* Writes an image as quads. */
-static srf_status write_quads(const srf_image *image, const char *path)
-{
-    srf_quads *quads;
-    srf_status status = srf_quads_create(image, NULL, NULL, &quads, NULL);
-    if (status != SRF_OK) return status;
-    status = srf_quads_write_obj(quads, path, NULL);
-    srf_quads_free(quads);
-    return status;
-}"#,
+        examples: include_str!("chapters/quads.c"),
     },
     Chapter {
         title: "Surfaces through points",
         files: &["params/reconstruct", "reports/reconstruct", "reconstruct"],
         text: "Scattered points become a surface, closed or open. Their noise is measured and smoothed out.",
-        example: r#"
-/* The surface through points in double precision. */
-static srf_status through(const double *points, size_t count, srf_mesh **out_mesh)
-{
-    const srf_array positions = {points, count, 0, SRF_TYPE_F64, 3};
-    srf_reconstructor *reconstructor = NULL;
-    srf_cloud *cloud = NULL;
-    srf_status status = srf_cloud_create(&positions, NULL, NULL, NULL, NULL, &cloud);
-    if (status == SRF_OK) status = srf_reconstructor_create(cloud, NULL, &reconstructor);
-    if (status == SRF_OK) status = srf_reconstructor_surface(reconstructor, NULL, NULL, out_mesh, NULL, NULL);
-    srf_reconstructor_free(reconstructor);
-    srf_cloud_free(cloud);
-    return status;
-}"#,
+        examples: include_str!("chapters/points.c"),
     },
     Chapter {
         title: "Coarse meshes",
         files: &["params/cluster", "reports/cluster", "cluster"],
         text: "A dense mesh, or points, become a mesh of few well-shaped triangles.",
-        example: r#"
-/* A mesh of about so many vertices. */
-static srf_status coarser(const srf_mesh *mesh, uint64_t vertices, srf_mesh **out_mesh)
-{
-    srf_cluster_params params;
-    srf_cluster_params_init(&params);
-    params.vertices = vertices;
-    return srf_mesh_cluster(mesh, &params, NULL, out_mesh, NULL);
-}"#,
+        examples: include_str!("chapters/coarse.c"),
     },
     Chapter {
         title: "The virtual scanner",
         files: &["params/scan", "scan"],
         text: "Range images of any mesh, with the errors that a scanner makes: for tests that know the truth.",
-        example: r#"
-/* Scans a mesh from where the sensor stands. */
-static srf_status scan(const srf_mesh *mesh, const srf_pose *world_from_sensor, srf_image **out_image)
-{
-    srf_projection camera;
-    const srf_status status = srf_projection_pinhole(500, 500, 319.5, 239.5, 0, &camera);
-    if (status != SRF_OK) return status;
-    return srf_scan_mesh(mesh, 480, 640, &camera, world_from_sensor, NULL, NULL, out_image);
-}"#,
+        examples: include_str!("chapters/scanning.c"),
     },
     Chapter {
         title: "Measuring",
-        files: &["measure"],
+        files: &["reports/distance", "measure"],
         text: "How far points or a surface lie from a mesh.",
-        example: r#"
-/* Prints the largest distance of a surface from a reference. */
-static srf_status compare(const srf_mesh *mesh, const srf_mesh *reference)
-{
-    double bound;
-    const srf_status status = srf_mesh_surface_distance(mesh, reference, 0, 0, NULL, NULL, NULL, NULL, &bound);
-    if (status == SRF_OK) printf("at most %g\n", bound);
-    return status;
-}"#,
+        examples: include_str!("chapters/measuring.c"),
     },
 ];
 
@@ -286,7 +129,7 @@ impl Chapter {
             banner += &format!("// {line}\n");
         }
         banner += "//\n";
-        for line in self.example.trim().lines() {
+        for line in self.examples.trim().lines() {
             banner += format!("//     {line}").trim_end();
             banner += "\n";
         }

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use surfrecon::operations::OPERATIONS;
 use surfrecon::params::{Default, Kind, ParamSpec, schemas};
-use surfrecon::reports::{Kind as Figure, Shape, reports};
+use surfrecon::reports::{Kind as Figure, reports};
 
 use crate::c_params::{is_whole, names};
 use crate::compare;
@@ -101,10 +101,11 @@ fn figures() {
                    // Figures of the operations. Written by `make generate` from their declarations in the core: change those.\n\
                    #pragma once\n\n#include \"report.h\"\n\nnamespace srf {\n"
         .to_owned();
-    for reported in reports() {
+    let has_filter = |name| OPERATIONS.iter().any(|operation| operation.name == name && operation.meshlab.is_some());
+    for reported in reports().filter(|reported| has_filter(reported.operation)) {
         let _ = write!(out, "\ninline const Figures {}_figures = {{\n", reported.operation);
         for field in reported.fields() {
-            let kind = match field.figure.kind {
+            let kind = match field.kind() {
                 Figure::Flag => "flag",
                 Figure::Count => "count",
                 Figure::Integer => "integer",
@@ -114,6 +115,9 @@ fn figures() {
                 Figure::Ratio => "ratio",
                 Figure::Number => "number",
                 Figure::Choice(_) => "choice",
+                Figure::Vector => "number",
+                // The filters set matrices themselves, and the log says the rest.
+                Figure::Pose | Figure::Matrix(_) | Figure::Nested(_) => continue,
                 other => unreachable!("{other:?} has no fixed size"),
             };
             let choices: Vec<String> = field.figure.choices().iter().map(|choice| quoted(choice.label)).collect();
@@ -123,8 +127,8 @@ fn figures() {
                 "    {{Figure::Kind::{kind}, \"{0}\", {1}, {2}, {3}, offsetof(srf_{4}_report, {0}), {{{5}}}, {{{6}}}}},",
                 field.name,
                 quoted(&field.label),
-                matches!(field.figure.shape, Shape::Optional | Shape::OptionalArray(_)),
-                field.array.unwrap_or(1),
+                field.is_optional(),
+                field.numbers(),
                 reported.operation,
                 names.join(", "),
                 choices.join(", "),

@@ -91,6 +91,9 @@ fn row(figure: &Figure, within: &str) -> String {
         FigureKind::Ratio => "ratio",
         FigureKind::Number => "number",
         FigureKind::Choice(_) => "choice",
+        FigureKind::Vector => "three numbers",
+        FigureKind::Pose => "pose",
+        FigureKind::Matrix(_) => "matrix",
         FigureKind::Text => "text",
         FigureKind::Warning(_) => "kind and text",
         FigureKind::Stage => "seconds by stage",
@@ -104,6 +107,9 @@ fn row(figure: &Figure, within: &str) -> String {
         Shape::List(0) if figure.kind == FigureKind::Stage => kind.to_owned(),
         Shape::List(0) => format!("list of {kind}"),
         Shape::List(size) => format!("list of {size} of {kind}"),
+        Shape::UpTo(most) => format!("list of {kind}, at most {most}"),
+        Shape::ListOfOptional => format!("list of {kind} or none"),
+        Shape::Lists => format!("lists of {kind}"),
     };
     let mut text = figure.text.to_owned();
     for (name, _) in figure.parts {

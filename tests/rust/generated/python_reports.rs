@@ -2,12 +2,124 @@
 
 use std::fmt::Write as _;
 
-use surfrecon::reports::{Figure, Kind, Reported, Schema, Shape, reports};
+use surfrecon::reports::{Figure, Kind, Schema, Shape, reports};
 
 use crate::compare;
 use crate::words::wrapped;
 
 const WIDTH: usize = 120;
+/// What an interpreter shows of each class: the call that gives it, and figures that tell most.
+const EXAMPLES: &[(&str, &[&str])] = &[
+    (
+        "MergeReport",
+        &[
+            ">>> report = surfrecon.merge(scans).report",
+            ">>> report.scans, report.scan_names[0], report.voxel_reason",
+            "(6, 'view0', 'spacing')",
+        ],
+    ),
+    (
+        "SculptReport",
+        &[
+            ">>> report = surfrecon.sculpt(image, tolerance=0.5).report",
+            ">>> report.max_error <= report.tolerance, report.triangles < report.full_triangles",
+            "(True, True)",
+        ],
+    ),
+    (
+        "QuadReport",
+        &[
+            ">>> report = surfrecon.adaptive_quads(image).report",
+            ">>> report.rms_error <= report.uniform_rms_error",
+            "True",
+        ],
+    ),
+    (
+        "ReconstructReport",
+        &[
+            ">>> report = surfrecon.reconstruct(points).report",
+            ">>> report.closed, report.used == report.points",
+            "(True, True)",
+        ],
+    ),
+    (
+        "TriangleShapes",
+        &[
+            ">>> shapes = surfrecon.cluster(mesh, vertices=500).report.after",
+            ">>> shapes.smallest_angle < shapes.mean_smallest_angle < np.pi / 3",
+            "True",
+        ],
+    ),
+    (
+        "ClusterReport",
+        &[
+            ">>> report = surfrecon.cluster(mesh, vertices=500).report",
+            ">>> report.vertices, report.after.mean_smallest_angle > report.before.mean_smallest_angle",
+            "(500, True)",
+        ],
+    ),
+    ("CheckReport", &[">>> report = mesh.check()", ">>> report.is_manifold, report.boundary_edges", "(True, 0)"]),
+    (
+        "AlignReport",
+        &[
+            ">>> report = surfrecon.align(scans).report",
+            ">>> report.placed, report.groups",
+            "(6, [[0, 1, 2, 3, 4, 5]])",
+            ">>> report.summary[0].partition(\";\")[0]",
+            "'6 of 6 scans placed'",
+        ],
+    ),
+    (
+        "AlignedScan",
+        &[
+            ">>> report = surfrecon.align(scans).report",
+            ">>> [(scan.name, scan.reason) for scan in report.scans if scan.state == \"unplaced\"]",
+            "[]",
+        ],
+    ),
+    (
+        "AlignedPair",
+        &[
+            ">>> report = surfrecon.align(scans).report",
+            ">>> [pair.scans for pair in report.pairs if pair.state == \"fits\"][0]",
+            "(0, 1)",
+        ],
+    ),
+    (
+        "Freedom",
+        &[
+            ">>> report = surfrecon.align(scans).report",
+            ">>> [way.turns for pair in report.pairs if pair.state == \"fits\" for way in pair.freedoms]",
+            "[]",
+        ],
+    ),
+    (
+        "TurntableFound",
+        &[
+            ">>> table = surfrecon.align(scans, turntable=\"turned\").report.turntable",
+            ">>> np.degrees(table.angles).round()",
+            "array([  0.,  60., 120., 180., 240., 300.])",
+        ],
+    ),
+    (
+        "Snap",
+        &[
+            ">>> snap = surfrecon.Aligner(scans).snap(2, scans[2].world_from_sensor)",
+            ">>> snap.state, 3 in snap.touches",
+            "('fits', True)",
+        ],
+    ),
+    (
+        "DistanceReport",
+        &[
+            ">>> coarse = surfrecon.cluster(mesh, vertices=500).mesh",
+            ">>> report = surfrecon.surface_distance(coarse, mesh)",
+            ">>> report.rms <= report.p95 <= report.max <= report.bound",
+            "True",
+        ],
+    ),
+    ("LeftOutReport", &[">>> left_out = scans[0].left_out", ">>> left_out.low_confidence <= left_out.of", "True"]),
+];
 
 fn type_of(figure: &Figure) -> String {
     let plain = match figure.kind {
@@ -18,6 +130,8 @@ fn type_of(figure: &Figure) -> String {
             let names: Vec<String> = choices.iter().map(|choice| format!("\"{}\"", choice.name)).collect();
             format!("Literal[{}]", names.join(", "))
         }
+        Kind::Vector => "tuple[float, float, float]".to_owned(),
+        Kind::Pose | Kind::Matrix(_) => "NDArray[np.float64]".to_owned(),
         Kind::Text => "str".to_owned(),
         Kind::Warning(_) => "tuple[str, str]".to_owned(),
         Kind::Stage => return "dict[str, float]".to_owned(),
@@ -29,7 +143,9 @@ fn type_of(figure: &Figure) -> String {
         Shape::Optional => format!("{plain} | None"),
         Shape::Array(size) => tuple(size),
         Shape::OptionalArray(size) => format!("{} | None", tuple(size)),
-        Shape::List(0) => format!("list[{plain}]"),
+        Shape::List(0) | Shape::UpTo(_) => format!("list[{plain}]"),
+        Shape::ListOfOptional => format!("list[{plain} | None]"),
+        Shape::Lists => format!("list[list[{plain}]]"),
         Shape::List(size) => format!("list[{}]", tuple(size)),
     }
 }
@@ -41,12 +157,16 @@ fn marked(text: &str) -> String {
 
 fn text_of(figure: &Figure) -> String {
     let mut text = marked(figure.text);
-    if matches!(figure.shape, Shape::Optional | Shape::OptionalArray(_)) {
+    if figure.is_optional() {
         text += " Then it is ``None``.";
     }
     match figure.kind {
         Kind::Length => text += " In the unit of the scans.",
         Kind::Angle => text += " Radians.",
+        Kind::Pose => text += " 4 x 4 float64.",
+        Kind::Matrix(rows) => {
+            let _ = write!(text, " {rows} x {rows} float64.");
+        }
         Kind::Warning(kinds) => {
             text += " A kind and a sentence each:";
             for kind in kinds {
@@ -63,6 +183,17 @@ fn text_of(figure: &Figure) -> String {
     text
 }
 
+/// Figures that Python's reports have beside those of the core: name, type and text.
+const ADDED: &[(&str, &str, &str, &str)] = &[
+    ("AlignReport", "summary", "list[str]", "All of it in words, a line each. `print` shows it."),
+    ("DistanceReport", "distances", "NDArray[np.float64]", "(n,) float64, exact, one for each vertex."),
+];
+
+fn example(class: &str) -> &'static [&'static str] {
+    let found = EXAMPLES.iter().find(|(name, _)| *name == class);
+    found.unwrap_or_else(|| panic!("{class} has no example: give it one here")).1
+}
+
 fn class<'a>(name: &str, about: &str, figures: impl Iterator<Item = &'a Figure> + Clone) -> String {
     let mut out = format!("class {name}(Report):\n");
     let about = wrapped(&format!("\"\"\"{}", marked(about)), "    ", WIDTH);
@@ -74,6 +205,8 @@ fn class<'a>(name: &str, about: &str, figures: impl Iterator<Item = &'a Figure> 
     out += &first;
     out.push('\n');
     rest.iter().for_each(|line| out += &format!("{line}\n"));
+    out.push('\n');
+    example(name).iter().for_each(|line| out += &format!("    {line}\n"));
     out += "\n    Attributes:\n";
     for figure in figures.clone() {
         let text = format!("{}: {}", figure.name, text_of(figure));
@@ -81,31 +214,44 @@ fn class<'a>(name: &str, about: &str, figures: impl Iterator<Item = &'a Figure> 
         lines[0] = lines[0][4..].to_owned();
         lines.iter().for_each(|line| out += &format!("{line}\n"));
     }
+    for (_, added, _, text) in ADDED.iter().filter(|(class, ..)| *class == name) {
+        let mut lines = wrapped(&format!("{added}: {}", marked(text)), "            ", WIDTH);
+        lines[0] = lines[0][4..].to_owned();
+        lines.iter().for_each(|line| out += &format!("{line}\n"));
+    }
     out += "    \"\"\"\n\n    __slots__ = ()\n";
     for figure in figures {
         let _ = writeln!(out, "    {}: {}", figure.name, type_of(figure));
     }
+    for (_, added, kind, _) in ADDED.iter().filter(|(class, ..)| *class == name) {
+        let _ = writeln!(out, "    {added}: {kind}");
+    }
+    if ADDED.iter().any(|(class, added, ..)| *class == name && *added == "summary") {
+        out += "\n    def __str__(self) -> str:\n        \"\"\"The summary.\"\"\"\n        return \"\\n\".join(self.summary)\n";
+    }
     out
 }
 
-/// The schemas of the reports that figures of a report are.
-fn inner(reported: &Reported) -> Vec<&'static Schema> {
-    let mut found: Vec<&Schema> = Vec::new();
-    for figure in reported.figures() {
+/// The schemas of the reports that figures are, after those that their own figures are.
+fn inner<'a>(figures: impl Iterator<Item = &'a Figure>, found: &mut Vec<&'static Schema>) {
+    for figure in figures {
         if let Kind::Nested(schema) = figure.kind
             && !found.contains(&schema)
         {
+            inner(schema.figures.iter(), found);
             found.push(schema);
         }
     }
-    found
 }
 
 #[test]
 fn classes() {
     let mut classes = String::new();
+    let mut made = Vec::new();
     for reported in reports() {
-        for schema in inner(&reported) {
+        let before = made.len();
+        inner(reported.figures(), &mut made);
+        for schema in &made[before..] {
             classes += &format!("{}\n\n", class(schema.name, schema.text, schema.figures.iter()));
         }
         let figures: Vec<&Figure> = reported.figures().collect();

@@ -45,6 +45,10 @@ def merge(
     whether any of them is lost: what it had done stays, what it was at is done again. Called again after it was stopped
     it goes on, if ``tasks`` and what else decides the result are the same.
 
+    >>> from surfrecon import distributed
+    >>> client = dask.distributed.Client("tcp://scheduler:8786")
+    >>> report = distributed.merge("scans/", "surface.ply", client=client, tasks=8, voxel=0.05)
+
     Args:
         scans: files and folders, as for ``surfrecon.open``, under names that all workers know.
         output: the surface; its ending is ``.ply``. A file that is there is replaced once all is written.

@@ -42,7 +42,12 @@ Progress = Callable[[str, float], object]
 
 @dataclass(frozen=True)
 class Stage:
-    """A stage of a merge: its name, and the numbers of its tasks, which need nothing of each other."""
+    """A stage of a merge: its name, and the numbers of its tasks, which need nothing of each other.
+
+    >>> stage = Plan.make("merge.json", "scans/", "surface.ply", workspace="work/", tasks=4).stages[1]
+    >>> stage.name, stage.tasks
+    ('collect', range(1, 5))
+    """
 
     name: str
     tasks: range
@@ -85,6 +90,10 @@ class Plan:
 
         Where a merge of the same scans with the same parameters and as many tasks was planned in the same workspace
         before, and its folder is there still, the tasks that were done are done.
+
+        >>> plan = Plan.make("merge.json", "scans/", "surface.ply", workspace="work/", tasks=4, voxel=3.0)
+        >>> len(plan.stages[-1].tasks)  # the last one writes the surface
+        1
 
         Args:
             path: where the plan is written; names in it are relative to its folder where they lie in that. ``None``:
@@ -171,6 +180,9 @@ class Plan:
     @classmethod
     def read(cls, path: str | os.PathLike[str]) -> Plan:
         """Reads a plan.
+
+        >>> plan = Plan.make("merge.json", "scans/", "surface.ply", workspace="work/")  # once
+        >>> figures = Plan.read("merge.json").run(0)  # in each process, with a number of its own
 
         Raises:
             FileError: it can't be read.

@@ -34,7 +34,7 @@ fn a_scan_is_drawn_to_where_it_belongs() {
         assert_eq!(snap.state, PairState::Fits, "{snap:?}");
         let error = off(&images[scan], &snap.world_from_scan);
         assert!(error < 1.0, "{error} {snap:?}");
-        assert!(snap.moved > 0.03 && !snap.touches.is_empty() && snap.free.is_empty(), "{snap:?}");
+        assert!(snap.moved > 0.03 && !snap.touches.is_empty() && snap.freedoms.is_empty(), "{snap:?}");
     }
 }
 
@@ -55,7 +55,7 @@ fn what_may_slide_says_so() {
     let lifted = DAffine3::from_translation(DVec3::new(0.0, 0.0, 0.02)) * images[1].world_from_sensor;
     let snap = snapped(&images, 1, lifted);
     assert_eq!(snap.state, PairState::Slides, "{snap:?}");
-    assert_eq!(snap.free.len(), 3);
+    assert_eq!(snap.freedoms.len(), 3);
 }
 
 #[test]

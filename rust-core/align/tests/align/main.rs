@@ -37,7 +37,7 @@ fn scans_around_a_statue_find_their_places() {
     assert_eq!(alignment.report.groups, [(0..8).collect::<Vec<_>>()]);
     assert_eq!(alignment.report.scans.iter().filter(|scan| scan.state == ScanState::Kept).count(), 1);
     for (scan, off) in alignment.report.scans.iter().zip(off) {
-        assert!(scan.reason.is_empty() && scan.free.is_empty() && scan.deviation < scan.spacing, "{scan:?}");
+        assert!(scan.reason.is_empty() && scan.freedoms.is_empty() && scan.deviation < scan.spacing, "{scan:?}");
         assert!(off.unwrap() * scan.spacing <= 6.0 * scan.deviation + 1e-9, "{off:?} {}", scan.deviation);
     }
 }

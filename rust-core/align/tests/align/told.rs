@@ -61,8 +61,8 @@ fn trusting_what_may_turn_is_said() {
     let alignment = aligned(&without_poses(&images), &trusted);
     let text = lines(&alignment);
     assert!(text.contains("may turn or slide on each other"), "{text}");
-    let moved = alignment.report.scans.iter().find(|scan| scan.reason.is_empty() && !scan.free.is_empty());
-    assert!(moved.is_some_and(|scan| scan.free.len() == 3 && scan.deviation > 0.5), "{text}");
+    let moved = alignment.report.scans.iter().find(|scan| scan.reason.is_empty() && !scan.freedoms.is_empty());
+    assert!(moved.is_some_and(|scan| scan.freedoms.len() == 3 && scan.deviation > 0.5), "{text}");
 }
 
 #[test]

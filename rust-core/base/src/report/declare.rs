@@ -37,6 +37,13 @@ impl Figure {
                 values.len() == size && all(values)
             }
             (Shape::List(0), Found::List(values)) => all(values),
+            (Shape::UpTo(most), Found::List(values)) => values.len() <= most && all(values),
+            (Shape::ListOfOptional, Found::List(values)) => {
+                values.iter().all(|value| *value == Found::Absent || self.allows_one(value))
+            }
+            (Shape::Lists, Found::List(lists)) => {
+                lists.iter().all(|list| matches!(list, Found::List(values) if all(values)))
+            }
             (Shape::List(size), Found::List(arrays)) => arrays.iter().all(|array| match array {
                 Found::Array(values) => values.len() == size && all(values),
                 _ => false,
@@ -51,7 +58,18 @@ impl Figure {
             | (Kind::Count | Kind::Bytes, Found::Count(_))
             | (Kind::Integer, Found::Integer(_))
             | (Kind::Length | Kind::Angle | Kind::Ratio | Kind::Number, Found::Number(_))
+            | (Kind::Vector, Found::Vector(_))
+            | (Kind::Pose, Found::Pose(_))
             | (Kind::Text, Found::Text(_)) => true,
+            (Kind::Matrix(size), Found::Array(rows)) => {
+                let is_row = |row: &Found<'_>| match row {
+                    Found::Array(values) => {
+                        values.len() == size && values.iter().all(|value| matches!(value, Found::Number(_)))
+                    }
+                    _ => false,
+                };
+                rows.len() == size && rows.iter().all(is_row)
+            }
             (Kind::Choice(choices), Found::Choice(name)) => choices.iter().any(|choice| choice.name == *name),
             (Kind::Warning(kinds), Found::Array(pair)) => match pair.as_slice() {
                 [Found::Choice(kind), Found::Text(_)] => kinds.iter().any(|choice| choice.name == *kind),

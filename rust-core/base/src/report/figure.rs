@@ -22,6 +22,12 @@ pub enum Kind {
     Ratio,
     /// Any other number.
     Number,
+    /// Three numbers along x, y and z: a point, a direction or a shift, in the unit of the scans.
+    Vector,
+    /// Places a frame in another.
+    Pose,
+    /// A square matrix of so many rows.
+    Matrix(usize),
     /// One of these, by its name.
     Choice(&'static [Choice]),
     /// Words that the data gave, such as the name of a scan.
@@ -47,6 +53,12 @@ pub enum Shape {
     OptionalArray(usize),
     /// Any number of values, or of arrays where the size of these is not 0.
     List(usize),
+    /// Any number of values, at most so many.
+    UpTo(usize),
+    /// Any number of values, of which some may not apply.
+    ListOfOptional,
+    /// Any number of lists.
+    Lists,
 }
 
 /// One figure of a report, as its row declares it.
@@ -62,6 +74,10 @@ pub struct Figure {
     pub shape: Shape,
     /// Names and texts of the values of an array, for languages that give each a name of its own. Empty: these have an array.
     pub parts: &'static [(&'static str, &'static str)],
+    /// Name of the type of its choices in languages that have such types, in small letters. Empty: that of the figure.
+    pub choices_name: &'static str,
+    /// Whether C's struct says how many values a list has. Functions give each.
+    pub is_counted: bool,
     /// The text for people in every language.
     pub text: &'static str,
     /// The version it came with.
@@ -103,6 +119,36 @@ impl Figure {
         self
     }
 
+    /// Any number of values, at most so many, so that C's structs hold them.
+    pub const fn up_to(mut self, most: usize) -> Self {
+        self.shape = Shape::UpTo(most);
+        self
+    }
+
+    /// Any number of values, of which some may not apply.
+    pub const fn list_of_optional(mut self) -> Self {
+        self.shape = Shape::ListOfOptional;
+        self
+    }
+
+    /// Any number of lists.
+    pub const fn lists(mut self) -> Self {
+        self.shape = Shape::Lists;
+        self
+    }
+
+    /// A list whose length C's struct says, since functions give each value.
+    pub const fn counted(mut self) -> Self {
+        self.is_counted = true;
+        self
+    }
+
+    /// The name of the type of its choices, which other figures may have as well.
+    pub const fn choices_named(mut self, name: &'static str) -> Self {
+        self.choices_name = name;
+        self
+    }
+
     /// The version it came with, if not the first. Structs of C have their fields in the order of versions.
     pub const fn since(mut self, version: &'static str) -> Self {
         self.since = version;
@@ -126,6 +172,17 @@ impl Figure {
 
     /// Whether its value is a fixed number of numbers, as C's structs hold them.
     pub const fn is_fixed(&self) -> bool {
-        !matches!(self.shape, Shape::List(_)) && !matches!(self.kind, Kind::Text | Kind::Warning(_) | Kind::Stage)
+        !matches!(self.shape, Shape::List(_) | Shape::ListOfOptional | Shape::Lists)
+            && !matches!(self.kind, Kind::Text | Kind::Warning(_) | Kind::Stage)
+    }
+
+    /// Whether it may be absent.
+    pub const fn is_optional(&self) -> bool {
+        matches!(self.shape, Shape::Optional | Shape::OptionalArray(_))
+    }
+
+    /// Name of the type of its choices, in small letters.
+    pub const fn type_of_choices(&self) -> &'static str {
+        if self.choices_name.is_empty() { self.name } else { self.choices_name }
     }
 }

@@ -1,5 +1,7 @@
 //! The values of figures, one type for all of them.
 
+use glam::{DAffine3, DVec3};
+
 use super::Values;
 
 /// The value of a figure.
@@ -19,6 +21,10 @@ pub enum Found<'a> {
     Choice(&'static str),
     /// Words.
     Text(&'a str),
+    /// Three numbers.
+    Vector(DVec3),
+    /// A pose.
+    Pose(DAffine3),
     /// A fixed number of values.
     Array(Vec<Found<'a>>),
     /// Any number of values.
@@ -72,6 +78,18 @@ impl Measured for String {
 impl Measured for &'static str {
     fn found(&self) -> Found<'_> {
         Found::Text(self)
+    }
+}
+
+impl Measured for DVec3 {
+    fn found(&self) -> Found<'_> {
+        Found::Vector(*self)
+    }
+}
+
+impl Measured for DAffine3 {
+    fn found(&self) -> Found<'_> {
+        Found::Pose(*self)
     }
 }
 

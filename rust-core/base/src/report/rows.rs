@@ -5,7 +5,17 @@ use crate::params::Choice;
 
 /// A row that [`report!`](crate::report!) completes.
 const fn row(label: &'static str, kind: Kind) -> Figure {
-    Figure { name: "", label, kind, shape: Shape::One, parts: &[], text: "", since: "0.1" }
+    Figure {
+        name: "",
+        label,
+        kind,
+        shape: Shape::One,
+        parts: &[],
+        choices_name: "",
+        is_counted: false,
+        text: "",
+        since: "0.1",
+    }
 }
 
 /// Yes or no.
@@ -46,6 +56,21 @@ pub const fn ratio(label: &'static str) -> Figure {
 /// Any other number.
 pub const fn number(label: &'static str) -> Figure {
     row(label, Kind::Number)
+}
+
+/// Three numbers along x, y and z.
+pub const fn vector(label: &'static str) -> Figure {
+    row(label, Kind::Vector)
+}
+
+/// Places a frame in another.
+pub const fn pose(label: &'static str) -> Figure {
+    row(label, Kind::Pose)
+}
+
+/// A square matrix of so many rows.
+pub const fn matrix(label: &'static str, rows: usize) -> Figure {
+    row(label, Kind::Matrix(rows))
 }
 
 /// One of the choices that [`choices!`](crate::choices!) declares.

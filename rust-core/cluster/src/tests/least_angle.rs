@@ -16,7 +16,7 @@ fn assert_topology(input: &TriMesh, result: &TriMesh, what: &str) {
     assert_eq!(before.components, after.components, "{what}");
 }
 
-fn deviation(mesh: &TriMesh, result: &TriMesh) -> Summary {
+fn deviation(mesh: &TriMesh, result: &TriMesh) -> DistanceReport {
     measure::deviation(&mesh.positions, result, Side::Ignored, 2, &Progress::none()).unwrap().summary
 }
 

@@ -62,22 +62,30 @@ pub struct ConfidenceImage {
     pub least: u8,
 }
 
-/// Numbers of samples of a frame, or of several together, that were left out, each counted for the first reason that it has.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct LeftOut {
-    /// Samples that were measured.
-    pub of: usize,
-    /// Those of too low a confidence.
-    pub low_confidence: usize,
-    /// Those beyond the sensor's reach.
-    pub out_of_reach: usize,
-    /// Those seen through the black rim of the colour image.
-    pub black_rim: usize,
-    /// Those far beyond all others of their frame, which stand for nothing.
-    pub far: usize,
-    /// Columns and rows of the depth image as it was recorded and as it is taken, where it was enlarged by repeating pixels.
-    pub enlarged: Option<[[usize; 2]; 2]>,
+base::report! {
+    /// Samples that were left out of a frame, or of several, each counted for the first reason that it has.
+    #[derive(Copy, Default, Eq)]
+    pub struct LeftOutReport {
+        /// Samples that were measured.
+        of: usize = count("Samples measured"),
+        /// Those of too low a confidence.
+        low_confidence: usize = count("Of low confidence"),
+        /// Those beyond the reach of the sensor.
+        out_of_reach: usize = count("Out of reach"),
+        /// Those seen through the black rim of the colour image.
+        black_rim: usize = count("In the black rim"),
+        /// Those far beyond all others of their frame, which stand for no measurement.
+        far: usize = count("Far beyond all others"),
+    }
+    besides {
+        /// Columns and rows of the depth image as it was recorded and as it is taken, where it was enlarged by repeating pixels.
+        enlarged: Option<[[usize; 2]; 2]>,
+    }
 }
+
+/// The former name of [`LeftOutReport`].
+#[deprecated(since = "0.2.0", note = "it is LeftOutReport")]
+pub type LeftOut = LeftOutReport;
 
 impl ColourImage {
     /// Columns and rows.
@@ -86,9 +94,9 @@ impl ColourImage {
     }
 }
 
-impl LeftOut {
+impl LeftOutReport {
     /// Both together.
-    pub fn add(&mut self, other: &LeftOut) {
+    pub fn add(&mut self, other: &LeftOutReport) {
         self.of += other.of;
         self.low_confidence += other.low_confidence;
         self.out_of_reach += other.out_of_reach;
@@ -133,7 +141,7 @@ impl Frame {
     ///
     /// # Errors
     /// Images whose number of pixels is not their size's. [`Error::Cancelled`].
-    pub fn into_range_image(self, progress: &Progress<'_>) -> Result<(RangeImage, LeftOut)> {
+    pub fn into_range_image(self, progress: &Progress<'_>) -> Result<(RangeImage, LeftOutReport)> {
         self.validate()?;
         let Frame { mut depth, colour, confidence, reach } = self;
         let mut enlarged = None;
@@ -141,7 +149,7 @@ impl Frame {
             enlarged = Some([&depth, &own_size].map(|image| [image.cols(), image.rows()]));
             depth = own_size;
         }
-        let mut left_out = LeftOut { of: depth.valid_count(), enlarged, ..LeftOut::default() };
+        let mut left_out = LeftOutReport { of: depth.valid_count(), enlarged, ..LeftOutReport::default() };
         left_out.far = far::leave_out(&mut depth).map_or(0, |far| far.count);
         if let Some(confidence) = &confidence {
             left_out.low_confidence = confidence.apply(&mut depth);

@@ -19,7 +19,7 @@ fn ramp(camera: Camera, unit: usize) -> ColourImage {
     ColourImage { camera, pixels, colour_from_depth: DAffine3::IDENTITY, black_rim: false }
 }
 
-fn made(frame: Frame) -> (RangeImage, LeftOut) {
+fn made(frame: Frame) -> (RangeImage, LeftOutReport) {
     frame.into_range_image(&Progress::none()).unwrap()
 }
 
@@ -54,7 +54,7 @@ fn colours_are_those_of_the_rays() {
         assert_eq!(same[i], [(i % 64) as u8, (i / 64) as u8, 7, 255]);
         assert_eq!(larger[i], same[i]);
     }
-    assert_eq!(left_out, LeftOut { of: 47 * 64, ..LeftOut::default() });
+    assert_eq!(left_out, LeftOutReport { of: 47 * 64, ..LeftOutReport::default() });
     assert_eq!(left_out.in_words(), None);
 }
 
@@ -130,12 +130,12 @@ fn what_can_not_be_trusted_is_left_out_and_counted() {
     let samples = 47;
     // 8 columns by confidence; columns 41 on lie beyond 5; of the rest the rows whose centre falls on row 176 on.
     let in_rim = (0..48).filter(|row| (f64::from(*row) + 0.5) * 4.0 - 0.5 >= 175.5).count();
-    let expected = LeftOut {
+    let expected = LeftOutReport {
         of: 64 * samples,
         low_confidence: 8 * samples,
         out_of_reach: 23 * samples,
         black_rim: 33 * in_rim,
-        ..LeftOut::default()
+        ..LeftOutReport::default()
     };
     assert_eq!(left_out, expected);
     assert_eq!(out.valid_count(), expected.of - 31 * samples - 33 * in_rim);

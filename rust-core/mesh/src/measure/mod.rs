@@ -33,36 +33,47 @@ pub enum Side {
     Signed,
 }
 
-/// Figures over many distances; all but `bias` are of their absolute values.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Summary {
-    /// How many.
-    pub count: usize,
-    /// Mean.
-    pub mean: f64,
-    /// Root of the mean square.
-    pub rms: f64,
-    /// The smallest value that at least 95 % do not exceed.
-    pub p95: f64,
-    /// Largest.
-    pub max: f64,
-    /// Mean of the values with their signs.
-    pub bias: f64,
-    /// Index of the largest, the first of several.
-    pub worst: Option<usize>,
+base::report! {
+    /// Distances of points, or of a surface, from another surface. All figures but `bias` are of absolute values.
+    #[derive(Copy, Default)]
+    pub struct DistanceReport {
+        /// Distances that were measured: of the points, or of the surface's vertices.
+        count: usize = count("Distances"),
+        /// Their mean.
+        mean: f64 = length("Mean distance"),
+        /// Root of their mean square.
+        rms: f64 = length("Root mean square distance"),
+        /// The smallest value that at least 95 % of them do not exceed.
+        p95: f64 = length("95 % are within"),
+        /// The largest of them.
+        max: f64 = length("Largest distance"),
+        /// Their mean with signs. Without signs it is the mean.
+        bias: f64 = length("Mean with signs"),
+        /// Index of the largest, the first of several. There is none where nothing was measured.
+        worst: Option<usize> = count("Place of the largest").optional(),
+        /// Largest distance that was found on a surface, between its vertices too. There is none for points.
+        reached: Option<f64> = length("Largest distance found").optional(),
+        /// No point of the surface is farther. It is within 1 % of `reached`, or above it by a millionth of the extent of the other
+        /// surface, unless that takes more than 8 measurements for each vertex and 100,000. There is none for points.
+        bound: Option<f64> = length("Largest distance, at most").optional(),
+    }
 }
 
-impl Summary {
+/// The former name of [`DistanceReport`].
+#[deprecated(since = "0.2.0", note = "it is DistanceReport")]
+pub type Summary = DistanceReport;
+
+impl DistanceReport {
     /// Sums up `distances`; all zero without any.
     pub fn of(distances: &[f64]) -> Self {
         let count = distances.len();
         if count == 0 {
-            return Summary::default();
+            return DistanceReport::default();
         }
         let mut sizes: Vec<f64> = distances.iter().map(|d| d.abs()).collect();
         let worst = (0..count).fold(0, |w, i| if sizes[i] > sizes[w] { i } else { w });
         let n = count as f64;
-        Summary {
+        DistanceReport {
             count,
             mean: sizes.iter().sum::<f64>() / n,
             rms: (sizes.iter().map(|d| d * d).sum::<f64>() / n).sqrt(),
@@ -70,6 +81,8 @@ impl Summary {
             bias: distances.iter().sum::<f64>() / n,
             worst: Some(worst),
             p95: *sizes.select_nth_unstable_by((count * 95).div_ceil(100) - 1, f64::total_cmp).1,
+            reached: None,
+            bound: None,
         }
     }
 }
@@ -80,7 +93,7 @@ pub struct Deviation {
     /// One a point.
     pub distances: Vec<f64>,
     /// Their figures.
-    pub summary: Summary,
+    pub summary: DistanceReport,
 }
 
 /// Exact distances of `points` to the nearest point of `mesh`, with `threads` threads, 0 for one a core.
@@ -178,7 +191,7 @@ fn distances(
     let mut distances = vec![0.0; points.len()];
     let bvh = Bvh::build_with(&mesh.positions, &mesh.triangles, threads, progress)?;
     measure_points(points, mesh, &bvh, side, &mut distances, counts, progress)?;
-    Ok(Deviation { summary: Summary::of(&distances), distances })
+    Ok(Deviation { summary: DistanceReport::of(&distances), distances })
 }
 
 /// Writes the distances of `points` to `mesh` on the pool of the caller; each chunk advances the progress by `counts`.

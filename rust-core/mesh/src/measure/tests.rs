@@ -34,7 +34,7 @@ proptest! {
 
     #[test]
     fn the_summary_is_that_of_the_sorted_distances(distances in prop::collection::vec(-5.0..5.0, 1..200)) {
-        let s = Summary::of(&distances);
+        let s = DistanceReport::of(&distances);
         let mut sorted: Vec<f64> = distances.iter().map(|d: &f64| d.abs()).collect();
         sorted.sort_by(f64::total_cmp);
         let within = sorted.iter().filter(|&&d| d <= s.p95).count();

@@ -38,12 +38,13 @@ fn told(alignment: Handle) -> (AlignReport, Vec<String>, Vec<AlignedScan>) {
             api.ok((api.srf_alignment_scan)(alignment, index, &mut scan));
             scan
         };
-        let lines = (report.numbers[1] >> 32) as usize;
-        (report, (0..lines).map(line).collect(), (0..report.second as usize).map(scan).collect())
+        let [scans, messages] =
+            [align_report::SCANS_COUNT, align_report::MESSAGES_COUNT].map(|place| report.numbers[place] as usize);
+        (report, (0..1 + scans + messages).map(line).collect(), (0..scans).map(scan).collect())
     }
 }
 
-/// Whether a struct has these ways to move: their count in the upper half of one number, and from another on each.
+/// Whether a struct has these ways to move: their number in one place, and from another on each.
 fn ways(numbers: &[u64], count: usize, first: usize, expected: &[surfrecon::align::Freedom]) -> bool {
     let mut all = [0; 42];
     for (way, freedom) in all.chunks_mut(7).zip(expected) {
@@ -52,7 +53,7 @@ fn ways(numbers: &[u64], count: usize, first: usize, expected: &[surfrecon::alig
             (way[1 + axis], way[4 + axis]) = (freedom.direction[axis].to_bits(), freedom.point[axis].to_bits());
         }
     }
-    numbers[count] >> 32 == expected.len() as u64 && numbers[first..first + 42] == all
+    numbers[count] == expected.len() as u64 && numbers[first..first + 42] == all
 }
 
 /// A pose as the header has it.
@@ -78,18 +79,21 @@ fn scans_are_aligned_as_by_the_core() {
         api.ok((api.srf_aligner_free)(aligner));
         let (report, lines, scans) = told(alignment);
         assert_eq!(lines, expected.report.lines());
-        assert_eq!([report.second as u64, report.numbers[0]], [4, 4 | 1 << 32], "all four in one group: {lines:?}");
-        assert_eq!(report.f64(4), expected.report.residual.unwrap());
+        let counts = [align_report::SCANS_COUNT, align_report::PLACED, align_report::GROUPS_COUNT];
+        assert_eq!(counts.map(|place| report.numbers[place]), [4, 4, 1], "all four in one group: {lines:?}");
+        assert_eq!(report.f64(align_report::RESIDUAL), expected.report.residual.unwrap());
         for ((scan, found), view) in scans.iter().zip(&expected.report.scans).zip(crate::views::views()) {
             let pose = found.world_from_scan.unwrap().to_cols_array_2d();
             for (column, numbers) in pose.iter().enumerate() {
-                let got: Vec<f64> = (0..3).map(|row| scan.f64(1 + 4 * column + row)).collect();
+                let got: Vec<f64> = (0..3).map(|row| scan.f64(aligned_scan::WORLD_FROM_SCAN + 4 * column + row)).collect();
                 assert_eq!(got, numbers);
             }
-            assert_eq!((scan.second as usize, scan.numbers[0]), (found.state as usize, 0));
-            assert_eq!([scan.f64(18), scan.f64(101)], [found.covariance[0][1], found.misfit]);
-            assert_eq!(scan.f64(102), found.spacing);
-            assert!(found.misfit > 0.0 && ways(&scan.numbers, 0, 57, &found.free));
+            let whole = [aligned_scan::STATE, aligned_scan::GROUP].map(|place| scan.numbers[place]);
+            assert_eq!(whole, [1 + found.state as u64, 0]);
+            let places = [aligned_scan::COVARIANCE + 1, aligned_scan::MISFIT, aligned_scan::SPACING];
+            assert_eq!(places.map(|place| scan.f64(place)), [found.covariance[0][1], found.misfit, found.spacing]);
+            let (count, first) = (aligned_scan::FREEDOMS_COUNT, aligned_scan::FREEDOMS);
+            assert!(found.misfit > 0.0 && ways(&scan.numbers, count, first, &found.freedoms));
             let first = crate::views::views()[0].world_from_sensor;
             let off = found.world_from_scan.unwrap().inverse() * first.inverse() * view.world_from_sensor;
             assert!(off.translation.length() < found.spacing, "{} is {off} off", found.name);
@@ -98,9 +102,10 @@ fn scans_are_aligned_as_by_the_core() {
         api.ok((api.srf_aligned_pair_init_sized)(&mut pair, size_of_val(&pair)));
         api.ok((api.srf_alignment_pair)(alignment, 0, &mut pair));
         let first = &expected.report.pairs[0];
-        assert_eq!((first.state, pair.second), (PairState::Fits, 1));
-        assert_eq!((pair.numbers[0], pair.f64(46)), (1 << 32, first.residual));
-        assert!(ways(&pair.numbers, 1, 2, &first.free));
+        assert_eq!((first.state, pair.numbers[aligned_pair::STATE]), (PairState::Fits, 2));
+        assert_eq!(pair.numbers[aligned_pair::SCANS..aligned_pair::SCANS + 2], [0, 1]);
+        assert_eq!(pair.f64(aligned_pair::RESIDUAL), first.residual);
+        assert!(ways(&pair.numbers, aligned_pair::FREEDOMS_COUNT, aligned_pair::FREEDOMS, &first.freedoms));
         let mut found = 7;
         let (point, angles) = (std::ptr::null_mut(), std::ptr::null_mut());
         api.ok((api.srf_alignment_turntable)(alignment, &mut found, point, point, angles));
@@ -108,7 +113,7 @@ fn scans_are_aligned_as_by_the_core() {
         let mut reason = std::ptr::null();
         api.ok((api.srf_alignment_reason)(alignment, 3, &mut reason));
         assert_eq!(text(reason), "");
-        let answer = (api.srf_alignment_scan)(alignment, 4, &mut AlignedScan { size: 832, ..AlignedScan::ZERO });
+        let answer = (api.srf_alignment_scan)(alignment, 4, &mut AlignedScan { size: size_of::<AlignedScan>() as u32, ..AlignedScan::ZERO });
         api.refused(answer, PARAMETER, "index must be < 4, got 4");
         api.refused((api.srf_alignment_reason)(alignment, 9, &mut reason), PARAMETER, "index must be < 4, got 9");
         api.refused((api.srf_alignment_message)(alignment, 7, &mut reason), PARAMETER, "got 7");
@@ -242,10 +247,11 @@ fn one_scan_is_drawn_to_others_as_by_the_core_and_files_are_read_once() {
     let (mut params, mut snap, mut touches) = (AlignParams::ZERO, Snap::ZERO, [9_u8; 4]);
     let mut asked = 0_u32;
     let watch = Watch { report: Some(cancel), user: (&raw mut asked).cast(), cancel: Handle::NULL };
+    const POSE: usize = snap_report::WORLD_FROM_SCAN;
     // SAFETY: as the header wants it, or wrong in the ways it names.
     unsafe {
         api.ok((api.srf_align_params_init_sized)(&mut params, size_of_val(&params)));
-        api.ok((api.srf_snap_init_sized)(&mut snap, size_of_val(&snap)));
+        api.ok((api.srf_snap_report_init_sized)(&mut snap, size_of_val(&snap)));
         let mut draw = |poses: &[[f64; 16]], params: *const AlignParams, watch: *const Watch| {
             let (poses, count) = if poses.is_empty() { (std::ptr::null(), 0) } else { (poses.as_ptr(), poses.len()) };
             let room = touches.as_mut_ptr();
@@ -264,14 +270,14 @@ fn one_scan_is_drawn_to_others_as_by_the_core_and_files_are_read_once() {
             assert_eq!(again, first, "{threads} threads");
         }
         let expected = prepared.snap(2, &poses, &Params::default(), &none).unwrap();
-        assert_eq!((expected.state, first.second), (PairState::Fits, 1));
+        assert_eq!((expected.state, first.numbers[snap_report::STATE]), (PairState::Fits, 2));
         let back = expected.world_from_scan.inverse() * views[2].world_from_sensor;
         let before = poses[2].unwrap().inverse() * views[2].world_from_sensor;
         assert!(5.0 * back.translation.length() < before.translation.length(), "{before} {back}");
-        assert_eq!(first.numbers[1..17], columns(expected.world_from_scan).map(f64::to_bits));
-        assert!(ways(&first.numbers, 0, 17, &expected.free));
+        assert_eq!(first.numbers[POSE..POSE + 16], columns(expected.world_from_scan).map(f64::to_bits));
+        assert!(ways(&first.numbers, snap_report::FREEDOMS_COUNT, snap_report::FREEDOMS, &expected.freedoms));
         let surfrecon::align::Snap { overlap, residual, balance, seen_through, moved, .. } = &expected;
-        let figures: [f64; 5] = std::array::from_fn(|i| first.f64(59 + i));
+        let figures: [f64; 5] = std::array::from_fn(|i| first.f64(snap_report::OVERLAP + i));
         assert_eq!(figures, [*overlap, *residual, *balance, *seen_through, *moved]);
         assert!(*moved > 0.01);
 
@@ -280,10 +286,10 @@ fn one_scan_is_drawn_to_others_as_by_the_core_and_files_are_read_once() {
         api.ok(status);
         let identity = vec![Some(DAffine3::IDENTITY); 4];
         let alike = prepared.snap(2, &identity, &Params::default(), &none).unwrap();
-        assert_eq!(there.numbers[1..17], columns(alike.world_from_scan).map(f64::to_bits));
-        assert_eq!((there.second as usize, there.f64(63)), (alike.state as usize, alike.moved));
+        assert_eq!(there.numbers[POSE..POSE + 16], columns(alike.world_from_scan).map(f64::to_bits));
+        assert_eq!((there.numbers[snap_report::STATE], there.f64(snap_report::MOVED)), (1 + alike.state as u64, alike.moved));
         assert!(draw(&given, std::ptr::null(), std::ptr::null()).1 == first, "depends on the snap before");
-        assert_eq!(first.numbers[0] as u32 as usize, expected.touches.len());
+        assert_eq!(first.numbers[snap_report::TOUCHES_COUNT] as usize, expected.touches.len());
         assert_eq!(touched, std::array::from_fn(|scan| u8::from(expected.touches.contains(&scan))));
 
         let pixels = views[2].rows() * views[2].cols();

@@ -49,13 +49,13 @@ impl Arrays<'_> {
     }
 
     /// Status, image and what was left out.
-    fn image(&self, frame: &Frame) -> (i32, Handle, LeftOut) {
+    fn image(&self, frame: &Frame) -> (i32, Handle, LeftOutReport) {
         let api = api();
-        let (mut image, mut left_out) = (Handle::NULL, LeftOut::ZERO);
+        let (mut image, mut left_out) = (Handle::NULL, LeftOutReport::ZERO);
         let or_null = |array: Option<&Array>| array.map_or(std::ptr::null(), std::ptr::from_ref);
         // SAFETY: as the header wants it, or wrong in the ways it names.
         unsafe {
-            api.ok((api.srf_left_out_init_sized)(&mut left_out, size_of_val(&left_out)));
+            api.ok((api.srf_left_out_report_init_sized)(&mut left_out, size_of_val(&left_out)));
             let status = (api.srf_image_from_frame)(
                 frame,
                 &self.depths,
@@ -110,7 +110,7 @@ pub(super) fn frames_from_arrays() {
         .collect();
     let (status, image, left_out) = Arrays::of(Array::of(&whole, U16, 1)).image(&frame);
     api().ok(status);
-    assert_eq!(left_out.numbers, [(ROWS * COLS - 2) as u64, 0, 0, 0]);
+    assert_eq!(left_out.numbers, [(ROWS * COLS - 2) as u64, 0, 0, 0, 0]);
     let (samples, colours) = content(image);
     assert!(samples[0].is_nan() && samples[1].is_nan() && colours.is_empty());
     assert_eq!((samples[2], samples[40], samples[700]), (2.0, 5.0, 0.001));
@@ -150,7 +150,7 @@ pub(super) fn frames_from_arrays() {
     let arrays = Arrays { colours: Some(&rgb), confidences: Some(&levels), ..Arrays::of(padded) };
     let (status, image, left_out) = arrays.image(&frame);
     api().ok(status);
-    assert_eq!(left_out.numbers, [766, 6 * 24 - 2, 1, 0]);
+    assert_eq!(left_out.numbers, [766, 6 * 24 - 2, 1, 0, 0]);
     let (samples, colours) = content(image);
     for i in 0..ROWS * COLS {
         let (row, col) = (i / COLS, i % COLS);
@@ -475,7 +475,7 @@ pub(super) fn sources_are_aligned_and_cancelled() {
         api.ok((api.srf_aligned_scan_init_sized)(&mut scan, size_of_val(&scan)));
         api.ok((api.srf_alignment_scan)(alignment, 1, &mut scan));
         // The fixed one stays where it was said to be.
-        assert_eq!((scan.f64(13), scan.f64(14)), (MOVED[12], MOVED[13]));
+        assert_eq!((scan.f64(aligned_scan::WORLD_FROM_SCAN + 12), scan.f64(aligned_scan::WORLD_FROM_SCAN + 13)), (MOVED[12], MOVED[13]));
         api.ok((api.srf_alignment_free)(alignment));
         let broken = Maker::new(2.0, 0, How::Fails(INPUT, Some(c"gone")));
         api.ok((api.srf_aligner_add_source)(aligner, &broken.source(), null, c"c".as_ptr()));

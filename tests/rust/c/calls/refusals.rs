@@ -233,7 +233,7 @@ pub(super) fn poses_to_draw_a_scan_from_are_refused_where_they_can_not_be() {
             (api.srf_aligner_snap)(aligner, scan, poses, count, params, std::ptr::null(), snap, std::ptr::null_mut())
         };
         api.refused(draw(0, &[], null, &mut snap), STRUCT_SIZE, "out_snap.struct_size is 0");
-        api.ok((api.srf_snap_init_sized)(&mut snap, size_of_val(&snap)));
+        api.ok((api.srf_snap_report_init_sized)(&mut snap, size_of_val(&snap)));
         let before = snap;
         api.refused(draw(0, &[], null, &mut snap), INPUT, "aligning takes at least two scans, got 1");
         api.ok((api.srf_aligner_add_mesh)(aligner, mesh, std::ptr::null(), c"b".as_ptr()));

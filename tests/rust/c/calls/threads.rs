@@ -33,19 +33,21 @@ fn cancelling_leaves_nothing_and_the_next_call_is_fine() {
         assert_eq!((report.size as usize, report.numbers[merge_report::SCANS]), (size_of::<MergeReport>(), 1));
         assert_eq!(report.f64(merge_report::VOXEL), 0.1);
         let points = [[0.0, 0.0, 4.0_f64], [3.0, 0.0, 4.0]];
-        let (mut off, mut figures) = ([0.0; 2], Distances::ZERO);
-        api.ok((api.srf_distances_init_sized)(&mut figures, size_of_val(&figures)));
+        let (mut off, mut figures) = ([0.0; 2], DistanceReport::ZERO);
+        api.ok((api.srf_distance_report_init_sized)(&mut figures, size_of_val(&figures)));
         let points = Array::of(&points, F64, 3);
         let none = std::ptr::null();
         api.ok((api.srf_mesh_distances)(surface, &points, 1, 0, none, off.as_mut_ptr(), &mut figures));
         assert!(off[0] < -0.5 && (off[1] - 2.0).abs() < 0.05 && figures.numbers[0] == 2, "{off:?}");
         let measure = api.srf_mesh_surface_distance;
-        let (mut reached, mut bound, null) = (0.0, 0.0, std::ptr::null_mut());
-        api.ok(measure(surface, mesh, 0, 0, none, null, &mut figures, &mut reached, &mut bound));
-        let largest = f64::from_bits(figures.numbers[4]);
+        assert!(figures.f64(distance_report::BOUND) < 0.0, "points have none");
+        let null = std::ptr::null_mut();
+        api.ok(measure(surface, mesh, 0, 0, none, null, &mut figures));
+        let [largest, reached, bound] =
+            [distance_report::MAX, distance_report::REACHED, distance_report::BOUND].map(|place| figures.f64(place));
         assert!(largest > 0.0 && largest <= reached && reached <= bound, "{largest} {reached} {bound}");
         assert!(bound <= 1.02 * reached + 1e-4, "{reached} {bound}");
-        let answer = measure(surface, mesh, 7, 0, none, null, &mut figures, &mut reached, &mut bound);
+        let answer = measure(surface, mesh, 7, 0, none, null, &mut figures);
         api.refused(answer, PARAMETER, "is_signed must be 0 or 1, got 7");
         let answer = (api.srf_mesh_distances)(surface, &points, 2, 0, none, off.as_mut_ptr(), &mut figures);
         api.refused(answer, PARAMETER, "is_signed must be 0 or 1, got 2");
@@ -124,7 +126,7 @@ fn eight_threads_at_once_draw_a_scan_of_one_aligner() {
         api.ok((api.srf_aligner_add_image)(aligner, image));
         let work = || {
             let mut snap = Snap::ZERO;
-            api.ok((api.srf_snap_init_sized)(&mut snap, size_of_val(&snap)));
+            api.ok((api.srf_snap_report_init_sized)(&mut snap, size_of_val(&snap)));
             let (none, out, mut distance) = (std::ptr::null(), std::ptr::null_mut(), 9.0);
             let null = std::ptr::null();
             let (points, poses) = ([[0.0, 0.0, 3.0_f64]], std::ptr::null());

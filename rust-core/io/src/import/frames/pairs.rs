@@ -13,7 +13,7 @@ use super::recording::Recording;
 use super::whole::is_damage;
 use base::error::Result;
 use base::progress::Progress;
-use image::frame::LeftOut;
+use image::frame::LeftOutReport;
 use image::range_image::{Projection, RangeImage};
 
 /// Pairs at most. Of more, some are taken evenly.
@@ -47,7 +47,7 @@ pub(super) struct Pairs {
     /// Two of the frames each.
     pairs: Vec<[usize; 2]>,
     /// The samples of them that are left out.
-    pub(super) left_out: LeftOut,
+    pub(super) left_out: LeftOutReport,
     /// Frames of the recording whose depths can't be decoded, and why.
     pub(super) damaged: Vec<(usize, String)>,
 }
@@ -92,7 +92,7 @@ impl Pairs {
         indices.sort_unstable();
         indices.dedup();
         let mut all =
-            Pairs { frames: Vec::new(), pairs: Vec::new(), left_out: LeftOut::default(), damaged: Vec::new() };
+            Pairs { frames: Vec::new(), pairs: Vec::new(), left_out: LeftOutReport::default(), damaged: Vec::new() };
         for index in indices {
             progress.check()?;
             let frame = match recording.without_colour(index, options, progress) {

@@ -8,7 +8,7 @@ use super::twin::{FRAMES, Files, Twin, colour};
 use super::writers;
 use crate::import::{Content, ScanSet, open, open_many};
 use base::progress::Progress;
-use image::frame::{Camera, LeftOut};
+use image::frame::{Camera, LeftOutReport};
 use image::range_image::RangeImage;
 use image::source::ScanSource as _;
 
@@ -32,7 +32,7 @@ pub(super) fn note<'a>(set: &'a ScanSet, part: &str) -> &'a str {
 }
 
 /// Checks what a recording opened as.
-pub(super) fn check(set: &ScanSet, twin: &Twin, expected: &Expected) -> Vec<LeftOut> {
+pub(super) fn check(set: &ScanSet, twin: &Twin, expected: &Expected) -> Vec<LeftOutReport> {
     assert_eq!(set.scans.len(), FRAMES, "{:?}", set.notes);
     let mut all = Vec::new();
     for (k, scan) in set.scans.iter().enumerate() {
