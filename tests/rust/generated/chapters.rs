@@ -9,7 +9,7 @@ pub struct Chapter {
     pub files: &'static [&'static str],
     /// The gain for its reader.
     text: &'static str,
-    /// Functions of C that call each of its own; a test compiles them.
+    /// Functions of C that call each of its own. A test compiles them.
     examples: &'static str,
 }
 

@@ -8,7 +8,7 @@ use crate::compare;
 use crate::words::wrapped;
 
 const WIDTH: usize = 120;
-/// What an interpreter shows of each class: the call that gives it, and figures that tell most.
+/// Sessions that an interpreter shows of each class: the call that gives it, and figures that tell most.
 const EXAMPLES: &[(&str, &[&str])] = &[
     (
         "MergeReport",

@@ -1,7 +1,7 @@
 //! The triangles around each loop, found in one pass over the mesh.
 //!
-//! A coarse grid over the region of the holes knows which of its cells a hole's surroundings touch. Each vertex gets its
-//! cell; a triangle whose vertices span no touched cell, nearly all of them, is done with a look at a bit.
+//! A coarse grid over the region of the holes knows which of its cells a hole's surroundings touch. Each vertex gets its cell. A triangle
+//! whose vertices span no touched cell, nearly all of them, is done with a look at a bit.
 
 use glam::DVec3;
 use rayon::prelude::*;
