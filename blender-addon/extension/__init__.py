@@ -16,12 +16,15 @@
 | regions, pruning, scaling | boxes, planes, selections, the ruler's points; meshes with fewer vertices; other sizes |
 | recording | frames of a recording: those that stay in their files, and the object that stands for them |
 | scene | results in the scene: collections, selection, colours, materials |
+| false_colours | distances in colours, put on a surface for looking and taken off again |
+| gltf | what Blender's export of glTF leaves out |
 | words | lengths, numbers, times and errors as people read them |
 | declared | what the library declares of its operations: identifiers, names, tips |
 | presets, translations | options saved under names; other languages |
 """
 
 from . import job, kept, kept_merge, menus, operators, panels, preferences, presets, properties, translations
+from .gltf import glTF2_post_export_callback, glTF2_pre_export_callback  # noqa: F401 (Blender's exporter calls them)
 
 MODULES = (preferences, properties, job, kept, kept_merge, operators, panels, menus, presets, translations)
 

@@ -198,18 +198,28 @@ def vertex_values(mesh, name, kind, dtype):
     return values
 
 
-def vertex_colours(mesh):
-    """(n, 4) uint8 sRGB of the attribute `colour` or the active one, or `None`."""
-    return colours_of(mesh.attributes.get("colour") or mesh.color_attributes.active_color)
-
-
-def point_colours(cloud):
-    """(n, 4) uint8 sRGB of the attribute `colour` or, since none is active, the first one of colours, or `None`."""
-    colours = (layer for layer in cloud.attributes if layer.data_type in COLOURS)
-    return colours_of(cloud.attributes.get("colour") or next(colours, None))
+def vertex_colours(geometry):
+    """(n, 4) uint8 sRGB of what the colours of a mesh or a point cloud are, or `None`: see `real_colours`."""
+    return colours_of(real_colours(geometry))
 
 
 COLOURS = {"BYTE_COLOR", "FLOAT_COLOR"}
+
+# The name of colours that are put on for looking, and are no colours of anything.
+FALSE_COLOURS = "error_colour"
+
+
+def real_colours(geometry):
+    """The attribute that is a surface's own colour, or `None`: the one of the name that importing and merging give it,
+    else, as scans have no other, the first one of colours that the user's own mesh has.
+
+    Whichever is active is merely the one that is seen or painted.
+    """
+    own = geometry.attributes.get("colour")
+    if own is not None or "range_row" in geometry.attributes:
+        return own
+    others = (layer for layer in geometry.attributes if layer.domain == "POINT" and layer.data_type in COLOURS)
+    return next((layer for layer in others if layer.name != FALSE_COLOURS), None)
 
 
 def colours_of(layer):
@@ -242,7 +252,7 @@ def points_of_object(obj, depsgraph, in_world):
     if obj.type == "POINTCLOUD":
         flat = np.empty(3 * len(evaluated.data.points), np.float32)
         evaluated.data.attributes["position"].data.foreach_get("vector", flat)
-        points, colour = flat.reshape(-1, 3), point_colours(evaluated.data)
+        points, colour = flat.reshape(-1, 3), vertex_colours(evaluated.data)
     elif obj.type in {"MESH", "CURVE", "SURFACE", "META", "FONT"}:
         with Placed(obj, depsgraph) as mesh:
             # Blender 4.2 has no positions where there are no vertices.

@@ -4,7 +4,7 @@
 import bpy
 
 from . import scan_objects
-from .operators.error_map import FIGURES, RAMP_NODE, shows_error
+from .false_colours import FIGURES, RAMP_NODE, is_shown, limit_of, shows_error
 from .operators.merge import REPORT
 from .recording import FRAMES, is_recording
 from .reports import LINES, lie_apart
@@ -182,7 +182,7 @@ class SURFRECON_PT_error(ScansPanel, bpy.types.Panel):
     @classmethod
     def poll(cls, context):
         """Only for objects that show one."""
-        return context.object is not None and any(shows_error(slot.material) for slot in context.object.material_slots)
+        return context.object is not None and is_shown(context.object)
 
     def draw(self, context):
         """The legend and the figures."""
@@ -190,7 +190,7 @@ class SURFRECON_PT_error(ScansPanel, bpy.types.Panel):
         material = next(slot.material for slot in context.object.material_slots if shows_error(slot.material))
         nodes = material.node_tree.nodes
         layout.template_color_ramp(nodes[RAMP_NODE], "color_ramp")
-        limit = nodes["Error range"].inputs["From Max"].default_value
+        limit = limit_of(context.object)
         row = layout.row()
         for share in (0, 0.5, 1):
             cell = row.row()

@@ -61,7 +61,7 @@ GERMAN_TEXTS = {
     "The former name of Remesh, for scripts": "Der frühere Name von Neu vernetzen, für Skripte",
     "Make a coarser mesh of well-shaped triangles from the active surface or points, or a chain of levels of detail": "Aus der aktiven Fläche oder ihren Punkten ein gröberes Netz wohlgeformter Dreiecke machen, oder eine Reihe von Detailstufen",
     "Colour the active surface by its distance to the other selected objects, or to its sources": "Die aktive Fläche nach ihrem Abstand von den anderen ausgewählten Objekten färben, oder von dem, woraus sie entstand",
-    "Show the selected objects in their own materials again; the measured errors stay as an attribute": "Die ausgewählten Objekte wieder in ihren eigenen Materialien zeigen; die gemessenen Fehler bleiben als Attribut",
+    "Show the selected objects in their own materials again, as they were before they were measured": "Die ausgewählten Objekte wieder in ihren eigenen Materialien zeigen, so wie sie vor dem Messen waren",
     "Measure how far the active surface is from the others selected, or its sources, with a limit no point exceeds": "Messen, wie weit die aktive Fläche von den anderen ausgewählten oder von ihren Quellen entfernt ist, mit einer Schranke, die kein Punkt überschreitet",
     "Stop the running operation; the scene stays as it was": "Die laufende Operation anhalten; die Szene bleibt, wie sie war",
     # Titles

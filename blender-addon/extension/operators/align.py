@@ -9,6 +9,7 @@ import surfrecon
 from mathutils import Matrix
 
 from .. import convert, declared, recording, scan_objects, usable
+from ..false_colours import show_materials
 from ..job import JobOperator
 from ..properties import draw_others, given, option
 from ..running import Refused, gathered
@@ -169,7 +170,7 @@ def map_misfit(context, numbers, scan_from_object, result):
     for obj, values in found.items():
         error_map.map_onto(obj, np.nan_to_num(values, nan=0.0), limit)
     if found:
-        error_map.show_materials(context)
+        show_materials(context)
 
 
 def natural(name):

@@ -3,11 +3,11 @@
 
 import bpy
 
-from .error_map import SWITCHED, hide, shows_error
+from ..false_colours import hide, is_shown, show_as_before
 
 
 class SURFRECON_OT_error_hide(bpy.types.Operator):
-    """Show the selected objects in their own materials again; the measured errors stay as an attribute"""
+    """Show the selected objects in their own materials again, as they were before they were measured"""
 
     bl_idname = "surfrecon.error_hide"
     bl_label = "Hide Error Map"
@@ -16,7 +16,7 @@ class SURFRECON_OT_error_hide(bpy.types.Operator):
     @classmethod
     def poll(cls, context):
         """Something must show an error map."""
-        shown = any(shows_error(slot.material) for obj in context.selected_objects for slot in obj.material_slots)
+        shown = any(is_shown(obj) for obj in context.selected_objects)
         if not shown:
             cls.poll_message_set("No selected object shows an error map")
         return shown
@@ -25,9 +25,5 @@ class SURFRECON_OT_error_hide(bpy.types.Operator):
         """Gives them their materials back."""
         for obj in context.selected_objects:
             hide(obj)
-        for area in context.screen.areas if context.screen else ():
-            if area.as_pointer() in SWITCHED and area.type == "VIEW_3D":
-                SWITCHED.discard(area.as_pointer())
-                if area.spaces.active.shading.type == "MATERIAL":
-                    area.spaces.active.shading.type = "SOLID"
+        show_as_before(context)
         return {"FINISHED"}

@@ -6,24 +6,11 @@ import numpy as np
 import surfrecon
 
 from .. import convert, recording, usable
+from ..false_colours import FIGURES, show, show_materials, store_distances
 from ..job import JobOperator
 from ..running import Refused, gathered
-from ..scene import material_of_nodes, sources_of
+from ..scene import sources_of
 from ..words import length
-
-ATTRIBUTE, FIGURES, COLOURS = "error", "surfrecon_error", "error_colour"
-# Views that the error map has switched from the solid view, which shows no materials.
-SWITCHED = set()
-MAP_NODE, RAMP_NODE = "Error range", "Error colours"
-
-# Position along the scale and sRGB colour: calm where the distance is small.
-RAMP = (
-    (0.0, (0.16, 0.33, 0.60)),
-    (0.3, (0.20, 0.65, 0.66)),
-    (0.55, (0.95, 0.90, 0.45)),
-    (0.8, (0.93, 0.45, 0.20)),
-    (1.0, (0.65, 0.06, 0.12)),
-)
 
 
 class SURFRECON_OT_error_map(JobOperator, bpy.types.Operator):
@@ -99,7 +86,7 @@ def scale_of(distances):
 
 def map_onto(obj, distances, limit):
     """Stores the distances of the vertices, with their figures, and gives the object a material that shows them."""
-    convert.store(obj.data, ATTRIBUTE, distances.astype(np.float32))
+    store_distances(obj.data, distances)
     obj[FIGURES] = {
         "mean": float(np.mean(distances)),
         "rms": float(np.sqrt(np.mean(distances**2))),
@@ -110,110 +97,9 @@ def map_onto(obj, distances, limit):
     show(obj, limit)
 
 
-def show_materials(context):
-    """Lets views that show no materials do so."""
-    for area in context.screen.areas if context.screen else ():
-        if area.type == "VIEW_3D" and area.spaces.active.shading.type == "SOLID":
-            if context.scene.render.engine == "BLENDER_WORKBENCH":  # which has no view of materials
-                area.spaces.active.shading.color_type = "VERTEX"
-            else:
-                area.spaces.active.shading.type = "MATERIAL"
-                SWITCHED.add(area.as_pointer())
-
-
 def round_up(value):
     """The next of 1, 2, 5, 10, 20 ... in any power of ten; 1 for 0."""
     if not value > 0:
         return 1.0
     power = 10.0 ** np.floor(np.log10(value))
     return float(next(step * power for step in (1, 2, 5, 10) if step * power >= value * (1 - 1e-9)))
-
-
-def show(obj, limit):
-    """Gives the object a material that shows the attribute; its mesh keeps its own materials, see `hide`."""
-    if not obj.material_slots:
-        obj.data.materials.append(None)
-    material = next((slot.material for slot in obj.material_slots if shows_error(slot.material)), None)
-    if material is None:
-        material = error_material(f"{obj.name} error")
-    for slot in obj.material_slots:
-        slot.link = "OBJECT"
-        slot.material = material
-    material.node_tree.nodes[MAP_NODE].inputs["From Max"].default_value = limit
-    # For the solid view with the shading colour "Attribute".
-    if ATTRIBUTE in obj.data.attributes:
-        obj.data.attributes.active = obj.data.attributes[ATTRIBUTE]
-        paint(obj.data, limit)
-
-
-def shows_error(material):
-    """Whether it is a material that `show` made."""
-    return material is not None and material.node_tree is not None and MAP_NODE in material.node_tree.nodes
-
-
-def hide(obj):
-    """Gives the object back the materials of its mesh."""
-    for slot in obj.material_slots:
-        if slot.link == "OBJECT" and shows_error(slot.material):
-            slot.material = None
-            slot.link = "DATA"
-
-
-def paint(mesh, limit):
-    """Stores the error as colours too: Workbench shows no other attributes."""
-    layer = mesh.attributes[ATTRIBUTE]
-    values = np.empty(len(layer.data), np.float32)
-    layer.data.foreach_get("value", values)
-    share = np.clip(np.abs(np.nan_to_num(values, nan=limit)) / max(limit, 1e-30), 0, 1)
-    places = [place for place, _ in RAMP]
-    colours = np.ones((len(values), 4), np.float32)
-    for k in range(3):
-        colours[:, k] = np.interp(share, places, [linear(colour[k]) for _, colour in RAMP])
-    if layer.domain == "FACE":
-        # Blender has colours of vertices and corners only.
-        colours = np.repeat(colours, np.diff(np.append(face_starts(mesh), len(mesh.loops))), axis=0)
-    older = mesh.attributes.get(COLOURS)
-    if older is not None:
-        mesh.attributes.remove(older)
-    domain = "CORNER" if layer.domain == "FACE" else "POINT"
-    made = mesh.color_attributes.new(COLOURS, "FLOAT_COLOR", domain)
-    made.data.foreach_set("color", colours.reshape(-1))
-    mesh.color_attributes.active_color = mesh.color_attributes[COLOURS]
-
-
-def face_starts(mesh):
-    """The first corner of each face."""
-    starts = np.empty(len(mesh.polygons), np.int32)
-    mesh.polygons.foreach_get("loop_start", starts)
-    return starts
-
-
-def error_material(name):
-    """A material that colours by the attribute `error`."""
-    material = material_of_nodes(name)
-    nodes, links = material.node_tree.nodes, material.node_tree.links
-    attribute = nodes.new("ShaderNodeAttribute")
-    attribute.attribute_name = ATTRIBUTE
-    scale = nodes.new("ShaderNodeMapRange")
-    scale.name = scale.label = MAP_NODE
-    ramp = nodes.new("ShaderNodeValToRGB")
-    ramp.name = ramp.label = RAMP_NODE
-    elements = ramp.color_ramp.elements
-    while len(elements) < len(RAMP):
-        elements.new(1)
-    for element, (position, colour) in zip(elements, RAMP, strict=True):
-        element.position = position
-        element.color = (*(linear(x) for x in colour), 1)
-    shader = nodes["Principled BSDF"]
-    shader.inputs["Roughness"].default_value = 0.6
-    for k, node in enumerate((attribute, scale, ramp)):
-        node.location = (-900 + 250 * k, 300)
-    links.new(attribute.outputs["Fac"], scale.inputs["Value"])
-    links.new(scale.outputs["Result"], ramp.inputs["Fac"])
-    links.new(ramp.outputs["Color"], shader.inputs["Base Color"])
-    return material
-
-
-def linear(x):
-    """Linear light of an sRGB channel."""
-    return x / 12.92 if x <= 0.04045 else ((x + 0.055) / 1.055) ** 2.4

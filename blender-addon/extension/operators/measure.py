@@ -2,16 +2,16 @@
 """Measure how far one surface lies from another, with a bound that holds between the vertices too."""
 
 import bpy
-import numpy as np
 import surfrecon
 from bpy.props import BoolProperty
 
 from .. import convert, recording, surfaces, usable
+from ..false_colours import show, store_distances
 from ..job import JobOperator
 from ..running import Refused
 from ..scene import sources_of
 from ..words import length
-from .error_map import ATTRIBUTE, round_up, show
+from .error_map import round_up
 
 REPORT = "surfrecon_measure"
 # What lies in the selection and has no surface, nor shows instances that have.
@@ -82,7 +82,7 @@ class SURFRECON_OT_measure(JobOperator, bpy.types.Operator):
             figures["hausdorff"] = max(there["bound"], back["bound"])
         distances = there["distances"]
         if self.show_error and len(distances) == len(active.data.vertices):
-            convert.store(active.data, ATTRIBUTE, distances.astype(np.float32))
+            store_distances(active.data, distances)
             show(active, round_up(there["p95"]))
         elif self.show_error:
             text = "is measured with its modifiers, which make other vertices: apply them to see the error in colours"

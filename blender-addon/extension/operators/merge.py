@@ -8,13 +8,13 @@ import numpy as np
 import surfrecon
 
 from .. import convert, declared, recording, scan_objects
+from ..false_colours import ATTRIBUTE
 from ..job import JobOperator
 from ..kept_merge import KeptMerge
 from ..properties import PARAMETERS, MergeOptions, arguments, threads
 from ..running import Refused, gathered
 from ..scene import SCANS, dress, link, put_forward
 from ..words import number
-from .error_map import ATTRIBUTE
 
 REPORT = "surfrecon_report"
 

@@ -10,12 +10,13 @@ from bpy.props import BoolProperty, EnumProperty, IntProperty
 from mathutils import Matrix
 
 from .. import convert, declared, scan_objects, splines, usable
+from ..false_colours import show
 from ..job import JobOperator
 from ..preview import thinned
 from ..properties import draw_others, given, option
 from ..running import Refused
 from ..scene import SCANS, dress, link, put_forward, scan_behind
-from .error_map import round_up, show
+from .error_map import round_up
 
 REPORT = "surfrecon_quads"
 

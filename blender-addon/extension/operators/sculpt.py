@@ -8,6 +8,7 @@ from bpy.props import BoolProperty
 from mathutils import Matrix
 
 from .. import convert, declared, scan_objects, usable
+from ..false_colours import show
 from ..job import JobOperator
 from ..kept import Kept, fingerprint
 from ..preview import thinned
@@ -15,7 +16,6 @@ from ..properties import draw_others, given, option
 from ..running import Refused
 from ..scene import SCANS, dress, link, put_forward, scan_behind
 from ..words import length
-from .error_map import show
 
 REPORT = "surfrecon_sculpt"
 

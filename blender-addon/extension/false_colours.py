@@ -1,0 +1,235 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""False colours: distances that a surface shows in colours. They are put on for looking, and taken off without a trace.
+
+The colours have a name of their own, which nothing reads as a surface's colour. What the mesh was before is noted with
+it, as long as it shows them.
+"""
+
+import bpy
+import numpy as np
+
+from . import convert
+from .scene import material_of_nodes
+
+ATTRIBUTE, FIGURES, COLOURS = "error", "surfrecon_error", convert.FALSE_COLOURS
+MAP_NODE, RAMP_NODE = "Error range", "Error colours"
+
+WORKBENCH = "BLENDER_WORKBENCH"
+
+# Views that were switched to show them: what of their shading, to what, and what it was.
+SWITCHED = {}
+
+# Custom property of a mesh that shows them: what it was before.
+BEFORE = "surfrecon_before_error"
+
+# Custom property of an object that shows them: materials of its own, which its mesh does not have, by their slots.
+OWN = "surfrecon_own_materials"
+
+# Files of 0.1 don't say what it was.
+BEFORE_OF_0_1 = {"active": "colour", "rendered": "colour", "measured": True}
+
+# Position along the scale and sRGB colour: calm where the distance is small.
+RAMP = (
+    (0.0, (0.16, 0.33, 0.60)),
+    (0.3, (0.20, 0.65, 0.66)),
+    (0.55, (0.95, 0.90, 0.45)),
+    (0.8, (0.93, 0.45, 0.20)),
+    (1.0, (0.65, 0.06, 0.12)),
+)
+
+
+# Onto a mesh and off again
+
+
+def store_distances(mesh, distances):
+    """Stores a distance a vertex as an attribute, which goes again with the colours unless there was one before."""
+    remember(mesh)
+    convert.store(mesh, ATTRIBUTE, distances.astype(np.float32))
+
+
+def show(obj, limit, material=None):
+    """Gives the object a material that shows the attribute; its mesh keeps its own materials, see `hide`."""
+    remember(obj.data)
+    if not obj.material_slots:
+        obj.data.materials.append(None)
+    material = material or next((slot.material for slot in obj.material_slots if shows_error(slot.material)), None)
+    if material is None:
+        material = error_material(f"{obj.name} error")
+        # What the object itself wears; `None` is nothing that a custom property can hold.
+        own = {str(k): slot.material for k, slot in enumerate(obj.material_slots) if slot.link == "OBJECT"}
+        obj[OWN] = {k: one for k, one in own.items() if one is not None}
+    for slot in obj.material_slots:
+        slot.link = "OBJECT"
+        slot.material = material
+    material.node_tree.nodes[MAP_NODE].inputs["From Max"].default_value = limit
+    if ATTRIBUTE in obj.data.attributes:
+        paint(obj.data, limit)
+
+
+def hide(obj):
+    """Gives the object back the materials of its mesh, and its mesh what it was."""
+    worn = {slot.material for slot in obj.material_slots if slot.link == "OBJECT" and shows_error(slot.material)}
+    own = obj[OWN].to_dict() if OWN in obj else {}
+    for k, slot in enumerate(obj.material_slots):
+        if slot.link == "OBJECT" and slot.material in worn:
+            slot.material = own.get(str(k))
+            slot.link = "OBJECT" if slot.material is not None else "DATA"
+    for material in worn:
+        if material.users == 0:
+            bpy.data.materials.remove(material)
+    for name in (OWN, FIGURES):
+        if name in obj:
+            del obj[name]
+    for mesh in {obj.data, *(level.mesh for level in obj.surfrecon_levels if level.mesh is not None)}:
+        # Objects may share a mesh.
+        if not any(other.data == mesh and is_shown(other) for other in bpy.data.objects):
+            restore(mesh)
+
+
+def undress(obj):
+    """Shows the object in the materials of its mesh; returns what `show` takes to show its false colours again."""
+    shown = limit_of(obj), next(slot.material for slot in obj.material_slots if shows_error(slot.material))
+    for slot in obj.material_slots:
+        slot.link = "DATA"
+    if COLOURS in obj.data.attributes:
+        obj.data.attributes.remove(obj.data.attributes[COLOURS])
+    real_ones_active(obj.data, obj.data[BEFORE].to_dict() if BEFORE in obj.data else BEFORE_OF_0_1)
+    return shown
+
+
+def is_shown(obj):
+    """Whether an object shows false colours."""
+    return any(shows_error(slot.material) for slot in obj.material_slots)
+
+
+def shows_error(material):
+    """Whether it is a material that `show` made."""
+    return material is not None and material.node_tree is not None and MAP_NODE in material.node_tree.nodes
+
+
+def limit_of(obj):
+    """The distance of the last colour that an object shows."""
+    material = next(slot.material for slot in obj.material_slots if shows_error(slot.material))
+    return material.node_tree.nodes[MAP_NODE].inputs["From Max"].default_value
+
+
+def remember(mesh):
+    """Notes what a mesh is, unless it shows false colours already."""
+    if BEFORE in mesh:
+        return
+    colours = mesh.color_attributes
+    rendered = colours.render_color_index
+    mesh[BEFORE] = {
+        "active": colours.active_color_name or "",
+        "rendered": colours[rendered].name if 0 <= rendered < len(colours) else "",
+        "measured": ATTRIBUTE in mesh.attributes,
+        "slots": len(mesh.materials),
+    }
+
+
+def restore(mesh):
+    """Makes a mesh what it was."""
+    before = mesh[BEFORE].to_dict() if BEFORE in mesh else BEFORE_OF_0_1
+    for name in (COLOURS,) if before["measured"] else (COLOURS, ATTRIBUTE):
+        if name in mesh.attributes:
+            mesh.attributes.remove(mesh.attributes[name])
+    while len(mesh.materials) > before.get("slots", len(mesh.materials)) and mesh.materials[-1] is None:
+        mesh.materials.pop()
+    real_ones_active(mesh, before)
+    if BEFORE in mesh:
+        del mesh[BEFORE]
+
+
+def real_ones_active(mesh, before):
+    """Makes the colours active that were so before."""
+    colours = mesh.color_attributes
+    if before["active"] in colours:
+        colours.active_color = colours[before["active"]]
+    if before["rendered"] in colours:
+        colours.render_color_index = colours.find(before["rendered"])
+
+
+# How they look
+
+
+def paint(mesh, limit):
+    """Stores the error as colours too: Workbench shows no other attributes."""
+    layer = mesh.attributes[ATTRIBUTE]
+    values = np.empty(len(layer.data), np.float32)
+    layer.data.foreach_get("value", values)
+    share = np.clip(np.abs(np.nan_to_num(values, nan=limit)) / max(limit, 1e-30), 0, 1)
+    places = [place for place, _ in RAMP]
+    colours = np.ones((len(values), 4), np.float32)
+    for k in range(3):
+        colours[:, k] = np.interp(share, places, [linear(colour[k]) for _, colour in RAMP])
+    if layer.domain == "FACE":
+        # Blender has colours of vertices and corners only.
+        colours = np.repeat(colours, np.diff(np.append(face_starts(mesh), len(mesh.loops))), axis=0)
+    older = mesh.attributes.get(COLOURS)
+    if older is not None:
+        mesh.attributes.remove(older)
+    domain = "CORNER" if layer.domain == "FACE" else "POINT"
+    made = mesh.color_attributes.new(COLOURS, "FLOAT_COLOR", domain)
+    made.data.foreach_set("color", colours.reshape(-1))
+    mesh.color_attributes.active_color = mesh.color_attributes[COLOURS]
+
+
+def face_starts(mesh):
+    """The first corner of each face."""
+    starts = np.empty(len(mesh.polygons), np.int32)
+    mesh.polygons.foreach_get("loop_start", starts)
+    return starts
+
+
+def error_material(name):
+    """A material that colours by the attribute `error`."""
+    material = material_of_nodes(name)
+    nodes, links = material.node_tree.nodes, material.node_tree.links
+    attribute = nodes.new("ShaderNodeAttribute")
+    attribute.attribute_name = ATTRIBUTE
+    scale = nodes.new("ShaderNodeMapRange")
+    scale.name = scale.label = MAP_NODE
+    ramp = nodes.new("ShaderNodeValToRGB")
+    ramp.name = ramp.label = RAMP_NODE
+    elements = ramp.color_ramp.elements
+    while len(elements) < len(RAMP):
+        elements.new(1)
+    for element, (position, colour) in zip(elements, RAMP, strict=True):
+        element.position = position
+        element.color = (*(linear(x) for x in colour), 1)
+    shader = nodes["Principled BSDF"]
+    shader.inputs["Roughness"].default_value = 0.6
+    for k, node in enumerate((attribute, scale, ramp)):
+        node.location = (-900 + 250 * k, 300)
+    links.new(attribute.outputs["Fac"], scale.inputs["Value"])
+    links.new(scale.outputs["Result"], ramp.inputs["Fac"])
+    links.new(ramp.outputs["Color"], shader.inputs["Base Color"])
+    return material
+
+
+def linear(x):
+    """Linear light of an sRGB channel."""
+    return x / 12.92 if x <= 0.04045 else ((x + 0.055) / 1.055) ** 2.4
+
+
+# Views
+
+
+def show_materials(context):
+    """Lets views that show no materials do so."""
+    for area in context.screen.areas if context.screen else ():
+        if area.type == "VIEW_3D" and area.spaces.active.shading.type == "SOLID":
+            shading = area.spaces.active.shading
+            # Workbench has no view of materials.
+            name, value = ("color_type", "VERTEX") if context.scene.render.engine == WORKBENCH else ("type", "MATERIAL")
+            SWITCHED.setdefault(area.as_pointer(), (name, value, getattr(shading, name)))
+            setattr(shading, name, value)
+
+
+def show_as_before(context):
+    """Puts views back that `show_materials` has switched, unless the user has switched them again since."""
+    for area in context.screen.areas if context.screen else ():
+        if area.type == "VIEW_3D" and area.as_pointer() in SWITCHED:
+            name, value, before = SWITCHED.pop(area.as_pointer())
+            if getattr(area.spaces.active.shading, name) == value:
+                setattr(area.spaces.active.shading, name, before)
