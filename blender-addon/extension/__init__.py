@@ -8,6 +8,7 @@
 | operators | a file each: bring in, look, clean, align, merge, reduce, measure, export |
 | panels, reports, menus | the sidebar tab; the figures of results; the entries in Blender's menus |
 | job, running, preview | a long call as a modal operator; what runs, and its cancel; a rough picture meanwhile |
+| home | the scene and the collection that a job was begun in |
 | kept_merge | what the last merge found out, for the next one |
 | adjusting, kept | adjusted operations that take long; what an operator needs again when it is adjusted |
 | convert, splines, surfaces | arrays <-> Blender's meshes; NURBS surfaces; several objects as one surface |
@@ -15,6 +16,8 @@
 | usable | what refuses objects that can't be used, changed or moved |
 | regions, pruning, scaling | boxes, planes, selections, the ruler's points; meshes with fewer vertices; other sizes |
 | recording | frames of a recording: those that stay in their files, and the object that stands for them |
+| chosen | the part of a selection that is meant; what is left out |
+| sources, hiding | what results were made from; hiding it in views, renders and exports |
 | scene | results in the scene: collections, selection, colours, materials |
 | false_colours | distances in colours, put on a surface for looking and taken off again |
 | gltf | what Blender's export of glTF leaves out |
@@ -23,10 +26,14 @@
 | presets, translations | options saved under names; other languages |
 """
 
-from . import job, kept, kept_merge, menus, operators, panels, preferences, presets, properties, translations
-from .gltf import glTF2_post_export_callback, glTF2_pre_export_callback  # noqa: F401 (Blender's exporter calls them)
+from . import job, kept, kept_merge, menus, operators, panels, preferences, presets, properties, sources, translations
+from .gltf import (  # noqa: F401 (Blender's exporter calls them)
+    glTF2_post_export_callback,
+    glTF2_pre_export_callback,
+    glTF2ExportUserExtension,
+)
 
-MODULES = (preferences, properties, job, kept, kept_merge, operators, panels, menus, presets, translations)
+MODULES = (preferences, properties, sources, job, kept, kept_merge, operators, panels, menus, presets, translations)
 
 
 def register():

@@ -3,6 +3,7 @@
 
 import bpy
 
+from . import hiding
 from .running import Running
 from .scene import put_back, whereabouts
 
@@ -74,7 +75,7 @@ class Before:
             obj = context.view_layer.objects.get(name)
             if obj is not None:
                 # The result that is there has hidden or moved what it was made from.
-                obj.hide_set(False)
+                hiding.show(context, [obj])
                 obj.select_set(True)
                 put_back(obj, before)
         context.view_layer.update()

@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 
 from . import convert
-from .scene import material_of_nodes
+from .scene import material_of_nodes, views_of
 
 ATTRIBUTE, FIGURES, COLOURS = "error", "surfrecon_error", convert.FALSE_COLOURS
 MAP_NODE, RAMP_NODE = "Error range", "Error colours"
@@ -26,7 +26,7 @@ BEFORE = "surfrecon_before_error"
 OWN = "surfrecon_own_materials"
 
 # Files of 0.1 don't say what it was.
-BEFORE_OF_0_1 = {"active": "colour", "rendered": "colour", "measured": True}
+BEFORE_OF_0_1 = {"active": "colour", "rendered": "colour", "measured": True, "bare": False}
 
 # Position along the scale and sRGB colour: calm where the distance is small.
 RAMP = (
@@ -123,7 +123,7 @@ def remember(mesh):
         "active": colours.active_color_name or "",
         "rendered": colours[rendered].name if 0 <= rendered < len(colours) else "",
         "measured": ATTRIBUTE in mesh.attributes,
-        "slots": len(mesh.materials),
+        "bare": len(mesh.materials) == 0,
     }
 
 
@@ -133,8 +133,8 @@ def restore(mesh):
     for name in (COLOURS,) if before["measured"] else (COLOURS, ATTRIBUTE):
         if name in mesh.attributes:
             mesh.attributes.remove(mesh.attributes[name])
-    while len(mesh.materials) > before.get("slots", len(mesh.materials)) and mesh.materials[-1] is None:
-        mesh.materials.pop()
+    if before["bare"] and not any(mesh.materials):
+        mesh.materials.clear()
     real_ones_active(mesh, before)
     if BEFORE in mesh:
         del mesh[BEFORE]
@@ -172,6 +172,10 @@ def paint(mesh, limit):
     made = mesh.color_attributes.new(COLOURS, "FLOAT_COLOR", domain)
     made.data.foreach_set("color", colours.reshape(-1))
     mesh.color_attributes.active_color = mesh.color_attributes[COLOURS]
+    # They are seen, and others stay those that are rendered.
+    rendered = mesh.color_attributes.find(mesh[BEFORE]["rendered"])
+    if rendered >= 0:
+        mesh.color_attributes.render_color_index = rendered
 
 
 def face_starts(mesh):
@@ -217,9 +221,9 @@ def linear(x):
 
 def show_materials(context):
     """Lets views that show no materials do so."""
-    for area in context.screen.areas if context.screen else ():
-        if area.type == "VIEW_3D" and area.spaces.active.shading.type == "SOLID":
-            shading = area.spaces.active.shading
+    for area in views_of(context):
+        shading = area.spaces.active.shading
+        if shading.type == "SOLID":
             # Workbench has no view of materials.
             name, value = ("color_type", "VERTEX") if context.scene.render.engine == WORKBENCH else ("type", "MATERIAL")
             SWITCHED.setdefault(area.as_pointer(), (name, value, getattr(shading, name)))
@@ -228,8 +232,8 @@ def show_materials(context):
 
 def show_as_before(context):
     """Puts views back that `show_materials` has switched, unless the user has switched them again since."""
-    for area in context.screen.areas if context.screen else ():
-        if area.type == "VIEW_3D" and area.as_pointer() in SWITCHED:
+    for area in views_of(context):
+        if area.as_pointer() in SWITCHED:
             name, value, before = SWITCHED.pop(area.as_pointer())
             if getattr(area.spaces.active.shading, name) == value:
                 setattr(area.spaces.active.shading, name, before)

@@ -18,6 +18,7 @@ import surfrecon
 
 from . import preview
 from .adjusting import Adjusting, Before
+from .home import Home
 from .kept import Kept
 from .kept_merge import KeptMerge
 from .running import Gathering, Refused, Running
@@ -47,6 +48,8 @@ class JobOperator:
     # Whether `finish` may meet the first result when an adjusted operation goes on in the background.
     may_be_handed_over = True
     replaces = None
+    # Where the job was begun, and its result goes.
+    home = None
     _timer = None
     _shown = None
 
@@ -74,6 +77,7 @@ class JobOperator:
         else:
             replaces = None
         before = replaces or Before(context)
+        self.home = Home(context)
         if not self._begin(context):
             return {"CANCELLED"}
         while True:
@@ -101,6 +105,7 @@ class JobOperator:
         else:
             # What an earlier operation made is not what this one will replace when it is adjusted.
             Adjusting.replaced = None
+            self.home = Home(context)
             Running.begin(Gathering(self.gathering), self.bl_label)
         manager = context.window_manager
         self._timer = manager.event_timer_add(POLL_SECONDS, window=context.window)
@@ -156,7 +161,8 @@ class JobOperator:
         try:
             if gathering.steps is None:
                 gathering.steps = self._launching(context)
-            job = gathering.read()
+            with self.home.there(context):
+                job = gathering.read()
         except (Refused, surfrecon.SurfreconError) as problem:
             Running.take()
             self._refuse(problem)
@@ -203,7 +209,9 @@ class JobOperator:
             if Running.stopped is not None:  # also when it was done before it heard
                 Running.take()
                 raise surfrecon.Cancelled("cancelled")
-            further = self.finish(context, Running.take().result())
+            result = Running.take().result()
+            with self.home.there(context):
+                further = self.finish(context, result)
             if further is not None:
                 Running.begin(further, self.bl_label)
                 return None
@@ -213,6 +221,8 @@ class JobOperator:
         except (Refused, surfrecon.SurfreconError) as problem:
             self._refuse(problem)
             return {"CANCELLED"}
+        if (scene := self.home.find()) != context.scene:
+            self.report({"INFO"}, f'The result is in the scene "{scene.name}", where it was begun')
         return {"FINISHED"}
 
     def _refuse(self, problem):

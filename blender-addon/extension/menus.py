@@ -16,8 +16,10 @@ FILES = ("surfrecon.import_scans", "surfrecon.export_scans")
 # The order of the work; a line between groups.
 OBJECT = (
     ("surfrecon.reproject", "surfrecon.virtual_scan"),
-    ("surfrecon.tint_scans", "surfrecon.true_size", "surfrecon.ground"),
-    ("surfrecon.clean", "surfrecon.select_region", "surfrecon.remove_background"),
+    ("surfrecon.select_scans", "surfrecon.tint_scans", "surfrecon.show_sources"),
+    ("surfrecon.true_size", "surfrecon.ground"),
+    ("surfrecon.clean", "surfrecon.remove_background"),
+    ("surfrecon.box_around", "surfrecon.keep_inside", "surfrecon.remove_inside"),
     ("surfrecon.align", "surfrecon.merge", "surfrecon.merge_to_file", "surfrecon.reconstruct"),
     ("surfrecon.sculpt", "surfrecon.quads", "surfrecon.remesh"),
     ("surfrecon.error_map", "surfrecon.error_hide", "surfrecon.measure"),

@@ -3,12 +3,14 @@
 
 import bpy
 
-from . import scan_objects
+from . import chosen, scan_objects
 from .false_colours import FIGURES, RAMP_NODE, is_shown, limit_of, shows_error
 from .operators.merge import REPORT
+from .operators.show_sources import are_shown
 from .recording import FRAMES, is_recording
 from .reports import LINES, lie_apart
 from .running import Running
+from .sources import sources_of
 from .translations import NAMES, OPERATORS, word
 from .words import length, number, wrapped
 
@@ -48,13 +50,17 @@ class SURFRECON_PT_running(ScansPanel, bpy.types.Panel):
             layout.operator("surfrecon.cancel", icon="CANCEL")
             return
         scans = [obj for obj in context.selected_objects if scan_objects.is_range_image(obj)]
-        others = [obj for obj in context.selected_objects if obj.type == "MESH" and obj not in scans]
-        counts = (scans, "scan", "scans"), (others, "mesh", "meshes")
-        texts = [number(len(some), word(one), word(many)) for some, one, many in counts]
+        meshes = [obj for obj in context.selected_objects if obj.type == "MESH" and obj not in scans]
+        meshes = [obj for obj in meshes if chosen.kind_of(obj) is None]
+        # Those that operators leave out.
+        others = [obj for obj in context.selected_objects if chosen.kind_of(obj) is not None]
+        counts = (scans, "scan", "scans"), (meshes, "mesh", "meshes"), (others, "other", "others")
+        texts = [number(len(some), word(one), word(many)) for some, one, many in counts if some or one != "other"]
         frames = sum(len(obj[FRAMES]) for obj in context.selected_objects if is_recording(obj))
         if frames:
             texts.append(number(frames, word("frame in its file"), word("frames in their files")))
         layout.label(text=f"{word('Selection')}: {', '.join(texts)}", translate=False)
+        buttons(layout, ("surfrecon.select_scans", "RESTRICT_SELECT_OFF"))
 
 
 class SURFRECON_PT_bring(ScansPanel, bpy.types.Panel):
@@ -78,8 +84,11 @@ class SURFRECON_PT_look(ScansPanel, bpy.types.Panel):
     bl_label = "Look"
 
     def draw(self, context):
-        """Its buttons."""
+        """Its buttons, and the switch of a result's sources."""
         buttons(self.layout, ("surfrecon.tint_scans", "COLOR"))
+        sources = [] if context.object is None else sources_of(context.object)
+        if sources:
+            self.layout.operator("surfrecon.show_sources", icon="HIDE_OFF", depress=are_shown(sources))
 
 
 class SURFRECON_PT_place(ScansPanel, bpy.types.Panel):
@@ -106,7 +115,9 @@ class SURFRECON_PT_clean(ScansPanel, bpy.types.Panel):
         buttons(
             self.layout,
             ("surfrecon.clean", "BRUSH_DATA"),
-            ("surfrecon.select_region", "SELECT_INTERSECT"),
+            ("surfrecon.box_around", "CUBE"),
+            ("surfrecon.keep_inside", "SELECT_INTERSECT"),
+            ("surfrecon.remove_inside", "SELECT_SUBTRACT"),
             ("surfrecon.remove_background", "AXIS_TOP"),
         )
 

@@ -56,7 +56,8 @@ class SurfreconPreferences(bpy.types.AddonPreferences):
     )
     hide_sources: BoolProperty(
         name="Hide sources",
-        description="Hide the objects that a result was made from, so that the result is seen. Alt+H shows them again",
+        description="Hide the objects that a result was made from, so that the result is seen, rendered and exported. "
+        "Show Sources shows them again",
         default=True,
     )
 

@@ -44,7 +44,7 @@ def step(operator, context, running):
         mesh, matrix = operator.preview_mesh(job.result())
     except surfrecon.SurfreconError:
         return
-    show(mesh.positions @ matrix[:3, :3].T + matrix[:3, 3], mesh.triangles)
+    show(mesh.positions @ matrix[:3, :3].T + matrix[:3, 3], mesh.triangles, operator.home.scene)
     redraw_views()
 
 
@@ -81,8 +81,8 @@ def shaded(positions, triangles):
     return corners.reshape(-1, 3), colours.reshape(-1, 4)
 
 
-def show(positions, triangles):
-    """Draws a surface into all 3D views until `end`."""
+def show(positions, triangles, scene):
+    """Draws a surface into all 3D views of the scene that has this number, until `end`."""
     import gpu
     from gpu_extras.batch import batch_for_shader
 
@@ -91,6 +91,8 @@ def show(positions, triangles):
     batch = batch_for_shader(shader, "TRIS", {"pos": corners, "color": colours})
 
     def draw():
+        if bpy.context.scene.session_uid != scene:
+            return
         gpu.state.depth_test_set("LESS_EQUAL")
         gpu.state.depth_mask_set(True)
         batch.draw(shader)

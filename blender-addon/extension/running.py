@@ -60,22 +60,38 @@ class Gathering:
         return self.looked_at > 1
 
 
+class Handle:
+    """An object as it is known while something runs and the user may rename, undo or remove: by a number that stays,
+    and the name that it had.
+    """
+
+    def __init__(self, obj):
+        self.name, self.number = obj.name, obj.session_uid
+
+    def get(self):
+        """The object, or `None` where it is gone."""
+        found = bpy.data.objects.get(self.name)
+        if found is not None and found.session_uid == self.number:
+            return found
+        return next((obj for obj in bpy.data.objects if obj.session_uid == self.number), None)
+
+
 def gathered(context, objects, read):
     """`read(object, depsgraph)` of each object, as a list; one that takes long may be a generator of the same kind. A
     generator, for `launch`, that yields the share done.
 
-    The user may work on meanwhile, so objects are known by their names and looked up when their turn comes.
+    The user may work on meanwhile, so objects are looked up when their turn comes.
     """
-    keys = [(obj.name, obj.library.filepath if obj.library is not None else None) for obj in objects]
+    handles = [Handle(obj) for obj in objects]
     found = []
-    for k, key in enumerate(keys):
-        yield k / len(keys)
-        obj = bpy.data.objects.get(key)
+    for k, handle in enumerate(handles):
+        yield k / len(handles)
+        obj = handle.get()
         if obj is None:
-            raise Refused(f'"{key[0]}" was removed meanwhile: try again')
+            raise Refused(f'"{handle.name}" was removed meanwhile: try again')
         content = read(obj, context.evaluated_depsgraph_get())
         if inspect.isgenerator(content):
-            content = yield from part_of(content, k / len(keys), 1 / len(keys))
+            content = yield from part_of(content, k / len(handles), 1 / len(handles))
         found.append(content)
     return found
 

@@ -8,14 +8,10 @@ import bpy
 import numpy as np
 import surfrecon
 
-from . import convert, scan_objects, surfaces
-from .preferences import preference
+from . import convert, hiding, surfaces
 from .recording import POSES
 
 GOLDEN = 0.618034
-
-# Custom property of a result: the names of what it was made from, a line each.
-SCANS = "surfrecon_scans"
 
 # The material that shows vertex colours.
 COLOURS = "Scan colours"
@@ -35,24 +31,23 @@ def into_collection(context, name, objects, parent=None):
     return collection
 
 
-def scan_behind(obj):
-    """The range scan that an object is, or was made from; `None` if there is none.
-
-    So an operator can be adjusted, and called again, while its own result is the active object.
-    """
-    if obj is None or scan_objects.is_range_image(obj):
-        return obj
-    name = obj.get(SCANS)
-    source = bpy.data.objects.get(name) if isinstance(name, str) else None
-    return source if source is not None and scan_objects.is_range_image(source) else None
-
-
 def link(context, obj):
     """Links an object where the user works, or to the scene's own collection if that one is hidden or linked."""
     collection = context.collection
-    if collection is None or collection.library is not None or context.layer_collection.exclude:
+    if (
+        collection is None
+        or collection.library is not None
+        or not is_in(context.view_layer.layer_collection, collection)
+    ):
         collection = context.scene.collection
     collection.objects.link(obj)
+
+
+def is_in(layer_collection, collection):
+    """Whether a view layer has a collection."""
+    if layer_collection.exclude:
+        return False
+    return layer_collection.collection == collection or any(is_in(one, collection) for one in layer_collection.children)
 
 
 # What Blender stores of where an object is. Written back they give its matrix to the bit, which no matrix does.
@@ -76,7 +71,7 @@ def put_back(obj, before):
 
 def select_only(context, objects):
     """Selects these objects and nothing else; the first becomes the active one."""
-    for obj in context.selected_objects:
+    for obj in list(context.view_layer.objects.selected):
         obj.select_set(False)
     for obj in objects:
         obj.select_set(True)
@@ -96,32 +91,24 @@ def frame_selected(context):
 
 def put_forward(context, objects, sources):
     """Selects results, and hides what they were made from if the user likes: both lie in the same place."""
-    # Scripts without a window have nothing to see, and may go on with the sources.
-    if preference("hide_sources") and not bpy.app.background:
-        hide(context, sources)
+    if hiding.is_wished():
+        hiding.hide(context, sources)
     into_local_views(context, objects)
     select_only(context, objects)
 
 
+def views_of(context):
+    """The areas of the 3D views that show the scene."""
+    shown = context.screen is not None and context.window.scene == context.scene
+    return [area for area in context.screen.areas if area.type == "VIEW_3D"] if shown else []
+
+
 def into_local_views(context, objects):
     """Shows new objects in the views that show a few objects alone, too."""
-    for area in context.screen.areas if context.screen else ():
-        if area.type == "VIEW_3D" and area.spaces.active.local_view is not None:
+    for area in views_of(context):
+        if area.spaces.active.local_view is not None:
             for obj in objects:
                 obj.local_view_set(area.spaces.active, True)
-
-
-def hide(context, objects):
-    """Hides objects, as far as they are still there and in this view layer, with the eye in the outliner."""
-    for obj in objects:
-        if obj is not None and obj.name in context.view_layer.objects:
-            obj.hide_set(True)
-
-
-def sources_of(obj):
-    """The objects that a result was made from, as far as they are still there."""
-    names = obj.get(SCANS, "").split("\n")
-    return [bpy.data.objects[name] for name in names if name in bpy.data.objects]
 
 
 def dress(made, sources, depsgraph):

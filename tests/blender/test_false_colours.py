@@ -37,11 +37,12 @@ def looks(obj):
     mesh = obj.data
     colours = mesh.color_attributes
     active = mesh.attributes.active
+    rendered = colours[colours.render_color_index].name if colours.render_color_index >= 0 else ""
     return (
         sorted(mesh.attributes.keys()),
         None if active is None else active.name,
         colours.active_color_name,
-        colours.render_color_index,
+        rendered if rendered != "error_colour" else "",
         [(slot.link, slot.material) for slot in obj.material_slots],
         sorted(obj.keys()),
         sorted(mesh.keys()),

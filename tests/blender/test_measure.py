@@ -32,7 +32,7 @@ def test_parallel_planes():
 def test_a_result_is_measured_against_its_hidden_sources(extension):
     source, result = quad("source", 0), quad("result", 0.25)
     result["surfrecon_scans"] = "source\nremoved meanwhile"
-    extension.scene.hide(bpy.context, [source, None])
+    extension.hiding.hide(bpy.context, [source, None])
     assert not source.visible_get()
     bpy.ops.surfrecon.measure()
     figures = result["surfrecon_measure"].to_dict()
@@ -118,7 +118,7 @@ def test_bad_selections():
     empty = bpy.data.objects.new("empty", None)
     bpy.context.collection.objects.link(empty)
     empty.select_set(True)
-    with pytest.raises(RuntimeError, match='"empty" has no faces'):
+    with pytest.raises(RuntimeError, match='Select what "alone" is to be measured against'):
         bpy.ops.surfrecon.measure()
     assert "surfrecon_measure" not in bpy.data.objects["alone"]
     lost = quad("lost", 0)

@@ -421,12 +421,12 @@ def test_a_patch_whose_vertices_were_turned_is_refused(extension):
 @pytest.mark.parametrize("value", [3, [1.0], {"a": 1}])
 def test_foreign_figures_are_left_out(value, extension):
     obj = put(extension, image_of("planar"))
-    for name in (*extension.panels.LINES, extension.scene.SCANS):
+    for name in (*extension.panels.LINES, extension.sources.SCANS):
         obj[name] = value
     assert bpy.ops.surfrecon.sculpt.poll()
-    assert extension.scene.scan_behind(bpy.data.objects.new("result", None)) is None
+    assert extension.sources.scan_behind(bpy.data.objects.new("result", None)) is None
     del obj["range_rows"]
-    assert extension.scene.scan_behind(obj) is None
+    assert extension.sources.scan_behind(obj) is None
     draw(extension.panels.SURFRECON_PT_report)
 
 

@@ -36,6 +36,11 @@ def drawn():
     return times
 
 
+def merged_object():
+    """What the scans were merged to, or `None`."""
+    return next((obj for obj in bpy.data.objects if obj.name.endswith(" merged")), None)
+
+
 def merging():
     """To the end, with progress; then back and forth."""
     running, shown = extension().job.Running, drawn()
@@ -59,12 +64,12 @@ def merging():
     falls = sum(after < before for before, after in zip(seen, seen[1:], strict=False))
     check(f"progress rose through {len(stages)} stages", falls <= 1 < len(stages))
     yield 0.3
-    merged = bpy.data.objects.get("Merged")
+    merged = merged_object()
     check("the surface is there", merged is not None and len(merged.data.polygons) > 10000)
     run(bpy.ops.ed.undo, "EXEC_DEFAULT")
     check("undo takes it away in one step", names() == before)
     run(bpy.ops.ed.redo, "EXEC_DEFAULT")
-    check("redo brings it back", "Merged" in bpy.data.objects)
+    check("redo brings it back", merged_object() is not None)
     scans = [obj for obj in bpy.data.objects if extension().scan_objects.is_range_image(obj)]
     check("and the scans, which lie in the same place, are hidden", not any(obj.visible_get() for obj in scans))
     yield 0.3
@@ -119,7 +124,7 @@ def adjusting(scans):
 def adjusting_long():
     """What takes longer than a second when adjusted leaves the window alive, and ESC brings the first result back."""
     running = extension().job.Running
-    select([bpy.data.objects["Merged"]])
+    select([merged_object()])
     run(bpy.ops.ed.undo_push, "EXEC_DEFAULT", message="select")
     count = len(bpy.data.objects)
     run(bpy.ops.surfrecon.remesh, vertices=3000)
@@ -157,7 +162,7 @@ def adjusting_long():
 def looking():
     """The error map with its legend, and the measured distance."""
     running = extension().job.Running
-    merged = bpy.data.objects["Merged"]
+    merged = merged_object()
     select([merged])
     run(bpy.ops.surfrecon.error_map)
     yield from until(lambda: running.job is None)
@@ -175,7 +180,7 @@ def looking():
 
 def scanning():
     """No scanner at hand: a camera scans what is there, and the scan becomes quads."""
-    running, merged = extension().job.Running, bpy.data.objects["Merged"]
+    running, merged = extension().job.Running, merged_object()
     camera = bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))
     middle = sum((merged.matrix_world @ Vector(corner) for corner in merged.bound_box), Vector()) / 8
     camera.location = middle + Vector((0, -3 * merged.dimensions.length, 0))

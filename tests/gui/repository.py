@@ -120,7 +120,7 @@ def using(folder):
     run(bpy.ops.surfrecon.merge)
     yield from until(lambda: running.job is None)
     yield 0.5
-    merged = bpy.data.objects.get("Merged")
+    merged = bpy.data.objects.get("scans merged")
     check("and merges them", merged is not None and len(merged.data.polygons) > 1000)
     picture("11_repository_used")
 

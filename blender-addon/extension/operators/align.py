@@ -8,12 +8,14 @@ import numpy as np
 import surfrecon
 from mathutils import Matrix
 
-from .. import convert, declared, recording, scan_objects, usable
+from .. import convert, declared, hiding, recording, scan_objects, usable
+from ..chosen import RESULTS, Chosen
 from ..false_colours import show_materials
 from ..job import JobOperator
 from ..properties import draw_others, given, option
 from ..running import Refused, gathered
-from ..scene import put_back, put_forward, sources_of, whereabouts
+from ..scene import put_back, put_forward, whereabouts
+from ..sources import sources_of, what_is_gone
 from ..words import number
 from . import error_map
 
@@ -66,13 +68,17 @@ class SURFRECON_OT_align(JobOperator, bpy.types.Operator):
 
     def launch(self, context):
         """Gathers the selected scans, or those that the only selected object was merged from."""
-        chosen = set(context.selected_objects)
+        chosen = Chosen(context.selected_objects)
         # A result lies where the scans that it was made from are, and would hold them there.
-        objects = [obj for obj in context.selected_objects if chosen.isdisjoint(sources_of(obj))]
+        meant = set(chosen.objects)
+        chosen.leave_out([obj for obj in chosen.objects if not meant.isdisjoint(sources_of(obj))], RESULTS)
+        objects, self.said = chosen.objects, chosen.said()
         # Steps of a turntable go by names: Blender's order of what is selected is none.
         objects.sort(key=lambda obj: natural(obj.name))
         self.result = None
         if len(objects) == 1 and len(sources_of(objects[0])) > 1:
+            if gone := what_is_gone(objects[0]):
+                self.report({"WARNING"}, f"{gone}: only the others are aligned")
             self.result, objects = objects[0].name, sources_of(objects[0])
         if len(objects) < 2 and not any(recording.is_recording(obj) for obj in objects):
             raise Refused("Aligning takes at least two scans: select the others as well")
@@ -136,10 +142,10 @@ class SURFRECON_OT_align(JobOperator, bpy.types.Operator):
             obj[REPORT] = figures
         if self.result is not None:
             # It is no longer the surface of its scans: they are seen and selected instead, to be merged anew.
-            for obj in objects:
-                obj.hide_set(False)
+            hiding.show(context, objects)
             put_forward(context, objects, [bpy.data.objects.get(self.result)])
-        if context.object is None or context.object.name not in self.before:
+        active = context.view_layer.objects.active
+        if active is None or active.name not in self.before:
             # The sidebar shows the report of the active object.
             context.view_layer.objects.active = objects[0]
         if self.show_misfit:
@@ -149,7 +155,7 @@ class SURFRECON_OT_align(JobOperator, bpy.types.Operator):
             if reason:
                 what = "stays where it was, undecided" if state == "undecided" else "is not placed"
                 self.report({"WARNING"}, f'"{name}" {what}: {reason}')
-        text = f"{report.placed} of {number(len(self.owners), 'scan', 'scans')} placed"
+        text = f"{report.placed} of {number(len(self.owners), 'scan', 'scans')} placed{self.said}"
         if report.placed == len(self.owners):
             self.report({"INFO"}, text)
         else:

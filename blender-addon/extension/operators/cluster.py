@@ -15,8 +15,9 @@ from ..job import JobOperator
 from ..kept import Kept, fingerprint
 from ..preview import coarse
 from ..properties import draw_others, given, option
-from ..running import Known, Refused, Task
-from ..scene import SCANS, dress, link, put_forward
+from ..running import Handle, Known, Refused, Task
+from ..scene import dress, link, put_forward
+from ..sources import note
 from ..translations import NAMES
 
 REPORT = "surfrecon_cluster"
@@ -90,7 +91,7 @@ class SURFRECON_OT_remesh(JobOperator, bpy.types.Operator):
         """Gathers the surface, or the points of what has no faces."""
         obj = usable.active(context)
         mesh, matrix = self.input = dense(obj, context.evaluated_depsgraph_get())
-        self.surface, self.pose = obj.name, Matrix(matrix)
+        self.source, self.pose = Handle(obj), Matrix(matrix)
         options = given(self, {name: PARAMETERS[name] for name in OPTIONS})
         number_of_threads = options.pop("threads")
         self.kept = Kept.get(self.bl_idname, (content(mesh), tuple(options.items())), dict)
@@ -131,19 +132,19 @@ class SURFRECON_OT_remesh(JobOperator, bpy.types.Operator):
         if len(self.counts) >= len(self.kept.get("counts", ())):
             self.kept.update(counts=self.counts, chain=chain)
         self.kept = self.input = None
-        source, depsgraph = bpy.data.objects.get(self.surface), context.evaluated_depsgraph_get()
+        source, surface, depsgraph = self.source.get(), self.source.name, context.evaluated_depsgraph_get()
         meshes = []
         for number, level in enumerate(chain):
-            name = f"{self.surface} clustered" + (f" {number}" if len(chain) > 1 else "")
+            name = f"{surface} clustered" + (f" {number}" if len(chain) > 1 else "")
             mesh = convert.mesh_from_result(name, level.mesh)
             meshes.append(mesh)
         one = not self.separate or len(chain) == 1
         made = []
         for mesh, level in zip(meshes[:1] if one else meshes, chain, strict=False):
-            obj = bpy.data.objects.new(f"{self.surface} clustered" if one else mesh.name, mesh)
+            obj = bpy.data.objects.new(f"{surface} clustered" if one else mesh.name, mesh)
             obj.matrix_world = self.pose
             obj[REPORT] = convert.plain(figures(level))
-            obj[SCANS] = self.surface
+            note(obj, [source], [surface])
             link(context, obj)
             made.append(obj)
         if one and len(chain) > 1:

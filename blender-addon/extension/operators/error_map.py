@@ -6,10 +6,11 @@ import numpy as np
 import surfrecon
 
 from .. import convert, recording, usable
+from ..chosen import Chosen
 from ..false_colours import FIGURES, show, show_materials, store_distances
 from ..job import JobOperator
 from ..running import Refused, gathered
-from ..scene import sources_of
+from ..sources import sources_of, what_is_gone
 from ..words import length
 
 
@@ -45,10 +46,15 @@ class SURFRECON_OT_error_map(JobOperator, bpy.types.Operator):
         """Gathers the vertices and what they are measured against."""
         measured = usable.active(context)
         usable.writable(measured)
-        references = [obj for obj in context.selected_objects if obj is not measured]
+        chosen = Chosen(obj for obj in context.selected_objects if obj is not measured)
+        references, self.said = chosen.objects, chosen.said()
         if not references:
-            references = sources_of(measured)
+            references, gone = sources_of(measured), what_is_gone(measured)
+            if references and gone:
+                self.report({"WARNING"}, f"{gone}: it is measured against the others")
         if not references:
+            if gone := what_is_gone(measured):
+                raise Refused(f"{gone}: select what it is to be compared with as well")
             raise Refused(f'Select the scans that "{measured.name}" is to be compared with as well')
         self.measured = measured.name
         (points,) = yield from gathered(context, [measured], self.points_of)
@@ -76,7 +82,7 @@ class SURFRECON_OT_error_map(JobOperator, bpy.types.Operator):
         show_materials(context)
         figures = measured[FIGURES]
         rms, most = (length(context, figures[name]) for name in ("rms", "max"))
-        self.report({"INFO"}, f'"{measured.name}": RMS distance {rms}, largest {most}')
+        self.report({"INFO"}, f'"{measured.name}": RMS distance {rms}, largest {most}{self.said}')
 
 
 def scale_of(distances):

@@ -20,6 +20,7 @@ from mathutils import Matrix
 
 from .. import cameras, convert, declared, recording, scan_objects
 from ..adjusting import Adjusting
+from ..chosen import SCAN
 from ..job import JobOperator
 from ..preferences import preference
 from ..properties import option
@@ -324,9 +325,11 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
             obj = scan_objects.object_from_range_image(scan.name, content, factor, self.faces)
         elif isinstance(content, surfrecon.Mesh):
             obj, origin = convert.object_from_mesh(scan.name, content, factor)
+            obj[SCAN] = True
             pose[:3, 3] += pose[:3, :3] @ origin
         else:
             obj, origin = convert.object_from_points(scan.name, content, factor)
+            obj[SCAN] = True
             pose[:3, 3] += pose[:3, :3] @ origin
         pose[:3, 3] *= factor
         return obj, pose

@@ -6,16 +6,15 @@ import surfrecon
 from bpy.props import BoolProperty
 
 from .. import convert, recording, surfaces, usable
+from ..chosen import Chosen
 from ..false_colours import show, store_distances
 from ..job import JobOperator
 from ..running import Refused
-from ..scene import sources_of
+from ..sources import sources_of, what_is_gone
 from ..words import length
 from .error_map import round_up
 
 REPORT = "surfrecon_measure"
-# What lies in the selection and has no surface, nor shows instances that have.
-FACELESS = {"LIGHT", "LIGHT_PROBE", "CAMERA", "SPEAKER", "ARMATURE", "LATTICE"}
 FIGURES = ("mean", "rms", "p95", "max", "bias", "reached", "bound")
 
 
@@ -49,8 +48,10 @@ class SURFRECON_OT_measure(JobOperator, bpy.types.Operator):
     def launch(self, context):
         """Gathers both surfaces in the world."""
         active = usable.active(context)
-        chosen = [obj for obj in context.selected_objects if obj is not active and obj.type not in FACELESS]
-        others = chosen or sources_of(active)
+        chosen = Chosen(obj for obj in context.selected_objects if obj is not active)
+        others, gone, self.said = chosen.objects or sources_of(active), what_is_gone(active), chosen.said()
+        if others and not chosen.objects and gone:
+            self.report({"WARNING"}, f"{gone}: it is measured against the others")
         for obj in others:
             if recording.is_recording(obj):
                 self.report({"WARNING"}, f'Nothing is measured to the frames of "{obj.name}": the error map does that')
@@ -89,5 +90,5 @@ class SURFRECON_OT_measure(JobOperator, bpy.types.Operator):
             self.report({"WARNING"}, f'"{self.measured}" {text}')
         active[REPORT] = convert.plain(figures)
         bound = length(context, there["bound"])
-        self.report({"INFO"}, f'No point of "{self.measured}" is farther than {bound} from {self.against}')
+        self.report({"INFO"}, f'No point of "{self.measured}" is farther than {bound} from {self.against}{self.said}')
         return None

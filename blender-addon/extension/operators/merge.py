@@ -7,13 +7,15 @@ import bpy
 import numpy as np
 import surfrecon
 
-from .. import convert, declared, recording, scan_objects
+from .. import convert, declared, hiding, recording, scan_objects
+from ..chosen import RESULTS, Chosen
 from ..false_colours import ATTRIBUTE
 from ..job import JobOperator
 from ..kept_merge import KeptMerge
 from ..properties import PARAMETERS, MergeOptions, arguments, threads
-from ..running import Refused, gathered
-from ..scene import SCANS, dress, link, put_forward
+from ..running import Handle, Refused, gathered
+from ..scene import dress, link, put_forward
+from ..sources import common_name, note, sources_of, what_is_gone
 from ..words import number
 
 REPORT = "surfrecon_report"
@@ -44,11 +46,32 @@ class OfSelected(JobOperator, MergeOptions):
         for name in [*PARAMETERS, "close_holes"]:
             if not self.properties.is_property_set(name):
                 setattr(self, name, getattr(settings, name))
-        objects = [obj for obj in context.selected_objects if REPORT not in obj]
-        if not objects:
-            raise Refused("Only results of earlier merges are selected: select the scans")
-        self.names = [obj.name for obj in objects]
+        objects = self.chosen(context)
+        self.sources = [Handle(obj) for obj in objects]
         return recording.of_all((yield from gathered(context, objects, self.scan_of_object)))
+
+    def chosen(self, context):
+        """The selected scans, or what the selected results were merged from."""
+        chosen = Chosen(context.selected_objects)
+        merges = [obj for obj in chosen.objects if REPORT in obj]
+        self.earlier = []
+        if merges and len(merges) == len(chosen.objects):
+            self.earlier = [Handle(obj) for obj in merges]
+            scans = list(dict.fromkeys(source for obj in merges for source in sources_of(obj)))
+            for gone in filter(None, map(what_is_gone, merges)):
+                if not scans:
+                    raise Refused(f"{gone}: select the scans")
+                self.report({"WARNING"}, f"{gone}: only the others are merged")
+            chosen.objects = scans
+        else:
+            # A result lies where the scans are that it was made from, and would count twice.
+            meant = set(chosen.objects)
+            results = [obj for obj in chosen.objects if obj in merges or not meant.isdisjoint(sources_of(obj))]
+            chosen.leave_out(results, RESULTS)
+        if not chosen.objects:
+            raise Refused(f"Nothing but {chosen.others()} is selected: select the scans")
+        self.said = chosen.said()
+        return chosen.objects
 
     def scan_of_object(self, obj, depsgraph):
         """What is merged of an object, or a generator of the frames that it stands for."""
@@ -106,8 +129,11 @@ class SURFRECON_OT_merge(OfSelected, bpy.types.Operator):
         if len(result.mesh.triangles) == 0:
             raise Refused("Nothing is left of the surface: choose a smaller voxel, or keep smaller components")
         self.scans = None
-        mesh = convert.mesh_from_result("Merged", result.mesh)
-        merged = bpy.data.objects.new("Merged", mesh)
+        sources = [source.get() for source in self.sources]
+        there = [source for source in sources if source is not None]
+        name = f"{common_name(there) if there else self.sources[0].name} merged"
+        mesh = convert.mesh_from_result(name, result.mesh)
+        merged = bpy.data.objects.new(name, mesh)
         figures, distances = result.report.as_dict(), result.distances
         figures["warnings"] = "\n".join(text for _, text in result.report.warnings)
         if (renewed := KeptMerge.renewed()) is not None:
@@ -116,13 +142,14 @@ class SURFRECON_OT_merge(OfSelected, bpy.types.Operator):
             convert.store(mesh, ATTRIBUTE, distances.astype(np.float32))
             figures |= {"rms_error": float(np.sqrt(np.mean(distances**2))), "max_error": float(distances.max())}
         merged[REPORT] = convert.plain(figures)
-        # Custom properties can't hold a list of strings.
-        merged[SCANS] = "\n".join(self.names)
+        note(merged, sources, [source.name for source in self.sources])
         link(context, merged)
-        sources = [bpy.data.objects.get(name) for name in self.names]
         dress(merged, sources, context.evaluated_depsgraph_get())
-        put_forward(context, [merged], sources)
-        said = f"{number(self.count, 'scan', 'scans')} merged: {len(mesh.polygons):,} triangles"
+        earlier = [one.get() for one in self.earlier]
+        put_forward(context, [merged], sources + earlier)
+        said = f"{number(self.count, 'scan', 'scans')} merged: {len(mesh.polygons):,} triangles{self.said}"
+        if earlier and hiding.is_wished():
+            said += f"; {number(len(earlier), 'earlier result is', 'earlier results are')} hidden"
         if result.report.in_files:
             KeptMerge.forget()
             said += f"; {IN_FILES}"

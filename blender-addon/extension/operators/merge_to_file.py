@@ -8,7 +8,9 @@ import surfrecon
 from bpy.props import EnumProperty, StringProperty
 from bpy_extras.io_utils import ExportHelper
 
+from ..chosen import Chosen
 from ..properties import MergeOptions, arguments, threads
+from ..sources import common_name
 from ..words import number
 from .merge import OfSelected
 
@@ -41,7 +43,8 @@ class SURFRECON_OT_merge_to_file(OfSelected, bpy.types.Operator, ExportHelper):
         """Asks for the file."""
         self.by_hand = True
         if not self.filepath:
-            self.filepath = "Merged.ply"
+            scans = Chosen(context.selected_objects).objects
+            self.filepath = f"{bpy.path.clean_name(common_name(scans))} merged.ply" if scans else "merged.ply"
         return ExportHelper.invoke(self, context, event)
 
     def draw(self, context):
@@ -71,4 +74,4 @@ class SURFRECON_OT_merge_to_file(OfSelected, bpy.types.Operator, ExportHelper):
     def finish(self, context, report):
         """The scene stays as it is."""
         merged = f"{number(self.count, 'scan', 'scans')} merged: {sum(report.faces):,} triangles"
-        self.report({"INFO"}, f"{merged} in {os.path.basename(self.path)}")
+        self.report({"INFO"}, f"{merged} in {os.path.basename(self.path)}{self.said}")

@@ -10,13 +10,14 @@ from mathutils import Matrix
 from .. import recording, regions, scaling, scan_objects, usable
 from ..job import JobOperator, refuse_no_numbers
 from ..preferences import preference
-from ..running import Known, Refused, gathered
-from ..words import length, sentence
+from ..running import Handle, Known, Refused, gathered
+from ..sources import all_sources_of
+from ..words import length, number, sentence
 from .select_region import is_scan
 
 
 class SURFRECON_OT_true_size(bpy.types.Operator):
-    """Scale all selected objects so that two picked points lie as far apart as they really are"""
+    """Scale what is selected, and what it was made from, so that two picked points lie as far apart as in reality"""
 
     bl_idname = "surfrecon.true_size"
     bl_label = "True Size"
@@ -58,19 +59,19 @@ class SURFRECON_OT_true_size(bpy.types.Operator):
         try:
             refuse_no_numbers(self)
             scale = surfrecon.true_size(*regions.picked(context, 2), self.distance).scale
-            roots = movable_roots(context)
+            roots, taken = movable_roots(context)
             scaling.refuse_shared(roots)
         except (Refused, surfrecon.SurfreconError) as problem:
             self.report({"ERROR"}, sentence(problem))
             return {"CANCELLED"}
         for root in roots:
             scaling.grow(root, scale)
-        self.report({"INFO"}, f"Scaled by {scale:.6g}")
+        self.report({"INFO"}, f"Scaled by {scale:.6g}{went_along(taken)}")
         return {"FINISHED"}
 
 
 class SURFRECON_OT_ground(JobOperator, bpy.types.Operator):
-    """Turn and move all selected objects so that a picked or found plane becomes the ground, with z up"""
+    """Turn and move what is selected, and what it was made from, so that a picked or found plane becomes the ground"""
 
     bl_idname = "surfrecon.ground"
     bl_label = "Ground"
@@ -105,7 +106,10 @@ class SURFRECON_OT_ground(JobOperator, bpy.types.Operator):
 
     def launch(self, context):
         """Finds the plane."""
-        objects = [obj for obj in context.selected_objects if is_scan(obj)]
+        # The user may select others meanwhile.
+        roots, self.taken = movable_roots(context)
+        self.roots = [Handle(obj) for obj in roots]
+        objects = [obj for obj in family_of(context) if is_scan(obj)]
         points = None
         if self.by in ("AUTO", "PICKED"):
             try:
@@ -135,12 +139,15 @@ class SURFRECON_OT_ground(JobOperator, bpy.types.Operator):
     def finish(self, context, plane):
         """Moves everything alike."""
         matrix = Matrix(surfrecon.ground(plane).matrix.tolist())
-        for root in movable_roots(context):
+        roots = [root.get() for root in self.roots]
+        if None in roots:
+            raise Refused(f'"{self.roots[roots.index(None)].name}" was removed meanwhile: try again')
+        for root in roots:
             root.matrix_world = matrix @ root.matrix_world
         text = "The plane is the ground now"
         if plane.share is not None:
             text += f"; it has {plane.share:.0%} of the samples, which spread by {length(context, plane.spread)}"
-        self.report({"INFO"}, text)
+        self.report({"INFO"}, text + went_along(self.taken))
 
 
 def has_selection(cls, context):
@@ -151,13 +158,25 @@ def has_selection(cls, context):
     return True
 
 
+def family_of(context):
+    """The selected objects and what they were made from, which lies in the same place and has the same size."""
+    return [*context.selected_objects, *all_sources_of(context.selected_objects)]
+
+
 def movable_roots(context):
-    """The selected objects that no other selected one takes along; refuses those that can't be moved."""
-    chosen = set(context.selected_objects)
-    roots = [obj for obj in context.selected_objects if chosen.isdisjoint(ancestors(obj))]
+    """The selected objects, and what they were made from, that no other one takes along, and how many of these were not
+    selected; refuses those that can't be moved.
+    """
+    family = family_of(context)
+    roots = [obj for obj in family if set(family).isdisjoint(ancestors(obj))]
     for obj in roots:
         refuse_held(obj)
-    return roots
+    return roots, len(family) - len(context.selected_objects)
+
+
+def went_along(taken):
+    """What to say of sources that were not selected."""
+    return f"; {number(taken, 'source', 'sources')} went along" if taken else ""
 
 
 def refuse_held(obj):

@@ -14,8 +14,9 @@ from ..false_colours import show
 from ..job import JobOperator
 from ..preview import thinned
 from ..properties import draw_others, given, option
-from ..running import Refused
-from ..scene import SCANS, dress, link, put_forward, scan_behind
+from ..running import Handle, Refused
+from ..scene import dress, link, put_forward
+from ..sources import note, scan_behind
 from .error_map import round_up
 
 REPORT = "surfrecon_quads"
@@ -107,7 +108,7 @@ class SURFRECON_OT_quads(JobOperator, bpy.types.Operator):
         image = scan_objects.scan_of_object(obj, context.evaluated_depsgraph_get())
         if not isinstance(image, surfrecon.RangeImage):
             raise Refused(scan_objects.grid_lost(obj))
-        self.scan, self.pose = obj.name, Matrix(image.world_from_sensor)
+        self.scan, self.pose = Handle(obj), Matrix(image.world_from_sensor)
         self.image = image
         options = given(self, PARAMETERS)
         if self.kind == "SURFACE":
@@ -131,16 +132,16 @@ class SURFRECON_OT_quads(JobOperator, bpy.types.Operator):
             spline = result.spline(
                 order=self.order, rows=self.control_rows or None, columns=self.control_columns or None
             )
-            made = splines.object_from_spline(context, f"{self.scan} surface", spline)
+            made = splines.object_from_spline(context, f"{self.scan.name} surface", spline)
             figures |= {"max_residual": spline.max_residual, "rms_residual": spline.rms_residual}
         else:
-            mesh = convert.mesh_from_grid(f"{self.scan} quads", result, cut=self.kind == "TRIANGLES")
+            mesh = convert.mesh_from_grid(f"{self.scan.name} quads", result, cut=self.kind == "TRIANGLES")
             made = bpy.data.objects.new(mesh.name, mesh)
             if self.kind == "QUADS" and self.subdivision > 0:
                 modifier = made.modifiers.new("Subdivision", "SUBSURF")
                 modifier.levels = modifier.render_levels = self.subdivision
         link(context, made)
-        scan = bpy.data.objects.get(self.scan)
+        scan = self.scan.get()
         if self.kind != "SURFACE":
             made.matrix_world = self.pose
             dress(made, [scan], context.evaluated_depsgraph_get())
@@ -148,7 +149,7 @@ class SURFRECON_OT_quads(JobOperator, bpy.types.Operator):
                 show(made, round_up(np.quantile(result.face_attributes["error"], 0.95)))
         made.matrix_world = self.pose
         made[REPORT] = convert.plain(figures)
-        made[SCANS] = self.scan
+        note(made, [scan], [self.scan.name])
         put_forward(context, [made], [scan])
         self.report(
             {"INFO"},

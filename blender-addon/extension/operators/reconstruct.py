@@ -8,12 +8,14 @@ from bpy.props import BoolProperty
 from mathutils import Matrix
 
 from .. import convert, declared
+from ..chosen import Chosen
 from ..job import JobOperator
 from ..kept import Kept, fingerprint
 from ..properties import draw_others, given, option
-from ..running import Refused, gathered
+from ..running import Handle, Refused, gathered
 from ..scan_objects import sensor_of
-from ..scene import SCANS, dress, link, put_forward
+from ..scene import dress, link, put_forward
+from ..sources import note
 
 REPORT = "surfrecon_reconstruct"
 
@@ -68,13 +70,16 @@ class SURFRECON_OT_reconstruct(JobOperator, bpy.types.Operator):
 
     def launch(self, context):
         """Gathers the points; the reconstructor of the same points is used again."""
-        objects = context.selected_objects
+        chosen = Chosen(context.selected_objects)
+        objects, self.said = chosen.objects, chosen.said()
+        if not objects:
+            raise Refused(f"Nothing but {chosen.others()} is selected: select points, or meshes")
         # One object keeps its own frame, so that it can be moved with what is made of it; several meet in the world.
         several = len(objects) > 1
         self.pose = Matrix() if several else objects[0].matrix_world.copy()
-        self.names = [obj.name for obj in objects]
+        self.sources = [Handle(obj) for obj in objects]
         if self.pose.determinant() == 0:
-            raise Refused(f'"{self.names[0]}" is flattened by a scale of 0')
+            raise Refused(f'"{objects[0].name}" is flattened by a scale of 0')
         read = yield from gathered(
             context, objects, lambda *of: (*convert.points_of_object(*of, several), sensor_of(*of, several))
         )
@@ -112,14 +117,14 @@ class SURFRECON_OT_reconstruct(JobOperator, bpy.types.Operator):
     def finish(self, context, result):
         """Puts the surface beside the points."""
         self.points = self.sensors = self.toward = None
-        mesh = convert.mesh_from_result(f"{self.names[0]} surface", result.mesh)
+        mesh = convert.mesh_from_result(f"{self.sources[0].name} surface", result.mesh)
         made = bpy.data.objects.new(mesh.name, mesh)
         made.matrix_world = self.pose
         made[REPORT] = convert.plain(result.report)
-        made[SCANS] = "\n".join(self.names)
         link(context, made)
-        sources = [bpy.data.objects.get(name) for name in self.names]
+        sources = [source.get() for source in self.sources]
+        note(made, sources, [source.name for source in self.sources])
         dress(made, sources, context.evaluated_depsgraph_get())
         put_forward(context, [made], sources)
         used, points = result.report["used"], result.report["points"]
-        self.report({"INFO"}, f"{len(mesh.polygons):,} triangles through {used:,} of {points:,} points")
+        self.report({"INFO"}, f"{len(mesh.polygons):,} triangles through {used:,} of {points:,} points{self.said}")

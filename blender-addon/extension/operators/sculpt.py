@@ -13,8 +13,9 @@ from ..job import JobOperator
 from ..kept import Kept, fingerprint
 from ..preview import thinned
 from ..properties import draw_others, given, option
-from ..running import Refused
-from ..scene import SCANS, dress, link, put_forward, scan_behind
+from ..running import Handle, Refused
+from ..scene import dress, link, put_forward
+from ..sources import note, scan_behind
 from ..words import length
 
 REPORT = "surfrecon_sculpt"
@@ -70,7 +71,7 @@ class SURFRECON_OT_sculpt(JobOperator, bpy.types.Operator):
         image = scan_objects.scan_of_object(obj, context.evaluated_depsgraph_get())
         if not isinstance(image, surfrecon.RangeImage):
             raise Refused(scan_objects.grid_lost(obj))
-        self.scan, self.pose = obj.name, Matrix(image.world_from_sensor)
+        self.scan, self.pose = Handle(obj), Matrix(image.world_from_sensor)
         options = given(self, {name: PARAMETERS[name] for name in MAKING})
         self.image, self.key = image, key_of(image, options)
         # The redo panel's sliders dig again with the same sculptor.
@@ -100,14 +101,14 @@ class SURFRECON_OT_sculpt(JobOperator, bpy.types.Operator):
         if isinstance(result, surfrecon.Sculptor):
             return self.refine(Kept.keep(self.bl_idname, self.key, result))
         self.image = None
-        mesh = convert.mesh_from_result(f"{self.scan} sculpted", result.mesh)
+        mesh = convert.mesh_from_result(f"{self.scan.name} sculpted", result.mesh)
         made = bpy.data.objects.new(mesh.name, mesh)
         made.matrix_world = self.pose
         figures = result.report | {"max_error": result.max_error, "rms_error": result.rms_error}
         made[REPORT] = convert.plain(figures)
-        made[SCANS] = self.scan
+        scan = self.scan.get()
+        note(made, [scan], [self.scan.name])
         link(context, made)
-        scan = bpy.data.objects.get(self.scan)
         dress(made, [scan], context.evaluated_depsgraph_get())
         if self.show_error:
             show(made, result.tolerance or max(result.max_error, 1e-9))

@@ -5,25 +5,18 @@ import bpy
 import numpy as np
 from bpy.props import EnumProperty
 
-from .. import pruning, recording, regions, scan_objects, usable
+from .. import chosen, hiding, pruning, recording, regions, scan_objects, usable
 from ..running import Refused
+from ..scene import select_only
+from ..sources import sources_of
 from ..words import number, sentence
 
 
-class SURFRECON_OT_select_region(bpy.types.Operator):
-    """Keep or remove what lies in the active box or below the active plane, or is selected or painted, of all scans"""
+class InRegion:
+    """What operators share that keep or remove what is in a region."""
 
-    bl_idname = "surfrecon.select_region"
-    bl_label = "Keep or Remove"
     bl_options = {"REGISTER", "UNDO"}
 
-    action: EnumProperty(
-        name="Action",
-        items=(
-            ("REMOVE", "Remove", "Remove what is in the region"),
-            ("KEEP", "Keep only", "Remove what is not in the region"),
-        ),
-    )
     by: EnumProperty(
         name="Region",
         description="What is in the region",
@@ -41,15 +34,14 @@ class SURFRECON_OT_select_region(bpy.types.Operator):
         if context.mode != "OBJECT":
             cls.poll_message_set("Switch to Object Mode first")
             return False
-        if not any(is_scan(obj) for obj in context.selected_objects):
-            cls.poll_message_set("Select the scans, and last the cube or plane")
+        if not scans_of(context):
+            cls.poll_message_set("Select the scans, and last the cube or plane; Box around Selection makes a box")
             return False
         return True
 
     def draw(self, context):
         """Panel of the last operation."""
         self.layout.use_property_split = True
-        self.layout.prop(self, "action")
         self.layout.prop(self, "by")
 
     def execute(self, context):
@@ -65,24 +57,77 @@ class SURFRECON_OT_select_region(bpy.types.Operator):
     def run(self, context):
         """How many samples go, and of how many scans."""
         depsgraph, keep = context.evaluated_depsgraph_get(), self.action == "KEEP"
-        chosen = [obj for obj in context.selected_objects if is_scan(obj)]
+        scans = scans_of(context)
         if self.by != "OBJECT":
-            stay = [obj.name for obj in chosen if recording.is_recording(obj)]
+            stay = [obj.name for obj in scans if recording.is_recording(obj)]
             if stay:
                 self.report({"WARNING"}, f'All is kept of "{stay[0]}", which has no vertices: take a cube or a plane')
-            chosen = [obj for obj in chosen if not recording.is_recording(obj)]
-            if not chosen:
+            scans = [obj for obj in scans if not recording.is_recording(obj)]
+            if not scans:
                 raise Refused("Select the scans whose vertices are selected or painted")
-            return select(chosen, [regions.marked(obj, self.by) for obj in chosen], keep), len(chosen)
+            return select(scans, [regions.marked(obj, self.by) for obj in scans], keep), len(scans)
         shape = context.object
-        if shape is None or shape in chosen:
+        if shape is None or shape in scans:
             raise Refused("Make the cube or the plane the active object: select the scans first, and it last")
-        return apply_region(*regions.region_of(shape, depsgraph), chosen, keep, depsgraph), len(chosen)
+        removed = apply_region(*regions.region_of(shape, depsgraph), scans, keep, depsgraph)
+        put_aside(context, shape, scans)
+        return removed, len(scans)
+
+
+class SURFRECON_OT_keep_inside(InRegion, bpy.types.Operator):
+    """Of the selected scans keep only what lies in the active box or below the active plane, is selected or painted"""
+
+    bl_idname = "surfrecon.keep_inside"
+    bl_label = "Keep Inside"
+
+    action = "KEEP"
+
+
+class SURFRECON_OT_remove_inside(InRegion, bpy.types.Operator):
+    """Of the selected scans remove what lies in the active box or below the active plane, is selected or painted"""
+
+    bl_idname = "surfrecon.remove_inside"
+    bl_label = "Remove Inside"
+
+    action = "REMOVE"
+
+
+class SURFRECON_OT_select_region(InRegion, bpy.types.Operator):
+    """The former name of Keep Inside and Remove Inside, for scripts"""
+
+    bl_idname = "surfrecon.select_region"
+    bl_label = "Keep or Remove"
+    bl_options = {"UNDO", "INTERNAL"}
+
+    action: EnumProperty(
+        name="Action",
+        items=(
+            ("REMOVE", "Remove", "Remove what is in the region"),
+            ("KEEP", "Keep only", "Remove what is not in the region"),
+        ),
+    )
 
 
 def is_scan(obj):
     """Whether samples of it can be selected."""
     return scan_objects.is_range_image(obj) or recording.is_recording(obj)
+
+
+def scans_of(context):
+    """The selected scans, or those that the active box was made around."""
+    scans = [obj for obj in context.selected_objects if is_scan(obj)]
+    if scans or context.object is None or chosen.REGION not in context.object:
+        return scans
+    return [obj for obj in sources_of(context.object) if is_scan(obj) and obj.visible_get()]
+
+
+def put_aside(context, shape, scans):
+    """Selects scans instead of the shape that a region was taken from, which is no scan from now on."""
+    if shape.library is None:
+        shape[chosen.REGION] = True
+    seen = [obj for obj in scans if obj.visible_get()]
+    if seen:
+        select_only(context, seen)
 
 
 def apply_region(region, world_from_box, objects, keep, depsgraph):
@@ -118,7 +163,7 @@ def select(objects, marks, keep):
     for obj, mark in zip(objects, stay, strict=True):
         removed += int(np.count_nonzero(~mark))
         if not mark.any():
-            obj.hide_set(True)
+            hiding.hide(bpy.context, [obj])
         elif not mark.all():
             pruning.keep_vertices(obj.data, mark)
     return removed
