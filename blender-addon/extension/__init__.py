@@ -21,7 +21,7 @@
 | scene | results in the scene: collections, selection, colours, materials |
 | false_colours | distances in colours, put on a surface for looking and taken off again |
 | gltf | what Blender's export of glTF leaves out |
-| words | lengths, numbers, times and errors as people read them |
+| words, advice | lengths, numbers, times and errors as people read them; what to do about these in Blender |
 | declared | what the library declares of its operations: identifiers, names, tips |
 | presets, translations | options saved under names; other languages |
 """

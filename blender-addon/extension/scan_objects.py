@@ -98,7 +98,7 @@ def scan_of_object(obj, depsgraph):
         if seen is None and len(mesh.polygons) == 0:
             raise Refused(
                 f'"{obj.name}" has neither faces nor the attributes of a range image:'
-                " make a surface of its vertices first, with Surface from Points"
+                " select it alone and make a surface of its points, with Surface from Points"
             )
         usable.refuse_unusable(obj, matrix)
         usable.refuse_flattened(obj, matrix)
@@ -115,6 +115,15 @@ def scan_of_object(obj, depsgraph):
         except surfrecon.InputError as error:
             raise Refused(f'"{obj.name}": {error}') from error
         return content, matrix, obj.name
+
+
+def has_faces(obj, depsgraph):
+    """Whether an object has a surface: points have none. Anything but points and meshes is taken to have one."""
+    if obj.type != "MESH":
+        return obj.type != "POINTCLOUD"
+    usable.readable(obj, depsgraph)
+    with convert.Placed(obj, depsgraph) as mesh:
+        return mesh is None or len(mesh.vertices) == 0 or len(mesh.polygons) > 0
 
 
 def seen_by(obj, mesh):

@@ -79,3 +79,17 @@ def union(parts):
         np.concatenate([triangles + count for (_, triangles, _), count in zip(parts, counts, strict=False)]),
         colour=colour,
     )
+
+
+def bulging(mesh):
+    """A surface turned to the side to which it bulges: where nobody knows from where it was seen, all surfaces of one
+    thing that are turned so have the same side outside.
+    """
+    corners = mesh.positions[mesh.triangles]
+    areas = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    middles = corners.mean(axis=1)
+    weights = np.linalg.norm(areas, axis=1)
+    middle = np.average(middles, axis=0, weights=weights) if weights.sum() > 0 else middles.mean(axis=0)
+    if np.sum(areas * (middles - middle)) >= 0:
+        return mesh
+    return surfrecon.Mesh(mesh.positions, mesh.triangles[:, ::-1], colour=mesh.vertex_attributes.get("colour"))

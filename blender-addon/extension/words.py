@@ -7,6 +7,8 @@ import textwrap
 import bpy
 import surfrecon
 
+from .advice import advised
+
 
 def length(context, value):
     """A length in the scene's unit."""
@@ -29,7 +31,7 @@ CODE_NAMES = re.compile(rf'(?<![\w"/.-])({"|".join(LABELS)})(?![\w"/.-])')
 
 def sentence(problem):
     """The text of an error as people read it: the library's begin in small letters and name parameters as code does."""
-    text = CODE_NAMES.sub(lambda name: f'"{LABELS[name[0]]}"', str(problem))
+    text = CODE_NAMES.sub(lambda name: f'"{LABELS[name[0]]}"', advised(str(problem)))
     # What begins with a file's or a scan's name is followed by a colon.
     return text[:1].upper() + text[1:] if re.match(r"[a-z]+[ ,]", text) else text
 

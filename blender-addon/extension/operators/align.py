@@ -8,12 +8,13 @@ import numpy as np
 import surfrecon
 from mathutils import Matrix
 
-from .. import convert, declared, hiding, recording, scan_objects, usable
+from .. import convert, declared, hiding, recording, scan_objects, surfaces, usable
+from ..advice import advised
 from ..chosen import RESULTS, Chosen
 from ..false_colours import show_materials
 from ..job import JobOperator
-from ..properties import draw_others, given, option
-from ..running import Refused, gathered
+from ..properties import draw_others, given, option, threads
+from ..running import Refused, gathered, waited
 from ..scene import put_back, put_forward, whereabouts
 from ..sources import sources_of, what_is_gone
 from ..words import number
@@ -87,7 +88,7 @@ class SURFRECON_OT_align(JobOperator, bpy.types.Operator):
             if self.show_misfit and not recording.is_recording(obj):
                 usable.writable(obj)
         # Where each object was, and how a scan lies in its object if somebody moved the vertices.
-        self.before, self.scan_from_object = {}, {}
+        self.before, self.scan_from_object, self.through_points = {}, {}, []
         found = yield from gathered(context, objects, self.scan_of_object)
         # The name of the object that each scan is of, or stands for.
         self.owners = [name for name, part in zip(self.before, found, strict=True) for _ in recording.of_all([part])]
@@ -102,10 +103,19 @@ class SURFRECON_OT_align(JobOperator, bpy.types.Operator):
         if recording.is_recording(obj):
             self.before[obj.name] = whereabouts(obj), Matrix(recording.refuse_scaled(obj, depsgraph))
             return recording.frames(obj, depsgraph)
+        if not scan_objects.is_range_image(obj) and not scan_objects.has_faces(obj, depsgraph):
+            return self.surface_of_points(obj, depsgraph)
         scan = scan_objects.scan_of_object(obj, depsgraph)
         is_image = isinstance(scan, surfrecon.RangeImage)
         if scan_objects.is_range_image(obj) and not is_image:
             self.report({"WARNING"}, f'"{obj.name}" is no longer one vertex a pixel: aligned as a plain mesh')
+        matrix = self.note(obj, depsgraph)
+        if is_image:
+            self.scan_from_object[obj.name] = np.linalg.inv(scan.world_from_sensor) @ matrix
+        return scan
+
+    def note(self, obj, depsgraph):
+        """Notes where an object is, and returns its matrix; refuses one that moving and turning can't place."""
         matrix = np.array(obj.evaluated_get(depsgraph).matrix_world, np.float64)
         if not convert.is_rigid(matrix):
             whose = "its scale and that of its parents" if obj.parent is not None else "its scale"
@@ -113,9 +123,20 @@ class SURFRECON_OT_align(JobOperator, bpy.types.Operator):
                 f'"{obj.name}" is scaled, and aligning moves and turns only: apply {whose} with Object > Apply > Scale'
             )
         self.before[obj.name] = whereabouts(obj), Matrix(matrix)
-        if is_image:
-            self.scan_from_object[obj.name] = np.linalg.inv(scan.world_from_sensor) @ matrix
-        return scan
+        return matrix
+
+    def surface_of_points(self, obj, depsgraph):
+        """The surface through the points of an object without faces, which stands for them: points alone have no sides.
+        A generator for `gathered`.
+        """
+        name, (points, colour) = obj.name, convert.points_of_object(obj, depsgraph, False)
+        matrix = self.note(obj, depsgraph)
+        self.through_points.append(name)
+        reconstructor = surfrecon.Reconstructor(points, colour=colour)
+        result = yield from waited(surfrecon.Job.surface(reconstructor, threads=threads(self)))
+        if len(result.mesh.triangles) == 0:
+            raise Refused(f'"{name}" has points through which there is no surface: deselect it')
+        return surfaces.bulging(result.mesh), matrix, name
 
     def finish(self, context, result):
         """Moves the scans to where they belong."""
@@ -149,13 +170,16 @@ class SURFRECON_OT_align(JobOperator, bpy.types.Operator):
             # The sidebar shows the report of the active object.
             context.view_layer.objects.active = objects[0]
         if self.show_misfit:
-            numbers = {name: k for k, name in enumerate(self.owners) if name not in frames}
+            numbers = {name: k for k, name in enumerate(self.owners) if has_misfit(bpy.data.objects[name])}
             map_misfit(context, numbers, self.scan_from_object, result)
         for name, state, _, reason in lines_of(report, self.owners, frames):
             if reason:
                 what = "stays where it was, undecided" if state == "undecided" else "is not placed"
                 self.report({"WARNING"}, f'"{name}" {what}: {reason}')
         text = f"{report.placed} of {number(len(self.owners), 'scan', 'scans')} placed{self.said}"
+        if self.through_points:
+            clouds = number(len(self.through_points), "cloud", "clouds")
+            text += f"; {clouds} by the surface through the points"
         if report.placed == len(self.owners):
             self.report({"INFO"}, text)
         else:
@@ -177,6 +201,11 @@ def map_misfit(context, numbers, scan_from_object, result):
         error_map.map_onto(obj, np.nan_to_num(values, nan=0.0), limit)
     if found:
         show_materials(context)
+
+
+def has_misfit(obj):
+    """Whether misfit can be shown on an object: Blender's point clouds and frames in their files have no vertices."""
+    return obj.type == "MESH"
 
 
 def natural(name):
@@ -243,9 +272,9 @@ def lines_of(report, owners, frames):
     lines, counted = [], {}
     for scan, owner in zip(report.scans, owners, strict=True):
         if owner not in frames:
-            lines.append((scan.name, scan.state, float(scan.deviation), scan.reason))
+            lines.append((scan.name, scan.state, float(scan.deviation), advised(scan.reason)))
             continue
-        key = owner, scan.state, scan.reason
+        key = owner, scan.state, advised(scan.reason)
         count, most = counted.get(key, (0, 0.0))
         counted[key] = count + 1, max(most, float(scan.deviation))
     for (owner, state, reason), (count, most) in counted.items():

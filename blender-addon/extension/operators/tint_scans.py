@@ -3,8 +3,9 @@
 
 import bpy
 
-from .. import scan_objects
-from ..scene import tint
+from ..chosen import Chosen, is_scan
+from ..scene import tint, views_of
+from ..words import number
 
 
 class SURFRECON_OT_tint_scans(bpy.types.Operator):
@@ -16,22 +17,25 @@ class SURFRECON_OT_tint_scans(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context):
-        """There must be scans."""
-        if not any(scan_objects.is_range_image(obj) for obj in context.view_layer.objects):
-            cls.poll_message_set("There is no range scan in the scene: import some")
+        """There must be scans, or surfaces that are taken for scans."""
+        if not scans_of(context):
+            cls.poll_message_set("There is no scan in the scene: import some, or select meshes")
             return False
         return True
 
     def execute(self, context):
         """Colours the selected scans, or all, and turns the view to objects' colours."""
-        scans = [obj for obj in context.selected_objects if scan_objects.is_range_image(obj)]
-        scans = scans or [obj for obj in context.view_layer.objects if scan_objects.is_range_image(obj)]
-        scans = [obj for obj in scans if obj.library is None]
-        for number, obj in enumerate(sorted(scans, key=lambda obj: obj.name)):
-            tint(obj, number)
-        for area in context.screen.areas if context.screen else ():
-            if area.type == "VIEW_3D":
-                area.spaces.active.shading.type = "SOLID"
-                area.spaces.active.shading.color_type = "OBJECT"
-        self.report({"INFO"}, f"{len(scans)} scans coloured")
+        scans = [obj for obj in scans_of(context) if obj.library is None]
+        for k, obj in enumerate(sorted(scans, key=lambda obj: obj.name)):
+            tint(obj, k)
+        for area in views_of(context):
+            area.spaces.active.shading.type = "SOLID"
+            area.spaces.active.shading.color_type = "OBJECT"
+        self.report({"INFO"}, f"{number(len(scans), 'scan', 'scans')} coloured")
         return {"FINISHED"}
+
+
+def scans_of(context):
+    """The selected scans and meshes, or all scans that there are."""
+    selected = [obj for obj in Chosen(context.selected_objects).objects if obj.type != "EMPTY"]
+    return selected or [obj for obj in context.view_layer.objects if is_scan(obj) and obj.type != "EMPTY"]
