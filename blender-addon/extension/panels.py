@@ -10,7 +10,7 @@ from .operators.show_sources import are_shown
 from .recording import FRAMES, is_recording
 from .reports import LINES, lie_apart
 from .running import Running
-from .sources import sources_of
+from .sources import sources_of, what_is_gone
 from .translations import NAMES, OPERATORS, word
 from .words import length, number, wrapped
 
@@ -242,15 +242,22 @@ class SURFRECON_PT_report(ScansPanel, bpy.types.Panel):
             box = self.layout.box().column()
             for what, value in figures:
                 if value is None:
-                    sentence = box.column(align=True)
-                    for line in wrapped(context, what):
-                        sentence.label(text=line, translate=False)
+                    sentence(context, box, what)
                     continue
                 row = box.split(factor=0.55)
                 row.label(text=what, text_ctxt=NAMES)
                 row.label(text=value)
             if name == REPORT and lie_apart(obj[name]):
                 buttons(box, ALIGN)
+        if gone := what_is_gone(obj):
+            sentence(context, self.layout.box().column(), gone)
+
+
+def sentence(context, layout, text):
+    """A text over as many lines as it takes."""
+    column = layout.column(align=True)
+    for line in wrapped(context, text):
+        column.label(text=line, translate=False)
 
 
 CLASSES = (

@@ -75,6 +75,16 @@ def test_there_are_two_buttons_and_a_third_for_the_box(extension):
     assert "INTERNAL" in bpy.types.SURFRECON_OT_select_region.bl_options
 
 
+def test_a_box_is_not_scanned(scans):
+    camera = bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))
+    bpy.context.scene.collection.objects.link(camera)
+    camera.location = (0, 0, 9)
+    bpy.context.scene.camera = camera
+    bpy.ops.surfrecon.box_around()
+    with pytest.raises(RuntimeError, match="has no faces"):
+        bpy.ops.surfrecon.reproject(percent=5)
+
+
 def test_nothing_with_vertices_is_refused():
     empty = bpy.data.objects.new("empty", None)
     bpy.context.scene.collection.objects.link(empty)

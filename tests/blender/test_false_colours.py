@@ -135,6 +135,10 @@ def test_hiding_misfit_leaves_nothing_behind(tmp_path):
     scans = bpy.context.selected_objects
     before = [looks(obj) for obj in scans]
     bpy.ops.surfrecon.align(show_misfit=True)
+    # What shows none may be selected as well.
+    for data in (None, bpy.data.cameras.new("Camera")):
+        bpy.context.scene.collection.objects.link(bpy.data.objects.new("other", data))
+    bpy.ops.object.select_all(action="SELECT")
     bpy.ops.surfrecon.error_hide()
     for obj in scans:
         del obj["surfrecon_align"]

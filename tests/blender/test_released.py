@@ -86,12 +86,17 @@ def test_its_results_know_their_sources_and_levels(opened):
     merged = opened["Merged"]
     assert merged["surfrecon_report"].to_dict()["scans"] == len(images())
     assert "error" in merged.data.attributes
+    # Names became pointers.
+    assert [source.object for source in merged.surfrecon_sources] == [opened[image.name] for image in images()]
+    opened[images()[0].name].name = "renamed"
     for obj in bpy.context.selected_objects:
         obj.select_set(False)
     merged.hide_set(False)
     merged.select_set(True)
     bpy.context.view_layer.objects.active = merged
     assert bpy.ops.surfrecon.measure() == {"FINISHED"}
+    assert bpy.ops.surfrecon.error_hide() == {"FINISHED"}
+    assert "error_colour" not in merged.data.attributes and "error" in merged.data.attributes
     levels = opened["Levels"]
     levels.surfrecon_level = 1
     assert len(levels.data.vertices) == 25

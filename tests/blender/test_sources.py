@@ -10,6 +10,7 @@ from test_error_map import errors
 from test_false_colours import exported
 from test_measure import quad
 from test_merge import VOXEL, add_mesh
+from test_panels import draw
 from test_recording import load
 from test_regions import standing_torus
 
@@ -68,7 +69,7 @@ def test_a_scan_that_is_renamed_while_it_is_merged_is_a_source(scans, extension,
 
 
 @pytest.mark.parametrize("operator", ["error_map", "measure"])
-def test_what_is_gone_is_said_by_name(scans, operator, capfd):
+def test_what_is_gone_is_said_by_name(scans, operator, capfd, extension):
     bpy.ops.surfrecon.merge(voxel=VOXEL)
     merged = bpy.context.object
     names = [obj.name for obj in scans]
@@ -83,6 +84,8 @@ def test_what_is_gone_is_said_by_name(scans, operator, capfd):
     for obj in scans[2:]:
         delete(obj)
     only(merged)
+    told = " ".join(draw(extension.panels.SURFRECON_PT_report))
+    assert f'"{names[0]}", "{names[1]}", "{names[2]}" and 3 more, of which' in told
     with pytest.raises(RuntimeError, match=f'"{names[0]}", .* and 3 more, of which .*: select what'):
         bpy.ops.surfrecon.error_map()
 
@@ -175,6 +178,9 @@ def test_hidden_sources_stay_out_of_a_glb(scans, wished, tmp_path):
     bpy.ops.surfrecon.merge(voxel=VOXEL)
     merged = bpy.context.object
     assert [mesh["name"] for mesh in exported(tmp_path / "alone.glb")] == [merged.name]
+    bpy.ops.wm.obj_export(filepath=str(tmp_path / "alone.obj"))
+    lines = (tmp_path / "alone.obj").read_text().splitlines()
+    assert [line for line in lines if line.startswith("o ")] == [f"o {merged.name.replace(' ', '_')}"]
     only(merged)
     bpy.ops.surfrecon.show_sources()
     assert len(exported(tmp_path / "all.glb")) == 1 + COUNT

@@ -24,6 +24,7 @@ class SURFRECON_OT_error_hide(bpy.types.Operator):
     def execute(self, context):
         """Gives them their materials back."""
         for obj in context.selected_objects:
-            hide(obj)
+            if is_shown(obj):
+                hide(obj)
         show_as_before(context)
         return {"FINISHED"}

@@ -10,6 +10,7 @@ from bpy.props import BoolProperty, EnumProperty, FloatProperty
 from mathutils import Matrix
 
 from .. import cameras, declared, scan_objects, surfaces
+from ..chosen import REGION
 from ..job import JobOperator
 from ..preferences import preference
 from ..preview import PIXELS
@@ -62,11 +63,12 @@ class ScanOperator(JobOperator):
     def scan(self, context, chosen, **options):
         """The job that scans the selected objects with the chosen cameras."""
         depsgraph = context.evaluated_depsgraph_get()
-        surface = surfaces.surface_of(context.selected_objects, depsgraph)
+        subjects = [obj for obj in context.selected_objects if REGION not in obj]
+        surface = surfaces.surface_of(subjects, depsgraph)
         rows, columns = cameras.resolution(context.scene, self.percent)
         views = [cameras.scanner(camera, context.scene, depsgraph, rows, columns) for camera in chosen]
         self.names = [camera.name for camera in chosen]
-        objects = [obj for obj in context.selected_objects if obj.type != "CAMERA"]
+        objects = [obj for obj in subjects if obj.type != "CAMERA"]
         self.subject = objects[0].name if len(objects) == 1 else "the scene"
         # The preview sees every few pixels.
         few = [max(int(n / max((rows * columns / PIXELS) ** 0.5, 1)), 2) for n in (rows, columns)]
