@@ -149,6 +149,21 @@ def real_ones_active(mesh, before):
         colours.render_color_index = colours.find(before["rendered"])
 
 
+def grow(objects, scale):
+    """Distances and figures of objects that are scaled; those of a mesh that several share once."""
+    for obj in objects:
+        if FIGURES in obj:
+            obj[FIGURES] = {name: value * scale for name, value in obj[FIGURES].to_dict().items()}
+    for material in {slot.material for obj in objects for slot in obj.material_slots if shows_error(slot.material)}:
+        material.node_tree.nodes[MAP_NODE].inputs["From Max"].default_value *= scale
+    for mesh in {obj.data for obj in objects if obj.type == "MESH"}:
+        layer = mesh.attributes.get(ATTRIBUTE)
+        if layer is not None and layer.data_type == "FLOAT":
+            values = np.empty(len(layer.data), np.float32)
+            layer.data.foreach_get("value", values)
+            layer.data.foreach_set("value", values * np.float32(scale))
+
+
 # How they look
 
 

@@ -9,6 +9,7 @@ import surfrecon
 from .operators.align import REPORT as ALIGNED
 from .operators.clean import REPORT as CLEANED
 from .operators.cluster import REPORT as CLUSTERED
+from .operators.measure import FIGURES
 from .operators.measure import REPORT as MEASURED
 from .operators.merge import IN_FILES, REPORT
 from .operators.quads import REPORT as GRIDDED
@@ -209,3 +210,33 @@ LINES = {
     MEASURED: measure_lines,
     CLEANED: clean_lines,
 }
+
+# Operations that declare the figures of a custom property, and lengths among those that are put together here.
+DECLARED = {
+    REPORT: "merge",
+    SCULPTED: "sculpt",
+    GRIDDED: "quads",
+    RECONSTRUCTED: "reconstruct",
+    CLUSTERED: "cluster",
+}
+LENGTHS = {
+    ALIGNED: {"residual", "deviations"},
+    REPORT: {"rms_error", "max_error"},
+    SCULPTED: {"rms_error", "max_error"},
+    GRIDDED: {"max_residual", "rms_residual"},
+    MEASURED: {"hausdorff", *FIGURES, *(f"back_{name}" for name in FIGURES)},
+}
+
+
+def grow(obj, scale):
+    """Scales the lengths among an object's figures, as it is scaled."""
+    for name in LINES:
+        figures = obj.get(name)
+        if not hasattr(figures, "to_dict"):
+            # Custom properties can be changed by anyone.
+            continue
+        declared = surfrecon.figures(DECLARED[name]) if name in DECLARED else ()
+        lengths = {row.name for row in declared if row.kind == "length"} | LENGTHS.get(name, set())
+        for key in lengths & set(figures.keys()):
+            value = figures[key]
+            figures[key] = value * scale if isinstance(value, int | float) else [one * scale for one in value]

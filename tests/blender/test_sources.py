@@ -213,13 +213,15 @@ def test_aligning_the_scans_of_a_result_shows_them_again(scans, wished):
 # One thing with its sources
 
 
-def test_true_size_and_ground_take_the_sources_along(scans, wished, capfd):
+def test_true_size_and_ground_take_the_sources_along(scans, wished, capfd, extension):
     bpy.ops.surfrecon.merge(voxel=VOXEL)
     merged = bpy.context.object
     bpy.ops.surfrecon.remesh(vertices=400)
     made = bpy.context.object
     bpy.ops.surfrecon.error_map()
     before = made["surfrecon_error"]["rms"]
+    figures, limit = merged["surfrecon_report"].to_dict(), made["surfrecon_error"]["limit"]
+    worst = errors(made).max()
     picked = np.zeros(len(made.data.vertices), bool)
     picked[:2] = True
     made.data.vertices.foreach_set("select", picked)
@@ -228,6 +230,13 @@ def test_true_size_and_ground_take_the_sources_along(scans, wished, capfd):
     assert bpy.ops.surfrecon.true_size(distance=3 * float(np.linalg.norm(b - a))) == {"FINISHED"}
     assert f"; {COUNT + 1} sources went along" in capfd.readouterr().out
     bpy.context.view_layer.update()
+    # Figures and legends are as much larger.
+    for name in ("voxel", "rms_error", "max_error", "merge_distance"):
+        assert merged["surfrecon_report"][name] == pytest.approx(3 * figures[name])
+    assert merged["surfrecon_report"]["scans"] == figures["scans"]
+    assert made["surfrecon_error"]["rms"] == pytest.approx(3 * before)
+    assert errors(made).max() == pytest.approx(3 * worst)
+    assert extension.false_colours.limit_of(made) == pytest.approx(3 * limit)
     bpy.ops.surfrecon.error_map()
     assert made["surfrecon_error"]["rms"] == pytest.approx(3 * before, rel=1e-3)
     # Its scans tell where the ground is.
@@ -242,7 +251,7 @@ def test_true_size_and_ground_take_the_sources_along(scans, wished, capfd):
     merged.hide_set(False)
     only(merged)
     bpy.ops.surfrecon.error_map()
-    assert merged["surfrecon_error"]["rms"] == pytest.approx(3 * merged["surfrecon_report"]["rms_error"], rel=1e-2)
+    assert merged["surfrecon_error"]["rms"] == pytest.approx(merged["surfrecon_report"]["rms_error"], rel=1e-2)
 
 
 def test_the_ground_of_a_result_is_found_in_its_hidden_scans(tmp_path, wished):

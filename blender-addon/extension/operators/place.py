@@ -7,7 +7,7 @@ import surfrecon
 from bpy.props import EnumProperty, FloatProperty
 from mathutils import Matrix
 
-from .. import recording, regions, scaling, scan_objects, usable
+from .. import false_colours, recording, regions, reports, scaling, scan_objects, usable
 from ..job import JobOperator, refuse_no_numbers
 from ..preferences import preference
 from ..running import Handle, Known, Refused, gathered
@@ -64,8 +64,13 @@ class SURFRECON_OT_true_size(bpy.types.Operator):
         except (Refused, surfrecon.SurfreconError) as problem:
             self.report({"ERROR"}, sentence(problem))
             return {"CANCELLED"}
+        family = family_of(context)
         for root in roots:
             scaling.grow(root, scale)
+        # What was measured of them is as much larger.
+        false_colours.grow(family, scale)
+        for obj in family:
+            reports.grow(obj, scale)
         self.report({"INFO"}, f"Scaled by {scale:.6g}{went_along(taken)}")
         return {"FINISHED"}
 
