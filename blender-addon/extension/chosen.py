@@ -13,7 +13,7 @@ REGION = "surfrecon_region"
 # Custom property of meshes and points that were imported as scans; range images and recordings say it themselves.
 SCAN = "surfrecon_scan"
 
-# What lies in a selection and is no surface, by Blender's types, one and many of them.
+# Names for one and many objects that are no surface, by Blender's types.
 OTHERS = {
     "CAMERA": ("camera", "cameras"),
     "LIGHT": ("light", "lights"),
@@ -60,7 +60,7 @@ class Chosen:
             self.count(kind)
 
     def others(self):
-        """How many of what was left out, as people say it."""
+        """Counts of all that was left out, as people say them."""
         return ", ".join(number(count, *kind) for kind, count in sorted(self.counts.items()))
 
     def said(self):

@@ -55,7 +55,7 @@ def show(obj, limit, material=None):
     material = material or next((slot.material for slot in obj.material_slots if shows_error(slot.material)), None)
     if material is None:
         material = error_material(f"{obj.name} error")
-        # What the object itself wears; `None` is nothing that a custom property can hold.
+        # Materials of the object itself; `None` is nothing that a custom property can hold.
         own = {str(k): slot.material for k, slot in enumerate(obj.material_slots) if slot.link == "OBJECT"}
         obj[OWN] = {k: one for k, one in own.items() if one is not None}
     for slot in obj.material_slots:
@@ -164,7 +164,7 @@ def grow(objects, scale):
             layer.data.foreach_set("value", values * np.float32(scale))
 
 
-# How they look
+# Their looks
 
 
 def paint(mesh, limit):

@@ -7,7 +7,7 @@ import bpy
 
 from . import false_colours, hiding
 
-# What shows false colours, and how, while a file is written.
+# Objects that show false colours, and their looks, while a file is written.
 UNDRESSED = []
 
 

@@ -48,7 +48,7 @@ class JobOperator:
     # Whether `finish` may meet the first result when an adjusted operation goes on in the background.
     may_be_handed_over = True
     replaces = None
-    # Where the job was begun, and its result goes.
+    # The place where the job was begun, which its result goes to.
     home = None
     _timer = None
     _shown = None

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What results were made from: noted with them as pointers, which hold whatever an object is called later.
+"""Sources of results: noted with them as pointers, which hold whatever an object is called later.
 
 A pointer keeps a deleted object in the file, where no scene has it; such an object counts as gone, and saving lets it
 go. Each pointer has the name beside it that the object had, so that what is gone can be named.
@@ -52,7 +52,7 @@ def sources_of(obj):
 
 
 def all_sources_of(objects):
-    """What objects were made from, and what that was made from; none twice, and none of the objects themselves."""
+    """Sources of objects, and theirs; none twice, and none of the objects themselves."""
     found, new = list(objects), list(objects)
     while new:
         new = [source for obj in new for source in sources_of(obj) if source not in found]

@@ -28,7 +28,7 @@ SAID = (
     "no plane stands out; crop the scans to where the plane is, or give it by three points, or lower the least share",
     "no plane is told from others: give the plane by three points",
 )
-# What there is in no window, and in no panel of Ground.
+# Advice that no window and no panel of Ground can follow.
 IMPOSSIBLE = re.compile(r"pairs? of points|give (it|the plane)|rough pose|change the|lower the least|as a sequence")
 
 

@@ -1,4 +1,4 @@
-"""What of a selection operators work on: all that is no scan is left out and counted."""
+"""The part of a selection that operators work on: all that is no scan is left out and counted."""
 
 import bpy
 import pytest

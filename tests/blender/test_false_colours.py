@@ -33,7 +33,7 @@ def is_red(obj):
 
 
 def looks(obj):
-    """What may be seen of an object, and what its file holds of it."""
+    """All that may be seen of an object, and that its file holds of it."""
     mesh = obj.data
     colours = mesh.color_attributes
     active = mesh.attributes.active
@@ -135,7 +135,7 @@ def test_hiding_misfit_leaves_nothing_behind(tmp_path):
     scans = bpy.context.selected_objects
     before = [looks(obj) for obj in scans]
     bpy.ops.surfrecon.align(show_misfit=True)
-    # What shows none may be selected as well.
+    # Objects that show none may be selected as well.
     for data in (None, bpy.data.cameras.new("Camera")):
         bpy.context.scene.collection.objects.link(bpy.data.objects.new("other", data))
     bpy.ops.object.select_all(action="SELECT")

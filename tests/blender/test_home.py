@@ -1,4 +1,4 @@
-"""Where results go: into the scene and the collection where their operation was begun, whatever is shown meanwhile."""
+"""Results go into the scene and the collection where their operation was begun, whatever is shown meanwhile."""
 
 import bpy
 import pytest

@@ -1,4 +1,4 @@
-"""What results were made from: known by pointers, hidden from views, renders and exports, named where it is gone."""
+"""Sources of results: known by pointers, hidden from views, renders and exports, named where they are gone."""
 
 import bpy
 import numpy as np
@@ -184,7 +184,7 @@ def test_hidden_sources_stay_out_of_a_glb(scans, wished, tmp_path):
     only(merged)
     bpy.ops.surfrecon.show_sources()
     assert len(exported(tmp_path / "all.glb")) == 1 + COUNT
-    # Whoever opens their eyes by hand means them.
+    # Eyes that are opened by hand are meant.
     bpy.ops.surfrecon.show_sources()
     bpy.ops.object.hide_view_clear()
     assert len(exported(tmp_path / "all.glb")) == 1 + COUNT

@@ -37,7 +37,7 @@ def drawn():
 
 
 def merged_object():
-    """What the scans were merged to, or `None`."""
+    """The surface that the scans were merged to, or `None`."""
     return next((obj for obj in bpy.data.objects if obj.name.endswith(" merged")), None)
 
 

@@ -67,7 +67,7 @@ class SURFRECON_OT_true_size(bpy.types.Operator):
         family = family_of(context)
         for root in roots:
             scaling.grow(root, scale)
-        # What was measured of them is as much larger.
+        # Measured distances are as much larger.
         false_colours.grow(family, scale)
         for obj in family:
             reports.grow(obj, scale)
@@ -180,7 +180,7 @@ def movable_roots(context):
 
 
 def went_along(taken):
-    """What to say of sources that were not selected."""
+    """The end of a sentence about sources that were not selected, if there are any."""
     return f"; {number(taken, 'source', 'sources')} went along" if taken else ""
 
 

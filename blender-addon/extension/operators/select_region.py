@@ -13,7 +13,7 @@ from ..words import number, sentence
 
 
 class InRegion:
-    """What operators share that keep or remove what is in a region."""
+    """The common part of operators that keep or remove samples in a region."""
 
     bl_options = {"REGISTER", "UNDO"}
 
