@@ -68,12 +68,8 @@ def show(obj, limit, material=None):
 
 def hide(obj):
     """Gives the object back the materials of its mesh, and its mesh what it was."""
-    worn = {slot.material for slot in obj.material_slots if slot.link == "OBJECT" and shows_error(slot.material)}
-    own = obj[OWN].to_dict() if OWN in obj else {}
-    for k, slot in enumerate(obj.material_slots):
-        if slot.link == "OBJECT" and slot.material in worn:
-            slot.material = own.get(str(k))
-            slot.link = "OBJECT" if slot.material is not None else "DATA"
+    worn = {slot.material for slot in obj.material_slots if shows_error(slot.material)}
+    wear_own(obj)
     for material in worn:
         if material.users == 0:
             bpy.data.materials.remove(material)
@@ -86,11 +82,19 @@ def hide(obj):
             restore(mesh)
 
 
+def wear_own(obj):
+    """Shows the object in its own materials and those of its mesh."""
+    own = obj[OWN].to_dict() if OWN in obj else {}
+    for k, slot in enumerate(obj.material_slots):
+        if slot.link == "OBJECT" and shows_error(slot.material):
+            slot.material = own.get(str(k))
+            slot.link = "OBJECT" if slot.material is not None else "DATA"
+
+
 def undress(obj):
-    """Shows the object in the materials of its mesh; returns what `show` takes to show its false colours again."""
+    """Shows the object as it really looks; returns what `show` takes to show its false colours again."""
     shown = limit_of(obj), next(slot.material for slot in obj.material_slots if shows_error(slot.material))
-    for slot in obj.material_slots:
-        slot.link = "DATA"
+    wear_own(obj)
     if COLOURS in obj.data.attributes:
         obj.data.attributes.remove(obj.data.attributes[COLOURS])
     real_ones_active(obj.data, obj.data[BEFORE].to_dict() if BEFORE in obj.data else BEFORE_OF_0_1)

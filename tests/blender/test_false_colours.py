@@ -50,12 +50,17 @@ def looks(obj):
     )
 
 
-def exported(path, **options):
-    """The meshes of a GLB that Blender writes of the scene."""
+def document(path, **options):
+    """The JSON of a GLB that Blender writes of the scene."""
     bpy.ops.export_scene.gltf(filepath=str(path), **options)
     content = path.read_bytes()
     (length,) = struct.unpack("<I", content[12:16])
-    return json.loads(content[20 : 20 + length])["meshes"]
+    return json.loads(content[20 : 20 + length])
+
+
+def exported(path, **options):
+    """The meshes of a GLB that Blender writes of the scene."""
+    return document(path, **options)["meshes"]
 
 
 def colours_in(mesh):
@@ -179,6 +184,20 @@ def test_no_false_colours_go_into_a_glb(merged, hidden, tmp_path):
     before = looks(merged)
     (mesh,) = exported(tmp_path / "merged.glb", use_renderable=True)
     assert not colours_in(mesh) and "material" not in mesh["primitives"][0]
+    assert looks(merged) == before
+
+
+@pytest.mark.parametrize("link", ["DATA", "OBJECT"])
+def test_own_materials_go_into_a_glb(merged, link, tmp_path):
+    for obj in bpy.data.objects:
+        obj.hide_render = obj is not merged
+    merged.data.materials.append(None)
+    merged.material_slots[0].link = link
+    merged.material_slots[0].material = bpy.data.materials.new("own")
+    bpy.ops.surfrecon.error_map()
+    before = looks(merged)
+    written = document(tmp_path / "merged.glb", use_renderable=True)
+    assert [material["name"] for material in written["materials"]] == ["own"]
     assert looks(merged) == before
 
 
