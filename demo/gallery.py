@@ -128,7 +128,7 @@ def error_figures(obj, limit):
 
 def limit_of(obj):
     """Full scale of the error map that an object shows."""
-    shows = sys.modules[f"{MODULE}.operators.error_map"].shows_error
+    shows = sys.modules[f"{MODULE}.false_colours"].shows_error
     material = next(slot.material for slot in obj.material_slots if shows(slot.material))
     return material.node_tree.nodes["Error range"].inputs["From Max"].default_value
 
@@ -214,7 +214,7 @@ def main():
     studio.picture("cluster-input", [in_clay(merged)], "OBJECT")
     dense_told = {"Triangles": f"{len(merged.data.polygons):,}"}
     told["cluster"] = told_of(studio, "cluster", "Remesh", dense_told, even, merged, 0.0003)
-    ramp = sys.modules[f"{MODULE}.operators.error_map"].RAMP
+    ramp = sys.modules[f"{MODULE}.false_colours"].RAMP
     (out / "gallery.json").write_text(json.dumps({"rows": told, "ramp": ramp, "size": (WIDTH, HEIGHT)}, indent=1))
     sys.stdout.flush()
     # The module's own way out hangs.

@@ -213,7 +213,7 @@ def main():
         "check": check,
         "residual": summary(residual),
         "error": error,
-        "ramp": sys.modules[f"{MODULE}.operators.error_map"].RAMP,
+        "ramp": sys.modules[f"{MODULE}.false_colours"].RAMP,
         "seconds": clock.seconds,
         "picture": picture,
         "blender": bpy.app.version_string,

@@ -1,7 +1,6 @@
 """The demo's stage: what its picture shows is what its captions say."""
 
 import importlib.util
-import sys
 from pathlib import Path
 
 import bpy
@@ -28,7 +27,7 @@ def test_scans_are_tinted_the_surface_has_its_colours_and_the_error_its_map(stag
     merged = bpy.context.object
     bpy.ops.surfrecon.error_map()
     stage.compose(merged, scans, 20)
-    shows_error = sys.modules[f"{extension.__name__}.operators.error_map"].shows_error
+    shows_error = extension.false_colours.shows_error
     assert all(shows_error(slot.material) for slot in bpy.data.objects["Error map"].material_slots)
     assert merged.material_slots and not any(shows_error(slot.material) for slot in merged.material_slots)
     # Scans: one material each, of a colour of their own.
