@@ -4,8 +4,9 @@
 import numpy as np
 import surfrecon
 
-from . import convert, usable
+from . import convert, surfaces, usable
 from .running import Refused
+from .words import length
 
 # The annotation layer that Blender's ruler writes.
 RULER = "RulerData3D"
@@ -98,6 +99,29 @@ def ruler_points(scene, count):
                 # The middle of three is the corner.
                 return points[[0, -1]] if count == 2 else points
     return None
+
+
+# Ends of a ruler that lie off the surface by more than this share of its length make a wrong length of it.
+OFF = 0.01
+
+
+def ends_in_the_air(context, objects):
+    """A sentence about ends of the ruler that don't lie on what is seen of objects, or `None`: dragged without snapping
+    they lie in the plane of the view.
+    """
+    points = ruler_points(context.scene, 2)
+    if points is None or not np.isfinite(points).all():
+        return None
+    try:
+        surface = surfaces.surface_of([obj for obj in objects if obj.visible_get()], context.evaluated_depsgraph_get())
+        off = surfrecon.distances(points, surface)
+    except (Refused, surfrecon.SurfreconError):
+        # Points have no surface that could tell.
+        return None
+    if off.sum() <= OFF * np.linalg.norm(points[1] - points[0]):
+        return None
+    first, second = (length(context, float(distance)) for distance in off)
+    return f"The ends of the ruler lie {first} and {second} off the surface: drag them with Ctrl held, which snaps them"
 
 
 def picked(context, count):

@@ -246,6 +246,16 @@ def test_true_size_scales_scans_frames_cameras_and_results_alike(standing, exten
         bpy.ops.surfrecon.true_size(distance=1)
 
 
+@pytest.mark.parametrize(("lift", "said"), [(0.0, False), (0.1, True)])
+def test_ends_of_the_ruler_that_lie_in_the_air_are_told(extension, monkeypatch, capfd, lift, said):
+    bpy.ops.mesh.primitive_plane_add(size=4)
+    ends = np.array([(0.3, 0.4, 0), (1.3, 0.4, lift)])
+    monkeypatch.setattr(extension.regions, "ruler_points", lambda scene, count: ends[:count])
+    assert bpy.ops.surfrecon.true_size(distance=2) == {"FINISHED"}
+    text = "The ends of the ruler lie 0 m and 10 cm off the surface: drag them with Ctrl held"
+    assert (text in capfd.readouterr().out) == said
+
+
 def test_nothing_is_scaled_or_grounded_that_would_not_stay(standing, extension, monkeypatch):
     path, _ = standing
     load(path, frames=2)

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """True size and ground: one transform of all that is selected, so that it stays together."""
 
+import textwrap
+
 import bpy
 import numpy as np
 import surfrecon
@@ -14,6 +16,9 @@ from ..running import Handle, Known, Refused, gathered
 from ..sources import all_sources_of
 from ..words import length, number, sentence
 from .select_region import is_scan
+
+# Pixels of the dialog at scale 1, and letters of a line in it.
+WIDTH, LETTERS = 400, 52
 
 
 class SURFRECON_OT_true_size(bpy.types.Operator):
@@ -36,6 +41,9 @@ class SURFRECON_OT_true_size(bpy.types.Operator):
         options={"SKIP_SAVE"},
     )
 
+    # Said in the dialog: ends of the ruler that lie in the air.
+    warning = None
+
     @classmethod
     def poll(cls, context):
         """There must be something to scale, in object mode."""
@@ -52,7 +60,15 @@ class SURFRECON_OT_true_size(bpy.types.Operator):
             self.report({"ERROR"}, str(problem))
             return {"CANCELLED"}
         self.distance = float(np.linalg.norm(b - a))
-        return context.window_manager.invoke_props_dialog(self)
+        self.warning = regions.ends_in_the_air(context, context.selected_objects)
+        return context.window_manager.invoke_props_dialog(self, width=WIDTH)
+
+    def draw(self, context):
+        """The distance, and what makes it wrong."""
+        self.layout.use_property_split = True
+        self.layout.prop(self, "distance")
+        for line in textwrap.wrap(self.warning or "", LETTERS):
+            self.layout.label(text=line, icon="ERROR", translate=False)
 
     def execute(self, context):
         """Scales about the origin of the scene."""
@@ -61,6 +77,7 @@ class SURFRECON_OT_true_size(bpy.types.Operator):
             scale = surfrecon.true_size(*regions.picked(context, 2), self.distance).scale
             roots, taken = movable_roots(context)
             scaling.refuse_shared(roots)
+            warning = self.warning or regions.ends_in_the_air(context, context.selected_objects)
         except (Refused, surfrecon.SurfreconError) as problem:
             self.report({"ERROR"}, sentence(problem))
             return {"CANCELLED"}
@@ -72,6 +89,8 @@ class SURFRECON_OT_true_size(bpy.types.Operator):
         for obj in family:
             reports.grow(obj, scale)
         self.report({"INFO"}, f"Scaled by {scale:.6g}{went_along(taken)}")
+        if warning:
+            self.report({"WARNING"}, warning)
         return {"FINISHED"}
 
 
