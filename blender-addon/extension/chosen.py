@@ -4,6 +4,7 @@ lights and empties, which Blender selects with all else, and shapes that a regio
 """
 
 from . import recording, scan_objects
+from .sources import sources_of
 from .surfaces import SURFACES
 from .words import number
 
@@ -21,6 +22,10 @@ OTHERS = {
     "EMPTY": ("empty", "empties"),
 }
 REGIONS, RESULTS, REST = ("region", "regions"), ("result", "results"), ("other object", "other objects")
+SHAPES = ("simple shape", "simple shapes")
+
+# A mesh of no more vertices is a shape of Blender's, such as the cube of every new file, where there are scans.
+CORNERS = 8
 
 
 def is_scan(obj):
@@ -35,6 +40,12 @@ def kind_of(obj):
     if obj.type in SURFACES or obj.type == "POINTCLOUD" or recording.is_recording(obj) or obj.instance_type != "NONE":
         return None
     return OTHERS.get(obj.type, REST)
+
+
+def is_simple(obj):
+    """Whether an object is a mesh of few vertices that was neither measured nor made of what was."""
+    few = obj.type == "MESH" and len(obj.data.vertices) <= CORNERS and len(obj.modifiers) == 0
+    return few and not is_scan(obj) and not sources_of(obj)
 
 
 class Chosen:
@@ -52,6 +63,12 @@ class Chosen:
     def count(self, kind):
         """Notes that one more of a kind is left out."""
         self.counts[kind] = self.counts.get(kind, 0) + 1
+
+    def without_shapes(self):
+        """Leaves out cubes and planes if there are scans, or what was made of scans; returns itself."""
+        if any(is_scan(obj) or sources_of(obj) for obj in self.objects):
+            self.leave_out([obj for obj in self.objects if is_simple(obj)], SHAPES)
+        return self
 
     def leave_out(self, objects, kind):
         """Leaves out some of those that were meant so far."""

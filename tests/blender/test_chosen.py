@@ -95,6 +95,25 @@ def test_a_result_beside_its_scans_is_no_scan(scene, capfd):
     assert bpy.context.object["surfrecon_report"]["scans"] == COUNT and "left out: 1 result" in said(capfd)
 
 
+def test_the_cube_of_a_new_file_is_no_scan(scene, capfd, extension, monkeypatch):
+    monkeypatch.setattr(extension.hiding, "is_wished", lambda: True)
+    bpy.ops.mesh.primitive_cube_add(size=2)
+    bpy.ops.object.select_all(action="SELECT")
+    bpy.ops.surfrecon.align()
+    assert scene[0]["surfrecon_align"]["of"] == COUNT and "1 simple shape" in said(capfd)
+    bpy.ops.object.select_all(action="SELECT")
+    bpy.ops.surfrecon.merge(voxel=VOXEL)
+    assert bpy.context.object["surfrecon_report"]["scans"] == COUNT and "1 simple shape" in said(capfd)
+    # And beside the result, once the scans are hidden.
+    bpy.ops.object.select_all(action="SELECT")
+    bpy.ops.surfrecon.merge(voxel=VOXEL)
+    assert bpy.context.object["surfrecon_report"]["scans"] == COUNT
+    # Alone it may be anything.
+    only(bpy.data.objects["Cube"])
+    bpy.ops.surfrecon.merge(voxel=0.11)
+    assert bpy.context.object["surfrecon_report"]["scans"] == 1
+
+
 def test_a_shape_that_a_region_was_taken_from_is_never_a_scan(scene, capfd):
     bpy.ops.object.select_all(action="DESELECT")
     bpy.ops.mesh.primitive_cube_add(size=2, location=(-0.8, 0, 0))

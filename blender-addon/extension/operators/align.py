@@ -69,7 +69,7 @@ class SURFRECON_OT_align(JobOperator, bpy.types.Operator):
 
     def launch(self, context):
         """Gathers the selected scans, or those that the only selected object was merged from."""
-        chosen = Chosen(context.selected_objects)
+        chosen = Chosen(context.selected_objects).without_shapes()
         # A result lies where the scans that it was made from are, and would hold them there.
         meant = set(chosen.objects)
         chosen.leave_out([obj for obj in chosen.objects if not meant.isdisjoint(sources_of(obj))], RESULTS)

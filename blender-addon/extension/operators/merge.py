@@ -52,7 +52,7 @@ class OfSelected(JobOperator, MergeOptions):
 
     def chosen(self, context):
         """The selected scans, or what the selected results were merged from."""
-        chosen = Chosen(context.selected_objects)
+        chosen = Chosen(context.selected_objects).without_shapes()
         merges = [obj for obj in chosen.objects if REPORT in obj]
         self.earlier = []
         if merges and len(merges) == len(chosen.objects):
