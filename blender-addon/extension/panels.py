@@ -6,11 +6,11 @@ import bpy
 from . import chosen, scan_objects
 from .false_colours import FIGURES, RAMP_NODE, is_shown, limit_of, shows_error
 from .operators.merge import REPORT
-from .operators.show_sources import are_shown
+from .operators.show_sources import are_shown, meant
 from .recording import FRAMES, is_recording
 from .reports import LINES, lie_apart
 from .running import Running
-from .sources import sources_of, what_is_gone
+from .sources import what_is_gone
 from .translations import NAMES, OPERATORS, word
 from .words import length, number, wrapped
 
@@ -86,7 +86,7 @@ class SURFRECON_PT_look(ScansPanel, bpy.types.Panel):
     def draw(self, context):
         """Its buttons, and the switch of a result's sources."""
         buttons(self.layout, ("surfrecon.tint_scans", "COLOR"))
-        sources = [] if context.object is None else sources_of(context.object)
+        sources = meant(context)
         if sources:
             self.layout.operator("surfrecon.show_sources", icon="HIDE_OFF", depress=are_shown(sources))
 

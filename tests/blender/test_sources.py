@@ -163,6 +163,15 @@ def test_hidden_sources_are_hidden_from_renders_and_one_switch_shows_them(scans,
     assert all(obj.visible_get() for obj in scans) and not scans[1].hide_render
     only(scans[0])
     assert not bpy.ops.surfrecon.show_sources.poll()
+    # Sources whose result was deleted.
+    only(merged)
+    bpy.ops.surfrecon.show_sources()
+    delete(merged)
+    bpy.ops.object.hide_view_clear()
+    assert scans[1].hide_render and scans[1].visible_get()
+    bpy.context.view_layer.objects.active = scans[1]
+    bpy.ops.surfrecon.show_sources()
+    assert not scans[1].hide_render
 
 
 def test_cameras_of_frames_are_hidden_with_them_but_for_that_of_the_scene(tmp_path, wished):

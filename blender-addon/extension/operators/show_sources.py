@@ -18,14 +18,14 @@ class SURFRECON_OT_show_sources(bpy.types.Operator):
     @classmethod
     def poll(cls, context):
         """There must be a result whose sources are there."""
-        if context.object is None or not sources_of(context.object):
-            cls.poll_message_set("Make a result the active object whose sources are still there")
+        if not meant(context):
+            cls.poll_message_set("Make a result the active object whose sources are still there, or select its sources")
             return False
         return True
 
     def execute(self, context):
         """Shows all of them, unless all are shown."""
-        sources = sources_of(context.object)
+        sources = meant(context)
         text = number(len(sources), "source", "sources")
         if are_shown(sources):
             hiding.hide(context, sources)
@@ -33,9 +33,17 @@ class SURFRECON_OT_show_sources(bpy.types.Operator):
         else:
             hiding.show(context, sources)
             self.report({"INFO"}, f"{text} shown, in views and in renders")
-        if gone := what_is_gone(context.object):
+        if context.object is not None and (gone := what_is_gone(context.object)):
             self.report({"WARNING"}, gone)
         return {"FINISHED"}
+
+
+def meant(context):
+    """The sources of the active result; without one, selected sources that renders still leave out, as Alt+H shows them
+    in views alone.
+    """
+    sources = [] if context.object is None else sources_of(context.object)
+    return sources or [obj for obj in context.selected_objects if hiding.HIDDEN in obj]
 
 
 def are_shown(objects):
