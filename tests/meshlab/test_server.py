@@ -136,7 +136,7 @@ def test_layers_that_do_not_fit_are_told_of(tmp_path, away):
     status, said = run(tmp_path, ["-l", tmp_path / "log.txt", "-s", path, "-o", tmp_path / "merged.ply"])
     assert status == 0, said
     log = (tmp_path / "log.txt").read_text()
-    assert ("align them first" in log) == (away > 0) and "Voxel 0.02, merge distance" in log, log
+    assert ("align them first" in log) == (away > 0) and "Voxel: 0.02; " in log and "Merge distance: " in log, log
 
 
 def test_sculpt_and_measure(tmp_path):
