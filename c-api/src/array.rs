@@ -270,7 +270,7 @@ impl<'a> Borrowed<'a> {
         }
     }
 
-    /// Depths as doubles. NaN if one of 16 bits is the largest, which marks that nothing was measured.
+    /// Depths as doubles. NaN where one of 16 bits is the largest, which marks that nothing was measured.
     pub fn depths(&self) -> Result<Vec<f64>, Failure> {
         let whole = |[depth]: [u16; 1]| if depth == u16::MAX { f64::NAN } else { f64::from(depth) };
         match self.type_ {

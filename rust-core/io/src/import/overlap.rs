@@ -83,7 +83,7 @@ pub(super) struct Overlap {
     scans: Vec<KdTree>,
 }
 
-/// The convention that clearly overlaps best, and the sentence that says so. Else why none does.
+/// The convention that clearly overlaps best, and the sentence that says so. Else the reason why none does.
 fn choose(medians: &[f64; 4]) -> Result<(Convention, String), String> {
     let best = (0..4).min_by(|&a, &b| medians[a].total_cmp(&medians[b])).unwrap_or(0);
     if !medians[best].is_finite() {

@@ -128,7 +128,8 @@ fn is_outside(world: f64, grid: i64) -> bool {
         || grid.unsigned_abs() > (MAX_NODE as u64) << FRACTION_BITS
 }
 
-/// The nearest integer, halves to even. Adding 1.5 * 2^52 leaves no bits after the point; if the sum would round further, the slower way.
+/// The nearest integer, halves to even. Adding 1.5 * 2^52 leaves no bits after the point; if the sum would round further, it takes the
+/// slower way.
 #[inline]
 fn round(x: f64) -> i64 {
     const SHIFT: f64 = 6_755_399_441_055_744.0;

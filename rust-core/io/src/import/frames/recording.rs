@@ -294,7 +294,7 @@ fn camera_for(camera: &Camera, size: [usize; 2], path: &Path) -> Result<Camera> 
     Ok(camera.scaled_to(size))
 }
 
-/// Stored numbers as lengths. NaN if they mark that nothing was measured.
+/// Stored numbers as lengths. NaN where they mark that nothing was measured.
 fn in_units(raster: Raster, unit: f64, options: &ReadOptions) -> Vec<f64> {
     let unit = options.scale.unwrap_or(unit);
     let (offset, invalid) = (options.offset, options.invalid.unwrap_or(f64::NAN));

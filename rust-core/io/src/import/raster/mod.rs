@@ -40,7 +40,7 @@ use base::log::{self, Level};
 use base::progress::Progress;
 use image::range_image::{Projection, RangeImage, far, repeats};
 
-/// An image of numbers as its file has them, row by row from the top. NaN if the file has none.
+/// An image of numbers as its file has them, row by row from the top. NaN where the file has none.
 pub(super) struct Raster {
     pub(super) rows: usize,
     pub(super) cols: usize,
