@@ -406,7 +406,7 @@ impl Kept {
         Some(reach)
     }
 
-    /// The place that a place comes to on the surface of the samples around it. Those further than `high` above or below it don't count.
+    /// The place, on the surface of the samples around it, that a place comes to. Those further than `high` above or below it don't count.
     /// Also that surface, with the weight of those that do count.
     fn fit(&self, course: Course, reach: f64, high: f64, room: &mut Room) -> Option<(Course, Patch)> {
         let place = course.place;

@@ -162,8 +162,8 @@ impl<'a> Joiner<'a> {
         by_chart.into_iter().collect()
     }
 
-    /// Places that the places of a chart come to lie at, and the neighbour's places that some of them become. `None` if the chart would be
-    /// stretched too much.
+    /// New places of a chart's places, and the neighbour's places that some of them become. `None` if the chart would be stretched too
+    /// much.
     fn laid_beside(&self, small: usize, along: &[Shared]) -> Option<FxHashMap<u32, (DVec2, u32)>> {
         let charts = &*self.charts;
         let ends = |edge: &Shared| {

@@ -133,7 +133,7 @@ impl Similarity {
         Similarity { scale, turned: DAffine3 { matrix3: back, translation: back * self.turned.translation * -scale } }
     }
 
-    /// The place that a place comes to lie at.
+    /// The new place of a place.
     pub fn of_place(&self, at: DVec3) -> DVec3 {
         self.turned.matrix3 * (at * self.scale) + self.turned.translation
     }
