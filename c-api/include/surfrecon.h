@@ -69,8 +69,8 @@
 // A length, or another value, that is to be measured from the data.
 #define SRF_FROM_DATA (-1.0)
 
-// Number of the binary interface this header describes. It grows when a program built against an older header would no
-// longer work; compare it with srf_abi_version().
+// Number of the binary interface this header describes. It grows when a program built against an older header would no longer work.
+// Compare it with srf_abi_version().
 #define SRF_ABI_VERSION 2
 
 // Version of the library this header belongs to: major number.
@@ -89,18 +89,18 @@
 typedef enum {
   // All went well.
   SRF_OK = 0,
-  // A number or an enumerator that was passed, as an argument, in a struct or as what an array is said to be, is out of its range; the text
-  // has the value, the range and the unit.
+  // A number or an enumerator that was passed, as an argument, in a struct or as what an array is said to be, is out of its range. The
+  // text has the value, the range and the unit.
   SRF_ERR_PARAMETER = 1,
-  // What an array, a matrix, a text, a mesh or a file holds can't be used, or does not go with another; the text names the element.
+  // The content of an array, a matrix, a text, a mesh or a file can't be used, or does not go with another. The text names the element.
   SRF_ERR_INPUT = 2,
-  // A file does not hold what its format promises; the text names the place.
+  // A file does not hold what its format promises. The text names the place.
   SRF_ERR_FORMAT = 3,
   // Reading or writing a file failed.
   SRF_ERR_IO = 4,
   // There is not enough memory.
   SRF_ERR_OUT_OF_MEMORY = 5,
-  // The caller cancelled; nothing was left behind.
+  // The caller cancelled. Nothing was left behind.
   SRF_ERR_CANCELLED = 6,
   // A pointer is NULL that must not be.
   SRF_ERR_NULL = 7,
@@ -112,11 +112,11 @@ typedef enum {
   SRF_ERR_STRUCT_SIZE = 10,
 } srf_status;
 
-// How important a message of the log is.
+// Importance of a message of the log.
 typedef enum {
-  // What a person may want to know, for example how a file was understood.
+  // For people who want to know, for example how a file was understood.
   SRF_LOG_LEVEL_INFO = 1,
-  // What a person should look at, for example a part of the input that was left out.
+  // For people to look at, for example a part of the input that was left out.
   SRF_LOG_LEVEL_WARNING = 2,
 } srf_log_level;
 
@@ -132,20 +132,20 @@ typedef enum {
   SRF_TYPE_U32 = 4,
   // uint8_t
   SRF_TYPE_U8 = 5,
-  // uint16_t; of the depths of frames
+  // uint16_t, of the depths of frames
   SRF_TYPE_U16 = 6,
 } srf_type;
 
-// How pixels see.
+// Kinds of projection: how pixels see.
 typedef enum {
-  // Rays along -z; the value is z. numbers: x and y of pixel (0, 0), x from column to column, y from row to row.
+  // Rays along -z. The value is z. numbers: x and y of pixel (0, 0), x from column to column, y from row to row.
   SRF_PROJECTION_ORTHOGRAPHIC = 1,
-  // Rays from the origin through ((col - cx) / fx, (row - cy) / fy, 1); the value is z. numbers: fx, fy, cx, cy in pixels.
+  // Rays from the origin through ((col - cx) / fx, (row - cy) / fy, 1). The value is z. numbers: fx, fy, cx, cy in pixels.
   SRF_PROJECTION_PINHOLE_DEPTH = 2,
   // The same, the value is the distance along the ray.
   SRF_PROJECTION_PINHOLE_RANGE = 3,
-  // Rays from the origin; the value is the distance along the ray. numbers: azimuth (from +x toward +y) and elevation
-  // (from the horizon toward +z) of pixel (0, 0), azimuth from column to column, elevation from row to row, in radians.
+  // Rays from the origin. The value is the distance along the ray. numbers: azimuth (from +x toward +y) and elevation (from the horizon
+  // toward +z) of pixel (0, 0), azimuth from column to column, elevation from row to row, in radians.
   SRF_PROJECTION_SPHERICAL = 4,
   // A point a pixel, seen along parallel rays. numbers: x, y, z of their direction, toward the scene.
   SRF_PROJECTION_GRID_PARALLEL = 5,
@@ -153,15 +153,15 @@ typedef enum {
   SRF_PROJECTION_GRID_FROM = 6,
 } srf_projection_kind;
 
-// What the entries of an attribute belong to.
+// The owners of an attribute's entries.
 typedef enum {
-  // One entry a vertex.
+  // One entry per vertex.
   SRF_DOMAIN_VERTICES = 1,
-  // One entry a triangle.
+  // One entry per triangle.
   SRF_DOMAIN_TRIANGLES = 2,
 } srf_domain;
 
-// What a scan holds.
+// Sort of content of a scan.
 typedef enum {
   // A srf_image.
   SRF_CONTENT_IMAGE = 1,
@@ -171,7 +171,7 @@ typedef enum {
   SRF_CONTENT_CLOUD = 3,
 } srf_content;
 
-// What the pixels of depth images measure.
+// Quantity that the pixels of depth images measure.
 typedef enum {
   // Distance from the image plane through the centre of projection (z).
   SRF_DEPTH_PLANAR = 1,
@@ -181,9 +181,9 @@ typedef enum {
 
 // How images store numbers.
 typedef enum {
-  // Numbers if the image is grey; terrain RGB if it is coloured and every pixel then lies between -500 and 9000 m.
+  // Numbers if the image is grey. Terrain RGB if it is coloured and every pixel then lies between -500 and 9000 m.
   SRF_PIXELS_AUTO = 1,
-  // A number a pixel.
+  // A number per pixel.
   SRF_PIXELS_NUMBER = 2,
   // Mapbox: -10000 + (65536 R + 256 G + B) / 10.
   SRF_PIXELS_TERRAIN_RGB = 3,
@@ -191,7 +191,7 @@ typedef enum {
   SRF_PIXELS_TERRARIUM = 4,
 } srf_pixels;
 
-// How the numbers of PLY files are written; other formats have one way.
+// Form of the numbers in PLY files. Other formats have one way.
 typedef enum {
   // Coordinates in single precision unless they lie so far from the origin that they would lose detail.
   SRF_ENCODING_BINARY = 1,
@@ -209,7 +209,7 @@ typedef enum {
   SRF_UP_Z = 2,
 } srf_up;
 
-// What the perimeter of a facet is compared with.
+// Length that the perimeter of a facet is compared with.
 typedef enum {
   // The spacing of the points around it: sparse parts may have large facets.
   SRF_THRESHOLD_LOCAL = 1,
@@ -217,7 +217,7 @@ typedef enum {
   SRF_THRESHOLD_GLOBAL = 2,
 } srf_threshold;
 
-// What the surface may be.
+// Form of the surface.
 typedef enum {
   // Every edge has at most two facets, every vertex one fan of them.
   SRF_TOPOLOGY_MANIFOLD = 1,
@@ -225,13 +225,13 @@ typedef enum {
   SRF_TOPOLOGY_FREE = 2,
 } srf_topology;
 
-// Whether the points are of a closed surface; only with a manifold topology.
+// Whether the points are of a closed surface. Only with a manifold topology.
 typedef enum {
   // Closed if a closed surface goes through more than half of the points at once, or through 5 % at once and 99 % in the
-  // end, unless sensors saw it from one side only, or points carry noise and more than 15 % of the area would be in
-  // facets above the threshold. Else open: grown from the most certain facet on, parts joined over facets up to 4 times
-  // as large as the threshold, or 16 times where they continue a part smoothly, small holes closed; what lies further
-  // apart stays apart.
+  // end. But not if sensors saw it from one side only, or if points carry noise and more than 15 % of the area would be
+  // in facets above the threshold. Else it is open and grows from the most certain facet on. Parts are joined over
+  // facets up to 4 times as large as the threshold, or 16 times where they continue a part smoothly. Small holes are
+  // closed. Parts that lie further apart stay apart.
   SRF_CLOSURE_AUTO = 1,
   // Gaps in the sampling are spanned by large facets.
   SRF_CLOSURE_CLOSED = 2,
@@ -239,26 +239,26 @@ typedef enum {
   SRF_CLOSURE_OPEN = 3,
 } srf_closure;
 
-// What is done about the noise of points.
+// Treatment of the noise of points.
 typedef enum {
-  // They are moved to the surface that those around them tell; outliers, also around points that carry no noise, are
+  // They are moved to the surface that those around them tell. Outliers, also around points that carry no noise, are
   // left out.
   SRF_NOISY_POINTS_MOVED = 1,
-  // The surface is found as with `moved`, and goes through the points as they were measured; noise may make it cross
+  // The surface is found as with `moved`, and goes through the points as they were measured. Noise may make it cross
   // itself.
   SRF_NOISY_POINTS_PUT_BACK = 2,
-  // Nothing is smoothed and no outlier left out, whatever noise the points carry and whatever the smoothing is: where
-  // noise is half a spacing or more no surface may be found, or one full of holes.
+  // Nothing is smoothed and no outlier left out, whatever noise the points carry and whatever the smoothing is. If noise
+  // is half a spacing or more, no surface may be found, or one full of holes.
   SRF_NOISY_POINTS_AS_CLEAN = 3,
 } srf_noisy_points;
 
-// Why a point is not on a surface.
+// Reasons why a point is not on a surface.
 typedef enum {
   // It is on it.
   SRF_DROPPED_USED = 0,
   // A coordinate isn't a finite number.
   SRF_DROPPED_NOT_FINITE = 1,
-  // At the same place as a point before it; of points that are flat but for noise, also right above another.
+  // At the same place as a point before it. Of points that are flat but for noise, also right above another.
   SRF_DROPPED_DUPLICATE = 2,
   // Inside the closed surface, out of its reach.
   SRF_DROPPED_INSIDE = 3,
@@ -268,7 +268,7 @@ typedef enum {
   SRF_DROPPED_OUTLIER = 5,
 } srf_dropped;
 
-// What decided the size of a cell.
+// Rule that decided the size of a cell.
 typedef enum {
   // The caller gave it.
   SRF_VOXEL_REASON_GIVEN = 1,
@@ -345,27 +345,27 @@ typedef enum {
   SRF_PAIR_STATE_REJECTED = 9,
 } srf_pair_state;
 
-// An alignment being put together: scans are added, what is known of them is said, then it is run, as often as wanted. Scans are
+// An alignment being put together: scans are added, known facts about them are said, then it is run, as often as wanted. Scans are
 // numbered from 0 in the order of adding. They are read when srf_aligner_run(), srf_aligner_snap() or srf_aligner_misfit() first needs
-// them; what these compare is kept, 1 to 2.5 MB a scan, until scans are added. Released with srf_aligner_free().
+// them. What these compare is kept, 1 to 2.5 MB per scan, until scans are added. Released with srf_aligner_free().
 typedef struct srf_aligner srf_aligner;
 
 // What an alignment found: the poses and how sure they are. Released with srf_alignment_free().
 typedef struct srf_alignment srf_alignment;
 
-// What cancels the calls it is handed to (srf_progress), from any thread. Released with srf_cancel_free().
+// A switch that cancels the calls it is handed to (srf_progress), from any thread. Released with srf_cancel_free().
 typedef struct srf_cancel srf_cancel;
 
 // Scattered points with optional normals and colours, and a place in the world. Released with srf_cloud_free().
 typedef struct srf_cloud srf_cloud;
 
-// Threads, a limit on memory and a log for a part of a program, for example for one of several plugins of a host: what it has none of
+// Threads, a limit on memory and a log for a part of a program, for example for one of several plugins of a host. Whatever it has none of
 // is the process's (srf_set_threads(), srf_set_memory_limit(), srf_set_log()). Released with srf_context_free().
 typedef struct srf_context srf_context;
 
-// A folder whose files lie in memory, or behind functions of yours. Each of its files has a path (srf_folder_path()), which every
-// function that takes the path of a file takes: so scans, lists of scans and whole recordings are read from memory, and whatever can be
-// written is written there. Released with srf_folder_free(); scans that were opened in it keep it.
+// A folder whose files lie in memory, or behind functions of yours. Each of its files has a path (srf_folder_path()), which every function
+// that takes the path of a file takes. So scans, lists of scans and whole recordings are read from memory, and all files can be written
+// there. Released with srf_folder_free(). Scans that were opened in it keep it.
 typedef struct srf_folder srf_folder;
 
 // A range image: rows x cols pixels, row after row, each valid or not, each with a viewing ray, placed in the world.
@@ -375,8 +375,8 @@ typedef struct srf_image srf_image;
 // A merge being put together: scans are added, replaced and removed, and it is run as often as wanted. Released with srf_merger_free().
 typedef struct srf_merger srf_merger;
 
-// A triangle mesh with named attributes of its vertices and triangles; triangles turn counter-clockwise seen from
-// outside. Released with srf_mesh_free().
+// A triangle mesh with named attributes of its vertices and triangles. Triangles turn counter-clockwise seen from outside. Released with
+// srf_mesh_free().
 typedef struct srf_mesh srf_mesh;
 
 // A regular grid of quads over a range image, dense where the surface bends. Released with srf_quads_free().
@@ -386,7 +386,7 @@ typedef struct srf_quads srf_quads;
 // srf_reconstructor_free().
 typedef struct srf_reconstructor srf_reconstructor;
 
-// What samples are kept or removed by: a box, a plane or a mask. Released with srf_region_free().
+// The region that samples are kept or removed by: a box, a plane or a mask. Released with srf_region_free().
 typedef struct srf_region srf_region;
 
 // Scans of one or several files, opened but not read: their samples stay on disk until they are needed. Released with
@@ -396,26 +396,26 @@ typedef struct srf_scans srf_scans;
 // A range image ready to be sculpted to one tolerance after the other. Released with srf_sculptor_free().
 typedef struct srf_sculptor srf_sculptor;
 
-// A tensor-product B-spline surface over 0..1 x 0..1: u runs along columns, v down rows; knots are uniform and clamped.
-// Released with srf_spline_free().
+// A tensor-product B-spline surface over 0..1 x 0..1: u runs along columns, v down rows. Knots are uniform and clamped. Released with
+// srf_spline_free().
 typedef struct srf_spline srf_spline;
 
-// Gets the messages of the log: level, a value of srf_log_level; text, UTF-8, valid during the call; user, the pointer
-// given to srf_set_log. Runs on the thread of the call that has something to tell; must not unwind.
+// Gets the messages of the log. level: a value of srf_log_level. text: UTF-8, valid during the call. user: the pointer given to
+// srf_set_log. Runs on the thread of the call that has something to tell. Must not unwind.
 typedef void (*srf_log_fn)(int32_t level, const char *text, void *user);
 
-// Gives size bytes, at least 1, that begin at a multiple of alignment, a power of two; NULL where there are none.
+// Gives size bytes, at least 1, that begin at a multiple of alignment, a power of two. NULL where there are none.
 typedef void *(*srf_allocate_fn)(void *user, size_t size, size_t alignment);
 
-// Makes a block of old_size bytes one of new_size, which may lie elsewhere and begins with what the old one held, as far as that fits. NULL
-// where that can't be: the block then stays as it was.
+// Makes a block of old_size bytes one of new_size, which may lie elsewhere and begins with what the old one held, as far as that fits.
+// NULL where that can't be: the block then stays as it was.
 typedef void *(*srf_reallocate_fn)(void *user, void *block, size_t old_size, size_t new_size, size_t alignment);
 
 // Takes a block back, with the size and the alignment that it was asked for with.
 typedef void (*srf_deallocate_fn)(void *user, void *block, size_t size, size_t alignment);
 
-// Where the library's memory comes from. Its functions are called on any thread, on several at once, at any time until the process has
-// ended, and within any call of this library, so they must not call it, nor unwind.
+// Source of the library's memory. Its functions are called on any thread, on several at once, at any time until the process has ended, and
+// within any call of this library. So they must not call it, nor unwind.
 typedef struct {
   // Not NULL.
   srf_allocate_fn allocate;
@@ -427,7 +427,7 @@ typedef struct {
   void *user;
 } srf_allocator;
 
-// How range images become surfaces: limits of the step-discontinuity triangulation. Starts with its size; set to the
+// How range images become surfaces: limits of the step-discontinuity triangulation. Starts with its size. Set to the
 // defaults by srf_triangulate_params_init().
 typedef struct {
   // Bytes of this struct.
@@ -443,13 +443,13 @@ typedef struct {
   double grazing_limit;
 } srf_triangulate_params;
 
-// How the pixels of an image see, in the sensor's frame.
+// Projection of an image: how its pixels see, in the sensor's frame.
 typedef struct {
   // A value of srf_projection_kind.
   uint32_t kind;
   // 0.
   uint32_t reserved;
-  // What they mean is said with the kind; those it does not name are 0. srf_projection_pinhole() and the functions beside it fill them.
+  // Their meaning is said with the kind. Those it does not name are 0. srf_projection_pinhole() and the functions beside it fill them.
   double numbers[4];
 } srf_projection;
 
@@ -458,11 +458,11 @@ typedef struct {
 // Handed in it is borrowed for the call and copied. Handed out it is a view that copies nothing: it stays until the handle
 // it came from is freed or changed, and must not be written to.
 typedef struct {
-  // The first number of the first element; may be NULL if count is 0. Needs no alignment.
+  // The first number of the first element. May be NULL if count is 0. Needs no alignment.
   const void *data;
   // Number of elements.
   size_t count;
-  // Bytes from one element to the next; 0 for elements without gaps. At least the size of an element.
+  // Bytes from one element to the next. 0 for elements without gaps. At least the size of an element.
   size_t stride;
   // A value of srf_type.
   uint32_t type;
@@ -470,33 +470,33 @@ typedef struct {
   uint32_t components;
 } srf_array;
 
-// Places a frame in another: 16 numbers, column after column, as OpenGL and glTF have them; the last row is 0 0 0 1. Where a
-// rotation and a translation are asked for, the axes must be orthonormal within 0.02: the nearest rotation is taken.
+// Places a frame in another: 16 numbers, column after column, as OpenGL and glTF have them. The last row is 0 0 0 1. If a rotation and a
+// translation are asked for, the axes must be orthonormal within 0.02: the nearest rotation is taken.
 typedef struct {
   // Column after column.
   double matrix[16];
 } srf_pose;
 
-// Asked about every 30 ms during a long call, on the thread that made the call: stage, what is being done, for people;
-// fraction, the share of the whole call that is done, 0 to 1, never falling, and 1 in the last report of a call that succeeds; message, both
-// as one line; user, as given in srf_progress. The texts are UTF-8 and valid during the call of the function. Answer 0 to go on, anything
-// else to cancel: the call then returns SRF_ERR_CANCELLED within a tenth of a second and leaves nothing behind; what is answered once
-// all is done changes nothing. Must not unwind.
+// Asked about every 30 ms during a long call, on the thread that made the call. stage: what is being done, for people. fraction: the share
+// of the whole call that is done, 0 to 1, never falling, and 1 in the last report of a call that succeeds. message: both as one line.
+// user: as given in srf_progress. The texts are UTF-8 and valid during the call of the function. Answer 0 to go on, anything else to
+// cancel. The call then returns SRF_ERR_CANCELLED within a tenth of a second and leaves nothing behind. The answer once all is done
+// changes nothing. Must not unwind.
 typedef int32_t (*srf_progress_fn)(const char *stage, double fraction, const char *message, void *user);
 
-// Who watches a long call, and what cancels it. NULL where one is asked for: nobody and nothing.
+// Watcher of a long call, and the switch that cancels it. NULL where one is asked for: nobody and nothing.
 typedef struct {
-  // Asked during the call; NULL for nobody.
+  // Asked during the call. NULL for nobody.
   srf_progress_fn report;
   // Handed to report as it is.
   void *user;
-  // Cancels the call once it is set, by whatever thread, also where it was before the call began; NULL for nothing. It may be freed
+  // Cancels the call once it is set, by whatever thread, also where it was before the call began. NULL for nothing. It may be freed
   // during the call, and be given to several calls at once.
   const srf_cancel *cancel;
 } srf_progress;
 
 // Samples that were left out of a frame, or of several, each counted for the first reason that it has. Starts with its
-// size; prepared by srf_left_out_report_init().
+// size. Prepared by srf_left_out_report_init().
 typedef struct {
   // Bytes of this struct.
   uint32_t struct_size;
@@ -558,9 +558,9 @@ typedef struct {
   uint64_t least_confidence;
 } srf_frame;
 
-// What a mesh is as a surface: counts, and what follows from them. Triangles that name a vertex out of range or a vertex
-// twice are counted, then left out of all that follows; so are vertices without a triangle. Starts with its size; prepared
-// by srf_check_report_init().
+// A mesh as a surface: counts, and what follows from them. Triangles that name a vertex out of range or a vertex twice are
+// counted, then left out of all that follows. So are vertices without a triangle. Starts with its size. Prepared by
+// srf_check_report_init().
 typedef struct {
   // Bytes of this struct.
   uint32_t struct_size;
@@ -610,7 +610,7 @@ typedef struct {
   int64_t genus;
 } srf_check_report;
 
-// Where a vertex of a range image was: by it a motion of all vertices is recognized.
+// Place where a vertex of a range image was: by it a motion of all vertices is recognized.
 typedef struct {
   // Its pixel's row.
   uint64_t row;
@@ -620,14 +620,14 @@ typedef struct {
   double point[3];
 } srf_anchor;
 
-// What a host keeps of a range image beside its vertices: how the pixels see, and where some of the vertices were. Numbers only: it
-// may be stored as it is. Starts with its size; prepared by srf_grid_camera_init().
+// The camera that a host keeps of a range image beside its vertices: how the pixels see, and where some of the vertices were. Numbers
+// only: it may be stored as it is. Starts with its size. Prepared by srf_grid_camera_init().
 typedef struct {
   // Bytes of this struct.
   uint32_t struct_size;
-  // How many of the anchors there are, up to 256; with 0, the default, vertices are taken to lie in the sensor's frame.
+  // Number of the anchors, up to 256. With 0, the default, vertices are taken to lie in the sensor's frame.
   uint32_t anchor_count;
-  // How pixels see.
+  // Projection of the pixels.
   srf_projection projection;
   // Vertices far from each other.
   srf_anchor anchors[256];
@@ -637,18 +637,18 @@ typedef struct {
   uint64_t cols;
 } srf_grid_camera;
 
-// Takes what is written into a folder: user, as given in srf_file_sink; name, of the file within the folder; bytes, the next ones, or
-// NULL: the file is complete; count, how many. Files of a set may take turns, and its list is complete last; a file whose call ended with an
-// error is not complete, and what came of it is to be discarded. Called on any thread, never on two at once. Answers are those of srf_read_fn, as is what it must not
-// do; nor must it write into its own folder.
+// Takes what is written into a folder. user: as given in srf_file_sink. name: of the file within the folder. bytes: the next ones, or NULL
+// if the file is complete. count: how many. Files of a set may take turns, and its list is complete last. A file whose call ended with an
+// error is not complete, and its bytes are to be discarded. Called on any thread, never on two at once. Answers are those of srf_read_fn,
+// as is what it must not do. Nor must it write into its own folder.
 typedef int32_t (*srf_write_fn)(void *user, const char *name, const void *bytes, size_t count);
 
 // Called once, on any thread, when nobody needs user any more.
 typedef void (*srf_release_fn)(void *user);
 
-// Where the bytes of files go.
+// Receiver of the bytes of files.
 typedef struct {
-  // Takes them; not NULL.
+  // Takes them. Not NULL.
   srf_write_fn write;
   // NULL if there is nothing to release.
   srf_release_fn release;
@@ -656,18 +656,18 @@ typedef struct {
   void *user;
 } srf_file_sink;
 
-// Reads bytes of a file for srf_folder_put_source(): user, as given there; at, the place of the first one; buffer, receives them; count,
-// the most that are wanted, at least 1; out_count, receives how many there are now, at least 1. No more is asked for than the file has.
-// Called on any thread, for one file never on two at once. Answer SRF_OK, or the status of what went wrong: the call that reads then ends
+// Reads bytes of a file for srf_folder_put_source(). user: as given there. at: the place of the first byte. buffer: receives them. count:
+// the most that are wanted, at least 1. out_count: receives how many there are now, at least 1. No more is asked for than the file has.
+// Called on any thread, for one file never on two at once. Answer SRF_OK, or the status of what went wrong. The call that reads then ends
 // with SRF_ERR_IO, or SRF_ERR_OUT_OF_MEMORY for that, and says what srf_last_error_message() says on the thread of this function
-// (srf_set_last_error() says it). Must not unwind, nor leave by longjmp(); must not call functions with handles of what is being read.
+// (srf_set_last_error() says it). Must not unwind, nor leave by longjmp(). Must not call functions with handles of what is being read.
 typedef int32_t (*srf_read_fn)(void *user, uint64_t at, void *buffer, size_t count, size_t *out_count);
 
-// Where the bytes of a file come from.
+// Source of the bytes of a file.
 typedef struct {
-  // Number of bytes; must not change.
+  // Number of bytes. Must not change.
   uint64_t length;
-  // Reads them; not NULL.
+  // Reads them. Not NULL.
   srf_read_fn read;
   // NULL if there is nothing to release.
   srf_release_fn release;
@@ -675,7 +675,7 @@ typedef struct {
   void *user;
 } srf_file_source;
 
-// What files do not say themselves. Starts with its size; set to the defaults by srf_read_options_init().
+// Facts that files do not say themselves. Starts with its size. Set to the defaults by srf_read_options_init().
 typedef struct {
   // Bytes of this struct.
   uint32_t struct_size;
@@ -684,36 +684,36 @@ typedef struct {
   // fx, fy, cx, cy in pixels, pixel centres at whole numbers: images are depth images of that camera. All 0, the
   // default: they are height maps, unless a file of a camera is opened with them.
   double intrinsics[4];
-  // Of the camera of these intrinsics: columns and rows of its images; others are refused. 0 and 0, the default: any.
+  // Of the camera of these intrinsics: columns and rows of its images. Others are refused. 0 and 0, the default: any.
   uint64_t camera_size[2];
-  // What a number of an image is multiplied with. Larger values make heights and depths larger. > 0. SRF_FROM_DATA, the
-  // default: 0.001 for whole numbers seen by a camera (millimetres), else 1.
+  // Factor by which the numbers of an image are multiplied. Larger values make heights and depths larger. > 0.
+  // SRF_FROM_DATA, the default: 0.001 for whole numbers seen by a camera (millimetres), else 1.
   double scale;
-  // What is added to the numbers of an image afterwards. Default 0.
+  // Number that is added to the numbers of an image afterwards. Default 0.
   double offset;
-  // Distance of neighbouring pixels of a height map. Larger values make it wider. > 0. SRF_FROM_DATA, the default: what
-  // the file says, else 1.
+  // Distance of neighbouring pixels of a height map. Larger values make it wider. > 0. SRF_FROM_DATA, the default: the
+  // size in the file, else 1.
   double step;
-  // The number of an image, before scaling, that means no sample; besides what the format itself defines. NaN, the
-  // default: none.
+  // The number of an image, before scaling, that means no sample. It counts besides those that the format itself
+  // defines. NaN, the default: none.
   double invalid;
-  // What the pixels of depth images measure. A value of srf_depth, default SRF_DEPTH_PLANAR.
+  // Quantity that the pixels of depth images measure. A value of srf_depth, default SRF_DEPTH_PLANAR.
   uint64_t depth;
   // How images store numbers. A value of srf_pixels, default SRF_PIXELS_AUTO.
   uint64_t pixels;
-  // Largest size of what one compressed file unpacks to, in GiB. Larger values let larger files be read; small ones
+  // Largest size of what one compressed file unpacks to, in GiB. Larger values let larger files be read. Small ones
   // refuse files that unpack to more than they should. > 0, at most 1000000, default 4.
   double max_decoded_gib;
   // Lists may name files outside their own folder. Off: such lists are refused. 1 or 0, default 0.
   uint64_t allow_outside;
-  // Which way the poses of a recording or of a list of poses go. A value of srf_poses, default SRF_POSES_AUTO.
+  // Direction of the poses of a recording or of a list of poses. A value of srf_poses, default SRF_POSES_AUTO.
   uint64_t poses;
   // Axes of the cameras that the poses of a recording or of a list of poses place. A value of srf_axes, default
   // SRF_AXES_AUTO.
   uint64_t axes;
 } srf_read_options;
 
-// How a mesh is written. Starts with its size; set to the defaults by srf_write_options_init().
+// How a mesh is written. Starts with its size. Set to the defaults by srf_write_options_init().
 typedef struct {
   // Bytes of this struct.
   uint32_t struct_size;
@@ -724,16 +724,15 @@ typedef struct {
   double metres_per_unit;
   // Axis of the mesh that points up, for glTF, where y does. A value of srf_up, default SRF_UP_Y.
   uint64_t up;
-  // How the numbers of PLY files are written; other formats have one way. A value of srf_encoding, default
-  // SRF_ENCODING_BINARY.
+  // Form of the numbers in PLY files. Other formats have one way. A value of srf_encoding, default SRF_ENCODING_BINARY.
   uint64_t encoding;
-  // A PLY file gets no more triangles than this: of a larger mesh it gets the first, and files beside it called
-  // name-2-of-3.ply and so on get the others, each with the vertices that its triangles name, so that parts meet in
+  // A PLY file gets no more triangles than this. Of a larger mesh it gets the first, and files beside it called
+  // name-2-of-3.ply and so on get the others. Each has the vertices that its triangles name, so that parts meet in
   // vertices of the same coordinates. 0: one file. 0 to 2147483647, default 0.
   uint64_t part_triangles;
 } srf_write_options;
 
-// How scans are brought to one frame. Lengths are in the unit of the scans. Starts with its size; set to the defaults by
+// How scans are brought to one frame. Lengths are in the unit of the scans. Starts with its size. Set to the defaults by
 // srf_align_params_init().
 typedef struct {
   // Bytes of this struct.
@@ -760,7 +759,7 @@ typedef struct {
   uint64_t use_colour;
 } srf_align_params;
 
-// A point that two scans show. Starts with its size; prepared by srf_pick_init().
+// A point that two scans show. Starts with its size. Prepared by srf_pick_init().
 typedef struct {
   // Bytes of this struct.
   uint32_t struct_size;
@@ -768,28 +767,28 @@ typedef struct {
   uint32_t has_normals;
   // Numbers of the scans.
   uint32_t scans[2];
-  // Where the point is, in each scan's own frame.
+  // The place of the point, in each scan's own frame.
   double points[2][3];
   // Outward normals there, in the scans' frames, of any length but 0.
   double normals[2][3];
-  // What it counts: at 1, the default, as much as a two-thousandth of the smaller scan's surface. > 0.
+  // Its weight: at 1, the default, as much as a two-thousandth of the smaller scan's surface. > 0.
   double weight;
 } srf_pick;
 
-// Makes the range image of a scan, for example with srf_image_from_frame(): user, as given in srf_image_source; out_image, receives
-// a handle that nobody else uses, which the library then frees, also where the answer is an error. Its pose and its name are passed
-// over: those of adding count.
-// Called on threads of the library or on the thread that made the call, for several scans at once, and for a scan more than once;
-// each time it must make the same image, or the result is none of any scan. It may call any function of this library; while it is in
-// one that takes longer it may be called for another scan on the same thread, so it must hold no lock then that it takes itself. Answer
-// SRF_OK, or the status of what went wrong: the call for which it was made then ends, with SRF_ERR_CANCELLED or SRF_ERR_OUT_OF_MEMORY
-// for these, else with SRF_ERR_INPUT; its text has the scan's name and what srf_last_error_message() says on the thread of this function
-// (srf_set_last_error() says it). A call that is cancelled waits for those that are being made. Must not unwind, nor leave by longjmp().
+// Makes the range image of a scan, for example with srf_image_from_frame(). user: as given in srf_image_source. out_image: receives a
+// handle that nobody else uses, which the library then frees, also if the answer is an error. Its pose and its name are passed over: those
+// of adding count. Called on threads of the library or on the thread that made the call, for several scans at once, and for a scan more
+// than once. Each time it must make the same image, or the result is none of any scan. It may call any function of this library. While it
+// is in one that takes longer it may be called for another scan on the same thread, so it must hold no lock then that it takes itself.
+// Answer SRF_OK, or the status of what went wrong. The call for which it was made then ends, with SRF_ERR_CANCELLED or
+// SRF_ERR_OUT_OF_MEMORY for these, else with SRF_ERR_INPUT. Its text has the scan's name and what srf_last_error_message() says on the
+// thread of this function (srf_set_last_error() says it). A call that is cancelled waits for those that are being made. Must not unwind,
+// nor leave by longjmp().
 typedef int32_t (*srf_image_fn)(void *user, srf_image **out_image);
 
-// Who makes the image of a scan when it is needed, so that it need not stay in memory: not before a run, and a few times in it at most.
+// Maker of the image of a scan when it is needed, so that it need not stay in memory: not before a run, and a few times in it at most.
 typedef struct {
-  // Makes it; not NULL.
+  // Makes it. Not NULL.
   srf_image_fn make;
   // Handed to make as it is. Must stay until what it was added to is freed and no call works with it.
   void *user;
@@ -805,7 +804,7 @@ typedef struct {
   double point[3];
 } srf_freedom;
 
-// A scan that was aligned: its pose, and how sure that is. Starts with its size; prepared by srf_aligned_scan_init().
+// A scan that was aligned: its pose, and how sure that is. Starts with its size. Prepared by srf_aligned_scan_init().
 typedef struct {
   // Bytes of this struct.
   uint32_t struct_size;
@@ -844,7 +843,7 @@ typedef struct {
   double spacing;
 } srf_aligned_scan;
 
-// Two scans that were compared, and how well they fit. Starts with its size; prepared by srf_aligned_pair_init().
+// Two scans that were compared, and how well they fit. Starts with its size. Prepared by srf_aligned_pair_init().
 typedef struct {
   // Bytes of this struct.
   uint32_t struct_size;
@@ -870,7 +869,7 @@ typedef struct {
   srf_freedom freedoms[6];
 } srf_aligned_pair;
 
-// Scans that were aligned, and their pairs. Starts with its size; prepared by srf_align_report_init().
+// Scans that were aligned, and their pairs. Starts with its size. Prepared by srf_align_report_init().
 typedef struct {
   // Bytes of this struct.
   uint32_t struct_size;
@@ -899,7 +898,7 @@ typedef struct {
   uint64_t placed;
 } srf_align_report;
 
-// The place that a scan was drawn to by hand, and how well it lies there. Starts with its size; prepared by
+// The place that a scan was drawn to by hand, and how well it lies there. Starts with its size. Prepared by
 // srf_snap_report_init().
 typedef struct {
   // Bytes of this struct.
@@ -929,7 +928,7 @@ typedef struct {
   srf_freedom freedoms[6];
 } srf_snap_report;
 
-// How the dominant plane is found. Lengths are in the unit of the scans. Starts with its size; set to the defaults by
+// How the dominant plane is found. Lengths are in the unit of the scans. Starts with its size. Set to the defaults by
 // srf_plane_params_init().
 typedef struct {
   // Bytes of this struct.
@@ -937,17 +936,17 @@ typedef struct {
   // Worker threads, at most 1024; 0, the default, for the number of srf_set_threads(). Results are the same for any
   // number.
   uint32_t threads;
-  // Samples that lie further off do not count for the plane. > 0. SRF_FROM_DATA, the default: three times what its
-  // samples scatter by, at most a hundredth of what the scans extend over.
+  // Samples that lie further off do not count for the plane. > 0. SRF_FROM_DATA, the default: three times the scatter of
+  // its samples, at most a hundredth of the extent of the scans.
   double tolerance;
   // A plane on which a smaller share of the samples lies is refused. 0 to 1, default 0.05.
   double min_share;
-  // What lies at most so far above the plane is removed with it. >= 0. SRF_FROM_DATA, the default: four times what its
-  // samples scatter by.
+  // Points that lie at most so far above the plane are removed with it. >= 0. SRF_FROM_DATA, the default: four times the
+  // scatter of its samples.
   double margin;
 } srf_plane_params;
 
-// A plane in the world. Starts with its size; prepared by srf_plane_init().
+// A plane in the world. Starts with its size. Prepared by srf_plane_init().
 typedef struct {
   // Bytes of this struct.
   uint32_t struct_size;
@@ -955,9 +954,9 @@ typedef struct {
   uint32_t is_found;
   // On the plane.
   double point[3];
-  // Of any length but 0; points above.
+  // Of any length but 0. It points above.
   double normal[3];
-  // What lies at most so far above the plane is removed with it.
+  // Points that lie at most so far above the plane are removed with it.
   double margin;
   // Of one that was found: the share of the samples that lie on it.
   double share;
@@ -965,7 +964,7 @@ typedef struct {
   double spread;
 } srf_plane;
 
-// How registered scans are merged into one surface. Lengths are in the unit of the scans. Starts with its size; set to the
+// How registered scans are merged into one surface. Lengths are in the unit of the scans. Starts with its size. Set to the
 // defaults by srf_merge_params_init().
 typedef struct {
   // Bytes of this struct.
@@ -974,19 +973,19 @@ typedef struct {
   // number.
   uint32_t threads;
   // Size of a cell of the grid. Smaller keeps more detail and costs time and memory with its inverse square. > 0.
-  // SRF_FROM_DATA, the default: 1.5 times the mean distance of neighbouring samples; more where noise, the distance
-  // between overlapping scans or the memory there is ask for it.
+  // SRF_FROM_DATA, the default: 1.5 times the mean distance of neighbouring samples, or more if noise, the distance
+  // between overlapping scans or little memory ask for it.
   double voxel;
-  // Surfaces of different scans closer than this, facing the same way, become one. At least a voxel; choose it above the
+  // Surfaces of different scans closer than this, facing the same way, become one. At least a voxel. Choose it above the
   // residual of the registration and below the thinnest wall. >= 0. SRF_FROM_DATA, the default: from the voxel and the
   // measured distance between overlapping scans.
   double merge_distance;
   // Holes whose boundary is at most this long are closed. 0: all are left open. >= 0. SRF_FROM_DATA, the default: 100
   // voxels, but at most a fifth of the diagonal of the connected part the hole is in.
   double max_hole_length;
-  // Connected parts with fewer triangles than this share of the largest part's are dropped. What no scan saw, between
-  // layers of badly placed scans or out of their noise, is dropped in any case. 0: all are kept that scans are evidence
-  // of. 0 to 1, default 0.
+  // Connected parts with fewer triangles than this share of the largest part's are dropped. Parts that no scan saw,
+  // between layers of badly placed scans or out of their noise, are dropped in any case. 0: all are kept that scans are
+  // evidence of. 0 to 1, default 0.
   double min_component_share;
   // Longest edge between neighbouring samples. Larger values bridge jumps, smaller ones open holes. > 0. SRF_FROM_DATA,
   // the default: 3.4 times the median distance of neighbouring samples of each scan, in rows and columns apart where
@@ -1001,7 +1000,7 @@ typedef struct {
   uint64_t match_exposure;
 } srf_merge_params;
 
-// The figures of a merge, among them those of the paper's tables. Starts with its size; prepared by
+// The figures of a merge, among them those of the paper's tables. Starts with its size. Prepared by
 // srf_merge_report_init().
 typedef struct {
   // Bytes of this struct.
@@ -1014,7 +1013,7 @@ typedef struct {
   uint64_t input_triangles;
   // Size of a cell that was used. In the unit of the scans.
   double voxel;
-  // What decided the size of a cell. A value of srf_voxel_reason, such as SRF_VOXEL_REASON_GIVEN.
+  // Rule that decided the size of a cell. A value of srf_voxel_reason, such as SRF_VOXEL_REASON_GIVEN.
   uint64_t voxel_reason;
   // Merge distance that was used. In the unit of the scans.
   double merge_distance;
@@ -1064,7 +1063,7 @@ typedef struct {
   uint64_t in_files;
 } srf_merge_report;
 
-// How a range image is sculpted to few triangles. Starts with its size; set to the defaults by srf_sculpt_params_init().
+// How a range image is sculpted to few triangles. Starts with its size. Set to the defaults by srf_sculpt_params_init().
 typedef struct {
   // Bytes of this struct.
   uint32_t struct_size;
@@ -1082,10 +1081,10 @@ typedef struct {
   // 2 searches for fewer yet, for about ten times the time. 0 to 2, default 1.
   uint64_t effort;
   // Every vertex is a sample. Off: vertices may leave their samples along the ray within the tolerance, for about a
-  // sixth fewer triangles than effort 2 and a little more time; with effort 0, which moves nothing, it has no effect. 1
+  // sixth fewer triangles than effort 2 and a little more time. With effort 0, which moves nothing, it has no effect. 1
   // or 0, default 1.
   uint64_t interpolate;
-  // Smallest angle, as seen from the sensor, of triangles made to replace others; those of the digging keep theirs. 10
+  // Smallest angle, as seen from the sensor, of triangles made to replace others. Those of the digging keep theirs. 10
   // degrees cost up to 12 % more triangles. Radians, 0 to pi/6, default 0.
   double min_angle;
   // Smooths open borders, too, for fewer triangles: the mesh reaches at most half a pixel beyond them, covers all that
@@ -1101,7 +1100,7 @@ typedef struct {
   double grazing_limit;
 } srf_sculpt_params;
 
-// The figures of sculpting. Starts with its size; prepared by srf_sculpt_report_init().
+// The figures of sculpting. Starts with its size. Prepared by srf_sculpt_report_init().
 typedef struct {
   // Bytes of this struct.
   uint32_t struct_size;
@@ -1140,7 +1139,7 @@ typedef struct {
   uint64_t covered_pixels;
 } srf_sculpt_report;
 
-// How a quad grid is made. Starts with its size; set to the defaults by srf_quads_params_init().
+// How a quad grid is made. Starts with its size. Set to the defaults by srf_quads_params_init().
 typedef struct {
   // Bytes of this struct.
   uint32_t struct_size;
@@ -1153,10 +1152,10 @@ typedef struct {
   // Tiles from left to right. Every tile gets the same number of columns: more tiles spread them more evenly over the
   // image. 1 to 67108864. 0, the default: one tile every 64 columns of pixels, at least one.
   uint64_t tiles_across;
-  // Rows of vertices a tile, both borders counted; neighbouring tiles share the row between them. Not used where an
+  // Rows of vertices per tile, both borders counted. Neighbouring tiles share the row between them. Not used where an
   // error is asked for. 2 to 67108864, default 9.
   uint64_t rows;
-  // Columns of vertices a tile, both borders counted; neighbouring tiles share the column between them. Not used where
+  // Columns of vertices per tile, both borders counted. Neighbouring tiles share the column between them. Not used where
   // an error is asked for. 2 to 67108864, default 9.
   uint64_t columns;
   // Chooses rows and columns so that no sample is farther from the grid along its ray. Smaller values give more quads.
@@ -1171,8 +1170,8 @@ typedef struct {
   // Valid ones among the eight neighbours that an invalid pixel needs to be filled: 8 fills single pixels, fewer grow
   // into larger gaps, a pixel a pass. 1 to 8, default 8.
   uint64_t gap_neighbours;
-  // What counts as 1 in the 8-bit curvature image, as a share of the depth extent. Smaller values let fine relief
-  // attract vertices, and noise as well. > 0, default 0.001.
+  // Curvature that counts as 1 in the 8-bit curvature image, as a share of the depth extent. Smaller values let fine
+  // relief attract vertices, and noise as well. > 0, default 0.001.
   double curvature_unit;
   // Largest value of the curvature image: stronger curvature, such as that of jumps, attracts no more vertices than
   // this. 1 to 255, default 255.
@@ -1189,14 +1188,14 @@ typedef struct {
   // Curvature given to invalid pixels, as in the paper (5 and 20 there). Larger values draw vertices to the background.
   // A whole number. 0 to 255. SRF_FROM_DATA, the default: none, the background attracts no vertices beyond the floor.
   double background_curvature;
-  // Smallest share of valid pixels that a quad of the mesh may have; with more than 0 its corners must be valid too. 0:
+  // Smallest share of valid pixels that a quad of the mesh may have. With more than 0 its corners must be valid too. 0:
   // every quad is kept, over the background as well. 0 to 1, default 0.5.
   double coverage;
 } srf_quads_params;
 
 // The figures of a quad grid. Errors are distances along the samples' rays to the planes of the triangles of the pixels'
 // quads, over all valid pixels of the image but those missed, with each quad cut along its better diagonal. On the
-// background the grid continues the surface. Starts with its size; prepared by srf_quads_report_init().
+// background the grid continues the surface. Starts with its size. Prepared by srf_quads_report_init().
 typedef struct {
   // Bytes of this struct.
   uint32_t struct_size;
@@ -1239,7 +1238,7 @@ typedef struct {
   uint64_t quads;
 } srf_quads_report;
 
-// How a surface is fitted to a quad grid. Starts with its size; set to the defaults by srf_spline_params_init().
+// How a surface is fitted to a quad grid. Starts with its size. Set to the defaults by srf_spline_params_init().
 typedef struct {
   // Bytes of this struct.
   uint32_t struct_size;
@@ -1247,16 +1246,16 @@ typedef struct {
   uint32_t reserved;
   // Order of the surface, its degree plus one: 2 is made of straight pieces, 4 is cubic. 2 to 4, default 4.
   uint64_t order;
-  // Rows of control points, from the order to the grid's rows; fewer make the surface smoother, in the sense of least
+  // Rows of control points, from the order to the grid's rows. Fewer make the surface smoother, in the sense of least
   // squares. 2 to 67108864. 0, the default: as many as the grid has, so that the surface runs through its vertices.
   uint64_t rows;
-  // Columns of control points, from the order to the grid's columns; fewer make the surface smoother, in the sense of
+  // Columns of control points, from the order to the grid's columns. Fewer make the surface smoother, in the sense of
   // least squares. 2 to 67108864. 0, the default: as many as the grid has, so that the surface runs through its
   // vertices.
   uint64_t columns;
 } srf_spline_params;
 
-// How a surface is made through scattered points. Starts with its size; set to the defaults by
+// How a surface is made through scattered points. Starts with its size. Set to the defaults by
 // srf_reconstruct_params_init().
 typedef struct {
   // Bytes of this struct.
@@ -1267,24 +1266,24 @@ typedef struct {
   // Makes the threshold on the perimeters of facets larger. Larger closes more gaps and keeps more stray points. 1 to 2,
   // default 1.
   double factor;
-  // What the perimeter of a facet is compared with. A value of srf_threshold, default SRF_THRESHOLD_LOCAL.
+  // Length that the perimeter of a facet is compared with. A value of srf_threshold, default SRF_THRESHOLD_LOCAL.
   uint64_t threshold;
-  // What the surface may be. A value of srf_topology, default SRF_TOPOLOGY_MANIFOLD.
+  // Form of the surface. A value of srf_topology, default SRF_TOPOLOGY_MANIFOLD.
   uint64_t topology;
-  // Whether the points are of a closed surface; only with a manifold topology. A value of srf_closure, default
+  // Whether the points are of a closed surface. Only with a manifold topology. A value of srf_closure, default
   // SRF_CLOSURE_AUTO.
   uint64_t closure;
   // The surface is the one that points within this distance tell, and those far from any surface are left out. Larger
-  // takes away more noise, and what is thin: bars thinner than twice this may tear. Smaller may leave good points out;
-  // less than the usual distance to the 16 nearest points counts as that distance. > 0. SRF_FROM_DATA, the default:
-  // where the noise of 1,024 points or more is more than 0.2 spacings, that at which points are best foretold by the
-  // others; else points stay.
+  // takes away more noise, and what is thin: bars thinner than twice this may tear. Smaller may leave good points out.
+  // Less than the usual distance to the 16 nearest points counts as that distance. > 0. SRF_FROM_DATA, the default: the
+  // distance at which points are best foretold by the others, if the noise of 1,024 points or more is more than 0.2
+  // spacings, else points stay.
   double smooth;
-  // What is done about the noise of points. A value of srf_noisy_points, default SRF_NOISY_POINTS_MOVED.
+  // Treatment of the noise of points. A value of srf_noisy_points, default SRF_NOISY_POINTS_MOVED.
   uint64_t noisy_points;
 } srf_reconstruct_params;
 
-// The figures of a surface through points. Starts with its size; prepared by srf_reconstruct_report_init().
+// The figures of a surface through points. Starts with its size. Prepared by srf_reconstruct_report_init().
 typedef struct {
   // Bytes of this struct.
   uint32_t struct_size;
@@ -1323,9 +1322,9 @@ typedef struct {
   double noise;
   // Side of a square of the surface that has one point, as measured. In the unit of the scans. Since 0.2.
   double spacing;
-  // Radius within which the surface was smoothed; 0 if it goes through the points. Where points that carry noise lie
-  // much closer together or further apart than usual, it was so many times smaller or larger there. In the unit of the
-  // scans. Since 0.2.
+  // Radius within which the surface was smoothed. 0 if it goes through the points. It was so many times smaller or
+  // larger where points that carry noise lie much closer together or further apart than usual. In the unit of the scans.
+  // Since 0.2.
   double smoothing;
   // Root mean square of the distances by which smoothing moved the points on the surface. In the unit of the scans.
   // Since 0.2.
@@ -1334,7 +1333,7 @@ typedef struct {
   uint64_t outliers;
 } srf_reconstruct_report;
 
-// How a mesh, or points, are clustered. Starts with its size; set to the defaults by srf_cluster_params_init().
+// How a mesh, or points, are clustered. Starts with its size. Set to the defaults by srf_cluster_params_init().
 typedef struct {
   // Bytes of this struct.
   uint32_t struct_size;
@@ -1353,11 +1352,11 @@ typedef struct {
   // How much smaller triangles are where the surface bends: 0 makes them alike everywhere, 1 gives the least mean
   // distance from the input. 0 to 2, default 1.
   double adaptivity;
-  // Most Lloyd steps at the final number of patches; fewer if they no longer gain. 0 to 10000, default 40.
+  // Most Lloyd steps at the final number of patches. Fewer if they no longer gain. 0 to 10000, default 40.
   uint64_t iterations;
   // Most steps of the spring relaxation. 0: the fans stay as they are. 0 to 10000, default 50.
   uint64_t relaxation;
-  // Rounds in which vertices leave the surface for where it lies nearest in the mean square; 1 takes a third off the
+  // Rounds in which vertices leave the surface for where it lies nearest in the mean square. 1 takes a third off the
   // mean error, more lower the largest. 0: vertices stay on the surface. 0 to 100, default 0.
   uint64_t fitting;
   // Smallest angle of triangles that may have any shape for the least mean square distance, instead of one as even as
@@ -1369,11 +1368,11 @@ typedef struct {
   // its edges long: those of parts and buildings. Noise makes no such lines. 0: no edge is kept. Radians, 0 to pi,
   // default 0.6981317007977318.
   double feature_angle;
-  // Which way round patches are split. 0 to 4294967295, default 0.
+  // Direction in which round patches are split. 0 to 4294967295, default 0.
   uint64_t seed;
 } srf_cluster_params;
 
-// The figures of clustering. Starts with its size; prepared by srf_cluster_report_init().
+// The figures of clustering. Starts with its size. Prepared by srf_cluster_report_init().
 typedef struct {
   // Bytes of this struct.
   uint32_t struct_size;
@@ -1417,7 +1416,7 @@ typedef struct {
   uint64_t kept_input;
 } srf_cluster_report;
 
-// What a virtual scanner adds to the truth. The defaults add nothing. Starts with its size; set to the defaults by
+// Errors that a virtual scanner adds to the truth. The defaults add nothing. Starts with its size. Set to the defaults by
 // srf_scan_params_init().
 typedef struct {
   // Bytes of this struct.
@@ -1434,8 +1433,8 @@ typedef struct {
   double quantum;
   // Share of the pixels that give no value, whatever they see. 0 to 1, default 0.
   double dropout;
-  // Share of further pixels that give no value where the ray grazes the surface; it falls with (1 - cos)^4 to 0 where
-  // the ray is perpendicular to it. 0 to 1, default 0.
+  // Share of further pixels that give no value where the ray grazes the surface. It falls with (1 - cos)^4 to 0 where
+  // the ray is perpendicular to the surface. 0 to 1, default 0.
   double dropout_grazing;
   // Largest distance from the sensor at which a surface is seen. Orthographic sensors are infinitely far away and take
   // none. > 0. SRF_FROM_DATA, the default: none, everything in sight is seen.
@@ -1448,12 +1447,12 @@ typedef struct {
   // Standard deviation of the angle of the error of the reported orientation, about the centre of what was seen.
   // Radians, 0 to pi, default 0.
   double pose_turn;
-  // Number all randomness follows from; give each scan its own. 0 to 9007199254740992, default 0.
+  // Number all randomness follows from. Give each scan its own. 0 to 9007199254740992, default 0.
   uint64_t seed;
 } srf_scan_params;
 
 // Distances of points, or of a surface, from another surface. All figures but `bias` are of absolute values. Starts with
-// its size; prepared by srf_distance_report_init().
+// its size. Prepared by srf_distance_report_init().
 typedef struct {
   // Bytes of this struct.
   uint32_t struct_size;
@@ -1597,37 +1596,37 @@ const char *srf_version(void);
 // Version of the loaded library as a number that compares, for example with SRF_VERSION of the header. Since 0.2.
 uint32_t srf_version_number(void);
 
-// Number of the binary interface of the loaded library; it must equal SRF_ABI_VERSION of the header the program was
-// built with. Since 0.1.
+// Number of the binary interface of the loaded library. It must equal SRF_ABI_VERSION of the header the program was built with. Since 0.1.
 uint32_t srf_abi_version(void);
 
-// Text of the last error of this thread: what is wrong and, where there is one, the remedy. Empty if no call has failed,
-// never NULL; valid until the next call that fails on this thread. UTF-8. Since 0.1.
+// Text of the last error of this thread: what is wrong and, where there is one, the remedy. Empty if no call has failed, never NULL. Valid
+// until the next call that fails on this thread. UTF-8. Since 0.1.
 const char *srf_last_error_message(void);
 
 // Says what went wrong in a function that the library calls (srf_image_source): becomes the text of the last error of this thread.
-// text       UTF-8; not NULL
+// text       UTF-8. Not NULL
 // returns    SRF_OK, SRF_ERR_INPUT for text that is not UTF-8, SRF_ERR_NULL. Since 0.2.
 srf_status srf_set_last_error(const char *text);
 
 // Short text of a status, for example "cancelled".
-// out_text   receives a static text on SRF_OK only; not NULL
+// out_text   receives a static text on SRF_OK only. Not NULL
 // returns    SRF_OK, SRF_ERR_PARAMETER if there is no such status, SRF_ERR_NULL. Since 0.1.
 srf_status srf_status_text(int32_t status, const char **out_text);
 
-// Worker threads of calls whose parameters say 0, unless made under a context with a number of its own. Results are the same for any number.
-// threads    at most 1024; 0, the default, for one a core
+// Worker threads of calls whose parameters say 0, unless made under a context with a number of its own. Results are the same for any
+// number.
+// threads    at most 1024. 0, the default, for one per core
 // returns    SRF_OK, SRF_ERR_PARAMETER. Since 0.1.
 srf_status srf_set_threads(uint32_t threads);
 
 // Number set by srf_set_threads. Since 0.1.
 uint32_t srf_threads(void);
 
-// Most memory that calls may take, unless made under a context with a limit of its own; together, where several run at a time under
-// the same context or under none. It limits calls, not what they leave: what was handed out before (meshes, images) does not count, however
-// much it is, unless another call was running all the time since. What is foreseen to need more, or more than is
-// free, is refused with SRF_ERR_OUT_OF_MEMORY before it begins; what turns out to need more ends with it then, and
-// leaves nothing behind.
+// Most memory that calls may take, unless made under a context with a limit of its own. It is for all together, if several run at a time
+// under the same context or under none. It limits calls, not what they leave. Meshes, images and the like that were handed out before do
+// not count, however much they are, unless another call was running all the time since. A call that is foreseen to need more, or more than
+// is free, is refused with SRF_ERR_OUT_OF_MEMORY before it begins. A call that turns out to need more ends with it then, and leaves
+// nothing behind.
 // bytes      0, the default, for all that is free
 // returns    SRF_OK. Since 0.1.
 srf_status srf_set_memory_limit(uint64_t bytes);
@@ -1635,50 +1634,50 @@ srf_status srf_set_memory_limit(uint64_t bytes);
 // Number set by srf_set_memory_limit. Since 0.1.
 uint64_t srf_memory_limit(void);
 
-// Who gets the messages of the log from now on, unless of calls under a context with a log of its own.
+// Sets who gets the messages of the log from now on, unless of calls under a context with a log of its own.
 // log        NULL for nobody, the default
-// user       handed to log as it is; must stay usable until another log is set and calls on other threads have returned
+// user       handed to log as it is. Must stay usable until another log is set and calls on other threads have returned
 // returns    SRF_OK. Since 0.1.
 srf_status srf_set_log(srf_log_fn log,
                        void *user);
 
 // Makes a context. Its worker threads are its own, started when they are first needed.
-// out_context  receives a new handle on SRF_OK only; not NULL
-// returns      SRF_OK, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY where there are 1023 already; what was made under one counts as it until that
-//              is freed, too. Since 0.2.
+// out_context  receives a new handle on SRF_OK only. Not NULL
+// returns      SRF_OK, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY where there are 1023 already. Things made under one count as it until they are
+//              freed, too. Since 0.2.
 srf_status srf_context_create(srf_context **out_context);
 
-// Releases a context. Calls that began under it end under it, and threads that use it go on with it until they use another one; but
-// nothing is told to a log any more under it. What was made under it stays.
+// Releases a context. Calls that began under it end under it, and threads that use it go on with it until they use another one. But
+// nothing is told to a log any more under it. Things made under it stay.
 // context    NULL does nothing
 // returns    SRF_OK, SRF_ERR_HANDLE. Since 0.2.
 srf_status srf_context_free(srf_context *context);
 
-// Calls that this thread makes from now on are made under this context; other threads are not concerned. A function of yours that
-// is called by the library on one of its own threads is under the context of the call that it serves; where it uses another one, it must
-// put back the former one at its end, which works as well where that one was freed meanwhile.
+// Calls that this thread makes from now on are made under this context. Other threads are not concerned. A function of yours that is
+// called by the library on one of its own threads is under the context of the call that it serves. If it uses another one, it must put
+// back the former one at its end. That works as well if that one was freed meanwhile.
 // context      NULL for none: the settings of the process
-// out_former   receives what this thread used before, NULL for none, which may have been freed since; NULL if not wanted
+// out_former   receives what this thread used before, NULL for none, which may have been freed since. NULL if not wanted
 // returns      SRF_OK, SRF_ERR_HANDLE: all is as it was. Since 0.2.
 srf_status srf_context_use(srf_context *context,
                            srf_context **out_former);
 
 // Worker threads of calls under a context whose parameters say 0. Results are the same for any number.
 // context    not NULL
-// threads    at most 1024; 0, the default, for the number of srf_set_threads()
+// threads    at most 1024. 0, the default, for the number of srf_set_threads()
 // returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 srf_status srf_context_set_threads(srf_context *context, uint32_t threads);
 
 // Number set by srf_context_set_threads().
 // context      not NULL
-// out_threads  receives the number on SRF_OK only; not NULL
+// out_threads  receives the number on SRF_OK only. Not NULL
 // returns      SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 srf_status srf_context_threads(const srf_context *context, uint32_t *out_threads);
 
-// Most memory that calls under a context may take; together, where several run at a time. What others take, under another context or
-// under none, does not count, nor does their limit concern this one. It limits calls, not what they leave: what was handed out before
-// (meshes, images) does not count, however much it is, unless another call of the context was running all the time since; srf_context_memory() says
-// how much that is. What is given back, by whatever thread, is no longer taken.
+// Most memory that calls under a context may take. It is for all together, if several run at a time. Memory of others, under another
+// context or under none, does not count, nor does their limit concern this one. It limits calls, not what they leave. Meshes, images and
+// the like that were handed out before do not count, however much they are, unless another call of the context was running all the time
+// since. srf_context_memory() says how much that is. Memory that is given back, by whatever thread, is no longer taken.
 // context    not NULL
 // bytes      0, the default, for as much as srf_set_memory_limit() says
 // returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
@@ -1687,31 +1686,31 @@ srf_status srf_context_set_memory_limit(srf_context *context,
 
 // Memory of a context.
 // context    not NULL
-// out_limit  receives the number set by srf_context_set_memory_limit(); NULL if not wanted
-// out_held   receives the bytes that its calls, and what was made under it, hold now; NULL if not wanted
+// out_limit  receives the number set by srf_context_set_memory_limit(). NULL if not wanted
+// out_held   receives the bytes that its calls, and what was made under it, hold now. NULL if not wanted
 // returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 srf_status srf_context_memory(const srf_context *context, uint64_t *out_limit, uint64_t *out_held);
 
-// Who gets the messages of calls under a context from now on.
+// Sets who gets the messages of calls under a context from now on.
 // context    not NULL
-// log        NULL, the default, for who gets those of the process (srf_set_log()); a function that does nothing, for nobody
-// user       handed to log as it is; must stay usable until another log is set or the context freed, and calls under it that were running then
-//            have returned
+// log        NULL, the default, for who gets those of the process (srf_set_log()). A function that does nothing, for nobody
+// user       handed to log as it is. Must stay usable until another log is set or the context freed, and calls under it that were running
+//            then have returned
 // returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 srf_status srf_context_set_log(srf_context *context,
                                srf_log_fn log,
                                void *user);
 
-// Takes the library's memory from functions of the program's, for the whole process and once: before any other function of this library,
-// but for those that tell its version or the last error, and while no other thread is in one. Where it is refused it may be called again. It is counted and limited as the system's is; what they refuse
-// is SRF_ERR_OUT_OF_MEMORY. Not taken from them: stacks of worker threads, what the system's own functions take, and a few small blocks in
-// want of memory.
+// Takes the library's memory from functions of the program's, for the whole process and once. Call it before any other function of this
+// library, but for those that tell its version or the last error, and while no other thread is in one. If it is refused it may be called
+// again. The memory is counted and limited as the system's is. Memory that they refuse is SRF_ERR_OUT_OF_MEMORY. Not taken from them:
+// stacks of worker threads, what the system's own functions take, and a few small blocks in want of memory.
 // allocator  not NULL
 // returns    SRF_OK, SRF_ERR_INPUT if the library holds memory already, SRF_ERR_NULL. Since 0.2.
 srf_status srf_set_allocator(const srf_allocator *allocator);
 
-// Makes what cancels calls; it is not set.
-// out_cancel  receives a new handle on SRF_OK only; not NULL
+// Makes a switch that cancels calls. It is not set.
+// out_cancel  receives a new handle on SRF_OK only. Not NULL
 // returns     SRF_OK, SRF_ERR_NULL. Since 0.2.
 srf_status srf_cancel_create(srf_cancel **out_cancel);
 
@@ -1734,7 +1733,7 @@ srf_status srf_cancel_reset(srf_cancel *cancel);
 
 // Whether it is set.
 // cancel      not NULL
-// out_is_set  receives 1 or 0 on SRF_OK only; not NULL
+// out_is_set  receives 1 or 0 on SRF_OK only. Not NULL
 // returns     SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 srf_status srf_cancel_is_set(const srf_cancel *cancel, uint32_t *out_is_set);
 
@@ -1856,10 +1855,10 @@ srf_status srf_triangulate_params_init_sized(srf_triangulate_params *params, siz
 #define srf_triangulate_params_init(params) srf_triangulate_params_init_sized((params), sizeof(srf_triangulate_params))
 
 // Says how a depth camera sees, which looks along z with x to the right and y down.
-// fx, fy          focal lengths in pixels, across and down; not 0
-// cx, cy          column and row of the principal point; pixel centres lie at whole numbers
+// fx, fy          focal lengths in pixels, across and down. Not 0
+// cx, cy          column and row of the principal point. Pixel centres lie at whole numbers
 // along_ray       0 if the values of an image are depths along z, 1 if they are distances along the rays
-// out_projection  receives it on SRF_OK only; not NULL
+// out_projection  receives it on SRF_OK only. Not NULL
 // returns         SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_NULL. Since 0.2.
 srf_status srf_projection_pinhole(double fx,
                                   double fy,
@@ -1870,9 +1869,9 @@ srf_status srf_projection_pinhole(double fx,
 
 // Says that an image is a height map: rays along -z, its values are z.
 // first_x, first_y  place of pixel (0, 0)
-// step_x            x from column to column; not 0
-// step_y            y from row to row; below 0 where row 0 is at the top; not 0
-// out_projection    receives it on SRF_OK only; not NULL
+// step_x            x from column to column. Not 0
+// step_y            y from row to row. Below 0 where row 0 is at the top. Not 0
+// out_projection    receives it on SRF_OK only. Not NULL
 // returns           SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_NULL. Since 0.2.
 srf_status srf_projection_orthographic(double first_x,
                                        double first_y,
@@ -1880,13 +1879,13 @@ srf_status srf_projection_orthographic(double first_x,
                                        double step_y,
                                        srf_projection *out_projection);
 
-// Says how a terrestrial scanner sees: its values are distances along the rays. Radians; azimuths turn from +x toward +y, elevations from
-// the horizon toward +z.
+// Says how a terrestrial scanner sees: its values are distances along the rays. Angles are in radians. Azimuths turn from +x toward +y,
+// elevations from the horizon toward +z.
 // azimuth         of column 0
 // elevation       of row 0
-// azimuth_step    from column to column; not 0
-// elevation_step  from row to row; below 0 where row 0 is the highest; not 0
-// out_projection  receives it on SRF_OK only; not NULL
+// azimuth_step    from column to column. Not 0
+// elevation_step  from row to row. Below 0 where row 0 is the highest. Not 0
+// out_projection  receives it on SRF_OK only. Not NULL
 // returns         SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_NULL. Since 0.2.
 srf_status srf_projection_spherical(double azimuth,
                                     double elevation,
@@ -1895,26 +1894,26 @@ srf_status srf_projection_spherical(double azimuth,
                                     srf_projection *out_projection);
 
 // Says that an image has a point per pixel, seen along parallel rays.
-// direction       3 numbers of any length but 0: where the rays lead, toward the scene, in the sensor's frame; not NULL
-// out_projection  receives it on SRF_OK only; not NULL
+// direction       3 numbers of any length but 0: where the rays lead, toward the scene, in the sensor's frame. Not NULL
+// out_projection  receives it on SRF_OK only. Not NULL
 // returns         SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_NULL. Since 0.2.
 srf_status srf_projection_grid_parallel(const double *direction,
                                         srf_projection *out_projection);
 
 // Says that an image has a point per pixel, seen from one place.
-// origin          3 numbers: the place in the sensor's frame; not NULL
-// out_projection  receives it on SRF_OK only; not NULL
+// origin          3 numbers: the place in the sensor's frame. Not NULL
+// out_projection  receives it on SRF_OK only. Not NULL
 // returns         SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_NULL. Since 0.2.
 srf_status srf_projection_grid_from(const double *origin, srf_projection *out_projection);
 
 // Makes a range image.
 // rows, cols         size of the image
-// projection         how pixels see; not NULL
+// projection         how pixels see. Not NULL
 // samples            rows * cols elements, row after row: for a grid 3 SRF_TYPE_F32 or SRF_TYPE_F64 (kept in single precision), for the
-//                    other kinds one SRF_TYPE_F64 or SRF_TYPE_F32; a number that is not finite makes its pixel invalid; not NULL
-// world_from_sensor  a rotation and a translation; NULL for the identity
-// name               for messages and as what ties are broken by when merging, UTF-8; NULL for none
-// out_image          receives a new handle on SRF_OK only; not NULL
+//                    other kinds one SRF_TYPE_F64 or SRF_TYPE_F32. A number that is not finite makes its pixel invalid. Not NULL
+// world_from_sensor  a rotation and a translation. NULL for the identity
+// name               for messages and as what ties are broken by when merging, UTF-8. NULL for none
+// out_image          receives a new handle on SRF_OK only. Not NULL
 // returns            SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY. Since 0.1.
 srf_status srf_image_create(size_t rows,
                             size_t cols,
@@ -1924,7 +1923,7 @@ srf_status srf_image_create(size_t rows,
                             const char *name,
                             srf_image **out_image);
 
-// Releases an image; views of it are gone.
+// Releases an image. Views of it are gone.
 // image      NULL does nothing
 // returns    SRF_OK, SRF_ERR_HANDLE. Since 0.1.
 srf_status srf_image_free(srf_image *image);
@@ -1933,33 +1932,33 @@ srf_status srf_image_free(srf_image *image);
 // image      not NULL
 // out_rows   NULL if not wanted
 // out_cols   NULL if not wanted
-// out_valid  receives the number of valid pixels; NULL if not wanted
+// out_valid  receives the number of valid pixels. NULL if not wanted
 // returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_image_size(const srf_image *image, size_t *out_rows, size_t *out_cols, size_t *out_valid);
 
 // Name of an image.
 // image      not NULL
-// out_name   receives a text that stays until the image is freed or changed, on SRF_OK only; not NULL
+// out_name   receives a text that stays until the image is freed or changed, on SRF_OK only. Not NULL
 // returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_image_name(const srf_image *image, const char **out_name);
 
-// How the pixels of an image see, and where its sensor stands.
+// Projection of an image's pixels, and the place of its sensor.
 // image           not NULL
 // out_projection  NULL if not wanted
-// out_pose        receives world_from_sensor; NULL if not wanted
+// out_pose        receives world_from_sensor. NULL if not wanted
 // returns         SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_image_camera(const srf_image *image, srf_projection *out_projection, srf_pose *out_pose);
 
-// A view of the samples, row after row: 3 SRF_TYPE_F32 a pixel for a grid, else one SRF_TYPE_F64. NaN: an invalid pixel.
+// A view of the samples, row after row: 3 SRF_TYPE_F32 per pixel for a grid, else one SRF_TYPE_F64. NaN: an invalid pixel.
 // image        not NULL
-// out_samples  receives the view on SRF_OK only; not NULL
+// out_samples  receives the view on SRF_OK only. Not NULL
 // returns      SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_image_samples(const srf_image *image,
                              srf_array *out_samples);
 
-// Copies the measured points in the world, 3 doubles a pixel, row after row; NaN for an invalid pixel.
+// Copies the measured points in the world, 3 doubles per pixel, row after row. NaN for an invalid pixel.
 // image        not NULL
-// out_points   room for 3 * rows * cols doubles; not NULL
+// out_points   room for 3 * rows * cols doubles. Not NULL
 // capacity     that room, in doubles
 // progress     NULL for none
 // returns      SRF_OK, SRF_ERR_PARAMETER if there is too little room, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
@@ -1968,12 +1967,12 @@ srf_status srf_image_world_points(const srf_image *image,
                                   size_t capacity,
                                   const srf_progress *progress);
 
-// The viewing ray of a pixel in the sensor's frame: a point on it and its unit direction toward the scene; NaN for an
-// invalid pixel of a grid.
+// The viewing ray of a pixel in the sensor's frame: a point on it and its unit direction toward the scene. NaN for an invalid pixel of a
+// grid.
 // image          not NULL
 // row, col       a pixel of the image
-// out_origin     room for 3 doubles; not NULL
-// out_direction  room for 3 doubles; not NULL
+// out_origin     room for 3 doubles. Not NULL
+// out_direction  room for 3 doubles. Not NULL
 // returns        SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_image_ray(const srf_image *image,
                          size_t row,
@@ -1983,34 +1982,34 @@ srf_status srf_image_ray(const srf_image *image,
 
 // Places the sensor in the world. Views of the image are gone.
 // image              not NULL
-// world_from_sensor  a rotation and a translation; NULL for the identity
+// world_from_sensor  a rotation and a translation. NULL for the identity
 // returns            SRF_OK, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_image_set_pose(srf_image *image, const srf_pose *world_from_sensor);
 
 // Names an image: for messages, as what ties are broken by when merging, and for the files of srf_images_write_conf().
 // Views of the image are gone.
 // image      not NULL
-// name       UTF-8; NULL for none
+// name       UTF-8. NULL for none
 // returns    SRF_OK, SRF_ERR_INPUT for text that is not UTF-8, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_image_set_name(srf_image *image,
                               const char *name);
 
-// Sets what pixels have besides their samples, in place of what was there; NULL removes it. Views of the image are gone.
+// Sets what pixels have besides their samples, in place of what was there. NULL removes it. Views of the image are gone.
 // image        not NULL
-// colours      4 SRF_TYPE_U8 a pixel, sRGB with straight alpha
-// intensities  one SRF_TYPE_F32 or SRF_TYPE_F64 a pixel, in the sensor's own unit
-// confidences  one SRF_TYPE_F32 or SRF_TYPE_F64 a pixel, >= 0; without them they follow from the geometry
+// colours      4 SRF_TYPE_U8 per pixel, sRGB with straight alpha
+// intensities  one SRF_TYPE_F32 or SRF_TYPE_F64 per pixel, in the sensor's own unit
+// confidences  one SRF_TYPE_F32 or SRF_TYPE_F64 per pixel, >= 0. Without them they follow from the geometry
 // returns      SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT naming the pixel, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY. Since 0.1.
 srf_status srf_image_set_attributes(srf_image *image,
                                     const srf_array *colours,
                                     const srf_array *intensities,
                                     const srf_array *confidences);
 
-// Views of what pixels have besides their samples; what an image does not have is empty.
+// Views of attributes of pixels besides their samples. Those that an image does not have are empty.
 // image            not NULL
-// out_colours      4 SRF_TYPE_U8 a pixel; NULL if not wanted
-// out_intensities  one SRF_TYPE_F32 a pixel; NULL if not wanted
-// out_confidences  one SRF_TYPE_F32 a pixel; NULL if not wanted
+// out_colours      4 SRF_TYPE_U8 per pixel. NULL if not wanted
+// out_intensities  one SRF_TYPE_F32 per pixel. NULL if not wanted
+// out_confidences  one SRF_TYPE_F32 per pixel. NULL if not wanted
 // returns          SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_image_attributes(const srf_image *image,
                                 srf_array *out_colours,
@@ -2023,7 +2022,7 @@ srf_status srf_image_attributes(const srf_image *image,
 // image      not NULL
 // params     NULL for the defaults
 // progress   NULL for none
-// out_mesh   receives a new handle on SRF_OK only; not NULL
+// out_mesh   receives a new handle on SRF_OK only. Not NULL
 // returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE.
 //            Since 0.1.
 srf_status srf_image_triangulate(const srf_image *image,
@@ -2031,16 +2030,16 @@ srf_status srf_image_triangulate(const srf_image *image,
                                  const srf_progress *progress,
                                  srf_mesh **out_mesh);
 
-// Where the rays of an image start, in the world.
+// The place in the world where the rays of an image start.
 // image       not NULL
-// out_sensor  room for 3 doubles: the place, or three NaN where rays are parallel; not NULL
+// out_sensor  room for 3 doubles: the place, or three NaN where rays are parallel. Not NULL
 // returns     SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 srf_status srf_image_sensor(const srf_image *image, double *out_sensor);
 
 // The valid pixels of an image as points, with normals, the image's colours and place in the world, and where its rays start. O(pixels).
 // image      not NULL
 // progress   NULL for none
-// out_cloud  receives a new handle on SRF_OK only; not NULL
+// out_cloud  receives a new handle on SRF_OK only. Not NULL
 // returns    SRF_OK, SRF_ERR_INPUT, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_image_to_cloud(const srf_image *image,
                               const srf_progress *progress,
@@ -2213,12 +2212,12 @@ srf_status srf_image_from_frame(const srf_frame *frame,
 //     }
 
 // Makes a cloud.
-// positions         3 SRF_TYPE_F64 or SRF_TYPE_F32 a point; those that are not finite are left out of surfaces and counted; not NULL
-// normals           3 SRF_TYPE_F32 or SRF_TYPE_F64 a point, of unit length; NULL for none
-// colours           4 SRF_TYPE_U8 a point, sRGB with straight alpha; NULL for none
-// intensities       one SRF_TYPE_F32 or SRF_TYPE_F64 a point, in the sensor's own unit; NULL for none
+// positions         3 SRF_TYPE_F64 or SRF_TYPE_F32 per point. Those that are not finite are left out of surfaces and counted. Not NULL
+// normals           3 SRF_TYPE_F32 or SRF_TYPE_F64 per point, of unit length. NULL for none
+// colours           4 SRF_TYPE_U8 per point, sRGB with straight alpha. NULL for none
+// intensities       one SRF_TYPE_F32 or SRF_TYPE_F64 per point, in the sensor's own unit. NULL for none
 // world_from_cloud  NULL for the identity
-// out_cloud         receives a new handle on SRF_OK only; not NULL
+// out_cloud         receives a new handle on SRF_OK only. Not NULL
 // returns           SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT naming the element, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY. Since 0.1.
 srf_status srf_cloud_create(const srf_array *positions,
                             const srf_array *normals,
@@ -2227,17 +2226,17 @@ srf_status srf_cloud_create(const srf_array *positions,
                             const srf_pose *world_from_cloud,
                             srf_cloud **out_cloud);
 
-// Releases a cloud; views of it are gone.
+// Releases a cloud. Views of it are gone.
 // cloud      NULL does nothing
 // returns    SRF_OK, SRF_ERR_HANDLE. Since 0.1.
 srf_status srf_cloud_free(srf_cloud *cloud);
 
-// Views of a cloud's arrays; those it does not have are empty.
+// Views of a cloud's arrays. Those it does not have are empty.
 // cloud            not NULL
-// out_positions    3 SRF_TYPE_F64 a point; NULL if not wanted
-// out_normals      3 SRF_TYPE_F32 a point; NULL if not wanted
-// out_colours      4 SRF_TYPE_U8 a point; NULL if not wanted
-// out_intensities  one SRF_TYPE_F32 a point; NULL if not wanted
+// out_positions    3 SRF_TYPE_F64 per point. NULL if not wanted
+// out_normals      3 SRF_TYPE_F32 per point. NULL if not wanted
+// out_colours      4 SRF_TYPE_U8 per point. NULL if not wanted
+// out_intensities  one SRF_TYPE_F32 per point. NULL if not wanted
 // returns          SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_cloud_arrays(const srf_cloud *cloud,
                             srf_array *out_positions,
@@ -2245,18 +2244,18 @@ srf_status srf_cloud_arrays(const srf_cloud *cloud,
                             srf_array *out_colours,
                             srf_array *out_intensities);
 
-// Where all points of a cloud were seen from, in its own frame: known of those of range images whose rays start at one place, and of
-// what files say; a VIEWPOINT of a PCD file at the origin says nothing, since it stands there where nobody set it.
+// The place that all points of a cloud were seen from, in its own frame. It is known of clouds of range images whose rays start at one
+// place, and from files that say it. A VIEWPOINT of a PCD file at the origin says nothing, since it stands there if nobody set it.
 // srf_reconstructor_create() heeds it.
 // cloud       not NULL
-// out_sensor  room for 3 doubles: the place, or three NaN where it is not known; not NULL
+// out_sensor  room for 3 doubles: the place, or three NaN where it is not known. Not NULL
 // returns     SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 srf_status srf_cloud_sensor(const srf_cloud *cloud,
                             double *out_sensor);
 
-// Where a cloud stands in the world.
+// The pose of a cloud in the world.
 // cloud      not NULL
-// out_pose   receives world_from_cloud on SRF_OK only; not NULL
+// out_pose   receives world_from_cloud on SRF_OK only. Not NULL
 // returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_cloud_pose(const srf_cloud *cloud, srf_pose *out_pose);
 
@@ -2269,35 +2268,35 @@ srf_status srf_check_report_init_sized(srf_check_report *report,
 #define srf_check_report_init(report) srf_check_report_init_sized((report), sizeof(srf_check_report))
 
 // Makes a mesh.
-// positions  3 SRF_TYPE_F64 or SRF_TYPE_F32 a vertex, finite, in any unit; not NULL
-// triangles  3 SRF_TYPE_U32 or SRF_TYPE_I32 a triangle, each less than the number of vertices; NULL for a mesh of points alone
-// out_mesh   receives a new handle on SRF_OK only; not NULL
+// positions  3 SRF_TYPE_F64 or SRF_TYPE_F32 per vertex, finite, in any unit. Not NULL
+// triangles  3 SRF_TYPE_U32 or SRF_TYPE_I32 per triangle, each less than the number of vertices. NULL for a mesh of points alone
+// out_mesh   receives a new handle on SRF_OK only. Not NULL
 // returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT naming the element, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY. Since 0.1.
 srf_status srf_mesh_create(const srf_array *positions,
                            const srf_array *triangles,
                            srf_mesh **out_mesh);
 
-// Releases a mesh; views of it are gone. A call that works with it on another thread goes on.
+// Releases a mesh. Views of it are gone. A call that works with it on another thread goes on.
 // mesh       NULL does nothing
 // returns    SRF_OK, SRF_ERR_HANDLE. Since 0.1.
 srf_status srf_mesh_free(srf_mesh *mesh);
 
-// A view of the coordinates: 3 SRF_TYPE_F64 a vertex.
+// A view of the coordinates: 3 SRF_TYPE_F64 per vertex.
 // mesh           not NULL
-// out_positions  receives the view on SRF_OK only; not NULL
+// out_positions  receives the view on SRF_OK only. Not NULL
 // returns        SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_mesh_positions(const srf_mesh *mesh, srf_array *out_positions);
 
-// A view of the triangles: 3 SRF_TYPE_U32 a triangle.
+// A view of the triangles: 3 SRF_TYPE_U32 per triangle.
 // mesh           not NULL
-// out_triangles  receives the view on SRF_OK only; not NULL
+// out_triangles  receives the view on SRF_OK only. Not NULL
 // returns        SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_mesh_triangles(const srf_mesh *mesh, srf_array *out_triangles);
 
 // Number of attributes.
 // mesh       not NULL
 // domain     a value of srf_domain
-// out_count  receives the number on SRF_OK only; not NULL
+// out_count  receives the number on SRF_OK only. Not NULL
 // returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_mesh_attribute_count(const srf_mesh *mesh, uint32_t domain, size_t *out_count);
 
@@ -2306,19 +2305,19 @@ srf_status srf_mesh_attribute_count(const srf_mesh *mesh, uint32_t domain, size_
 // mesh       not NULL
 // domain     a value of srf_domain
 // index      less than srf_mesh_attribute_count()
-// out_name   receives a text that stays until the mesh is freed or changed, on SRF_OK only; not NULL
+// out_name   receives a text that stays until the mesh is freed or changed, on SRF_OK only. Not NULL
 // returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_mesh_attribute_name(const srf_mesh *mesh,
                                    uint32_t domain,
                                    size_t index,
                                    const char **out_name);
 
-// A view of an attribute: one SRF_TYPE_F32, SRF_TYPE_I32 or SRF_TYPE_U8 (a flag) or four SRF_TYPE_U8 (a colour, sRGB with straight alpha) an
-// entry.
+// A view of an attribute: one SRF_TYPE_F32, SRF_TYPE_I32 or SRF_TYPE_U8 (a flag) or four SRF_TYPE_U8 (a colour, sRGB with straight alpha)
+// an entry.
 // mesh       not NULL
 // domain     a value of srf_domain
 // name       not NULL
-// out_data   receives the view on SRF_OK only; not NULL
+// out_data   receives the view on SRF_OK only. Not NULL
 // returns    SRF_OK, SRF_ERR_INPUT if there is none of that name, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_mesh_attribute(const srf_mesh *mesh,
                               uint32_t domain,
@@ -2329,7 +2328,7 @@ srf_status srf_mesh_attribute(const srf_mesh *mesh,
 // mesh       not NULL
 // domain     a value of srf_domain
 // name       not NULL, not empty
-// data       one entry a vertex or triangle of one of the types of srf_mesh_attribute(), copied; NULL removes the attribute
+// data       one entry per vertex or triangle of one of the types of srf_mesh_attribute(), copied. NULL removes the attribute
 // returns    SRF_OK, SRF_ERR_INPUT, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY. Since 0.1.
 srf_status srf_mesh_set_attribute(srf_mesh *mesh,
                                   uint32_t domain,
@@ -2338,10 +2337,11 @@ srf_status srf_mesh_set_attribute(srf_mesh *mesh,
 
 // Checks whether a mesh is what a surface must be, and finds its topology. Shares no code with what makes meshes.
 // mesh        not NULL
-// welded      0: vertices are the same if they have the same index; 1: also if they are at the same place in single precision
+// welded      0: vertices are the same if they have the same index. 1: also if they are at the same place in single precision
 // progress    NULL for none
-// out_report  initialized by srf_check_report_init(); not NULL
-// returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_OUT_OF_MEMORY, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+// out_report  initialized by srf_check_report_init(). Not NULL
+// returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_OUT_OF_MEMORY, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE.
+//             Since 0.1.
 srf_status srf_mesh_check(const srf_mesh *mesh,
                           uint32_t welded,
                           const srf_progress *progress,
@@ -2356,26 +2356,26 @@ srf_status srf_mesh_size(const srf_mesh *mesh, size_t *out_vertices, size_t *out
 
 // Number of points of a cloud.
 // cloud        not NULL
-// out_points   receives the number on SRF_OK only; not NULL
+// out_points   receives the number on SRF_OK only. Not NULL
 // returns      SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 srf_status srf_cloud_size(const srf_cloud *cloud, size_t *out_points);
 
 // The box around the vertices of a mesh, whether a triangle uses them or not. O(vertices).
 // mesh       not NULL
 // progress   NULL for none
-// out_min    room for 3 doubles, the smallest coordinates; not NULL
-// out_max    room for 3 doubles, the largest ones; not NULL
+// out_min    room for 3 doubles, the smallest coordinates. Not NULL
+// out_max    room for 3 doubles, the largest ones. Not NULL
 // returns    SRF_OK, SRF_ERR_INPUT if there is no vertex, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 srf_status srf_mesh_bounds(const srf_mesh *mesh,
                            const srf_progress *progress,
                            double *out_min,
                            double *out_max);
 
-// The box around the points of a cloud in the world; those that are not finite are passed over. O(points).
+// The box around the points of a cloud in the world. Those that are not finite are passed over. O(points).
 // cloud      not NULL
 // progress   NULL for none
-// out_min    room for 3 doubles, the smallest coordinates; not NULL
-// out_max    room for 3 doubles, the largest ones; not NULL
+// out_min    room for 3 doubles, the smallest coordinates. Not NULL
+// out_max    room for 3 doubles, the largest ones. Not NULL
 // returns    SRF_OK, SRF_ERR_INPUT if there is no point, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 srf_status srf_cloud_bounds(const srf_cloud *cloud,
                             const srf_progress *progress,
@@ -2385,19 +2385,19 @@ srf_status srf_cloud_bounds(const srf_cloud *cloud,
 // The box around the samples of an image in the world. O(pixels).
 // image      not NULL
 // progress   NULL for none
-// out_min    room for 3 doubles, the smallest coordinates; not NULL
-// out_max    room for 3 doubles, the largest ones; not NULL
+// out_min    room for 3 doubles, the smallest coordinates. Not NULL
+// out_max    room for 3 doubles, the largest ones. Not NULL
 // returns    SRF_OK, SRF_ERR_INPUT if no pixel is valid, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 srf_status srf_image_bounds(const srf_image *image,
                             const srf_progress *progress,
                             double *out_min,
                             double *out_max);
 
-// Copies the positions of a mesh in single precision, as vertices of graphics have them: 3 floats a vertex, relative to an origin, so that
+// Copies the positions of a mesh in single precision, as vertices of graphics have them: 3 floats per vertex, relative to an origin. So
 // coordinates far from 0 keep their digits.
 // mesh           not NULL
-// origin         3 doubles that are taken off before rounding, for example the middle of srf_mesh_bounds(); NULL for 0 0 0
-// out_positions  room for 3 floats a vertex; not NULL
+// origin         3 doubles that are taken off before rounding, for example the middle of srf_mesh_bounds(). NULL for 0 0 0
+// out_positions  room for 3 floats per vertex. Not NULL
 // capacity       that room, in floats
 // progress       NULL for none
 // returns        SRF_OK, SRF_ERR_PARAMETER if there is too little room, SRF_ERR_INPUT naming a vertex that lies too far off,
@@ -2408,10 +2408,10 @@ srf_status srf_mesh_positions_f32(const srf_mesh *mesh,
                                   size_t capacity,
                                   const srf_progress *progress);
 
-// srf_mesh_positions_f32() for the points of a cloud, in its own frame; those that are not finite stay so.
+// srf_mesh_positions_f32() for the points of a cloud, in its own frame. Those that are not finite stay so.
 // cloud          not NULL
-// origin         3 doubles that are taken off before rounding; NULL for 0 0 0
-// out_positions  room for 3 floats a point; not NULL
+// origin         3 doubles that are taken off before rounding. NULL for 0 0 0
+// out_positions  room for 3 floats per point. Not NULL
 // capacity       that room, in floats
 // progress       NULL for none
 // returns        SRF_OK, SRF_ERR_PARAMETER if there is too little room, SRF_ERR_INPUT naming a point that lies too far off,
@@ -2431,17 +2431,17 @@ srf_status srf_grid_camera_init_sized(srf_grid_camera *camera,
                                       size_t size);
 #define srf_grid_camera_init(camera) srf_grid_camera_init_sized((camera), sizeof(srf_grid_camera))
 
-// What a host keeps beside the vertices of srf_image_to_mesh(). O(pixels).
+// The camera that a host keeps beside the vertices of srf_image_to_mesh(). O(pixels).
 // image       not NULL
 // progress    NULL for none
-// out_camera  initialized by srf_grid_camera_init(), filled on SRF_OK only; not NULL
+// out_camera  initialized by srf_grid_camera_init(), filled on SRF_OK only. Not NULL
 // returns     SRF_OK, SRF_ERR_INPUT, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.2.
 srf_status srf_image_grid_camera(const srf_image *image,
                                  const srf_progress *progress,
                                  srf_grid_camera *out_camera);
 
 // For vertices whose coordinates are multiplied, where the host's unit of length is another.
-// camera   what is changed, on SRF_OK only; not NULL
+// camera   what is changed, on SRF_OK only. Not NULL
 // scale    what coordinates are multiplied with, > 0
 // returns  SRF_OK, SRF_ERR_INPUT, SRF_ERR_PARAMETER, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.2.
 srf_status srf_grid_camera_scale(srf_grid_camera *camera, double scale);
@@ -2449,9 +2449,9 @@ srf_status srf_grid_camera_scale(srf_grid_camera *camera, double scale);
 // The valid pixels of an image as the vertices of a mesh, row after row, in the sensor's frame: how a host keeps a range image. With
 // the vertex attributes range_row, range_col and, where the image has them, colour, intensity and confidence. O(pixels).
 // image     not NULL
-// faces     1: also the triangles that srf_image_triangulate() makes with its defaults, over the same vertices; 0: none
+// faces     1: also the triangles that srf_image_triangulate() makes with its defaults, over the same vertices. 0: none
 // progress  NULL for none
-// out_mesh  receives a new handle on SRF_OK only; not NULL
+// out_mesh  receives a new handle on SRF_OK only. Not NULL
 // returns   SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY.
 //           Since 0.2.
 srf_status srf_image_to_mesh(const srf_image *image,
@@ -2459,23 +2459,23 @@ srf_status srf_image_to_mesh(const srf_image *image,
                              const srf_progress *progress,
                              srf_mesh **out_mesh);
 
-// The range image that a host's vertices are, however its user moved them; pixels without a vertex are invalid. Where all were moved,
-// turned, scaled and mirrored alike, within single precision, and each lies on its pixel's ray, the projection stays of its
-// kind, with numbers scaled and mirrored. Where they were stretched, or edited one by one, it becomes a grid of points, seen
-// from where it was. Samples lie in the world where the vertices do. O(pixels).
-// camera           what srf_image_grid_camera() filled; not NULL
-// row              one SRF_TYPE_I32 or SRF_TYPE_U32 a vertex, its pixel's row; not NULL
-// col              one SRF_TYPE_I32 or SRF_TYPE_U32 a vertex, its pixel's column; not NULL
-// positions        3 SRF_TYPE_F64 or SRF_TYPE_F32 a vertex, in the host's frame; not NULL
-// colours          4 SRF_TYPE_U8 a vertex, sRGB with straight alpha; NULL for none
-// intensities      one SRF_TYPE_F32 or SRF_TYPE_F64 a vertex; NULL for none
-// confidences      one SRF_TYPE_F32 or SRF_TYPE_F64 a vertex, >= 0; NULL for none
-// world_from_host  any affine matrix that does not flatten; NULL for the identity
-// name             as of srf_image_create(); NULL for none
+// The range image that a host's vertices are, however its user moved them. Pixels without a vertex are invalid. If all were moved, turned,
+// scaled and mirrored alike, within single precision, and each lies on its pixel's ray, the projection stays of its kind, with numbers
+// scaled and mirrored. If they were stretched, or edited one by one, it becomes a grid of points, seen from where it was. Samples lie in
+// the world where the vertices do. O(pixels).
+// camera           what srf_image_grid_camera() filled. Not NULL
+// row              one SRF_TYPE_I32 or SRF_TYPE_U32 per vertex, its pixel's row. Not NULL
+// col              one SRF_TYPE_I32 or SRF_TYPE_U32 per vertex, its pixel's column. Not NULL
+// positions        3 SRF_TYPE_F64 or SRF_TYPE_F32 per vertex, in the host's frame. Not NULL
+// colours          4 SRF_TYPE_U8 per vertex, sRGB with straight alpha. NULL for none
+// intensities      one SRF_TYPE_F32 or SRF_TYPE_F64 per vertex. NULL for none
+// confidences      one SRF_TYPE_F32 or SRF_TYPE_F64 per vertex, >= 0. NULL for none
+// world_from_host  any affine matrix that does not flatten. NULL for the identity
+// name             as of srf_image_create(). NULL for none
 // progress         NULL for none
-// out_image        receives a new handle on SRF_OK only; not NULL
+// out_image        receives a new handle on SRF_OK only. Not NULL
 // returns          SRF_OK, SRF_ERR_INPUT for a pixel outside of the grid or there twice, positions that are not finite, arrays of
-//                  different lengths, vertices scaled by 0, or a grid far too large for its vertices; SRF_ERR_PARAMETER,
+//                  different lengths, vertices scaled by 0, or a grid far too large for its vertices. SRF_ERR_PARAMETER,
 //                  SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE, SRF_ERR_OUT_OF_MEMORY. Since 0.2.
 srf_status srf_image_from_vertices(const srf_grid_camera *camera,
                                    const srf_array *row,
@@ -2622,19 +2622,18 @@ srf_status srf_image_from_vertices(const srf_grid_camera *camera,
 //         return srf_folder_put_source(folder, name, &source);
 //     }
 
-// How many formats srf_scans_open() knows.
+// Number of formats that srf_scans_open() knows.
 // out_count  not NULL
 // returns    SRF_OK, SRF_ERR_NULL. Since 0.1.
 srf_status srf_format_count(size_t *out_count);
 
-// A format that srf_scans_open() knows. Files are recognized by their content; their endings serve the filters of file
-// dialogues.
+// A format that srf_scans_open() knows. Files are recognized by their content. Their endings serve the filters of file dialogues.
 // index             less than the number of formats
-// out_name          receives its name for people, static text; not NULL
-// out_endings       receives the usual endings of names, in lower case, without the dot, a blank between two, static text; NULL if
-//                   not wanted
-// out_is_side_file  receives 0 for files that hold scans; 1 for those that list, place or describe scans of other files; NULL if
-//                   not wanted
+// out_name          receives its name for people, static text. Not NULL
+// out_endings       receives the usual endings of names, in lower case, without the dot, a blank between two, static text. NULL if not
+//                   wanted
+// out_is_side_file  receives 0 for files that hold scans. 1 for those that list, place or describe scans of other files. NULL if not
+//                   wanted
 // returns           SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_NULL. Since 0.1.
 srf_status srf_format(size_t index,
                       const char **out_name,
@@ -2642,9 +2641,9 @@ srf_status srf_format(size_t index,
                       uint32_t *out_is_side_file);
 
 // Creates an empty folder.
-// sink        where what is written into it goes; NULL: the folder keeps it. On SRF_OK only, its user is released once the folder
-//             is freed and nothing is being written into it
-// out_folder  receives a new handle on SRF_OK only; not NULL
+// sink        where what is written into it goes. NULL: the folder keeps it. On SRF_OK only, its user is released once the folder is freed
+//             and nothing is being written into it
+// out_folder  receives a new handle on SRF_OK only. Not NULL
 // returns     SRF_OK, SRF_ERR_NULL also for a sink without write. Since 0.2.
 srf_status srf_folder_create(const srf_file_sink *sink,
                              srf_folder **out_folder);
@@ -2656,8 +2655,8 @@ srf_status srf_folder_free(srf_folder *folder);
 
 // The path of a file in a folder, whether it is there or not, for every function that takes a path.
 // folder     not NULL
-// name       of the file, UTF-8, with / between folders: "scan.ply", "depth/00001.png"; NULL for the folder itself
-// out_path   receives a text that stays until the folder is freed, on SRF_OK only; not NULL
+// name       of the file, UTF-8, with / between folders: "scan.ply", "depth/00001.png". NULL for the folder itself
+// out_path   receives a text that stays until the folder is freed, on SRF_OK only. Not NULL
 // returns    SRF_OK, SRF_ERR_INPUT for a name that is no file's within the folder, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 srf_status srf_folder_path(const srf_folder *folder,
                            const char *name,
@@ -2665,7 +2664,7 @@ srf_status srf_folder_path(const srf_folder *folder,
 
 // Puts a file into a folder, in place of one of that name. The bytes are copied.
 // folder     not NULL
-// name       of the file, as in srf_folder_path(); not NULL
+// name       of the file, as in srf_folder_path(). Not NULL
 // bytes      not NULL unless count is 0
 // count      number of bytes
 // returns    SRF_OK, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY. Since 0.2.
@@ -2673,9 +2672,9 @@ srf_status srf_folder_put(const srf_folder *folder, const char *name, const void
 
 // Puts a file into a folder whose bytes are asked for when they are read, in place of one of that name.
 // folder     not NULL
-// name       of the file, as in srf_folder_path(); not NULL
-// source     where its bytes come from; its user is released once the file is replaced or removed or the folder has gone, and nobody reads
-//            it; not NULL
+// name       of the file, as in srf_folder_path(). Not NULL
+// source     where its bytes come from. Its user is released once the file is replaced or removed or the folder has gone, and nobody reads
+//            it. Not NULL
 // returns    SRF_OK, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL also for a source without read. On errors nothing is released. Since 0.2.
 srf_status srf_folder_put_source(const srf_folder *folder,
                                  const char *name,
@@ -2683,8 +2682,8 @@ srf_status srf_folder_put_source(const srf_folder *folder,
 
 // Takes a file out of a folder. Who reads it just then reads on.
 // folder       not NULL
-// name         of the file; not NULL
-// out_removed  receives 1 if it was there, else 0; NULL if not wanted
+// name         of the file. Not NULL
+// out_removed  receives 1 if it was there, else 0. NULL if not wanted
 // returns      SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_INPUT. Since 0.2.
 srf_status srf_folder_remove(const srf_folder *folder, const char *name, uint32_t *out_removed);
 
@@ -2697,16 +2696,16 @@ srf_status srf_folder_count(const srf_folder *folder, size_t *out_count);
 // Name of a file in a folder, in the order of names.
 // folder     not NULL
 // index      less than the number of files
-// out_name   receives a text that stays until the folder is freed, on SRF_OK only; not NULL
+// out_name   receives a text that stays until the folder is freed, on SRF_OK only. Not NULL
 // returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 srf_status srf_folder_name(const srf_folder *folder, size_t index, const char **out_name);
 
-// What was written or put into a file.
+// The bytes that were written or put into a file.
 // folder     not NULL
-// name       of the file; not NULL
+// name       of the file. Not NULL
 // out_bytes  receives where they are, until this function or srf_folder_remove() is called for the file again or the folder is freed,
-//            whatever is written meanwhile; on SRF_OK only; not NULL
-// out_count  receives how many; not NULL
+//            whatever is written meanwhile. On SRF_OK only. Not NULL
+// out_count  receives how many. Not NULL
 // returns    SRF_OK, SRF_ERR_INPUT if there is no such file or its bytes lie behind a function, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 srf_status srf_folder_bytes(const srf_folder *folder,
                             const char *name,
@@ -2720,18 +2719,18 @@ srf_status srf_folder_bytes(const srf_folder *folder,
 srf_status srf_read_options_init_sized(srf_read_options *options, size_t size);
 #define srf_read_options_init(options) srf_read_options_init_sized((options), sizeof(srf_read_options))
 
-// Opens files of scans: single scans, lists that place several, or folders. Formats are recognized by content: range grids,
-// meshes and points as PLY; PTX, E57, PCD, LAS and LAZ, points in text; OBJ, STL, glTF; height maps and depth images as PNG,
-// PGM, PFM, OpenEXR, TIFF, NumPy arrays, SRTM tiles, ESRI grids; lists as .conf, .mlp and .aln. Folders, zip archives, .r3d and
-// .sens of what depth cameras and phones record give its frames as images with colours. Of the files, a camera makes the
-// images depth images, a trajectory places them. How the files were understood goes to the log too.
-// Reads headers, and of a .conf whose quaternions could mean two things a few thousand points a scan, to find out which.
-// What is wrong further on in a file is said when its scan is read.
-// paths       UTF-8; not NULL, nor is any of them
+// Opens files of scans: single scans, lists that place several, or folders. Formats are recognized by content. Scans are read as PLY
+// (range grids, meshes and points), PTX, E57, PCD, LAS and LAZ, points in text, OBJ, STL and glTF. Height maps and depth images are read
+// as PNG, PGM, PFM, OpenEXR, TIFF, NumPy arrays, SRTM tiles and ESRI grids. Lists are read as .conf, .mlp and .aln. Folders, zip archives,
+// .r3d and .sens of recordings of depth cameras and phones give their frames as images with colours. Of the files, a camera makes the
+// images depth images, a trajectory places them. How the files were understood goes to the log too. It reads headers. Of a .conf whose
+// quaternions could mean two things it also reads a few thousand points per scan, to find out which. Damage further on in a file is told
+// when its scan is read.
+// paths       UTF-8. Not NULL, nor is any of them
 // count       number of paths, at least 1
-// options     what the files do not say themselves; NULL for the defaults
+// options     what the files do not say themselves. NULL for the defaults
 // progress    NULL for none
-// out_scans   receives a new handle on SRF_OK only; not NULL
+// out_scans   receives a new handle on SRF_OK only. Not NULL
 // returns     SRF_OK, SRF_ERR_IO, SRF_ERR_FORMAT naming the place, SRF_ERR_INPUT, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE,
 //             SRF_ERR_STRUCT_SIZE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_scans_open(const char *const *paths,
@@ -2755,15 +2754,15 @@ srf_status srf_scans_count(const srf_scans *scans, size_t *out_scans, size_t *ou
 // A note on how the files were understood.
 // scans      not NULL
 // index      less than the number of notes
-// out_note   receives a text that stays until the set is freed, on SRF_OK only; not NULL
+// out_note   receives a text that stays until the set is freed, on SRF_OK only. Not NULL
 // returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_scans_note(const srf_scans *scans, size_t index, const char **out_note);
 
 // Name and place of a scan.
 // scans      not NULL
 // index      less than the number of scans
-// out_name   receives a text that stays until the set is freed; NULL if not wanted
-// out_pose   receives world_from_sensor; NULL if not wanted
+// out_name   receives a text that stays until the set is freed. NULL if not wanted
+// out_pose   receives world_from_sensor. NULL if not wanted
 // returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_scans_describe(const srf_scans *scans,
                               size_t index,
@@ -2774,7 +2773,7 @@ srf_status srf_scans_describe(const srf_scans *scans,
 // that was added to a merge or an alignment before stays there as it was.
 // scans              not NULL
 // index              less than the number of scans
-// world_from_sensor  a rotation and a translation; NULL for the identity
+// world_from_sensor  a rotation and a translation. NULL for the identity
 // returns            SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 srf_status srf_scans_set_pose(srf_scans *scans,
                               size_t index,
@@ -2783,19 +2782,18 @@ srf_status srf_scans_set_pose(srf_scans *scans,
 // Whether a scan is a frame of a recording, of which there may be thousands.
 // scans         not NULL
 // index         less than the number of scans
-// out_is_frame  receives 1 if it is, else 0; not NULL
+// out_is_frame  receives 1 if it is, else 0. Not NULL
 // returns       SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 srf_status srf_scans_is_frame(const srf_scans *scans, size_t index, uint32_t *out_is_frame);
 
-// Reads a scan. A range image comes placed in the world; a mesh and a cloud in their own frame, which
-// srf_scans_describe() places.
+// Reads a scan. A range image comes placed in the world. A mesh and a cloud come in their own frame, which srf_scans_describe() places.
 // scans        not NULL
 // index        less than the number of scans
-// progress     counts the bytes of the file; NULL for none
-// out_content  receives a value of srf_content: which of the three handles was made; not NULL
-// out_image    receives a new handle or NULL; not NULL
-// out_mesh     receives a new handle or NULL; not NULL
-// out_cloud    receives a new handle or NULL; not NULL
+// progress     counts the bytes of the file. NULL for none
+// out_content  receives a value of srf_content: which of the three handles was made. Not NULL
+// out_image    receives a new handle or NULL. Not NULL
+// out_mesh     receives a new handle or NULL. Not NULL
+// out_cloud    receives a new handle or NULL. Not NULL
 // returns      SRF_OK, SRF_ERR_IO, SRF_ERR_FORMAT naming the place, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE,
 //              SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY. Since 0.1.
 srf_status srf_scans_read(const srf_scans *scans,
@@ -2906,10 +2904,11 @@ srf_status srf_scans_read(const srf_scans *scans,
 srf_status srf_write_options_init_sized(srf_write_options *options, size_t size);
 #define srf_write_options_init(options) srf_write_options_init_sized((options), sizeof(srf_write_options))
 
-// Writes a mesh by the ending of the file's name, the writer to take unless another is needed: .ply with all attributes, .glb (binary glTF) with those of vertices, its node
-// named as the file without the ending, .obj with colours, .stl. A file of that name is replaced once all is written, or stays as it is.
+// Writes a mesh by the ending of the file's name, the writer to take unless another is needed. .ply has all attributes. .glb (binary glTF)
+// has those of vertices, and its node is named as the file without the ending. .obj has colours. .stl has none. A file of that name is
+// replaced once all is written, or stays as it is.
 // mesh       not NULL
-// path       UTF-8; not NULL
+// path       UTF-8. Not NULL
 // options    NULL for the defaults
 // progress   NULL for none
 // returns    SRF_OK, SRF_ERR_IO, SRF_ERR_INPUT for another ending, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE,
@@ -2921,16 +2920,17 @@ srf_status srf_mesh_write(const srf_mesh *mesh,
 
 // Checks, before the work that a mesh takes, that srf_mesh_write() knows the ending of a file's name and has what options ask for. No
 // file is looked at.
-// file       its name, UTF-8; not NULL
+// file       its name, UTF-8. Not NULL
 // options    NULL for the defaults
 // returns    SRF_OK, SRF_ERR_INPUT for another ending, and for an encoding that its format does not have, SRF_ERR_PARAMETER,
 //            SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.2.
 srf_status srf_check_mesh_file(const char *file,
                                const srf_write_options *options);
 
-// Writes a mesh with all its attributes as PLY, whatever the file's name ends with. A file of that name is replaced once all is written, or stays as it is.
+// Writes a mesh with all its attributes as PLY, whatever the file's name ends with. A file of that name is replaced once all is written,
+// or stays as it is.
 // mesh       not NULL
-// path       UTF-8; not NULL
+// path       UTF-8. Not NULL
 // encoding   a value of srf_encoding
 // progress   NULL for none
 // returns    SRF_OK, SRF_ERR_IO, SRF_ERR_INPUT, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
@@ -2939,10 +2939,11 @@ srf_status srf_mesh_write_ply(const srf_mesh *mesh,
                               uint32_t encoding,
                               const srf_progress *progress);
 
-// Writes a mesh with its attributes of vertices as binary glTF, whatever the file's name ends with. A file of that name is replaced once all is written, or stays.
+// Writes a mesh with its attributes of vertices as binary glTF, whatever the file's name ends with. A file of that name is replaced once
+// all is written, or stays.
 // mesh             not NULL
-// path             UTF-8; not NULL
-// name             of the node, UTF-8; NULL for "mesh"
+// path             UTF-8. Not NULL
+// name             of the node, UTF-8. NULL for "mesh"
 // metres_per_unit  of the mesh's coordinates, > 0: 0.001 for millimetres
 // z_up             1 if z points up in the mesh's coordinates, 0 if y does, as glTF has it
 // progress         NULL for none
@@ -2954,13 +2955,13 @@ srf_status srf_mesh_write_glb(const srf_mesh *mesh,
                               uint32_t z_up,
                               const srf_progress *progress);
 
-// Writes a mesh and coarser ones of the same surface as binary glTF with levels of detail (MSFT_lod): viewers that know the
-// extension show the coarser ones when the object is small on the screen, others the finest. A file of that name is replaced
-// once all is written, or stays.
-// meshes           finest first, each with no more triangles than the one before, none of them NULL; not NULL
+// Writes a mesh and coarser ones of the same surface as binary glTF with levels of detail (MSFT_lod). Viewers that know the extension show
+// the coarser ones when the object is small on the screen, others the finest. A file of that name is replaced once all is written, or
+// stays.
+// meshes           finest first, each with no more triangles than the one before, none of them NULL. Not NULL
 // count            number of meshes, at least 1
-// path             UTF-8; not NULL
-// name             of the node, UTF-8; NULL for "mesh"
+// path             UTF-8. Not NULL
+// name             of the node, UTF-8. NULL for "mesh"
 // metres_per_unit  of the meshes' coordinates, > 0: 0.001 for millimetres
 // z_up             1 if z points up in the meshes' coordinates, 0 if y does, as glTF has it
 // progress         NULL for none
@@ -2973,20 +2974,20 @@ srf_status srf_meshes_write_glb_levels(const srf_mesh *const *meshes,
                                        uint32_t z_up,
                                        const srf_progress *progress);
 
-// Writes a mesh as Wavefront OBJ, whatever the file's name ends with, with the colours of its vertices; coordinates keep double precision. A file of that name is
-// replaced once all is written, or stays.
+// Writes a mesh as Wavefront OBJ, whatever the file's name ends with, with the colours of its vertices. Coordinates keep double precision.
+// A file of that name is replaced once all is written, or stays.
 // mesh       not NULL
-// path       UTF-8; not NULL
+// path       UTF-8. Not NULL
 // progress   NULL for none
 // returns    SRF_OK, SRF_ERR_IO, SRF_ERR_INPUT, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_mesh_write_obj(const srf_mesh *mesh,
                               const char *path,
                               const srf_progress *progress);
 
-// Writes a mesh as binary STL, whatever the file's name ends with, in single precision and without attributes. A file of that name is replaced once all is
-// written, or stays.
-// mesh       not NULL; SRF_ERR_INPUT if it lies so far from the origin that single precision would lose its detail
-// path       UTF-8; not NULL
+// Writes a mesh as binary STL, whatever the file's name ends with, in single precision and without attributes. A file of that name is
+// replaced once all is written, or stays.
+// mesh       not NULL. SRF_ERR_INPUT if it lies so far from the origin that single precision would lose its detail
+// path       UTF-8. Not NULL
 // progress   NULL for none
 // returns    SRF_OK, SRF_ERR_IO, SRF_ERR_INPUT, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_mesh_write_stl(const srf_mesh *mesh,
@@ -2996,7 +2997,7 @@ srf_status srf_mesh_write_stl(const srf_mesh *mesh,
 // Writes a cloud with its normals, colours and intensities as PLY, in its own frame: its pose is not written. A file of that
 // name is replaced once all is written, or stays.
 // cloud      not NULL
-// path       UTF-8; not NULL
+// path       UTF-8. Not NULL
 // encoding   a value of srf_encoding
 // progress   NULL for none
 // returns    SRF_OK, SRF_ERR_IO, SRF_ERR_INPUT, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
@@ -3005,12 +3006,12 @@ srf_status srf_cloud_write_ply(const srf_cloud *cloud,
                                uint32_t encoding,
                                const srf_progress *progress);
 
-// Writes images so that they open as one set: each as a Stanford range grid (PLY) named like it, in the folder of path, and
-// the list (.conf) that places them. Files of these names are replaced one by one, the list last.
-// images     none of them NULL; names must differ and be those of files; rays within half a sphere; not NULL
+// Writes images so that they open as one set. Each becomes a Stanford range grid (PLY) named like it, in the folder of path. The list
+// (.conf) places them. Files of these names are replaced one by one, the list last.
+// images     none of them NULL. Names must differ and be those of files. Rays within half a sphere. Not NULL
 // count      number of images, at least 1
-// path       of the list, UTF-8, ending in .conf; not NULL
-// encoding   of the grids, a value of srf_encoding; coordinates are in single precision in any
+// path       of the list, UTF-8, ending in .conf. Not NULL
+// encoding   of the grids, a value of srf_encoding. Coordinates are in single precision in any
 // progress   NULL for none
 // returns    SRF_OK, SRF_ERR_IO, SRF_ERR_INPUT, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_images_write_conf(const srf_image *const *images,
@@ -3019,11 +3020,11 @@ srf_status srf_images_write_conf(const srf_image *const *images,
                                  uint32_t encoding,
                                  const srf_progress *progress);
 
-// Writes images with their poses as one PTX file, for images seen from a point. Points are in single precision; confidences
-// have no place in the format. A file of that name is replaced once all is written, or stays.
-// images     none of them NULL; not NULL
+// Writes images with their poses as one PTX file, for images seen from a point. Points are in single precision. Confidences have no place
+// in the format. A file of that name is replaced once all is written, or stays.
+// images     none of them NULL. Not NULL
 // count      number of images, at least 1
-// path       UTF-8; not NULL
+// path       UTF-8. Not NULL
 // progress   NULL for none
 // returns    SRF_OK, SRF_ERR_IO, SRF_ERR_INPUT, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_images_write_ptx(const srf_image *const *images,
@@ -3031,11 +3032,11 @@ srf_status srf_images_write_ptx(const srf_image *const *images,
                                 const char *path,
                                 const srf_progress *progress);
 
-// Writes images with their poses and names as structured scans of one E57 file, for images seen from a point. Points are in
-// single precision; confidences have no place in the format. A file of that name is replaced once all is written, or stays.
-// images     none of them NULL; not NULL
+// Writes images with their poses and names as structured scans of one E57 file, for images seen from a point. Points are in single
+// precision. Confidences have no place in the format. A file of that name is replaced once all is written, or stays.
+// images     none of them NULL. Not NULL
 // count      number of images, at least 1
-// path       UTF-8; not NULL
+// path       UTF-8. Not NULL
 // progress   NULL for none
 // returns    SRF_OK, SRF_ERR_IO, SRF_ERR_INPUT, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_images_write_e57(const srf_image *const *images,
@@ -3046,10 +3047,10 @@ srf_status srf_images_write_e57(const srf_image *const *images,
 // The coordinate reference system that scans of files lie in, as their files name it: well-known text, or a code as EPSG:25832.
 // Nothing is transformed: scans of different systems, or in degrees, are not merged or aligned, and results keep the text.
 // scans       not NULL
-// index       less than the number of scans; SIZE_MAX for what all that name one agree on
-// out_text    receives the text with its zero byte, an empty one for none; NULL if not wanted
+// index       less than the number of scans. SIZE_MAX for what all that name one agree on
+// out_text    receives the text with its zero byte, an empty one for none. NULL if not wanted
 // capacity    room there, in bytes
-// out_length  receives the length of the text without its zero byte; not NULL
+// out_length  receives the length of the text without its zero byte. Not NULL
 // returns     SRF_OK, SRF_ERR_INPUT where scans disagree or are in degrees, SRF_ERR_PARAMETER if there is too little room, SRF_ERR_IO,
 //             SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 srf_status srf_scans_crs(const srf_scans *scans,
@@ -3060,8 +3061,8 @@ srf_status srf_scans_crs(const srf_scans *scans,
 
 // Says which coordinate reference system scans lie in, whatever their files name.
 // scans      not NULL
-// index      less than the number of scans; SIZE_MAX for all of them
-// text       UTF-8; NULL or empty for none
+// index      less than the number of scans. SIZE_MAX for all of them
+// text       UTF-8. NULL or empty for none
 // returns    SRF_OK, SRF_ERR_INPUT for what names none, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 srf_status srf_scans_set_crs(srf_scans *scans,
                              size_t index,
@@ -3071,13 +3072,13 @@ srf_status srf_scans_set_crs(srf_scans *scans,
 // image       not NULL
 // out_text    as for srf_scans_crs()
 // capacity    room there, in bytes
-// out_length  receives the length of the text without its zero byte; not NULL
+// out_length  receives the length of the text without its zero byte. Not NULL
 // returns     SRF_OK, SRF_ERR_PARAMETER if there is too little room, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 srf_status srf_image_crs(const srf_image *image, char *out_text, size_t capacity, size_t *out_length);
 
 // Says which coordinate reference system the world of an image is in. Views of the image are gone.
 // image      not NULL
-// text       UTF-8; NULL or empty for none
+// text       UTF-8. NULL or empty for none
 // returns    SRF_OK, SRF_ERR_INPUT for what names none, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 srf_status srf_image_set_crs(srf_image *image, const char *text);
 
@@ -3085,23 +3086,23 @@ srf_status srf_image_set_crs(srf_image *image, const char *text);
 // cloud       not NULL
 // out_text    as for srf_scans_crs()
 // capacity    room there, in bytes
-// out_length  receives the length of the text without its zero byte; not NULL
+// out_length  receives the length of the text without its zero byte. Not NULL
 // returns     SRF_OK, SRF_ERR_PARAMETER if there is too little room, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 srf_status srf_cloud_crs(const srf_cloud *cloud, char *out_text, size_t capacity, size_t *out_length);
 
 // Says which coordinate reference system the world of a cloud is in. Views of the cloud are gone.
 // cloud      not NULL
-// text       UTF-8; NULL or empty for none
+// text       UTF-8. NULL or empty for none
 // returns    SRF_OK, SRF_ERR_INPUT for what names none, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 srf_status srf_cloud_set_crs(srf_cloud *cloud, const char *text);
 
-// The coordinate reference system that the coordinates of a mesh are in. Results have that of the scans they were made of, unless they
-// are in the frame of one whose pose moves it. Meshes that are transformed have none any more. srf_mesh_write() puts it into .ply,
-// .glb and .obj; what can't be said goes to the log.
+// The coordinate reference system that the coordinates of a mesh are in. Results have that of the scans they were made of, unless they are
+// in the frame of one whose pose moves it. Meshes that are transformed have none any more. srf_mesh_write() puts it into .ply, .glb and
+// .obj. A system that can't be said goes to the log.
 // mesh        not NULL
 // out_text    as for srf_scans_crs()
 // capacity    room there, in bytes
-// out_length  receives the length of the text without its zero byte; not NULL
+// out_length  receives the length of the text without its zero byte. Not NULL
 // returns     SRF_OK, SRF_ERR_PARAMETER if there is too little room, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 srf_status srf_mesh_crs(const srf_mesh *mesh,
                         char *out_text,
@@ -3110,16 +3111,16 @@ srf_status srf_mesh_crs(const srf_mesh *mesh,
 
 // Says which coordinate reference system the coordinates of a mesh are in. Views of the mesh are gone.
 // mesh       not NULL
-// text       UTF-8; NULL or empty for none
+// text       UTF-8. NULL or empty for none
 // returns    SRF_OK, SRF_ERR_INPUT for what names none, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 srf_status srf_mesh_set_crs(srf_mesh *mesh, const char *text);
 
 // Writes a mesh as srf_mesh_write() does, and says in the file where it is from.
 // mesh        not NULL
-// path        UTF-8; not NULL
+// path        UTF-8. Not NULL
 // options     NULL for the defaults
 // provenance  an object in JSON, as program, parameters and hashes of what was read: .ply and .obj have it as comments, .glb in
-//             asset.extras.surfrecon, .stl has no place for it; NULL for none
+//             asset.extras.surfrecon, .stl has no place for it. NULL for none
 // progress    NULL for none
 // returns     SRF_OK, SRF_ERR_IO, SRF_ERR_INPUT for another ending and for what is no such object, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED,
 //             SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.2.
@@ -3129,12 +3130,12 @@ srf_status srf_mesh_write_from(const srf_mesh *mesh,
                                const char *provenance,
                                const srf_progress *progress);
 
-// Writes images as srf_images_write_e57() does, and says in the file where it is from: the text provenance of its root, in a namespace
-// of its own, which readers that do not know it pass over.
-// images      none of them NULL; not NULL
+// Writes images as srf_images_write_e57() does, and says in the file where it is from. That is the text provenance of its root, in a
+// namespace of its own, which readers that do not know it pass over.
+// images      none of them NULL. Not NULL
 // count       number of images, at least 1
-// path        UTF-8; not NULL
-// provenance  an object in JSON; NULL for none
+// path        UTF-8. Not NULL
+// provenance  an object in JSON. NULL for none
 // progress    NULL for none
 // returns     SRF_OK, SRF_ERR_IO, SRF_ERR_INPUT for what is no such object and for images of different systems, SRF_ERR_PARAMETER,
 //             SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
@@ -3144,11 +3145,11 @@ srf_status srf_images_write_e57_from(const srf_image *const *images,
                                      const char *provenance,
                                      const srf_progress *progress);
 
-// What a file that this library wrote says of where it is from: .ply, .obj, .glb, .e57.
-// path        UTF-8; not NULL
-// out_text    receives an object in JSON with its zero byte, an empty text where the file says nothing; NULL if not wanted
+// The provenance that a file of this library says: .ply, .obj, .glb, .e57.
+// path        UTF-8. Not NULL
+// out_text    receives an object in JSON with its zero byte, an empty text where the file says nothing. NULL if not wanted
 // capacity    room there, in bytes
-// out_length  receives the length of the text without its zero byte; not NULL
+// out_length  receives the length of the text without its zero byte. Not NULL
 // returns     SRF_OK, SRF_ERR_PARAMETER if there is too little room, SRF_ERR_IO, SRF_ERR_INPUT, SRF_ERR_NULL. Since 0.2.
 srf_status srf_file_provenance(const char *path,
                                char *out_text,
@@ -3347,16 +3348,16 @@ srf_status srf_pick_init_sized(srf_pick *pick,
 #define srf_pick_init(pick) srf_pick_init_sized((pick), sizeof(srf_pick))
 
 // Begins an alignment without scans.
-// out_aligner  receives a new handle on SRF_OK only; not NULL
+// out_aligner  receives a new handle on SRF_OK only. Not NULL
 // returns      SRF_OK, SRF_ERR_NULL. Since 0.1.
 srf_status srf_aligner_create(srf_aligner **out_aligner);
 
-// Releases an alignment being put together; what was added to it and what it found stays.
+// Releases an alignment being put together. All that was added to it and that it found stays.
 // aligner    NULL does nothing
 // returns    SRF_OK, SRF_ERR_HANDLE. Since 0.1.
 srf_status srf_aligner_free(srf_aligner *aligner);
 
-// Adds a range image as it is now; it may be freed or changed afterwards. Its own frame is its sensor's.
+// Adds a range image as it is now. It may be freed or changed afterwards. Its own frame is its sensor's.
 // aligner    not NULL
 // image      not NULL
 // returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
@@ -3365,41 +3366,42 @@ srf_status srf_aligner_add_image(srf_aligner *aligner, const srf_image *image);
 // Adds an oriented mesh as it is now.
 // aligner          not NULL
 // mesh             not NULL
-// world_from_mesh  places it, rigid; NULL for the identity
-// name             what texts call it and ties are broken by, UTF-8; not NULL
+// world_from_mesh  places it, rigid. NULL for the identity
+// name             what texts call it and ties are broken by, UTF-8. Not NULL
 // returns          SRF_OK, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_aligner_add_mesh(srf_aligner *aligner,
                                 const srf_mesh *mesh,
                                 const srf_pose *world_from_mesh,
                                 const char *name);
 
-// Adds points as they are now, by their normals; their place is the cloud's.
+// Adds points as they are now, by their normals. Their place is the cloud's.
 // aligner    not NULL
-// cloud      with normals, without which a run is refused; not NULL
-// name       what texts call it and ties are broken by, UTF-8; not NULL
+// cloud      with normals, without which a run is refused. Not NULL
+// name       what texts call it and ties are broken by, UTF-8. Not NULL
 // returns    SRF_OK, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_aligner_add_cloud(srf_aligner *aligner, const srf_cloud *cloud, const char *name);
 
-// Adds all scans of a set; they are read once, when they are first needed, one a thread at a time, and their samples are not kept.
-// What becomes of the files afterwards is not noticed until scans are added.
+// Adds all scans of a set. They are read once, when they are first needed, one per thread at a time, and their samples are not kept. What
+// becomes of the files afterwards is not noticed until scans are added.
 // aligner    not NULL
 // scans      not NULL
 // returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_aligner_add_scans(srf_aligner *aligner,
                                  const srf_scans *scans);
 
-// Adds a scan whose range image a function makes: it is made when it is first needed, one a thread at a time, and its samples are not kept.
+// Adds a scan whose range image a function makes: it is made when it is first needed, one per thread at a time, and its samples are not
+// kept.
 // aligner            not NULL
-// source             makes it; the struct is copied; not NULL
-// world_from_sensor  places it, whatever pose its image has, a rotation and a translation; NULL for the identity
-// name               what texts call it and ties are broken by, UTF-8; not NULL
+// source             makes it. The struct is copied. Not NULL
+// world_from_sensor  places it, whatever pose its image has, a rotation and a translation. NULL for the identity
+// name               what texts call it and ties are broken by, UTF-8. Not NULL
 // returns            SRF_OK, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 srf_status srf_aligner_add_source(srf_aligner *aligner,
                                   const srf_image_source *source,
                                   const srf_pose *world_from_sensor,
                                   const char *name);
 
-// How many scans were added.
+// Number of scans that were added.
 // aligner    not NULL
 // out_scans  not NULL
 // returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
@@ -3413,7 +3415,7 @@ srf_status srf_aligner_fix(srf_aligner *aligner, size_t scan);
 
 // Says that two scans show the same point.
 // aligner    not NULL
-// pick       initialized by srf_pick_init(); not NULL
+// pick       initialized by srf_pick_init(). Not NULL
 // returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 srf_status srf_aligner_pick(srf_aligner *aligner, const srf_pick *pick);
 
@@ -3432,10 +3434,10 @@ srf_status srf_aligner_reject(srf_aligner *aligner, size_t a, size_t b);
 // Says how a table turned the object before a sensor that stood still: then only turns about its axis are looked for, whatever the
 // parameter turntable says. Replaces what was said of it before.
 // aligner    not NULL
-// point      3 doubles: a point of the axis, in the frame that all scans were taken in; NULL where the axis is to be found
-// direction  3 doubles: its direction, of any length but 0; NULL if point is
-// angles     by how much it was turned when each scan was taken, in the order of adding, counter-clockwise where the axis points to
-//            the viewer, either way round without an axis; NULL where that is not known
+// point      3 doubles: a point of the axis, in the frame that all scans were taken in. NULL where the axis is to be found
+// direction  3 doubles: its direction, of any length but 0. NULL if point is
+// angles     by how much it was turned when each scan was taken, in the order of adding, counter-clockwise where the axis points to the
+//            viewer, either way round without an axis. NULL where that is not known
 // count      scans that were added, 0 if angles is NULL
 // returns    SRF_OK, SRF_ERR_INPUT, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_aligner_turn(srf_aligner *aligner,
@@ -3444,13 +3446,13 @@ srf_status srf_aligner_turn(srf_aligner *aligner,
                             const double *angles,
                             size_t count);
 
-// Brings what was added to one frame: that of the fixed scans, or of the largest one. A scan is placed only where overlap, how it
-// is held and uniqueness are sure; the others are told with the reason. Poses the scans have are used where they are fixed and
-// where start says that they are rough. The same to the bit for any number of threads and any order of adding. Blocks.
+// Brings what was added to one frame: that of the fixed scans, or of the largest one. A scan is placed only where overlap, how it is held
+// and uniqueness are sure. The others are told with the reason. Poses the scans have are used where they are fixed and where start says
+// that they are rough. The same to the bit for any number of threads and any order of adding. Blocks.
 // aligner        not NULL
 // params         NULL for the defaults
 // progress       NULL for none
-// out_alignment  receives a new handle on SRF_OK only; not NULL
+// out_alignment  receives a new handle on SRF_OK only. Not NULL
 // returns        SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT for fewer than two scans, a pose that is not rigid, a pair that is both
 //                trusted and rejected or angles for another number of scans, SRF_ERR_FORMAT, SRF_ERR_IO,
 //                SRF_ERR_OUT_OF_MEMORY, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
@@ -3693,20 +3695,20 @@ srf_status srf_plane_init_sized(srf_plane *plane,
 #define srf_plane_init(plane) srf_plane_init_sized((plane), sizeof(srf_plane))
 
 // The plane through three points, without a margin.
-// points     nine numbers: x, y, z of each; not NULL
-// above      x, y, z of a place that lies above, such as the eye; NULL: above is where the points turn counter-clockwise
-// out_plane  prepared by srf_plane_init(); not NULL
+// points     nine numbers: x, y, z of each. Not NULL
+// above      x, y, z of a place that lies above, such as the eye. NULL: above is where the points turn counter-clockwise
+// out_plane  prepared by srf_plane_init(). Not NULL
 // returns    SRF_OK, SRF_ERR_INPUT for points on one line or a place on the plane, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 srf_status srf_plane_through(const double *points,
                              const double *above,
                              srf_plane *out_plane);
 
-// Finds the plane that most samples lie on: a table, a turntable, the ground. Above is the side that its samples were seen from; where
-// that is not known, the one that most of the others lie on. The same for any order of the scans and any number of threads.
-// aligner    one that scans were added to, one at least; they lie where they were when they were added; clouds need no normals; not NULL
+// Finds the plane that most samples lie on: a table, a turntable, the ground. Above is the side that its samples were seen from. If that
+// is not known, it is the side that most of the others lie on. The same for any order of the scans and any number of threads.
+// aligner    one that scans were added to, one at least. They lie where they were when they were added. Clouds need no normals. Not NULL
 // params     NULL for the defaults
 // progress   NULL for none
-// out_plane  prepared by srf_plane_init(); its margin takes along what its samples scatter by; not NULL
+// out_plane  prepared by srf_plane_init(). Its margin takes along what its samples scatter by. Not NULL
 // returns    SRF_OK, SRF_ERR_INPUT where no plane stands out, with the remedy, SRF_ERR_PARAMETER, SRF_ERR_IO, SRF_ERR_FORMAT,
 //            SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE, SRF_ERR_OUT_OF_MEMORY. Since 0.1.
 srf_status srf_dominant_plane(const srf_aligner *aligner,
@@ -3715,23 +3717,24 @@ srf_status srf_dominant_plane(const srf_aligner *aligner,
                               srf_plane *out_plane);
 
 // A region of what lies in a box or on its sides.
-// world_from_box  the box is what the cube from -1 to 1 along each axis becomes; skewed and mirrored ones are fine; NULL for the identity
-// out_region      receives a new handle on SRF_OK only; not NULL
+// world_from_box  the box is what the cube from -1 to 1 along each axis becomes. Skewed and mirrored ones are fine. NULL for the identity
+// out_region      receives a new handle on SRF_OK only. Not NULL
 // returns         SRF_OK, SRF_ERR_INPUT for a flat box, SRF_ERR_NULL. Since 0.1.
 srf_status srf_region_box(const srf_pose *world_from_box,
                           srf_region **out_region);
 
 // A region of what lies below a plane, on it, or at most its margin above.
-// plane       prepared by srf_plane_init(), srf_plane_through() or srf_dominant_plane(); not NULL
-// out_region  receives a new handle on SRF_OK only; not NULL
+// plane       prepared by srf_plane_init(), srf_plane_through() or srf_dominant_plane(). Not NULL
+// out_region  receives a new handle on SRF_OK only. Not NULL
 // returns     SRF_OK, SRF_ERR_INPUT for a normal of length 0, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 srf_status srf_region_below(const srf_plane *plane, srf_region **out_region);
 
 // A region of the marked samples of one scan.
-// marks       one SRF_TYPE_U8 a sample, 0 for those that are not marked: pixels of an image row after row, vertices, or points; not NULL
-// rows, cols  size of the image; 0 and 0 for meshes and clouds
-// out_region  receives a new handle on SRF_OK only; not NULL
-// returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT for another number of marks than pixels, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY. Since 0.1.
+// marks       one SRF_TYPE_U8 per sample, 0 for those that are not marked: pixels of an image row after row, vertices, or points. Not NULL
+// rows, cols  size of the image. 0 and 0 for meshes and clouds
+// out_region  receives a new handle on SRF_OK only. Not NULL
+// returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT for another number of marks than pixels, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY.
+//             Since 0.1.
 srf_status srf_region_mask(const srf_array *marks,
                            size_t rows,
                            size_t cols,
@@ -3743,19 +3746,20 @@ srf_status srf_region_mask(const srf_array *marks,
 srf_status srf_region_free(srf_region *region);
 
 // The scale about the origin that makes two picked places lie as far apart as they truly do.
-// a, b            x, y, z of each, in the world; not NULL
+// a, b            x, y, z of each, in the world. Not NULL
 // distance        how far apart they are, > 0, in the unit that the scans are to have
-// out_similarity  for srf_scans_transform() and the like; not NULL
-// returns         SRF_OK, SRF_ERR_INPUT for places that are the same, SRF_ERR_PARAMETER for a distance not above 0, SRF_ERR_NULL. Since 0.1.
+// out_similarity  for srf_scans_transform() and the like. Not NULL
+// returns         SRF_OK, SRF_ERR_INPUT for places that are the same, SRF_ERR_PARAMETER for a distance not above 0, SRF_ERR_NULL.
+//                 Since 0.1.
 srf_status srf_true_size(const double *a,
                          const double *b,
                          double distance,
                          srf_pose *out_similarity);
 
 // The least turn, and shift along `up`, that lay a plane to height 0, with what is above it above.
-// plane           as for srf_region_below(); not NULL
-// up              x, y, z of a direction; NULL for z
-// out_similarity  for srf_scans_transform() and the like; not NULL
+// plane           as for srf_region_below(). Not NULL
+// up              x, y, z of a direction. NULL for z
+// out_similarity  for srf_scans_transform() and the like. Not NULL
 // returns         SRF_OK, SRF_ERR_INPUT for a direction or normal of length 0, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 srf_status srf_ground(const srf_plane *plane,
                       const double *up,
@@ -3764,10 +3768,10 @@ srf_status srf_ground(const srf_plane *plane,
 // Keeps or removes the samples of an image that lie in a region. Grid, projection and pose stay: what goes are invalid pixels, through
 // which a merge does not see. Views of the image are gone.
 // image        not NULL
-// region       a mask of the image's size, a box or a plane; not NULL
-// keep         1: what the region holds stays, all else goes; 0: the other way round
+// region       a mask of the image's size, a box or a plane. Not NULL
+// keep         1: what the region holds stays, all else goes. 0: the other way round
 // progress     NULL for none
-// out_removed  receives the number of samples that went; NULL if not wanted
+// out_removed  receives the number of samples that went. NULL if not wanted
 // returns      SRF_OK, SRF_ERR_INPUT for a mask of another size, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL,
 //              SRF_ERR_OUT_OF_MEMORY. Since 0.1.
 srf_status srf_image_select(srf_image *image,
@@ -3778,25 +3782,26 @@ srf_status srf_image_select(srf_image *image,
 
 // Keeps or removes the points of a cloud that lie in a region. Views of the cloud are gone.
 // cloud        not NULL
-// region       a mask of as many marks as points, a box or a plane; not NULL
+// region       a mask of as many marks as points, a box or a plane. Not NULL
 // keep         as for srf_image_select()
 // progress     NULL for none
-// out_removed  receives the number of points that went; NULL if not wanted
-// returns      SRF_OK, SRF_ERR_INPUT for a mask of another size, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+// out_removed  receives the number of points that went. NULL if not wanted
+// returns      SRF_OK, SRF_ERR_INPUT for a mask of another size, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL.
+//              Since 0.1.
 srf_status srf_cloud_select(srf_cloud *cloud,
                             const srf_region *region,
                             uint32_t keep,
                             const srf_progress *progress,
                             size_t *out_removed);
 
-// Keeps or removes the vertices of a mesh that lie in a region; faces of which all three stay do. Order and attributes stay. Views of
-// the mesh are gone.
+// Keeps or removes the vertices of a mesh that lie in a region. Faces whose three vertices stay are kept. Order and attributes stay. Views
+// of the mesh are gone.
 // mesh             not NULL
-// world_from_mesh  where the mesh lies; NULL for the identity
-// region           a mask of as many marks as vertices, a box or a plane; not NULL
+// world_from_mesh  where the mesh lies. NULL for the identity
+// region           a mask of as many marks as vertices, a box or a plane. Not NULL
 // keep             as for srf_image_select()
 // progress         NULL for none
-// out_removed      receives the number of vertices that went; NULL if not wanted
+// out_removed      receives the number of vertices that went. NULL if not wanted
 // returns          SRF_OK, SRF_ERR_INPUT for a mask of another size, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE,
 //                  SRF_ERR_NULL. Since 0.1.
 srf_status srf_mesh_select(srf_mesh *mesh,
@@ -3809,8 +3814,8 @@ srf_status srf_mesh_select(srf_mesh *mesh,
 // Keeps or removes samples of scans of a set, whenever they are read, merged or aligned from now on: nothing is read now. Selections
 // stay with the samples where scans are placed elsewhere later. A scan may end up without samples: merging passes over it.
 // scans      not NULL
-// index      less than the number of scans; SIZE_MAX for all of them
-// region     a box, a plane, or a mask of the scan, whose size is checked when it is read; not NULL
+// index      less than the number of scans. SIZE_MAX for all of them
+// region     a box, a plane, or a mask of the scan, whose size is checked when it is read. Not NULL
 // keep       as for srf_image_select()
 // returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_scans_select(srf_scans *scans,
@@ -3820,14 +3825,14 @@ srf_status srf_scans_select(srf_scans *scans,
 
 // Gives all scans of a set another size and place: poses now, samples whenever they are read. Poses stay rigid.
 // scans       not NULL
-// similarity  of srf_true_size(), srf_ground(), or their product: a scale, a rotation and a translation; not NULL
+// similarity  of srf_true_size(), srf_ground(), or their product: a scale, a rotation and a translation. Not NULL
 // returns     SRF_OK, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_scans_transform(srf_scans *scans,
                                const srf_pose *similarity);
 
 // Gives an image another size and place: samples are scaled, the pose stays rigid. Views of the image are gone.
 // image       not NULL
-// similarity  as for srf_scans_transform(); not NULL
+// similarity  as for srf_scans_transform(). Not NULL
 // returns     SRF_OK, SRF_ERR_INPUT for samples that become too large or too small, SRF_ERR_HANDLE, SRF_ERR_NULL,
 //             SRF_ERR_OUT_OF_MEMORY. Since 0.1.
 srf_status srf_image_transform(srf_image *image,
@@ -3835,14 +3840,14 @@ srf_status srf_image_transform(srf_image *image,
 
 // Gives a cloud another size and place: points are scaled, the rest goes into its place in the world. Views of the cloud are gone.
 // cloud       not NULL
-// similarity  as for srf_scans_transform(); not NULL
+// similarity  as for srf_scans_transform(). Not NULL
 // returns     SRF_OK, SRF_ERR_INPUT for what becomes too large or too small, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_cloud_transform(srf_cloud *cloud,
                                const srf_pose *similarity);
 
 // Scales, turns and shifts the vertices of a mesh, and scales its attributes that are lengths. Views of the mesh are gone.
 // mesh        not NULL
-// similarity  as for srf_scans_transform(); not NULL
+// similarity  as for srf_scans_transform(). Not NULL
 // returns     SRF_OK, SRF_ERR_INPUT for what becomes too large or too small, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_mesh_transform(srf_mesh *mesh,
                               const srf_pose *similarity);
@@ -3933,57 +3938,57 @@ srf_status srf_merge_report_init_sized(srf_merge_report *report,
 #define srf_merge_report_init(report) srf_merge_report_init_sized((report), sizeof(srf_merge_report))
 
 // Begins a merge without scans.
-// out_merger  receives a new handle on SRF_OK only; not NULL
+// out_merger  receives a new handle on SRF_OK only. Not NULL
 // returns     SRF_OK, SRF_ERR_NULL. Since 0.1.
 srf_status srf_merger_create(srf_merger **out_merger);
 
-// Releases a merge; what was added to it stays.
+// Releases a merge. All that was added to it stays.
 // merger     NULL does nothing
 // returns    SRF_OK, SRF_ERR_HANDLE. Since 0.1.
 srf_status srf_merger_free(srf_merger *merger);
 
-// Adds a range image as it is now; it may be freed or changed afterwards.
+// Adds a range image as it is now. It may be freed or changed afterwards.
 // merger     not NULL
 // image      not NULL
 // returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_merger_add_image(srf_merger *merger, const srf_image *image);
 
-// Adds an oriented mesh as it is now; its vertex attributes confidence and colour are used if there.
+// Adds an oriented mesh as it is now. Its vertex attributes confidence and colour are used if there.
 // merger           not NULL
 // mesh             not NULL
-// world_from_mesh  places it; NULL for the identity
-// name             what ties are broken by, so that the order of adding does not matter, UTF-8; not NULL
+// world_from_mesh  places it. NULL for the identity
+// name             what ties are broken by, so that the order of adding does not matter, UTF-8. Not NULL
 // returns          SRF_OK, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_merger_add_mesh(srf_merger *merger,
                                const srf_mesh *mesh,
                                const srf_pose *world_from_mesh,
                                const char *name);
 
-// Adds all scans of a set; they are read when the merge runs, one a thread at a time, and not kept.
+// Adds all scans of a set. They are read when the merge runs, one per thread at a time, and not kept.
 // merger     not NULL
 // scans      not NULL
 // returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_merger_add_scans(srf_merger *merger, const srf_scans *scans);
 
-// Adds a scan of a set; it is read when the merge runs, and not kept.
+// Adds a scan of a set. It is read when the merge runs, and not kept.
 // merger     not NULL
 // scans      not NULL
 // of_set     number of the scan in the set
 // returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 srf_status srf_merger_add_scan(srf_merger *merger, const srf_scans *scans, size_t of_set);
 
-// Adds a scan whose range image a function makes: it is made when the merge runs, one a thread at a time, and not kept.
+// Adds a scan whose range image a function makes: it is made when the merge runs, one per thread at a time, and not kept.
 // merger             not NULL
-// source             makes it; the struct is copied; not NULL
-// world_from_sensor  places it, whatever pose its image has, a rotation and a translation; NULL for the identity
-// name               what texts call it and ties are broken by, UTF-8; not NULL
+// source             makes it. The struct is copied. Not NULL
+// world_from_sensor  places it, whatever pose its image has, a rotation and a translation. NULL for the identity
+// name               what texts call it and ties are broken by, UTF-8. Not NULL
 // returns            SRF_OK, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 srf_status srf_merger_add_source(srf_merger *merger,
                                  const srf_image_source *source,
                                  const srf_pose *world_from_sensor,
                                  const char *name);
 
-// Number of scans. They are counted from 0 in the order of adding; those after one that is removed move up.
+// Number of scans. They are counted from 0 in the order of adding. Those after one that is removed move up.
 // merger     not NULL
 // out_scans  not NULL
 // returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
@@ -4002,12 +4007,12 @@ srf_status srf_merger_remove(srf_merger *merger, size_t index);
 // returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 srf_status srf_merger_replace_by_image(srf_merger *merger, size_t index, const srf_image *image);
 
-// Puts an oriented mesh as it is now in the place of a scan; as srf_merger_add_mesh().
+// Puts an oriented mesh as it is now in the place of a scan. It is added as by srf_merger_add_mesh().
 // merger           not NULL
 // index            number of the scan
 // mesh             not NULL
-// world_from_mesh  places it; NULL for the identity
-// name             UTF-8; not NULL
+// world_from_mesh  places it. NULL for the identity
+// name             UTF-8. Not NULL
 // returns          SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 srf_status srf_merger_replace_by_mesh(srf_merger *merger,
                                       size_t index,
@@ -4015,7 +4020,7 @@ srf_status srf_merger_replace_by_mesh(srf_merger *merger,
                                       const srf_pose *world_from_mesh,
                                       const char *name);
 
-// Puts a scan of a set in the place of a scan; it is read when the merge runs.
+// Puts a scan of a set in the place of a scan. It is read when the merge runs.
 // merger     not NULL
 // index      number of the scan
 // scans      not NULL
@@ -4026,12 +4031,12 @@ srf_status srf_merger_replace_by_scan(srf_merger *merger,
                                       const srf_scans *scans,
                                       size_t of_set);
 
-// Puts a scan whose range image a function makes in the place of a scan; as srf_merger_add_source().
+// Puts a scan whose range image a function makes in the place of a scan. It is added as by srf_merger_add_source().
 // merger             not NULL
 // index              number of the scan
-// source             makes it; the struct is copied; not NULL
-// world_from_sensor  places it, a rotation and a translation; NULL for the identity
-// name               UTF-8; not NULL
+// source             makes it. The struct is copied. Not NULL
+// world_from_sensor  places it, a rotation and a translation. NULL for the identity
+// name               UTF-8. Not NULL
 // returns            SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 srf_status srf_merger_replace_by_source(srf_merger *merger,
                                         size_t index,
@@ -4039,38 +4044,38 @@ srf_status srf_merger_replace_by_source(srf_merger *merger,
                                         const srf_pose *world_from_sensor,
                                         const char *name);
 
-// Says whether each run keeps what it found out for the next, which then loads and counts only those scans that are new to it, and
-// renews what these have a part in: the result is that of a first run, to the bit. Of files that change on the disk, and functions that
-// would make another image, nothing is noticed: the scan has to be replaced, by itself if need be. A run keeps nothing for those under
-// another context. Where the measured cell or merge
-// distance differs, since a scan has changed, all follows anew; giving both as parameters makes that rarer. Of two runs at a time the second
-// keeps nothing. Memory: about 125 bytes for each intersection of a scan with the grid, until srf_merger_free().
+// Says whether each run keeps what it found out for the next. That one then loads and counts only those scans that are new to it, and
+// renews what these have a part in. The result is that of a first run, to the bit. It does not notice files that change on the disk, nor
+// functions that would make another image: the scan has to be replaced, by itself if need be. A run keeps nothing for those under another
+// context. If the measured cell or merge distance differs, since a scan has changed, all follows anew. Giving both as parameters makes
+// that rarer. Of two runs at a time the second keeps nothing. Memory: about 125 bytes for each intersection of a scan with the grid, until
+// srf_merger_free().
 // merger     not NULL
-// keep       1 to keep; 0, the default, gives back what is kept
+// keep       1 to keep. 0, the default, gives back what is kept
 // returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 srf_status srf_merger_keep(srf_merger *merger,
                            uint32_t keep);
 
-// How much the last run that kept something had to renew: bricks of 32 cells a side that scans speak of. 0 of 0 without
-// srf_merger_keep() and before the first run with it: nothing is kept then, and each run finds out everything.
+// Amount that the last run that kept something had to renew: bricks of 32 cells a side that scans speak of. It is 0 of 0 without
+// srf_merger_keep() and before the first run with it. Nothing is kept then, and each run finds out everything.
 // merger       not NULL
-// out_renewed  bricks labelled anew; NULL if not wanted
-// out_bricks   all bricks; NULL if not wanted
+// out_renewed  bricks labelled anew. NULL if not wanted
+// out_bricks   all bricks. NULL if not wanted
 // returns      SRF_OK, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 srf_status srf_merger_renewed(const srf_merger *merger,
                               size_t *out_renewed,
                               size_t *out_bricks);
 
-// Merges what was added into one surface, by Marching Intersections: a manifold mesh with boundary, the same to the bit for
-// any number of threads and any order of adding. Vertex attributes: confidence, noise (standard deviation of a sample
-// there, 0 where scans are clean), interpolated (on no scan exactly), source_scan (the scan of largest weight by the order of names, -1
-// where interpolated), colour if any scan has colours (averaged in linear light; of alpha 0 and the nearest colour where no scan has
-// one); of triangles: hole_fill. Blocks; memory follows the intersections of scans and grid, 24 bytes each.
+// Merges what was added into one surface, by Marching Intersections: a manifold mesh with boundary, the same to the bit for any number of
+// threads and any order of adding. Vertex attributes: confidence, noise (standard deviation of a sample there, 0 where scans are clean),
+// interpolated (on no scan exactly), source_scan (the scan of largest weight by the order of names, -1 where interpolated), colour if any
+// scan has colours. Colours are averaged in linear light, and have alpha 0 and the nearest colour where no scan has one. Attribute of
+// triangles: hole_fill. Blocks. Memory follows the intersections of scans and grid, 24 bytes each.
 // merger      not NULL
 // params      NULL for the defaults
 // progress    NULL for none
-// out_mesh    receives a new handle on SRF_OK only; not NULL
-// out_report  initialized by srf_merge_report_init(); NULL if not wanted
+// out_mesh    receives a new handle on SRF_OK only. Not NULL
+// out_report  initialized by srf_merge_report_init(). NULL if not wanted
 // returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT, SRF_ERR_FORMAT, SRF_ERR_IO, SRF_ERR_OUT_OF_MEMORY, SRF_ERR_CANCELLED,
 //             SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 srf_status srf_merger_run(const srf_merger *merger,
@@ -4079,21 +4084,21 @@ srf_status srf_merger_run(const srf_merger *merger,
                           srf_mesh **out_mesh,
                           srf_merge_report *out_report);
 
-// Merges what was added, of which there may be more than memory holds, into a surface that it does hold, the same to the bit as that of
-// srf_merger_run() where there is memory enough; out_report says which way it went. What memory does not hold is in files of the
-// workspace, up to 200 bytes for each intersection of scans and grid, which are removed at the end; a folder that is itself in memory, as
-// some systems have it for temporary files, gains nothing. Scans of sets and of sources are read and made several times. Blocks.
+// Merges what was added, of which there may be more than memory holds, into a surface that it does hold. The surface is the same to the
+// bit as that of srf_merger_run() with memory enough. out_report says which way it went. Data that memory does not hold are in files of
+// the workspace, up to 200 bytes for each intersection of scans and grid, which are removed at the end. A folder that is itself in memory,
+// as some systems have it for temporary files, gains nothing. Scans of sets and of sources are read and made several times. Blocks.
 // merger          not NULL
 // params          NULL for the defaults
 // only_if_needed  1 to begin in memory, with what srf_merger_keep() kept, and anew in files once it is foreseen, or found, that cells as
-//                 large as given or measured do not fit; what was kept is given back then. Where files do not do either, cells that
-//                 were not given are larger, as those of srf_merger_run(). 0 to work in files, and to keep nothing
-// max_memory      most bytes that the merge takes, beside the scans that are being read, one a thread, and in files the surface; 0 for, and
-//                 at most, what srf_set_memory_limit() or the context allow, else what is free
-// workspace       a folder that exists, UTF-8; NULL for the system's for temporary files
+//                 large as given or measured do not fit. The kept memory is given back then. If files do not do either, cells that were
+//                 not given are larger, as those of srf_merger_run(). 0 to work in files, and to keep nothing
+// max_memory      most bytes that the merge takes, beside the scans that are being read, one per thread, and in files the surface. 0 for,
+//                 and at most, what srf_set_memory_limit() or the context allow, else what is free
+// workspace       a folder that exists, UTF-8. NULL for the system's for temporary files
 // progress        NULL for none
-// out_mesh        receives a new handle on SRF_OK only; not NULL
-// out_report      initialized by srf_merge_report_init(); NULL if not wanted
+// out_mesh        receives a new handle on SRF_OK only. Not NULL
+// out_report      initialized by srf_merge_report_init(). NULL if not wanted
 // returns         SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT also for a workspace that is no folder, SRF_ERR_FORMAT, SRF_ERR_IO also for a
 //                 full disk, SRF_ERR_OUT_OF_MEMORY also where the surface does not fit, and in files for less than 12 MB,
 //                 SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.2.
@@ -4106,23 +4111,23 @@ srf_status srf_merger_run_in_files(const srf_merger *merger,
                                    srf_mesh **out_mesh,
                                    srf_merge_report *out_report);
 
-// Merges what was added, of which there may be more than memory holds, straight into a PLY file: its bytes are those that
-// srf_merger_run() and srf_mesh_write() make. Neither all scans nor the surface are in memory at once, but images and meshes that were
-// added are; scans of sets and of sources are read and made several times. What memory does not hold is in files of the workspace, up to
-// 200 bytes for each intersection of scans and grid, which are removed at the end. A file of that name is replaced once all is
-// written, or stays as it is. Nothing is kept for another run, whatever srf_merger_keep() said. Blocks.
+// Merges what was added, of which there may be more than memory holds, straight into a PLY file. Its bytes are those that srf_merger_run()
+// and srf_mesh_write() make. Neither all scans nor the surface are in memory at once, but images and meshes that were added are. Scans of
+// sets and of sources are read and made several times. Data that memory does not hold are in files of the workspace, up to 200 bytes for
+// each intersection of scans and grid, which are removed at the end. A file of that name is replaced once all is written, or stays as it
+// is. Nothing is kept for another run, whatever srf_merger_keep() said. Blocks.
 // merger      not NULL
-// path        UTF-8, ending in .ply; not NULL
+// path        UTF-8, ending in .ply. Not NULL
 // params      NULL for the defaults
-// max_memory  most bytes that the merge takes, beside the scans that are being read, one a thread; 0 for, and at most, what
+// max_memory  most bytes that the merge takes, beside the scans that are being read, one per thread. 0 for, and at most, what
 //             srf_set_memory_limit() or the context allow, else what is free
-// workspace   a folder that exists, UTF-8; NULL for that of the file
-// options     how the file is written, not as text; NULL for the defaults
-// provenance  an object in JSON that the file says of where it is from, as by srf_mesh_write_from(); NULL for none
+// workspace   a folder that exists, UTF-8. NULL for that of the file
+// options     how the file is written, not as text. NULL for the defaults
+// provenance  an object in JSON that the file says of where it is from, as by srf_mesh_write_from(). NULL for none
 // progress    NULL for none
-// out_report  initialized by srf_merge_report_init(); NULL if not wanted
+// out_report  initialized by srf_merge_report_init(). NULL if not wanted
 // returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT also for a workspace that is no folder, SRF_ERR_FORMAT, SRF_ERR_IO also for a full
-//             disk, SRF_ERR_OUT_OF_MEMORY also for less than 12 MB a thread, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL,
+//             disk, SRF_ERR_OUT_OF_MEMORY also for less than 12 MB per thread, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL,
 //             SRF_ERR_STRUCT_SIZE. Since 0.2.
 srf_status srf_merger_write(const srf_merger *merger,
                             const char *path,
@@ -4185,12 +4190,12 @@ srf_status srf_sculpt_report_init_sized(srf_sculpt_report *report,
                                         size_t size);
 #define srf_sculpt_report_init(report) srf_sculpt_report_init_sized((report), sizeof(srf_sculpt_report))
 
-// Makes an image ready to be sculpted: finds where the mesh may be, once for all tolerances. O(pixels). The image is kept as
-// it is now; it may be freed or changed afterwards.
+// Makes an image ready to be sculpted: finds where the mesh may be, once for all tolerances. O(pixels). The image is kept as it is now. It
+// may be freed or changed afterwards.
 // image         not NULL
 // params        NULL for the defaults
 // progress      NULL for none
-// out_sculptor  receives a new handle on SRF_OK only; not NULL
+// out_sculptor  receives a new handle on SRF_OK only. Not NULL
 // returns       SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL,
 //               SRF_ERR_STRUCT_SIZE. Since 0.1.
 srf_status srf_sculptor_create(const srf_image *image,
@@ -4203,17 +4208,16 @@ srf_status srf_sculptor_create(const srf_image *image,
 // returns    SRF_OK, SRF_ERR_HANDLE. Since 0.1.
 srf_status srf_sculptor_free(srf_sculptor *sculptor);
 
-// The mesh of few triangles within a tolerance, finer or coarser than any before; it does not depend on those. In the
-// sensor's frame; srf_image_camera() places it. Every sample's ray meets the mesh within the tolerance, nothing covers an
-// invalid pixel or bridges a jump, and seen from the sensor the mesh covers every place at most once. One exception: samples
-// whose triangles all hide behind others, as seen along the rays, are not covered and have no bound; they count as
-// isolated_pixels. Vertex attributes:
-// range_row, range_col, error, and colour, intensity, confidence where the image has them; of triangles: error.
+// The mesh of few triangles within a tolerance, finer or coarser than any before. It does not depend on those. In the sensor's frame.
+// srf_image_camera() places it. Every sample's ray meets the mesh within the tolerance, nothing covers an invalid pixel or bridges a jump,
+// and seen from the sensor the mesh covers every place at most once. One exception: samples whose triangles all hide behind others, as
+// seen along the rays, are not covered and have no bound. They count as isolated_pixels. Vertex attributes: range_row, range_col, error,
+// and colour, intensity, confidence where the image has them. Attribute of triangles: error.
 // sculptor         not NULL
-// tolerance        in the unit of the samples, >= 0; SRF_FROM_DATA for that of the params of srf_sculptor_create()
+// tolerance        in the unit of the samples, >= 0. SRF_FROM_DATA for that of the params of srf_sculptor_create()
 // progress         NULL for none
-// out_mesh         receives a new handle on SRF_OK only; not NULL
-// out_report       initialized by srf_sculpt_report_init(); NULL if not wanted
+// out_mesh         receives a new handle on SRF_OK only. Not NULL
+// out_report       initialized by srf_sculpt_report_init(). NULL if not wanted
 // returns          SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 srf_status srf_sculptor_refine(const srf_sculptor *sculptor,
                                double tolerance,
@@ -4221,13 +4225,13 @@ srf_status srf_sculptor_refine(const srf_sculptor *sculptor,
                                srf_mesh **out_mesh,
                                srf_sculpt_report *out_report);
 
-// The mesh of the smallest tolerance found that has at most a number of triangles; up to 24 times the work of
-// srf_sculptor_refine(), whose mesh of the tolerance in out_report it is.
+// The mesh of the smallest tolerance found that has at most a number of triangles. It takes up to 24 times the work of
+// srf_sculptor_refine(), and is the mesh that this makes with the tolerance in out_report.
 // sculptor         not NULL
 // max_triangles    what the mesh may have at most
 // progress         NULL for none
-// out_mesh         receives a new handle on SRF_OK only; not NULL
-// out_report       initialized by srf_sculpt_report_init(); NULL if not wanted
+// out_mesh         receives a new handle on SRF_OK only. Not NULL
+// out_report       initialized by srf_sculpt_report_init(). NULL if not wanted
 // returns          SRF_OK, SRF_ERR_INPUT if any mesh that covers the image has more, SRF_ERR_CANCELLED, SRF_ERR_HANDLE,
 //                  SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 srf_status srf_sculptor_at_most(const srf_sculptor *sculptor,
@@ -4315,13 +4319,13 @@ srf_status srf_quads_report_init_sized(srf_quads_report *report,
                                        size_t size);
 #define srf_quads_report_init(report) srf_quads_report_init_sized((report), sizeof(srf_quads_report))
 
-// Makes a quad grid of an image. Every vertex lies on a pixel of its own; seen on the pixels no quad folds over. The grid covers
-// the whole image, and its mean error is at most that of the uniform grid of the same size. O(pixels).
+// Makes a quad grid of an image. Every vertex lies on a pixel of its own. Seen on the pixels no quad folds over. The grid covers the whole
+// image, and its mean error is at most that of the uniform grid of the same size. O(pixels).
 // image       not NULL
 // params      NULL for the defaults
 // progress    NULL for none
-// out_quads   receives a new handle on SRF_OK only; not NULL
-// out_report  initialized by srf_quads_report_init(); NULL if not wanted
+// out_quads   receives a new handle on SRF_OK only. Not NULL
+// out_report  initialized by srf_quads_report_init(). NULL if not wanted
 // returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL,
 //             SRF_ERR_STRUCT_SIZE. Since 0.1.
 srf_status srf_quads_create(const srf_image *image,
@@ -4330,18 +4334,18 @@ srf_status srf_quads_create(const srf_image *image,
                             srf_quads **out_quads,
                             srf_quads_report *out_report);
 
-// Releases a quad grid; views of it are gone.
+// Releases a quad grid. Views of it are gone.
 // quads      NULL does nothing
 // returns    SRF_OK, SRF_ERR_HANDLE. Since 0.1.
 srf_status srf_quads_free(srf_quads *quads);
 
 // All vertices of the grid, those on the background as well, row after row of rows * cols.
 // quads           not NULL
-// out_rows        rows of vertices; NULL if not wanted
-// out_cols        columns of vertices; NULL if not wanted
-// out_positions   3 SRF_TYPE_F64 a vertex, in the sensor's frame; on the background a continuation of the surface; NULL if not wanted
-// out_pixels      2 SRF_TYPE_U32 a vertex: row and column of its pixel, rising strictly along both; NULL if not wanted
-// out_background  one SRF_TYPE_U8 a vertex, 1 on pixels without a sample; NULL if not wanted
+// out_rows        rows of vertices. NULL if not wanted
+// out_cols        columns of vertices. NULL if not wanted
+// out_positions   3 SRF_TYPE_F64 per vertex, in the sensor's frame. On the background a continuation of the surface. NULL if not wanted
+// out_pixels      2 SRF_TYPE_U32 per vertex: row and column of its pixel, rising strictly along both. NULL if not wanted
+// out_background  one SRF_TYPE_U8 per vertex, 1 on pixels without a sample. NULL if not wanted
 // returns         SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_quads_grid(const srf_quads *quads,
                           size_t *out_rows,
@@ -4352,10 +4356,10 @@ srf_status srf_quads_grid(const srf_quads *quads,
 
 // The quads that are not on the background, with the vertices they use.
 // quads          not NULL
-// out_positions  3 SRF_TYPE_F64 a vertex, in the sensor's frame; NULL if not wanted
-// out_uvs        2 SRF_TYPE_F32 a vertex: image coordinates, 0 to 1 from the left and from the bottom; NULL if not wanted
-// out_corners    4 SRF_TYPE_U32 a quad, counter-clockwise seen from the sensor; NULL if not wanted
-// out_errors     one SRF_TYPE_F32 a quad: largest distance of the samples seen in it; NULL if not wanted
+// out_positions  3 SRF_TYPE_F64 per vertex, in the sensor's frame. NULL if not wanted
+// out_uvs        2 SRF_TYPE_F32 per vertex: image coordinates, 0 to 1 from the left and from the bottom. NULL if not wanted
+// out_corners    4 SRF_TYPE_U32 per quad, counter-clockwise seen from the sensor. NULL if not wanted
+// out_errors     one SRF_TYPE_F32 per quad: largest distance of the samples seen in it. NULL if not wanted
 // returns        SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_quads_faces(const srf_quads *quads,
                            srf_array *out_positions,
@@ -4363,18 +4367,18 @@ srf_status srf_quads_faces(const srf_quads *quads,
                            srf_array *out_corners,
                            srf_array *out_errors);
 
-// The quads as triangles, each cut along the diagonal that lies nearer to the samples: quad q is the triangles 2 q and
-// 2 q + 1. Vertices are those of srf_quads_faces(), with the attributes range_row, range_col, grid_row, grid_col, and colour,
-// intensity, confidence where the image has them; of triangles: error.
+// The quads as triangles, each cut along the diagonal that lies nearer to the samples: quad q is the triangles 2 q and 2 q + 1. Vertices
+// are those of srf_quads_faces(), with the attributes range_row, range_col, grid_row, grid_col, and colour, intensity, confidence where
+// the image has them. Attribute of triangles: error.
 // quads      not NULL
-// out_mesh   receives a new handle on SRF_OK only; not NULL
+// out_mesh   receives a new handle on SRF_OK only. Not NULL
 // returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_quads_triangles(const srf_quads *quads,
                                srf_mesh **out_mesh);
 
 // Writes the quads as OBJ, with colours. A file of that name is replaced once all is written, or stays.
 // quads      not NULL
-// path       UTF-8; not NULL
+// path       UTF-8. Not NULL
 // progress   NULL for none
 // returns    SRF_OK, SRF_ERR_IO, SRF_ERR_INPUT, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_quads_write_obj(const srf_quads *quads, const char *path, const srf_progress *progress);
@@ -4390,10 +4394,11 @@ srf_status srf_spline_params_init_sized(srf_spline_params *params, size_t size);
 // quads             not NULL
 // params            NULL for the defaults
 // progress          NULL for none
-// out_spline        receives a new handle on SRF_OK only; not NULL
-// out_max_residual  largest distance of a vertex from the surface at the vertex's parameters; NULL if not wanted
-// out_rms_residual  root of the mean square of these distances; NULL if not wanted
-// returns           SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+// out_spline        receives a new handle on SRF_OK only. Not NULL
+// out_max_residual  largest distance of a vertex from the surface at the vertex's parameters. NULL if not wanted
+// out_rms_residual  root of the mean square of these distances. NULL if not wanted
+// returns           SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE.
+//                   Since 0.1.
 srf_status srf_spline_create(const srf_quads *quads,
                              const srf_spline_params *params,
                              const srf_progress *progress,
@@ -4401,7 +4406,7 @@ srf_status srf_spline_create(const srf_quads *quads,
                              double *out_max_residual,
                              double *out_rms_residual);
 
-// Releases a surface; views of it are gone.
+// Releases a surface. Views of it are gone.
 // spline     NULL does nothing
 // returns    SRF_OK, SRF_ERR_HANDLE. Since 0.1.
 srf_status srf_spline_free(srf_spline *spline);
@@ -4409,9 +4414,9 @@ srf_status srf_spline_free(srf_spline *spline);
 // The control points, row after row of rows * cols. Knots are clamped and uniform: of n control points and order k, knot i is
 // max(i - (k - 1), 0) / (n + 1 - k), at most 1.
 // spline       not NULL
-// out_rows     rows of control points; NULL if not wanted
-// out_cols     columns of control points; NULL if not wanted
-// out_points   3 SRF_TYPE_F64 a control point, in the sensor's frame; NULL if not wanted
+// out_rows     rows of control points. NULL if not wanted
+// out_cols     columns of control points. NULL if not wanted
+// out_points   3 SRF_TYPE_F64 per control point, in the sensor's frame. NULL if not wanted
 // returns      SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_spline_control(const srf_spline *spline,
                               size_t *out_rows,
@@ -4420,8 +4425,8 @@ srf_status srf_spline_control(const srf_spline *spline,
 
 // The point of some parameters.
 // spline     not NULL
-// u, v       each taken into 0 to 1; not NaN
-// out_point  receives 3 numbers on SRF_OK only; not NULL
+// u, v       each taken into 0 to 1. Not NaN
+// out_point  receives 3 numbers on SRF_OK only. Not NULL
 // returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_spline_point(const srf_spline *spline, double u, double v, double *out_point);
 
@@ -4429,7 +4434,7 @@ srf_status srf_spline_point(const srf_spline *spline, double u, double v, double
 // i * cols + j.
 // spline      not NULL
 // rows, cols  at least 2
-// out_mesh    receives a new handle on SRF_OK only; not NULL
+// out_mesh    receives a new handle on SRF_OK only. Not NULL
 // returns     SRF_OK, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY. Since 0.1.
 srf_status srf_spline_sample(const srf_spline *spline,
                              size_t rows,
@@ -4437,7 +4442,7 @@ srf_status srf_spline_sample(const srf_spline *spline,
                              srf_mesh **out_mesh);
 
 // ==== 11. Surfaces through points ==========================================================================
-// Scattered points become a surface, closed or open; their noise is measured and smoothed out.
+// Scattered points become a surface, closed or open. Their noise is measured and smoothed out.
 //
 //     /* The surface through points in double precision. */
 //     static srf_status through(const double *points, size_t count, srf_mesh **out_mesh)
@@ -4486,17 +4491,16 @@ srf_status srf_reconstruct_report_init_sized(srf_reconstruct_report *report,
                                              size_t size);
 #define srf_reconstruct_report_init(report) srf_reconstruct_report_init_sized((report), sizeof(srf_reconstruct_report))
 
-// Takes a cloud; it is kept as it is now and may be freed afterwards. O(1): the points are tetrahedralized for the first
-// surface.
-// cloud              not NULL; its normals, if it has any, say which side of the surface is seen; zero where unknown. Where points
-//                    carry noise they also tell the sides of thin walls apart, and what is inside
-// sensors            3 SRF_TYPE_F64 or SRF_TYPE_F32 a place, one place or one a point: where the points were seen from, in the cloud's
-//                    frame; go before the normals. Open surfaces then span no jumps, over which sensors looked from one point past
-//                    it at another, and no gaps and holes through which points were seen; what was seen from one side only is
-//                    closed only if that is asked for. Three NaN where that is not known of a point, whose normal counts then; a
-//                    jump is told only between points whose sensors are all known. NULL for what srf_cloud_sensor() says. With
-//                    neither, closed surfaces are turned outwards, open ones up
-// out_reconstructor  receives a new handle on SRF_OK only; not NULL
+// Takes a cloud. It is kept as it is now and may be freed afterwards. O(1): the points are tetrahedralized for the first surface.
+// cloud              not NULL. Its normals, if it has any, say which side of the surface is seen. Zero where unknown. If points carry
+//                    noise they also tell the sides of thin walls apart, and what is inside
+// sensors            3 SRF_TYPE_F64 or SRF_TYPE_F32 a place, one place or one per point: where the points were seen from, in the cloud's
+//                    frame. Go before the normals. Open surfaces then span no jumps, over which sensors looked from one point past it at
+//                    another, and no gaps and holes through which points were seen. What was seen from one side only is closed only if
+//                    that is asked for. Three NaN where that is not known of a point, whose normal counts then. A jump is told only
+//                    between points whose sensors are all known. NULL for what srf_cloud_sensor() says. With neither, closed surfaces are
+//                    turned outwards, open ones up
+// out_reconstructor  receives a new handle on SRF_OK only. Not NULL
 // returns            SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_reconstructor_create(const srf_cloud *cloud,
                                     const srf_array *sensors,
@@ -4507,15 +4511,15 @@ srf_status srf_reconstructor_create(const srf_cloud *cloud,
 // returns        SRF_OK, SRF_ERR_HANDLE. Since 0.1.
 srf_status srf_reconstructor_free(srf_reconstructor *reconstructor);
 
-// Makes a surface through the points: the first in O(n log n) in practice, others in a fraction of that; it does not depend
-// on those. In the cloud's frame; its vertices are the used points in their order. Vertex attributes: source_point, and colour,
-// intensity, normal_x, normal_y, normal_z where the cloud has them.
-// reconstructor  not NULL; used by one call at a time, others are refused
+// Makes a surface through the points: the first in O(n log n) in practice, others in a fraction of that. It does not depend on those. In
+// the cloud's frame. Its vertices are the used points in their order. Vertex attributes: source_point, and colour, intensity, normal_x,
+// normal_y, normal_z where the cloud has them.
+// reconstructor  not NULL. Used by one call at a time, others are refused
 // params         NULL for the defaults
 // progress       NULL for none
-// out_mesh       receives a new handle on SRF_OK only; not NULL
-// out_report     initialized by srf_reconstruct_report_init(); NULL if not wanted
-// out_dropped    room for a byte a point, values of srf_dropped; NULL if not wanted
+// out_mesh       receives a new handle on SRF_OK only. Not NULL
+// out_report     initialized by srf_reconstruct_report_init(). NULL if not wanted
+// out_dropped    room for a byte per point, values of srf_dropped. NULL if not wanted
 // returns        SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT for points without a surface, SRF_ERR_CANCELLED,
 //                SRF_ERR_OUT_OF_MEMORY, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 srf_status srf_reconstructor_surface(const srf_reconstructor *reconstructor,
@@ -4572,14 +4576,14 @@ srf_status srf_cluster_report_init_sized(srf_cluster_report *report,
                                          size_t size);
 #define srf_cluster_report_init(report) srf_cluster_report_init_sized((report), sizeof(srf_cluster_report))
 
-// Replaces a dense mesh by a coarse one of well-shaped triangles with the same components, boundaries and genus. Its vertices
-// lie on the mesh, those of boundaries on its boundaries; attributes of vertices ride along. Edges of more than two triangles, or of
-// two that turn against each other, are cut.
+// Replaces a dense mesh by a coarse one of well-shaped triangles with the same components, boundaries and genus. Its vertices lie on the
+// mesh, those of boundaries on its boundaries. Attributes of vertices ride along. Edges of more than two triangles, or of two that turn
+// against each other, are cut.
 // mesh        not NULL
 // params      NULL for the defaults
 // progress    NULL for none
-// out_mesh    receives a new handle on SRF_OK only; not NULL
-// out_report  initialized by srf_cluster_report_init(); NULL if not wanted
+// out_mesh    receives a new handle on SRF_OK only. Not NULL
+// out_report  initialized by srf_cluster_report_init(). NULL if not wanted
 // returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT for a mesh without triangles or two of vertices, patches and max_error,
 //             SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 srf_status srf_mesh_cluster(const srf_mesh *mesh,
@@ -4588,13 +4592,13 @@ srf_status srf_mesh_cluster(const srf_mesh *mesh,
                             srf_mesh **out_mesh,
                             srf_cluster_report *out_report);
 
-// Makes a mesh of well-shaped triangles from points: the surface through them, as srf_reconstructor_surface() makes it with its
-// default parameters, is clustered. In the cloud's frame; colours, intensities and normals ride along.
+// Makes a mesh of well-shaped triangles from points: the surface through them, as srf_reconstructor_surface() makes it with its default
+// parameters, is clustered. In the cloud's frame. Colours, intensities and normals ride along.
 // cloud       not NULL
 // params      NULL for the defaults
 // progress    NULL for none
-// out_mesh    receives a new handle on SRF_OK only; not NULL
-// out_report  initialized by srf_cluster_report_init(); NULL if not wanted
+// out_mesh    receives a new handle on SRF_OK only. Not NULL
+// out_report  initialized by srf_cluster_report_init(). NULL if not wanted
 // returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT for points without a surface or two of vertices, patches and max_error,
 //             SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 srf_status srf_cloud_cluster(const srf_cloud *cloud,
@@ -4606,11 +4610,11 @@ srf_status srf_cloud_cluster(const srf_cloud *cloud,
 // A chain of levels of detail from one run: finer levels go on splitting the patches of coarser ones.
 // srf_meshes_write_glb_levels() writes them.
 // mesh        not NULL
-// vertices    vertices of each level, in any order; not NULL
+// vertices    vertices of each level, in any order. Not NULL
 // count       number of levels
-// params      NULL for the defaults; its vertices, patches and max_error are not looked at
+// params      NULL for the defaults. Its vertices, patches and max_error are not looked at
 // progress    NULL for none
-// out_meshes  room for count handles, which it receives in the order of vertices on SRF_OK only; not NULL
+// out_meshes  room for count handles, which it receives in the order of vertices on SRF_OK only. Not NULL
 // returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT for a mesh without triangles, SRF_ERR_CANCELLED, SRF_ERR_HANDLE,
 //             SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 srf_status srf_mesh_cluster_levels(const srf_mesh *mesh,
@@ -4620,13 +4624,13 @@ srf_status srf_mesh_cluster_levels(const srf_mesh *mesh,
                                    const srf_progress *progress,
                                    srf_mesh **out_meshes);
 
-// A chain of levels of detail of points; see srf_cloud_cluster() and srf_mesh_cluster_levels().
+// A chain of levels of detail of points. See srf_cloud_cluster() and srf_mesh_cluster_levels().
 // cloud       not NULL
-// vertices    vertices of each level, in any order; not NULL
+// vertices    vertices of each level, in any order. Not NULL
 // count       number of levels
-// params      NULL for the defaults; its vertices, patches and max_error are not looked at
+// params      NULL for the defaults. Its vertices, patches and max_error are not looked at
 // progress    NULL for none
-// out_meshes  room for count handles, which it receives in the order of vertices on SRF_OK only; not NULL
+// out_meshes  room for count handles, which it receives in the order of vertices on SRF_OK only. Not NULL
 // returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT for points without a surface, SRF_ERR_CANCELLED, SRF_ERR_HANDLE,
 //             SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 srf_status srf_cloud_cluster_levels(const srf_cloud *cloud,
@@ -4666,15 +4670,15 @@ srf_status srf_cloud_cluster_levels(const srf_cloud *cloud,
 srf_status srf_scan_params_init_sized(srf_scan_params *params, size_t size);
 #define srf_scan_params_init(params) srf_scan_params_init_sized((params), sizeof(srf_scan_params))
 
-// Scans a mesh: a value for every pixel whose ray meets it. The same image for any number of threads. Where the mesh has the
-// vertex attribute colour, the image has colours.
+// Scans a mesh: a value for every pixel whose ray meets it. The same image for any number of threads. If the mesh has the vertex attribute
+// colour, the image has colours.
 // mesh               not NULL
 // rows, cols         size of the image
-// projection         how pixels see, no grid; not NULL
-// world_from_sensor  where the sensor stands: a rotation and a translation; NULL for the identity
+// projection         how pixels see, no grid. Not NULL
+// world_from_sensor  where the sensor stands: a rotation and a translation. NULL for the identity
 // params             NULL for the defaults
 // progress           NULL for none
-// out_image          receives a new handle on SRF_OK only; not NULL
+// out_image          receives a new handle on SRF_OK only. Not NULL
 // returns            SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT, SRF_ERR_OUT_OF_MEMORY, SRF_ERR_CANCELLED, SRF_ERR_HANDLE,
 //                    SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 srf_status srf_scan_mesh(const srf_mesh *mesh,

@@ -8,6 +8,7 @@ use surfrecon::RangeImage;
 use surfrecon::frame::{Camera, ColourImage, ConfidenceImage, Frame, LeftOutReport, TURNED};
 use surfrecon::log::{self, Level};
 use surfrecon::range_image::DepthKind;
+use surfrecon::reports::Report;
 
 use crate::array::{Borrowed, Rows, srf_array};
 use crate::guard::guard;
@@ -15,8 +16,9 @@ use crate::handle;
 use crate::image::{srf_image, srf_projection_kind::*};
 use crate::pose::{self, srf_pose};
 use crate::progress::{srf_progress, watched};
+use crate::reports::left_out::srf_left_out_report;
 use crate::status::{Failure, flag, srf_status, srf_status::*};
-use crate::{pointer, sized};
+use crate::{pointer, report, sized};
 
 /// How the images of a frame were taken and how they lie in memory; one serves all frames of a recording. Cameras look along z, with
 /// x to the right and y down; pixel centres lie at whole numbers, that of the first pixel at 0, 0. Starts with its size; prepared by

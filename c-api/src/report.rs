@@ -63,9 +63,8 @@ fn push(kind: Kind, found: &Found<'_>, words: &mut Vec<u64>) {
                 }
             }
         }
-        (Kind::Choice(choices), Found::Choice(name)) => words.push(
-            1 + choices.iter().position(|choice| choice.name == *name).expect("the choices are declared") as u64,
-        ),
+        (Kind::Choice(choices), Found::Choice(name)) => words
+            .push(1 + choices.iter().position(|choice| choice.name == *name).expect("the choices are declared") as u64),
         (kind, found) => unreachable!("{found:?} is no {kind:?} of a fixed size"),
     }
 }

@@ -11,8 +11,8 @@ Outputs run_open(Job &job);
 inline const Filter open_filter = {
     "Import Range Images",
     "create_range_images_from_file",
-    "Opens a file of scans: every scan becomes a layer of its own, placed by its matrix. Range images keep their grid: each vertex knows its row and column, so that the layer can be merged, sculpted and edited as the range image it is. Confidence becomes the quality of the vertices; colours are kept.<br>"
-    "A recording of a depth camera or a phone, the file of it or its folder, becomes a layer a frame, of many frames some.<br>"
+    "Opens a file of scans: every scan becomes a layer of its own, placed by its matrix. Range images keep their grid: each vertex knows its row and column, so that the layer can be merged, sculpted and edited as the range image it is. Confidence becomes the quality of the vertices. Colours are kept.<br>"
+    "A recording of a depth camera or a phone, the file of it or its folder, becomes a layer per frame, of many frames some.<br>"
     "Unlike with <i>Import Mesh</i>, all scans of a file come at once, with their poses, and structured PTX, E57 and PCD files become surfaces.",
     compat::FilterBase::RangeMap | compat::FilterBase::MeshCreation,
     compat::FilterBase::NONE,
@@ -25,7 +25,7 @@ Outputs run_plane(Job &job);
 inline const Filter plane_filter = {
     "Remove Background",
     "meshing_remove_background",
-    "Finds the plane that most vertices of the <b>visible</b> layers lie on, a table, a turntable or the ground, and removes what lies on it and below. Above is the side that range images see, and the outside of meshes. Where no plane stands out, that is said and nothing is changed. The result does not depend on the order of the layers or the number of processors.",
+    "Finds the plane that most vertices of the <b>visible</b> layers lie on, a table, a turntable or the ground, and removes what lies on it and below. Above is the side that range images see, and the outside of meshes. If no plane stands out, that is said and nothing is changed. The result does not depend on the order of the layers or the number of processors.",
     compat::FilterBase::RangeMap | compat::FilterBase::Cleaning,
     compat::FilterBase::VARIABLE,
     ask_plane,
@@ -50,8 +50,8 @@ Outputs run_merge(Job &job);
 inline const Filter merge_filter = {
     "Surface Reconstruction: Marching Intersections",
     "generate_surface_reconstruction_marching_intersections",
-    "Merges the <b>visible</b> layers, aligned range images or any oriented meshes, into one welded surface with colour and confidence. Where they overlap they are fused; every other vertex stays on a line through the original surface. Boundaries are kept, small holes are closed, and the result does not depend on the order of the layers or the number of processors.<br>"
-    "Layers are taken where their matrices place them, and are not changed. Where memory is short, what it does not hold is in temporary files meanwhile. Limits of edges and of grazing triangles are for range images as they were imported; faces that were changed stay as they are.<br>"
+    "Merges the <b>visible</b> layers, aligned range images or any oriented meshes, into one welded surface with colour and confidence. Overlaps are fused. Every other vertex stays on a line through the original surface. Boundaries are kept, small holes are closed, and the result does not depend on the order of the layers or the number of processors.<br>"
+    "Layers are taken where their matrices place them, and are not changed. If memory is short, temporary files hold the rest meanwhile. Limits of edges and of grazing triangles are for range images as they were imported. Faces that were changed stay as they are.<br>"
     "<br>"
     "See:<br>"
     "<i>C. Rocchini, P. Cignoni, F. Ganovelli, C. Montani, P. Pingi, R. Scopigno</i><br>"
@@ -68,7 +68,7 @@ Outputs run_sculpt(Job &job);
 inline const Filter sculpt_filter = {
     "Surface Reconstruction: Range Image Sculpting",
     "generate_surface_reconstruction_range_image_sculpting",
-    "Approximates the <b>range image</b> in the current layer by a mesh of few triangles in which every sample lies within the tolerance, along the ray it was measured by. Jumps and missing samples stay open. The error is measured on the result and returned; the quality of each vertex is the error around it.<br>"
+    "Approximates the <b>range image</b> in the current layer by a mesh of few triangles in which every sample lies within the tolerance, along the ray it was measured by. Jumps and missing samples stay open. The error is measured on the result and returned. The quality of each vertex is the error around it.<br>"
     "The layer must know its grid: import it with <i>Import Range Images</i>. It is not changed.<br>"
     "<br>"
     "See:<br>"
@@ -86,7 +86,7 @@ Outputs run_quads(Job &job);
 inline const Filter quads_filter = {
     "Surface Reconstruction: Adaptive Quad Grid",
     "generate_surface_reconstruction_adaptive_quad_grid",
-    "Turns the <b>range image</b> in the current layer into a regular grid of quads that is dense where the surface bends; its mean error is at most that of the uniform grid of the same size, and both are returned. Quads over missing samples are left out. Texture coordinates are those of the image.<br>"
+    "Turns the <b>range image</b> in the current layer into a regular grid of quads that is dense where the surface bends. Its mean error is at most that of the uniform grid of the same size, and both are returned. Quads over missing samples are left out. Texture coordinates are those of the image.<br>"
     "On request another layer gets the tensor-product B-spline surface through the grid.<br>"
     "The layer must know its grid: import it with <i>Import Range Images</i>. It is not changed.<br>"
     "<br>"
@@ -105,7 +105,7 @@ Outputs run_reconstruct(Job &job);
 inline const Filter reconstruct_filter = {
     "Surface Reconstruction: Delaunay Carving",
     "generate_surface_reconstruction_delaunay_carving",
-    "Makes a surface through the <b>vertices of the current layer</b>, whatever faces it has, over their 3D Delaunay tetrahedralization: closed or open, manifold, through every point the sampling lets it reach. No points are made, and none moved unless they carry noise, which <i>Smoothing</i> is about; outliers, copies and vertices that are no finite numbers are left out and counted. The custom vertex attribute <i>source_point</i> says which point each vertex was.<br>"
+    "Makes a surface through the <b>vertices of the current layer</b>, whatever faces it has, over their 3D Delaunay tetrahedralization: closed or open, manifold, through every point the sampling lets it reach. No points are made, and none moved unless they carry noise, which <i>Smoothing</i> is about. Outliers, copies and vertices that are no finite numbers are left out and counted. The custom vertex attribute <i>source_point</i> says which point each vertex was.<br>"
     "Of a range image that the import filter made it is known from where it was seen: the surface is turned there, and where it is open it spans no jumps.<br>"
     "The layer is not changed.<br>"
     "<br>"

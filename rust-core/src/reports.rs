@@ -26,8 +26,7 @@ const OTHERS: &[Reported] = &[
 /// All reports: first those of operations.
 pub fn reports() -> impl Iterator<Item = Reported> {
     let reporting = OPERATIONS.iter().filter(|operation| !operation.report.is_empty());
-    let of_operations =
-        reporting.map(|operation| Reported { operation: operation.name, schemas: operation.report });
+    let of_operations = reporting.map(|operation| Reported { operation: operation.name, schemas: operation.report });
     of_operations.chain(OTHERS.iter().copied())
 }
 
@@ -172,7 +171,8 @@ impl Field {
             Field { name, label, text, figure, holds, since }
         };
         let length = || {
-            let (name, text) = (format!("{}_count", figure.name), format!("Number of {}. {}", figure.name, figure.text));
+            let (name, text) =
+                (format!("{}_count", figure.name), format!("Number of {}. {}", figure.name, figure.text));
             let length = match &found {
                 Found::List(values) => Found::Count(values.len() as u64),
                 _ => Found::Absent,

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use surfrecon::Progress;
 use surfrecon::import;
 use surfrecon::merge::{self, Loading, MergeParams, Merged, ScanSource};
-use surfrecon::mesh::measure::{Side, DistanceReport, deviation};
+use surfrecon::mesh::measure::{DistanceReport, Side, deviation};
 use surfrecon::mesh::{CheckReport, check, check_welded};
 
 /// A merge with the default limits, and the distances to its surface of all samples that have a triangle. Metres.

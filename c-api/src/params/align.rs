@@ -36,7 +36,7 @@ pub enum srf_turntable {
     SRF_TURNTABLE_EQUAL = 3,
 }
 
-/// How scans are brought to one frame. Lengths are in the unit of the scans. Starts with its size; set to the defaults by
+/// How scans are brought to one frame. Lengths are in the unit of the scans. Starts with its size. Set to the defaults by
 /// srf_align_params_init().
 #[allow(non_camel_case_types)]
 #[repr(C)]

@@ -6,7 +6,7 @@ use crate::settings::SRF_FROM_DATA;
 use crate::sized;
 use crate::status::srf_status;
 
-/// How a mesh, or points, are clustered. Starts with its size; set to the defaults by srf_cluster_params_init().
+/// How a mesh, or points, are clustered. Starts with its size. Set to the defaults by srf_cluster_params_init().
 #[allow(non_camel_case_types)]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
@@ -28,11 +28,11 @@ pub struct srf_cluster_params {
     /// How much smaller triangles are where the surface bends: 0 makes them alike everywhere, 1 gives the least mean
     /// distance from the input. 0 to 2, default 1.
     pub adaptivity: f64,
-    /// Most Lloyd steps at the final number of patches; fewer if they no longer gain. 0 to 10000, default 40.
+    /// Most Lloyd steps at the final number of patches. Fewer if they no longer gain. 0 to 10000, default 40.
     pub iterations: u64,
     /// Most steps of the spring relaxation. 0: the fans stay as they are. 0 to 10000, default 50.
     pub relaxation: u64,
-    /// Rounds in which vertices leave the surface for where it lies nearest in the mean square; 1 takes a third off the
+    /// Rounds in which vertices leave the surface for where it lies nearest in the mean square. 1 takes a third off the
     /// mean error, more lower the largest. 0: vertices stay on the surface. 0 to 100, default 0.
     pub fitting: u64,
     /// Smallest angle of triangles that may have any shape for the least mean square distance, instead of one as even as
@@ -44,7 +44,7 @@ pub struct srf_cluster_params {
     /// its edges long: those of parts and buildings. Noise makes no such lines. 0: no edge is kept. Radians, 0 to pi,
     /// default 0.6981317007977318.
     pub feature_angle: f64,
-    /// Which way round patches are split. 0 to 4294967295, default 0.
+    /// Direction in which round patches are split. 0 to 4294967295, default 0.
     pub seed: u64,
 }
 

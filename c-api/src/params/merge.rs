@@ -6,7 +6,7 @@ use crate::settings::SRF_FROM_DATA;
 use crate::sized;
 use crate::status::srf_status;
 
-/// How registered scans are merged into one surface. Lengths are in the unit of the scans. Starts with its size; set to the
+/// How registered scans are merged into one surface. Lengths are in the unit of the scans. Starts with its size. Set to the
 /// defaults by srf_merge_params_init().
 #[allow(non_camel_case_types)]
 #[repr(C)]
@@ -18,19 +18,19 @@ pub struct srf_merge_params {
     /// number.
     pub threads: u32,
     /// Size of a cell of the grid. Smaller keeps more detail and costs time and memory with its inverse square. > 0.
-    /// SRF_FROM_DATA, the default: 1.5 times the mean distance of neighbouring samples; more where noise, the distance
-    /// between overlapping scans or the memory there is ask for it.
+    /// SRF_FROM_DATA, the default: 1.5 times the mean distance of neighbouring samples, or more if noise, the distance
+    /// between overlapping scans or little memory ask for it.
     pub voxel: f64,
-    /// Surfaces of different scans closer than this, facing the same way, become one. At least a voxel; choose it above the
+    /// Surfaces of different scans closer than this, facing the same way, become one. At least a voxel. Choose it above the
     /// residual of the registration and below the thinnest wall. >= 0. SRF_FROM_DATA, the default: from the voxel and the
     /// measured distance between overlapping scans.
     pub merge_distance: f64,
     /// Holes whose boundary is at most this long are closed. 0: all are left open. >= 0. SRF_FROM_DATA, the default: 100
     /// voxels, but at most a fifth of the diagonal of the connected part the hole is in.
     pub max_hole_length: f64,
-    /// Connected parts with fewer triangles than this share of the largest part's are dropped. What no scan saw, between
-    /// layers of badly placed scans or out of their noise, is dropped in any case. 0: all are kept that scans are evidence
-    /// of. 0 to 1, default 0.
+    /// Connected parts with fewer triangles than this share of the largest part's are dropped. Parts that no scan saw,
+    /// between layers of badly placed scans or out of their noise, are dropped in any case. 0: all are kept that scans are
+    /// evidence of. 0 to 1, default 0.
     pub min_component_share: f64,
     /// Longest edge between neighbouring samples. Larger values bridge jumps, smaller ones open holes. > 0. SRF_FROM_DATA,
     /// the default: 3.4 times the median distance of neighbouring samples of each scan, in rows and columns apart where

@@ -6,7 +6,7 @@ use crate::settings::SRF_FROM_DATA;
 use crate::sized;
 use crate::status::srf_status;
 
-/// What the pixels of depth images measure.
+/// Quantity that the pixels of depth images measure.
 #[allow(non_camel_case_types, dead_code)]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,9 +22,9 @@ pub enum srf_depth {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum srf_pixels {
-    /// Numbers if the image is grey; terrain RGB if it is coloured and every pixel then lies between -500 and 9000 m.
+    /// Numbers if the image is grey. Terrain RGB if it is coloured and every pixel then lies between -500 and 9000 m.
     SRF_PIXELS_AUTO = 1,
-    /// A number a pixel.
+    /// A number per pixel.
     SRF_PIXELS_NUMBER = 2,
     /// Mapbox: -10000 + (65536 R + 256 G + B) / 10.
     SRF_PIXELS_TERRAIN_RGB = 3,
@@ -32,7 +32,7 @@ pub enum srf_pixels {
     SRF_PIXELS_TERRARIUM = 4,
 }
 
-/// Which way the poses of a recording or of a list of poses go.
+/// Direction of the poses of a recording or of a list of poses.
 #[allow(non_camel_case_types, dead_code)]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -58,7 +58,7 @@ pub enum srf_axes {
     SRF_AXES_Y_UP = 3,
 }
 
-/// What files do not say themselves. Starts with its size; set to the defaults by srf_read_options_init().
+/// Facts that files do not say themselves. Starts with its size. Set to the defaults by srf_read_options_init().
 #[allow(non_camel_case_types)]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
@@ -70,29 +70,29 @@ pub struct srf_read_options {
     /// fx, fy, cx, cy in pixels, pixel centres at whole numbers: images are depth images of that camera. All 0, the
     /// default: they are height maps, unless a file of a camera is opened with them.
     pub intrinsics: [f64; 4],
-    /// Of the camera of these intrinsics: columns and rows of its images; others are refused. 0 and 0, the default: any.
+    /// Of the camera of these intrinsics: columns and rows of its images. Others are refused. 0 and 0, the default: any.
     pub camera_size: [u64; 2],
-    /// What a number of an image is multiplied with. Larger values make heights and depths larger. > 0. SRF_FROM_DATA, the
-    /// default: 0.001 for whole numbers seen by a camera (millimetres), else 1.
+    /// Factor by which the numbers of an image are multiplied. Larger values make heights and depths larger. > 0.
+    /// SRF_FROM_DATA, the default: 0.001 for whole numbers seen by a camera (millimetres), else 1.
     pub scale: f64,
-    /// What is added to the numbers of an image afterwards. Default 0.
+    /// Number that is added to the numbers of an image afterwards. Default 0.
     pub offset: f64,
-    /// Distance of neighbouring pixels of a height map. Larger values make it wider. > 0. SRF_FROM_DATA, the default: what
-    /// the file says, else 1.
+    /// Distance of neighbouring pixels of a height map. Larger values make it wider. > 0. SRF_FROM_DATA, the default: the
+    /// size in the file, else 1.
     pub step: f64,
-    /// The number of an image, before scaling, that means no sample; besides what the format itself defines. NaN, the
-    /// default: none.
+    /// The number of an image, before scaling, that means no sample. It counts besides those that the format itself
+    /// defines. NaN, the default: none.
     pub invalid: f64,
-    /// What the pixels of depth images measure. A value of srf_depth, default SRF_DEPTH_PLANAR.
+    /// Quantity that the pixels of depth images measure. A value of srf_depth, default SRF_DEPTH_PLANAR.
     pub depth: u64,
     /// How images store numbers. A value of srf_pixels, default SRF_PIXELS_AUTO.
     pub pixels: u64,
-    /// Largest size of what one compressed file unpacks to, in GiB. Larger values let larger files be read; small ones
+    /// Largest size of what one compressed file unpacks to, in GiB. Larger values let larger files be read. Small ones
     /// refuse files that unpack to more than they should. > 0, at most 1000000, default 4.
     pub max_decoded_gib: f64,
     /// Lists may name files outside their own folder. Off: such lists are refused. 1 or 0, default 0.
     pub allow_outside: u64,
-    /// Which way the poses of a recording or of a list of poses go. A value of srf_poses, default SRF_POSES_AUTO.
+    /// Direction of the poses of a recording or of a list of poses. A value of srf_poses, default SRF_POSES_AUTO.
     pub poses: u64,
     /// Axes of the cameras that the poses of a recording or of a list of poses place. A value of srf_axes, default
     /// SRF_AXES_AUTO.

@@ -6,7 +6,7 @@ use crate::settings::SRF_FROM_DATA;
 use crate::sized;
 use crate::status::srf_status;
 
-/// How the dominant plane is found. Lengths are in the unit of the scans. Starts with its size; set to the defaults by
+/// How the dominant plane is found. Lengths are in the unit of the scans. Starts with its size. Set to the defaults by
 /// srf_plane_params_init().
 #[allow(non_camel_case_types)]
 #[repr(C)]
@@ -17,13 +17,13 @@ pub struct srf_plane_params {
     /// Worker threads, at most 1024; 0, the default, for the number of srf_set_threads(). Results are the same for any
     /// number.
     pub threads: u32,
-    /// Samples that lie further off do not count for the plane. > 0. SRF_FROM_DATA, the default: three times what its
-    /// samples scatter by, at most a hundredth of what the scans extend over.
+    /// Samples that lie further off do not count for the plane. > 0. SRF_FROM_DATA, the default: three times the scatter of
+    /// its samples, at most a hundredth of the extent of the scans.
     pub tolerance: f64,
     /// A plane on which a smaller share of the samples lies is refused. 0 to 1, default 0.05.
     pub min_share: f64,
-    /// What lies at most so far above the plane is removed with it. >= 0. SRF_FROM_DATA, the default: four times what its
-    /// samples scatter by.
+    /// Points that lie at most so far above the plane are removed with it. >= 0. SRF_FROM_DATA, the default: four times the
+    /// scatter of its samples.
     pub margin: f64,
 }
 

@@ -6,7 +6,7 @@ use crate::settings::SRF_FROM_DATA;
 use crate::sized;
 use crate::status::srf_status;
 
-/// How a quad grid is made. Starts with its size; set to the defaults by srf_quads_params_init().
+/// How a quad grid is made. Starts with its size. Set to the defaults by srf_quads_params_init().
 #[allow(non_camel_case_types)]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
@@ -22,10 +22,10 @@ pub struct srf_quads_params {
     /// Tiles from left to right. Every tile gets the same number of columns: more tiles spread them more evenly over the
     /// image. 1 to 67108864. 0, the default: one tile every 64 columns of pixels, at least one.
     pub tiles_across: u64,
-    /// Rows of vertices a tile, both borders counted; neighbouring tiles share the row between them. Not used where an
+    /// Rows of vertices per tile, both borders counted. Neighbouring tiles share the row between them. Not used where an
     /// error is asked for. 2 to 67108864, default 9.
     pub rows: u64,
-    /// Columns of vertices a tile, both borders counted; neighbouring tiles share the column between them. Not used where
+    /// Columns of vertices per tile, both borders counted. Neighbouring tiles share the column between them. Not used where
     /// an error is asked for. 2 to 67108864, default 9.
     pub columns: u64,
     /// Chooses rows and columns so that no sample is farther from the grid along its ray. Smaller values give more quads.
@@ -40,8 +40,8 @@ pub struct srf_quads_params {
     /// Valid ones among the eight neighbours that an invalid pixel needs to be filled: 8 fills single pixels, fewer grow
     /// into larger gaps, a pixel a pass. 1 to 8, default 8.
     pub gap_neighbours: u64,
-    /// What counts as 1 in the 8-bit curvature image, as a share of the depth extent. Smaller values let fine relief
-    /// attract vertices, and noise as well. > 0, default 0.001.
+    /// Curvature that counts as 1 in the 8-bit curvature image, as a share of the depth extent. Smaller values let fine
+    /// relief attract vertices, and noise as well. > 0, default 0.001.
     pub curvature_unit: f64,
     /// Largest value of the curvature image: stronger curvature, such as that of jumps, attracts no more vertices than
     /// this. 1 to 255, default 255.
@@ -58,7 +58,7 @@ pub struct srf_quads_params {
     /// Curvature given to invalid pixels, as in the paper (5 and 20 there). Larger values draw vertices to the background.
     /// A whole number. 0 to 255. SRF_FROM_DATA, the default: none, the background attracts no vertices beyond the floor.
     pub background_curvature: f64,
-    /// Smallest share of valid pixels that a quad of the mesh may have; with more than 0 its corners must be valid too. 0:
+    /// Smallest share of valid pixels that a quad of the mesh may have. With more than 0 its corners must be valid too. 0:
     /// every quad is kept, over the background as well. 0 to 1, default 0.5.
     pub coverage: f64,
 }

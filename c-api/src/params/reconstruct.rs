@@ -6,7 +6,7 @@ use crate::settings::SRF_FROM_DATA;
 use crate::sized;
 use crate::status::srf_status;
 
-/// What the perimeter of a facet is compared with.
+/// Length that the perimeter of a facet is compared with.
 #[allow(non_camel_case_types, dead_code)]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -17,7 +17,7 @@ pub enum srf_threshold {
     SRF_THRESHOLD_GLOBAL = 2,
 }
 
-/// What the surface may be.
+/// Form of the surface.
 #[allow(non_camel_case_types, dead_code)]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,16 +28,16 @@ pub enum srf_topology {
     SRF_TOPOLOGY_FREE = 2,
 }
 
-/// Whether the points are of a closed surface; only with a manifold topology.
+/// Whether the points are of a closed surface. Only with a manifold topology.
 #[allow(non_camel_case_types, dead_code)]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum srf_closure {
     /// Closed if a closed surface goes through more than half of the points at once, or through 5 % at once and 99 % in the
-    /// end, unless sensors saw it from one side only, or points carry noise and more than 15 % of the area would be in
-    /// facets above the threshold. Else open: grown from the most certain facet on, parts joined over facets up to 4 times
-    /// as large as the threshold, or 16 times where they continue a part smoothly, small holes closed; what lies further
-    /// apart stays apart.
+    /// end. But not if sensors saw it from one side only, or if points carry noise and more than 15 % of the area would be
+    /// in facets above the threshold. Else it is open and grows from the most certain facet on. Parts are joined over
+    /// facets up to 4 times as large as the threshold, or 16 times where they continue a part smoothly. Small holes are
+    /// closed. Parts that lie further apart stay apart.
     SRF_CLOSURE_AUTO = 1,
     /// Gaps in the sampling are spanned by large facets.
     SRF_CLOSURE_CLOSED = 2,
@@ -45,23 +45,23 @@ pub enum srf_closure {
     SRF_CLOSURE_OPEN = 3,
 }
 
-/// What is done about the noise of points.
+/// Treatment of the noise of points.
 #[allow(non_camel_case_types, dead_code)]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum srf_noisy_points {
-    /// They are moved to the surface that those around them tell; outliers, also around points that carry no noise, are
+    /// They are moved to the surface that those around them tell. Outliers, also around points that carry no noise, are
     /// left out.
     SRF_NOISY_POINTS_MOVED = 1,
-    /// The surface is found as with `moved`, and goes through the points as they were measured; noise may make it cross
+    /// The surface is found as with `moved`, and goes through the points as they were measured. Noise may make it cross
     /// itself.
     SRF_NOISY_POINTS_PUT_BACK = 2,
-    /// Nothing is smoothed and no outlier left out, whatever noise the points carry and whatever the smoothing is: where
-    /// noise is half a spacing or more no surface may be found, or one full of holes.
+    /// Nothing is smoothed and no outlier left out, whatever noise the points carry and whatever the smoothing is. If noise
+    /// is half a spacing or more, no surface may be found, or one full of holes.
     SRF_NOISY_POINTS_AS_CLEAN = 3,
 }
 
-/// How a surface is made through scattered points. Starts with its size; set to the defaults by
+/// How a surface is made through scattered points. Starts with its size. Set to the defaults by
 /// srf_reconstruct_params_init().
 #[allow(non_camel_case_types)]
 #[repr(C)]
@@ -75,20 +75,20 @@ pub struct srf_reconstruct_params {
     /// Makes the threshold on the perimeters of facets larger. Larger closes more gaps and keeps more stray points. 1 to 2,
     /// default 1.
     pub factor: f64,
-    /// What the perimeter of a facet is compared with. A value of srf_threshold, default SRF_THRESHOLD_LOCAL.
+    /// Length that the perimeter of a facet is compared with. A value of srf_threshold, default SRF_THRESHOLD_LOCAL.
     pub threshold: u64,
-    /// What the surface may be. A value of srf_topology, default SRF_TOPOLOGY_MANIFOLD.
+    /// Form of the surface. A value of srf_topology, default SRF_TOPOLOGY_MANIFOLD.
     pub topology: u64,
-    /// Whether the points are of a closed surface; only with a manifold topology. A value of srf_closure, default
+    /// Whether the points are of a closed surface. Only with a manifold topology. A value of srf_closure, default
     /// SRF_CLOSURE_AUTO.
     pub closure: u64,
     /// The surface is the one that points within this distance tell, and those far from any surface are left out. Larger
-    /// takes away more noise, and what is thin: bars thinner than twice this may tear. Smaller may leave good points out;
-    /// less than the usual distance to the 16 nearest points counts as that distance. > 0. SRF_FROM_DATA, the default:
-    /// where the noise of 1,024 points or more is more than 0.2 spacings, that at which points are best foretold by the
-    /// others; else points stay.
+    /// takes away more noise, and what is thin: bars thinner than twice this may tear. Smaller may leave good points out.
+    /// Less than the usual distance to the 16 nearest points counts as that distance. > 0. SRF_FROM_DATA, the default: the
+    /// distance at which points are best foretold by the others, if the noise of 1,024 points or more is more than 0.2
+    /// spacings, else points stay.
     pub smooth: f64,
-    /// What is done about the noise of points. A value of srf_noisy_points, default SRF_NOISY_POINTS_MOVED.
+    /// Treatment of the noise of points. A value of srf_noisy_points, default SRF_NOISY_POINTS_MOVED.
     pub noisy_points: u64,
 }
 

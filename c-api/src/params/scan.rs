@@ -6,7 +6,7 @@ use crate::settings::SRF_FROM_DATA;
 use crate::sized;
 use crate::status::srf_status;
 
-/// What a virtual scanner adds to the truth. The defaults add nothing. Starts with its size; set to the defaults by
+/// Errors that a virtual scanner adds to the truth. The defaults add nothing. Starts with its size. Set to the defaults by
 /// srf_scan_params_init().
 #[allow(non_camel_case_types)]
 #[repr(C)]
@@ -26,8 +26,8 @@ pub struct srf_scan_params {
     pub quantum: f64,
     /// Share of the pixels that give no value, whatever they see. 0 to 1, default 0.
     pub dropout: f64,
-    /// Share of further pixels that give no value where the ray grazes the surface; it falls with (1 - cos)^4 to 0 where
-    /// the ray is perpendicular to it. 0 to 1, default 0.
+    /// Share of further pixels that give no value where the ray grazes the surface. It falls with (1 - cos)^4 to 0 where
+    /// the ray is perpendicular to the surface. 0 to 1, default 0.
     pub dropout_grazing: f64,
     /// Largest distance from the sensor at which a surface is seen. Orthographic sensors are infinitely far away and take
     /// none. > 0. SRF_FROM_DATA, the default: none, everything in sight is seen.
@@ -40,7 +40,7 @@ pub struct srf_scan_params {
     /// Standard deviation of the angle of the error of the reported orientation, about the centre of what was seen.
     /// Radians, 0 to pi, default 0.
     pub pose_turn: f64,
-    /// Number all randomness follows from; give each scan its own. 0 to 9007199254740992, default 0.
+    /// Number all randomness follows from. Give each scan its own. 0 to 9007199254740992, default 0.
     pub seed: u64,
 }
 

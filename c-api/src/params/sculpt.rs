@@ -6,7 +6,7 @@ use crate::settings::SRF_FROM_DATA;
 use crate::sized;
 use crate::status::srf_status;
 
-/// How a range image is sculpted to few triangles. Starts with its size; set to the defaults by srf_sculpt_params_init().
+/// How a range image is sculpted to few triangles. Starts with its size. Set to the defaults by srf_sculpt_params_init().
 #[allow(non_camel_case_types)]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
@@ -27,10 +27,10 @@ pub struct srf_sculpt_params {
     /// 2 searches for fewer yet, for about ten times the time. 0 to 2, default 1.
     pub effort: u64,
     /// Every vertex is a sample. Off: vertices may leave their samples along the ray within the tolerance, for about a
-    /// sixth fewer triangles than effort 2 and a little more time; with effort 0, which moves nothing, it has no effect. 1
+    /// sixth fewer triangles than effort 2 and a little more time. With effort 0, which moves nothing, it has no effect. 1
     /// or 0, default 1.
     pub interpolate: u64,
-    /// Smallest angle, as seen from the sensor, of triangles made to replace others; those of the digging keep theirs. 10
+    /// Smallest angle, as seen from the sensor, of triangles made to replace others. Those of the digging keep theirs. 10
     /// degrees cost up to 12 % more triangles. Radians, 0 to pi/6, default 0.
     pub min_angle: f64,
     /// Smooths open borders, too, for fewer triangles: the mesh reaches at most half a pixel beyond them, covers all that

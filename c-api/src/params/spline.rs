@@ -5,7 +5,7 @@ use crate::params::{Fields, Given};
 use crate::sized;
 use crate::status::srf_status;
 
-/// How a surface is fitted to a quad grid. Starts with its size; set to the defaults by srf_spline_params_init().
+/// How a surface is fitted to a quad grid. Starts with its size. Set to the defaults by srf_spline_params_init().
 #[allow(non_camel_case_types)]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
@@ -16,10 +16,10 @@ pub struct srf_spline_params {
     pub reserved: u32,
     /// Order of the surface, its degree plus one: 2 is made of straight pieces, 4 is cubic. 2 to 4, default 4.
     pub order: u64,
-    /// Rows of control points, from the order to the grid's rows; fewer make the surface smoother, in the sense of least
+    /// Rows of control points, from the order to the grid's rows. Fewer make the surface smoother, in the sense of least
     /// squares. 2 to 67108864. 0, the default: as many as the grid has, so that the surface runs through its vertices.
     pub rows: u64,
-    /// Columns of control points, from the order to the grid's columns; fewer make the surface smoother, in the sense of
+    /// Columns of control points, from the order to the grid's columns. Fewer make the surface smoother, in the sense of
     /// least squares. 2 to 67108864. 0, the default: as many as the grid has, so that the surface runs through its
     /// vertices.
     pub columns: u64,

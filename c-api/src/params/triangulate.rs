@@ -6,7 +6,7 @@ use crate::settings::SRF_FROM_DATA;
 use crate::sized;
 use crate::status::srf_status;
 
-/// How range images become surfaces: limits of the step-discontinuity triangulation. Starts with its size; set to the
+/// How range images become surfaces: limits of the step-discontinuity triangulation. Starts with its size. Set to the
 /// defaults by srf_triangulate_params_init().
 #[allow(non_camel_case_types)]
 #[repr(C)]

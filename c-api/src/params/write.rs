@@ -16,7 +16,7 @@ pub enum srf_up {
     SRF_UP_Z = 2,
 }
 
-/// How the numbers of PLY files are written; other formats have one way.
+/// Form of the numbers in PLY files. Other formats have one way.
 #[allow(non_camel_case_types, dead_code)]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,7 +29,7 @@ pub enum srf_encoding {
     SRF_ENCODING_ASCII = 3,
 }
 
-/// How a mesh is written. Starts with its size; set to the defaults by srf_write_options_init().
+/// How a mesh is written. Starts with its size. Set to the defaults by srf_write_options_init().
 #[allow(non_camel_case_types)]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
@@ -43,11 +43,10 @@ pub struct srf_write_options {
     pub metres_per_unit: f64,
     /// Axis of the mesh that points up, for glTF, where y does. A value of srf_up, default SRF_UP_Y.
     pub up: u64,
-    /// How the numbers of PLY files are written; other formats have one way. A value of srf_encoding, default
-    /// SRF_ENCODING_BINARY.
+    /// Form of the numbers in PLY files. Other formats have one way. A value of srf_encoding, default SRF_ENCODING_BINARY.
     pub encoding: u64,
-    /// A PLY file gets no more triangles than this: of a larger mesh it gets the first, and files beside it called
-    /// name-2-of-3.ply and so on get the others, each with the vertices that its triangles name, so that parts meet in
+    /// A PLY file gets no more triangles than this. Of a larger mesh it gets the first, and files beside it called
+    /// name-2-of-3.ply and so on get the others. Each has the vertices that its triangles name, so that parts meet in
     /// vertices of the same coordinates. 0: one file. 0 to 2147483647, default 0.
     pub part_triangles: u64,
 }

@@ -62,7 +62,7 @@ pub struct srf_freedom {
     pub point: [f64; 3],
 }
 
-/// A scan that was aligned: its pose, and how sure that is. Starts with its size; prepared by srf_aligned_scan_init().
+/// A scan that was aligned: its pose, and how sure that is. Starts with its size. Prepared by srf_aligned_scan_init().
 #[allow(non_camel_case_types)]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
@@ -113,7 +113,7 @@ pub unsafe extern "C" fn srf_aligned_scan_init_sized(report: *mut srf_aligned_sc
     guard(|| sized::init::<srf_aligned_scan>("report", report, size, bytemuck::Zeroable::zeroed()))
 }
 
-/// Two scans that were compared, and how well they fit. Starts with its size; prepared by srf_aligned_pair_init().
+/// Two scans that were compared, and how well they fit. Starts with its size. Prepared by srf_aligned_pair_init().
 #[allow(non_camel_case_types)]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
@@ -151,7 +151,7 @@ pub unsafe extern "C" fn srf_aligned_pair_init_sized(report: *mut srf_aligned_pa
     guard(|| sized::init::<srf_aligned_pair>("report", report, size, bytemuck::Zeroable::zeroed()))
 }
 
-/// Scans that were aligned, and their pairs. Starts with its size; prepared by srf_align_report_init().
+/// Scans that were aligned, and their pairs. Starts with its size. Prepared by srf_align_report_init().
 #[allow(non_camel_case_types)]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]

@@ -4,9 +4,9 @@ use crate::guard::guard;
 use crate::sized;
 use crate::status::srf_status;
 
-/// What a mesh is as a surface: counts, and what follows from them. Triangles that name a vertex out of range or a vertex
-/// twice are counted, then left out of all that follows; so are vertices without a triangle. Starts with its size; prepared
-/// by srf_check_report_init().
+/// A mesh as a surface: counts, and what follows from them. Triangles that name a vertex out of range or a vertex twice are
+/// counted, then left out of all that follows. So are vertices without a triangle. Starts with its size. Prepared by
+/// srf_check_report_init().
 #[allow(non_camel_case_types)]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]

@@ -4,7 +4,7 @@ use crate::guard::guard;
 use crate::sized;
 use crate::status::srf_status;
 
-/// The figures of clustering. Starts with its size; prepared by srf_cluster_report_init().
+/// The figures of clustering. Starts with its size. Prepared by srf_cluster_report_init().
 #[allow(non_camel_case_types)]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]

@@ -5,7 +5,7 @@ use crate::sized;
 use crate::status::srf_status;
 
 /// Distances of points, or of a surface, from another surface. All figures but `bias` are of absolute values. Starts with
-/// its size; prepared by srf_distance_report_init().
+/// its size. Prepared by srf_distance_report_init().
 #[allow(non_camel_case_types)]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]

@@ -5,7 +5,7 @@ use crate::sized;
 use crate::status::srf_status;
 
 /// Samples that were left out of a frame, or of several, each counted for the first reason that it has. Starts with its
-/// size; prepared by srf_left_out_report_init().
+/// size. Prepared by srf_left_out_report_init().
 #[allow(non_camel_case_types)]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]

@@ -4,7 +4,7 @@ use crate::guard::guard;
 use crate::sized;
 use crate::status::srf_status;
 
-/// What decided the size of a cell.
+/// Rule that decided the size of a cell.
 #[allow(non_camel_case_types, dead_code)]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,7 +22,7 @@ pub enum srf_voxel_reason {
     SRF_VOXEL_REASON_MEMORY = 5,
 }
 
-/// The figures of a merge, among them those of the paper's tables. Starts with its size; prepared by
+/// The figures of a merge, among them those of the paper's tables. Starts with its size. Prepared by
 /// srf_merge_report_init().
 #[allow(non_camel_case_types)]
 #[repr(C)]
@@ -38,7 +38,7 @@ pub struct srf_merge_report {
     pub input_triangles: u64,
     /// Size of a cell that was used. In the unit of the scans.
     pub voxel: f64,
-    /// What decided the size of a cell. A value of srf_voxel_reason, such as SRF_VOXEL_REASON_GIVEN.
+    /// Rule that decided the size of a cell. A value of srf_voxel_reason, such as SRF_VOXEL_REASON_GIVEN.
     pub voxel_reason: u64,
     /// Merge distance that was used. In the unit of the scans.
     pub merge_distance: f64,

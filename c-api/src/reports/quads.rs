@@ -6,7 +6,7 @@ use crate::status::srf_status;
 
 /// The figures of a quad grid. Errors are distances along the samples' rays to the planes of the triangles of the pixels'
 /// quads, over all valid pixels of the image but those missed, with each quad cut along its better diagonal. On the
-/// background the grid continues the surface. Starts with its size; prepared by srf_quads_report_init().
+/// background the grid continues the surface. Starts with its size. Prepared by srf_quads_report_init().
 #[allow(non_camel_case_types)]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]

@@ -4,7 +4,7 @@ use crate::guard::guard;
 use crate::sized;
 use crate::status::srf_status;
 
-/// The figures of a surface through points. Starts with its size; prepared by srf_reconstruct_report_init().
+/// The figures of a surface through points. Starts with its size. Prepared by srf_reconstruct_report_init().
 #[allow(non_camel_case_types)]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
@@ -46,9 +46,9 @@ pub struct srf_reconstruct_report {
     pub noise: f64,
     /// Side of a square of the surface that has one point, as measured. In the unit of the scans. Since 0.2.
     pub spacing: f64,
-    /// Radius within which the surface was smoothed; 0 if it goes through the points. Where points that carry noise lie
-    /// much closer together or further apart than usual, it was so many times smaller or larger there. In the unit of the
-    /// scans. Since 0.2.
+    /// Radius within which the surface was smoothed. 0 if it goes through the points. It was so many times smaller or
+    /// larger where points that carry noise lie much closer together or further apart than usual. In the unit of the scans.
+    /// Since 0.2.
     pub smoothing: f64,
     /// Root mean square of the distances by which smoothing moved the points on the surface. In the unit of the scans.
     /// Since 0.2.

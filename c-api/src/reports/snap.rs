@@ -6,7 +6,7 @@ use crate::reports::align::srf_freedom;
 use crate::sized;
 use crate::status::srf_status;
 
-/// The place that a scan was drawn to by hand, and how well it lies there. Starts with its size; prepared by
+/// The place that a scan was drawn to by hand, and how well it lies there. Starts with its size. Prepared by
 /// srf_snap_report_init().
 #[allow(non_camel_case_types)]
 #[repr(C)]

@@ -34,6 +34,10 @@ __all__ = [
 class Freedom(Report):
     """A way that a scan may move without leaving the surfaces it lies on.
 
+    >>> report = surfrecon.align(scans).report
+    >>> [way.turns for pair in report.pairs if pair.state == "fits" for way in pair.freedoms]
+    []
+
     Attributes:
         turns: Whether it is a turn about an axis. Otherwise it is a slide.
         direction: Unit direction of the axis, or of the slide, in the world.
@@ -48,6 +52,10 @@ class Freedom(Report):
 
 class AlignedScan(Report):
     """A scan that was aligned: its pose, and how sure that is.
+
+    >>> report = surfrecon.align(scans).report
+    >>> [(scan.name, scan.reason) for scan in report.scans if scan.state == "unplaced"]
+    []
 
     Attributes:
         name: Its name.
@@ -97,6 +105,10 @@ class AlignedScan(Report):
 class AlignedPair(Report):
     """Two scans that were compared, and how well they fit.
 
+    >>> report = surfrecon.align(scans).report
+    >>> [pair.scans for pair in report.pairs if pair.state == "fits"][0]
+    (0, 1)
+
     Attributes:
         scans: Their numbers, the smaller first.
         state: State of the pair: it fits, or why it is not used. ``"nothing"``: No motion was found that lays one
@@ -130,6 +142,10 @@ class AlignedPair(Report):
 class TurntableFound(Report):
     """A turntable as it was found.
 
+    >>> table = surfrecon.align(scans, turntable="turned").report.turntable
+    >>> np.degrees(table.angles).round()
+    array([  0.,  60., 120., 180., 240., 300.])
+
     Attributes:
         axis: Its axis, in the frame that the scans were taken in. The direction is of length 1.
         angles: By how much it was turned at each scan, from 0 to 2 pi, counter-clockwise where the axis points to
@@ -143,6 +159,12 @@ class TurntableFound(Report):
 
 class AlignReport(Report):
     """Scans that were aligned, and their pairs.
+
+    >>> report = surfrecon.align(scans).report
+    >>> report.placed, report.groups
+    (6, [[0, 1, 2, 3, 4, 5]])
+    >>> report.summary[0].partition(";")[0]
+    '6 of 6 scans placed'
 
     Attributes:
         scans: Each scan, in the order given.
@@ -178,17 +200,21 @@ class AlignReport(Report):
 class MergeReport(Report):
     """The figures of a merge, among them those of the paper's tables.
 
+    >>> report = surfrecon.merge(scans).report
+    >>> report.scans, report.scan_names[0], report.voxel_reason
+    (6, 'view0', 'spacing')
+
     Attributes:
         scans: Scans merged.
         scan_names: Names of the scans, in their order, not in that in which they were given. The attribute
             ``source_scan`` is the place in here, and -1 where ``interpolated``.
         input_triangles: Triangles of all scans.
         voxel: Size of a cell that was used. In the unit of the scans.
-        voxel_reason: What decided the size of a cell. ``"given"``: The caller gave it. ``"spacing"``: 1.5 times the
-            mean distance of neighbouring samples. ``"noise"``: Half the median standard deviation of the samples.
-            ``"distance"``: 1.5 times the median distance between scans that overlap. ``"memory"``: Coarser than that,
-            so that it fits into memory: by the limit and the scans alone, or, where there is no limit, by what is free
-            at that moment.
+        voxel_reason: Rule that decided the size of a cell. ``"given"``: The caller gave it. ``"spacing"``: 1.5
+            times the mean distance of neighbouring samples. ``"noise"``: Half the median standard deviation of the
+            samples. ``"distance"``: 1.5 times the median distance between scans that overlap. ``"memory"``: Coarser
+            than that, so that it fits into memory: by the limit and the scans alone, or, where there is no limit, by
+            what is free at that moment.
         merge_distance: Merge distance that was used. In the unit of the scans.
         max_hole_length: Longest boundary that was closed. In the unit of the scans.
         overlap_residual: Median distance between overlapping scans along grid lines, as measured. There is none
@@ -255,6 +281,10 @@ class MergeReport(Report):
 class SculptReport(Report):
     """The figures of sculpting.
 
+    >>> report = surfrecon.sculpt(image, tolerance=0.5).report
+    >>> report.max_error <= report.tolerance, report.triangles < report.full_triangles
+    (True, True)
+
     Attributes:
         tolerance: Tolerance that was used. In the unit of the scans.
         depth_extent: Difference between the farthest and the nearest range of the covered samples. In the unit of
@@ -272,7 +302,7 @@ class SculptReport(Report):
             programs keep them, at most. In the unit of the scans.
         rms_error: Root of the mean square of the distances. In the unit of the scans.
         p95_error: 95 % of the samples lie at most this far from the mesh. In the unit of the scans.
-        worst_pixel: Row and column of the sample farthest from the mesh; of several the first one. There is none
+        worst_pixel: Row and column of the sample farthest from the mesh. Of several the first one. There is none
             for an empty mesh. Then it is ``None``.
         covered_pixels: Samples that the mesh covers: their rays meet it.
     """
@@ -298,6 +328,10 @@ class QuadReport(Report):
     """The figures of a quad grid. Errors are distances along the samples' rays to the planes of the triangles of the
     pixels' quads, over all valid pixels of the image but those missed, with each quad cut along its better diagonal. On
     the background the grid continues the surface.
+
+    >>> report = surfrecon.adaptive_quads(image).report
+    >>> report.rms_error <= report.uniform_rms_error
+    True
 
     Attributes:
         tiles: Tiles from top to bottom and from left to right.
@@ -346,6 +380,10 @@ class QuadReport(Report):
 class ReconstructReport(Report):
     """The figures of a surface through points.
 
+    >>> report = surfrecon.reconstruct(points).report
+    >>> report.closed, report.used == report.points
+    (True, True)
+
     Attributes:
         points: Points given.
         used: Points on the surface.
@@ -360,9 +398,9 @@ class ReconstructReport(Report):
         noise: Noise of the points as measured: their standard deviation across the surface. 0 for fewer than 1,024.
             In the unit of the scans.
         spacing: Side of a square of the surface that has one point, as measured. In the unit of the scans.
-        smoothing: Radius within which the surface was smoothed; 0 if it goes through the points. Where points that
-            carry noise lie much closer together or further apart than usual, it was so many times smaller or larger
-            there. In the unit of the scans.
+        smoothing: Radius within which the surface was smoothed. 0 if it goes through the points. It was so many
+            times smaller or larger where points that carry noise lie much closer together or further apart than usual.
+            In the unit of the scans.
         moved: Root mean square of the distances by which smoothing moved the points on the surface. In the unit of
             the scans.
         seconds: Wall-clock seconds by the name of the stage.
@@ -396,14 +434,18 @@ class ReconstructReport(Report):
 
 
 class TriangleShapes(Report):
-    """How well-shaped triangles are.
+    """Shapes of triangles: how well-shaped they are.
+
+    >>> shapes = surfrecon.cluster(mesh, vertices=500).report.after
+    >>> shapes.smallest_angle < shapes.mean_smallest_angle < np.pi / 3
+    True
 
     Attributes:
         mean_smallest_angle: Mean over the triangles of their smallest angle. It is pi/3 where all are equilateral.
             Radians.
         smallest_angle: Smallest angle of all. Radians.
         largest_angle: Largest angle of all. Radians.
-        angles: Counts of all angles, three a triangle, in steps of 5 degrees.
+        angles: Counts of all angles, three per triangle, in steps of 5 degrees.
     """
 
     __slots__ = ()
@@ -415,6 +457,10 @@ class TriangleShapes(Report):
 
 class ClusterReport(Report):
     """The figures of clustering.
+
+    >>> report = surfrecon.cluster(mesh, vertices=500).report
+    >>> report.vertices, report.after.mean_smallest_angle > report.before.mean_smallest_angle
+    (500, True)
 
     Attributes:
         patches: Patches made.
@@ -455,8 +501,12 @@ class ClusterReport(Report):
 
 
 class CheckReport(Report):
-    """What a mesh is as a surface: counts, and what follows from them. Triangles that name a vertex out of range or a
-    vertex twice are counted, then left out of all that follows; so are vertices without a triangle.
+    """A mesh as a surface: counts, and what follows from them. Triangles that name a vertex out of range or a vertex
+    twice are counted, then left out of all that follows. So are vertices without a triangle.
+
+    >>> report = mesh.check()
+    >>> report.is_manifold, report.boundary_edges
+    (True, 0)
 
     Attributes:
         triangles: Triangles, all of them.
@@ -510,6 +560,10 @@ class CheckReport(Report):
 class Snap(Report):
     """The place that a scan was drawn to by hand, and how well it lies there.
 
+    >>> snap = surfrecon.Aligner(scans).snap(2, scans[2].world_from_sensor)
+    >>> snap.state, 3 in snap.touches
+    ('fits', True)
+
     Attributes:
         world_from_scan: The pose that the scan was drawn to. It is the pose that the scan had if it touches
             nothing. 4 x 4 float64.
@@ -546,6 +600,11 @@ class Snap(Report):
 class DistanceReport(Report):
     """Distances of points, or of a surface, from another surface. All figures but ``bias`` are of absolute values.
 
+    >>> coarse = surfrecon.cluster(mesh, vertices=500).mesh
+    >>> report = surfrecon.surface_distance(coarse, mesh)
+    >>> report.rms <= report.p95 <= report.max <= report.bound
+    True
+
     Attributes:
         count: Distances that were measured: of the points, or of the surface's vertices.
         mean: Their mean. In the unit of the scans.
@@ -578,6 +637,10 @@ class DistanceReport(Report):
 
 class LeftOutReport(Report):
     """Samples that were left out of a frame, or of several, each counted for the first reason that it has.
+
+    >>> left_out = scans[0].left_out
+    >>> left_out.low_confidence <= left_out.of
+    True
 
     Attributes:
         of: Samples that were measured.

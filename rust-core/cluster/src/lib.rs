@@ -71,7 +71,7 @@ use base::error::Result;
 use base::progress::{Progress, Seconds};
 use base::report::Report;
 use mesh::TriMesh;
-use mesh::measure::{self, Quality, DistanceReport};
+use mesh::measure::{self, DistanceReport, Quality};
 
 base::report! {
     /// Shapes of triangles: how well-shaped they are.

@@ -75,7 +75,8 @@ fn enums(fields: &[Field], made: &mut Vec<&'static str>) -> String {
         let _ = write!(
             out,
             "\n/// {}\n#[allow(non_camel_case_types, dead_code)]\n#[repr(C)]\n#[derive(Clone, Copy, Debug, PartialEq, Eq)]\npub enum srf_{} {{\n",
-            figure.text, figure.type_of_choices()
+            figure.text,
+            figure.type_of_choices()
         );
         for (place, choice) in choices.iter().enumerate() {
             out += &comment(choice.text, "    ");

@@ -23,7 +23,16 @@ pub const CHAPTERS: &[Chapter] = &[
     },
     Chapter {
         title: "Range images",
-        files: &["array", "pose", "params/triangulate", "projection", "image", "reports/left_out", "frame", "image_source"],
+        files: &[
+            "array",
+            "pose",
+            "params/triangulate",
+            "projection",
+            "image",
+            "reports/left_out",
+            "frame",
+            "image_source",
+        ],
         text: "A range image is made of samples, of how its pixels see and of where its sensor stood.",
         examples: include_str!("chapters/images.c"),
     },

@@ -221,7 +221,11 @@ fn class<'a>(name: &str, about: &str, figures: impl Iterator<Item = &'a Figure> 
     }
     out += "    \"\"\"\n\n    __slots__ = ()\n";
     for figure in figures {
-        let _ = writeln!(out, "    {}: {}", figure.name, type_of(figure));
+        let line = format!("    {}: {}", figure.name, type_of(figure));
+        // Types of many choices are broken as a formatter does.
+        let broken = || line.replacen('[', "[\n        ", 1).trim_end_matches(']').to_owned() + "\n    ]";
+        out += &if line.len() > WIDTH { broken() } else { line.clone() };
+        out.push('\n');
     }
     for (_, added, kind, _) in ADDED.iter().filter(|(class, ..)| *class == name) {
         let _ = writeln!(out, "    {added}: {kind}");

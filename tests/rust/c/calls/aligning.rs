@@ -85,7 +85,8 @@ fn scans_are_aligned_as_by_the_core() {
         for ((scan, found), view) in scans.iter().zip(&expected.report.scans).zip(crate::views::views()) {
             let pose = found.world_from_scan.unwrap().to_cols_array_2d();
             for (column, numbers) in pose.iter().enumerate() {
-                let got: Vec<f64> = (0..3).map(|row| scan.f64(aligned_scan::WORLD_FROM_SCAN + 4 * column + row)).collect();
+                let got: Vec<f64> =
+                    (0..3).map(|row| scan.f64(aligned_scan::WORLD_FROM_SCAN + 4 * column + row)).collect();
                 assert_eq!(got, numbers);
             }
             let whole = [aligned_scan::STATE, aligned_scan::GROUP].map(|place| scan.numbers[place]);
@@ -113,7 +114,11 @@ fn scans_are_aligned_as_by_the_core() {
         let mut reason = std::ptr::null();
         api.ok((api.srf_alignment_reason)(alignment, 3, &mut reason));
         assert_eq!(text(reason), "");
-        let answer = (api.srf_alignment_scan)(alignment, 4, &mut AlignedScan { size: size_of::<AlignedScan>() as u32, ..AlignedScan::ZERO });
+        let answer = (api.srf_alignment_scan)(
+            alignment,
+            4,
+            &mut AlignedScan { size: size_of::<AlignedScan>() as u32, ..AlignedScan::ZERO },
+        );
         api.refused(answer, PARAMETER, "index must be < 4, got 4");
         api.refused((api.srf_alignment_reason)(alignment, 9, &mut reason), PARAMETER, "index must be < 4, got 9");
         api.refused((api.srf_alignment_message)(alignment, 7, &mut reason), PARAMETER, "got 7");
@@ -287,7 +292,10 @@ fn one_scan_is_drawn_to_others_as_by_the_core_and_files_are_read_once() {
         let identity = vec![Some(DAffine3::IDENTITY); 4];
         let alike = prepared.snap(2, &identity, &Params::default(), &none).unwrap();
         assert_eq!(there.numbers[POSE..POSE + 16], columns(alike.world_from_scan).map(f64::to_bits));
-        assert_eq!((there.numbers[snap_report::STATE], there.f64(snap_report::MOVED)), (1 + alike.state as u64, alike.moved));
+        assert_eq!(
+            (there.numbers[snap_report::STATE], there.f64(snap_report::MOVED)),
+            (1 + alike.state as u64, alike.moved)
+        );
         assert!(draw(&given, std::ptr::null(), std::ptr::null()).1 == first, "depends on the snap before");
         assert_eq!(first.numbers[snap_report::TOUCHES_COUNT] as usize, expected.touches.len());
         assert_eq!(touched, std::array::from_fn(|scan| u8::from(expected.touches.contains(&scan))));

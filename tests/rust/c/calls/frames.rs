@@ -475,7 +475,10 @@ pub(super) fn sources_are_aligned_and_cancelled() {
         api.ok((api.srf_aligned_scan_init_sized)(&mut scan, size_of_val(&scan)));
         api.ok((api.srf_alignment_scan)(alignment, 1, &mut scan));
         // The fixed one stays where it was said to be.
-        assert_eq!((scan.f64(aligned_scan::WORLD_FROM_SCAN + 12), scan.f64(aligned_scan::WORLD_FROM_SCAN + 13)), (MOVED[12], MOVED[13]));
+        assert_eq!(
+            (scan.f64(aligned_scan::WORLD_FROM_SCAN + 12), scan.f64(aligned_scan::WORLD_FROM_SCAN + 13)),
+            (MOVED[12], MOVED[13])
+        );
         api.ok((api.srf_alignment_free)(alignment));
         let broken = Maker::new(2.0, 0, How::Fails(INPUT, Some(c"gone")));
         api.ok((api.srf_aligner_add_source)(aligner, &broken.source(), null, c"c".as_ptr()));
