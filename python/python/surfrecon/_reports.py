@@ -130,7 +130,9 @@ class AlignedPair(Report):
 
     __slots__ = ()
     scans: tuple[int, int]
-    state: Literal["nothing", "fits", "misfit", "slides", "ambiguous", "background", "seen_through", "disagrees", "rejected"]
+    state: Literal[
+        "nothing", "fits", "misfit", "slides", "ambiguous", "background", "seen_through", "disagrees", "rejected"
+    ]
     overlap: tuple[float, float]
     residual: float
     balance: float
@@ -587,7 +589,9 @@ class Snap(Report):
 
     __slots__ = ()
     world_from_scan: NDArray[np.float64]
-    state: Literal["nothing", "fits", "misfit", "slides", "ambiguous", "background", "seen_through", "disagrees", "rejected"]
+    state: Literal[
+        "nothing", "fits", "misfit", "slides", "ambiguous", "background", "seen_through", "disagrees", "rejected"
+    ]
     touches: list[int]
     overlap: float
     residual: float
