@@ -1766,10 +1766,10 @@ srf_status srf_cancel_is_set(const srf_cancel *cancel, uint32_t *out_is_set);
 //     {
 //         const srf_array samples = {depths, 192 * 256, 0, SRF_TYPE_U16, 1};
 //         const srf_array colours = {photo, 1440 * 1920, 0, SRF_TYPE_U8, 3};
-//         srf_left_out left_out;
+//         srf_left_out_report left_out;
 //         srf_frame frame;
 //         srf_status status;
-//         srf_left_out_init(&left_out);
+//         srf_left_out_report_init(&left_out);
 //         srf_frame_init(&frame);
 //         frame.rows = 192;
 //         frame.cols = 256;
@@ -3240,11 +3240,11 @@ srf_status srf_file_provenance(const char *path,
 //     static srf_status print_alignment(const srf_alignment *alignment)
 //     {
 //         srf_align_report report;
-//         uint32_t i;
+//         uint64_t i;
 //         srf_status status;
 //         srf_align_report_init(&report);
 //         status = srf_alignment_report(alignment, &report);
-//         for (i = 0; status == SRF_OK && i < report.lines; ++i) {
+//         for (i = 0; status == SRF_OK && i < 1 + report.scans_count + report.messages_count; ++i) {
 //             const char *line;
 //             status = srf_alignment_line(alignment, i, &line);
 //             if (status == SRF_OK) puts(line);
@@ -3257,24 +3257,24 @@ srf_status srf_file_provenance(const char *path,
 //     {
 //         const char *text;
 //         srf_align_report report;
-//         uint32_t i;
+//         uint64_t i;
 //         srf_status status;
 //         srf_align_report_init(&report);
 //         status = srf_alignment_report(alignment, &report);
-//         for (i = 0; status == SRF_OK && i < report.messages; ++i) {
+//         for (i = 0; status == SRF_OK && i < report.messages_count; ++i) {
 //             status = srf_alignment_message(alignment, i, &text);
 //             if (status == SRF_OK) puts(text);
 //         }
-//         for (i = 0; status == SRF_OK && i < report.scans; ++i) {
+//         for (i = 0; status == SRF_OK && i < report.scans_count; ++i) {
 //             status = srf_alignment_reason(alignment, i, &text);
-//             if (status == SRF_OK && *text != 0) printf("scan %u: %s\n", i, text);
+//             if (status == SRF_OK && *text != 0) printf("scan %u: %s\n", (unsigned)i, text);
 //         }
-//         for (i = 0; status == SRF_OK && i < report.pairs; ++i) {
+//         for (i = 0; status == SRF_OK && i < report.pairs_count; ++i) {
 //             srf_aligned_pair pair;
 //             srf_aligned_pair_init(&pair);
 //             status = srf_alignment_pair(alignment, i, &pair);
 //             if (status != SRF_OK || pair.state != SRF_PAIR_STATE_MISFIT) continue;
-//             printf("scans %u and %u lie %g apart\n", pair.scans[0], pair.scans[1], pair.residual);
+//             printf("scans %u and %u lie %g apart\n", (unsigned)pair.scans[0], (unsigned)pair.scans[1], pair.residual);
 //         }
 //         return status;
 //     }
@@ -3282,9 +3282,9 @@ srf_status srf_file_provenance(const char *path,
 //     /* Draws a scan that was dragged to the others; takes its pose only if it fits there. */
 //     static srf_status drop_scan(const srf_aligner *aligner, size_t scan, srf_pose *poses, size_t count)
 //     {
-//         srf_snap snap;
+//         srf_snap_report snap;
 //         srf_status status;
-//         srf_snap_init(&snap);
+//         srf_snap_report_init(&snap);
 //         status = srf_aligner_snap(aligner, scan, poses, count, NULL, NULL, &snap, NULL);
 //         if (status == SRF_OK && snap.state == SRF_PAIR_STATE_FITS) poses[scan] = snap.world_from_scan;
 //         return status;
@@ -4696,9 +4696,11 @@ srf_status srf_scan_mesh(const srf_mesh *mesh,
 //     /* Prints the largest distance of a surface from a reference. */
 //     static srf_status compare(const srf_mesh *mesh, const srf_mesh *reference)
 //     {
-//         double bound;
-//         const srf_status status = srf_mesh_surface_distance(mesh, reference, 0, 0, NULL, NULL, NULL, NULL, &bound);
-//         if (status == SRF_OK) printf("at most %g\n", bound);
+//         srf_distance_report figures;
+//         srf_status status;
+//         srf_distance_report_init(&figures);
+//         status = srf_mesh_surface_distance(mesh, reference, 0, 0, NULL, NULL, &figures);
+//         if (status == SRF_OK) printf("at most %g\n", figures.bound);
 //         return status;
 //     }
 //
@@ -4706,9 +4708,9 @@ srf_status srf_scan_mesh(const srf_mesh *mesh,
 //     static srf_status print_distances(const srf_mesh *mesh, const double *points, size_t count)
 //     {
 //         const srf_array positions = {points, count, 0, SRF_TYPE_F64, 3};
-//         srf_distances figures;
+//         srf_distance_report figures;
 //         srf_status status;
-//         srf_distances_init(&figures);
+//         srf_distance_report_init(&figures);
 //         status = srf_mesh_distances(mesh, &positions, 0, 0, NULL, NULL, &figures);
 //         if (status == SRF_OK) printf("%g, %g\n", figures.mean, figures.p95);
 //         return status;

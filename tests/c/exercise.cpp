@@ -197,7 +197,7 @@ try {
     const Mesh surface = image.triangulate();
     aligner.add(surface, "its surface", from_above);
     const Snap drawn = aligner.snap(0, {from_above, srf_pose{}, from_above}, rough);
-    must(aligner.size() == 3 && drawn.touched == std::vector<std::size_t>{2} && drawn.touches == 1, "drawn to the other");
+    must(aligner.size() == 3 && drawn.touched == std::vector<std::size_t>{2} && drawn.touches_count == 1, "drawn to the other");
     must(drawn.state == SRF_PAIR_STATE_SLIDES && drawn.ways().size() == drawn.freedoms_count && drawn.freedoms_count == 3, "along its flat side");
     text_of<Error>([&] { aligner.snap(0, {Pose()}); });
     text_of<Cancelled>([&] { aligner.snap(0, {}, {}, [](const Tick &) { return false; }); });

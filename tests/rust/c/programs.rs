@@ -166,7 +166,7 @@ fn other_header(longer: bool) -> String {
             } else {
                 let last = all.iter().rposition(|line| line.ends_with(';')).expect("a field");
                 assert!(
-                    last > first && (all[last].contains("64_t ") || all[last].contains("double ")),
+                    last > first && ["64_t ", "double ", "  srf_"].iter().any(|kind| all[last].contains(kind)),
                     "{}",
                     all[last]
                 );

@@ -148,12 +148,15 @@ pub(super) fn what_is_not_placed_has_a_reason_and_a_cancelled_alignment_leaves_n
         assert!(asked >= 1 && alignment == Handle::NULL);
         api.ok((api.srf_aligner_run)(aligner, null, std::ptr::null(), &mut alignment));
         let (report, lines, scans) = told(alignment);
-        let place = scans.iter().position(|scan| scan.second == 0).expect("one that is not placed");
-        assert_eq!((report.numbers[0] & 0xffff_ffff, report.f64(4)), (0, -1.0), "{lines:?}");
-        assert_eq!(scans[place].numbers[..17], [&[0xffff_ffff][..], &[0; 16]].concat(), "no group and no pose");
+        let place =
+            scans.iter().position(|scan| scan.numbers[aligned_scan::STATE] == 1).expect("one that is not placed");
+        let figures = (report.numbers[align_report::PLACED], report.f64(align_report::RESIDUAL));
+        assert_eq!(figures, (0, -1.0), "{lines:?}");
+        let group_and_pose = aligned_scan::GROUP..aligned_scan::WORLD_FROM_SCAN + 16;
+        assert_eq!(scans[place].numbers[group_and_pose], [&[u64::MAX][..], &[0; 16]].concat(), "no group and no pose");
         api.ok((api.srf_alignment_reason)(alignment, place, &mut reason));
         assert!(!text(reason).is_empty() && lines[1 + place].ends_with(&text(reason)), "{lines:?}");
-        let messages = report.numbers[1] & 0xffff_ffff;
+        let messages = report.numbers[align_report::MESSAGES_COUNT];
         api.ok((api.srf_alignment_message)(alignment, messages as usize - 1, &mut reason));
         assert!(text(reason).contains("hold the same samples"), "{lines:?}");
         for end in [(api.srf_alignment_free)(alignment), (api.srf_aligner_free)(aligner)] {
@@ -197,7 +200,8 @@ fn a_turntable_is_found_as_by_the_core_and_told_as_to_it() {
         assert!(angles == turned, "{:?}", table.angles);
         for (scan, pose) in scans.iter().zip(&found.world_from_scan) {
             let pose = pose.map_or([0.0; 16], columns);
-            assert_eq!(scan.numbers[1..17], pose.map(f64::to_bits));
+            let place = aligned_scan::WORLD_FROM_SCAN;
+            assert_eq!(scan.numbers[place..place + 16], pose.map(f64::to_bits));
         }
         (table.axis, table.angles)
     };

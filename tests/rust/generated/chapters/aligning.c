@@ -78,11 +78,11 @@ static srf_status align_turned(srf_aligner *aligner, srf_alignment **out_alignme
 static srf_status print_alignment(const srf_alignment *alignment)
 {
     srf_align_report report;
-    uint32_t i;
+    uint64_t i;
     srf_status status;
     srf_align_report_init(&report);
     status = srf_alignment_report(alignment, &report);
-    for (i = 0; status == SRF_OK && i < report.lines; ++i) {
+    for (i = 0; status == SRF_OK && i < 1 + report.scans_count + report.messages_count; ++i) {
         const char *line;
         status = srf_alignment_line(alignment, i, &line);
         if (status == SRF_OK) puts(line);
@@ -95,24 +95,24 @@ static srf_status print_problems(const srf_alignment *alignment)
 {
     const char *text;
     srf_align_report report;
-    uint32_t i;
+    uint64_t i;
     srf_status status;
     srf_align_report_init(&report);
     status = srf_alignment_report(alignment, &report);
-    for (i = 0; status == SRF_OK && i < report.messages; ++i) {
+    for (i = 0; status == SRF_OK && i < report.messages_count; ++i) {
         status = srf_alignment_message(alignment, i, &text);
         if (status == SRF_OK) puts(text);
     }
-    for (i = 0; status == SRF_OK && i < report.scans; ++i) {
+    for (i = 0; status == SRF_OK && i < report.scans_count; ++i) {
         status = srf_alignment_reason(alignment, i, &text);
-        if (status == SRF_OK && *text != 0) printf("scan %u: %s\n", i, text);
+        if (status == SRF_OK && *text != 0) printf("scan %u: %s\n", (unsigned)i, text);
     }
-    for (i = 0; status == SRF_OK && i < report.pairs; ++i) {
+    for (i = 0; status == SRF_OK && i < report.pairs_count; ++i) {
         srf_aligned_pair pair;
         srf_aligned_pair_init(&pair);
         status = srf_alignment_pair(alignment, i, &pair);
         if (status != SRF_OK || pair.state != SRF_PAIR_STATE_MISFIT) continue;
-        printf("scans %u and %u lie %g apart\n", pair.scans[0], pair.scans[1], pair.residual);
+        printf("scans %u and %u lie %g apart\n", (unsigned)pair.scans[0], (unsigned)pair.scans[1], pair.residual);
     }
     return status;
 }
@@ -120,9 +120,9 @@ static srf_status print_problems(const srf_alignment *alignment)
 /* Draws a scan that was dragged to the others; takes its pose only if it fits there. */
 static srf_status drop_scan(const srf_aligner *aligner, size_t scan, srf_pose *poses, size_t count)
 {
-    srf_snap snap;
+    srf_snap_report snap;
     srf_status status;
-    srf_snap_init(&snap);
+    srf_snap_report_init(&snap);
     status = srf_aligner_snap(aligner, scan, poses, count, NULL, NULL, &snap, NULL);
     if (status == SRF_OK && snap.state == SRF_PAIR_STATE_FITS) poses[scan] = snap.world_from_scan;
     return status;

@@ -24,10 +24,10 @@ static srf_status from_phone(const uint16_t *depths, const uint8_t *photo, srf_i
 {
     const srf_array samples = {depths, 192 * 256, 0, SRF_TYPE_U16, 1};
     const srf_array colours = {photo, 1440 * 1920, 0, SRF_TYPE_U8, 3};
-    srf_left_out left_out;
+    srf_left_out_report left_out;
     srf_frame frame;
     srf_status status;
-    srf_left_out_init(&left_out);
+    srf_left_out_report_init(&left_out);
     srf_frame_init(&frame);
     frame.rows = 192;
     frame.cols = 256;
