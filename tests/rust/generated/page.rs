@@ -121,7 +121,7 @@ fn row(figure: &Figure, within: &str) -> String {
     let text = figure.choices().iter().fold(text, |text, choice| format!("{text} `{}`: {}", choice.name, choice.text));
     let mut rows = format!("| `{within}{}` | {} | {kind} | {text} | {} |\n", figure.name, figure.label, figure.since);
     if let FigureKind::Nested(schema) = figure.kind {
-        schema.figures.iter().for_each(|inner| rows += &row(inner, &format!("{}.", figure.name)));
+        schema.figures.iter().for_each(|inner| rows += &row(inner, &format!("{within}{}.", figure.name)));
     }
     rows
 }
