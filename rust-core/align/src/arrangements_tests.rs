@@ -118,7 +118,7 @@ fn is_same(views: &[View], frames: &[usize], one: &[DAffine3], other: &[DAffine3
 }
 
 /// Five frames of a room with boxes at its walls, as a camera sees them that turns.
-fn frames(seed: u64) -> Vec<RangeImage> {
+pub(crate) fn frames(seed: u64) -> Vec<RangeImage> {
     let mut room = TriMesh::default();
     let number = |k: u64, lo: f64, hi: f64| {
         let bits = (seed * 131 + k + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);

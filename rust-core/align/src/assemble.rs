@@ -349,8 +349,9 @@ mod tests {
     use image::source::ScanSource;
 
     use super::*;
+    use crate::arrangements_tests::frames;
     use crate::constraints::Ordered;
-    use crate::judge::Mode;
+    use crate::judge::{Hold, Mode};
     use crate::params::AlignParams;
     use base::progress::Progress;
 
@@ -387,5 +388,34 @@ mod tests {
         let (groups, standings) = assemble(&views, &pairs, apart_at_first(&views, &is_fixed), limit, |_| false);
         assert_eq!(groups.len(), 1, "{standings:?}");
         assert_eq!(standings.last(), Some(&Standing::Joins));
+    }
+
+    /// Of many frames of a room, pairs that are sure by little join nothing but where another one says the same.
+    #[test]
+    fn of_many_frames_of_a_room_little_joins_nothing_by_itself() {
+        let frame = frames(1).remove(0);
+        let groups = |count: usize, joined: &[[usize; 2]], overlap: [f64; 2], balance: f64| {
+            let views = crate::read(&vec![&frame as &dyn ScanSource; count], &Progress::none()).unwrap().0;
+            let pair = |&[a, b]: &[usize; 2]| {
+                let mut hold = Hold::default();
+                hold.values[0] = balance;
+                let verdict = Verdict { on: overlap, total: [1.0; 2], hold, ..Verdict::default() };
+                let modes = vec![Mode { a_from_b: DAffine3::IDENTITY, verdict }];
+                Pair { a, b, modes, finding: Finding::Sure, beyond: None }
+            };
+            let pairs: Vec<Pair> = joined.iter().map(pair).collect();
+            let (params, order) = (AlignParams::default(), (0..count).collect::<Vec<_>>());
+            let is_fixed = vec![false; count];
+            let inside = crate::Constraints::default().renumbered(&params, &order, &views, None);
+            let limit = Limit { bound: &Bound::of(&views, &params, &inside), steps: None, is_fixed: &is_fixed };
+            assemble(&views, &pairs, apart_at_first(&views, &is_fixed), limit, |_| false).0.len()
+        };
+        let (much, little) = ([0.5; 2], [0.15, 0.5]);
+        assert_eq!(groups(FEW_SCANS + 1, &[[0, 1]], much, 0.1), FEW_SCANS);
+        for (overlap, balance) in [(little, 0.1), ([0.3; 2], 0.1), (much, 0.005)] {
+            assert_eq!(groups(FEW_SCANS, &[[0, 1]], overlap, balance), FEW_SCANS - 1);
+            assert_eq!(groups(FEW_SCANS + 1, &[[0, 1]], overlap, balance), FEW_SCANS + 1, "{overlap:?} {balance}");
+            assert_eq!(groups(FEW_SCANS + 1, &[[0, 1], [0, 2], [1, 2]], overlap, balance), FEW_SCANS - 1);
+        }
     }
 }

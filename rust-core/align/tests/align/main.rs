@@ -1,6 +1,7 @@
 //! Scans made by the virtual scanner, whose poses are known: what is placed is placed rightly, what can't be placed is not.
 #![allow(clippy::unwrap_used, clippy::print_stdout, missing_docs)]
 
+mod bare;
 mod by_hand;
 mod half_turn;
 mod misfit;

@@ -7,13 +7,13 @@ use surfrecon_align::{AlignParams, AlignReport, Alignment, Constraints, ScanSour
 
 use crate::painted::painted;
 use crate::reach::{add, lines, room, tour};
-use crate::rooms::{corridor, office, twins, walk};
+use crate::rooms::{corridor, none_wrong, office, twins, walk};
 use crate::scans::{Known, errors, sources, without_poses};
 use base::progress::Progress;
 
 const SIZE: (usize, usize) = (60, 80);
 
-fn followed(images: &[RangeImage], threads: usize) -> Alignment {
+pub fn followed(images: &[RangeImage], threads: usize) -> Alignment {
     let params = AlignParams { start: Start::Sequence, threads, ..AlignParams::default() };
     run(&sources(&without_poses(images)), &params, &Constraints::default(), &Progress::none()).unwrap()
 }
@@ -79,6 +79,30 @@ fn a_gap_is_bridged_and_said() {
     images.drain(14..24);
     let alignment = followed(&images, 0);
     assert_eq!(placed(&images, &alignment), 34, "{}", lines(&alignment));
+}
+
+/// Ten frames are missing, and neighbours share next to nothing. Theorem: what was lost is found again where the turn closes and numbers
+/// say that frames are missing; else pieces stay apart. Both is said.
+#[test]
+fn a_gap_that_breaks_track_is_said() {
+    // Of a turn of 60 frames it is beyond what is found from rest: of fewer it is wider still.
+    let mut images = tour(&room(11, 14), if base::tier::is_thorough() { 60 } else { 36 }, SIZE, 0.004);
+    let mut frames = recorded(&images, "tour");
+    images.drain(14..24);
+    frames.drain(14..24);
+    let said = |alignment: &Alignment, then: &str| {
+        let lost = alignment.report.messages.iter().filter(|text| text.starts_with("track was lost"));
+        let words = format!("track was lost between \"frame 13\" and \"frame 24\": they share too little; {then}");
+        assert_eq!(lost.collect::<Vec<_>>(), [&words], "{}", lines(alignment));
+    };
+    let numbered = by(&frames.iter().collect::<Vec<_>>(), Start::Sequence);
+    assert_eq!(placed(&images, &numbered), images.len(), "{}", lines(&numbered));
+    said(&numbered, "other frames say how they lie");
+    let some = &images[7..21];
+    let ordered = followed(some, 0);
+    none_wrong(some, &ordered);
+    assert_eq!(ordered.report.groups.len(), 2, "{}", lines(&ordered));
+    said(&ordered, "they are not in one group");
 }
 
 #[test]
