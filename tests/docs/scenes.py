@@ -92,8 +92,10 @@ class Scenes:
         return {"points": torus().positions}
 
     def recording(self, folder):
-        """A phone's recording."""
+        """A phone's recording, and its depths as one array."""
         shutil.copytree(self.phone, folder / "export of a phone")
+        depths = [frame.image.points[..., 2] for frame in surfrecon.open(self.phone)]
+        np.save(folder / "depths.npy", np.nan_to_num(np.stack(depths)))
         return {}
 
     def survey(self, folder):
