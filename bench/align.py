@@ -40,7 +40,7 @@ MOST_FOR_PEERS = 40
 FOUND = ["placed", "wrong", "reason_given", "pairs_total", "pairs_found", "worst_shift_spacings"]
 FOUND += ["residual_mm", "residual_conf_mm", "nees", "snap_ms"]
 # What only rows of rooms have: see align_rooms.
-OF_ROOMS = ["way", "wrong_said", "rms_mm"]
+OF_ROOMS = ["way", "wrong_said", "undecided", "rms_mm"]
 COLUMNS = ["case", "tool", "scans", "overlap_pct", "noise", "threads", "expected_refusal", *FOUND]
 COLUMNS += [*OF_ROOMS, "runs", "cpu_s", "wall_s", "peak_mb"]
 SHOWN = {

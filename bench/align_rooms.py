@@ -8,7 +8,8 @@ samples. Where frames belong in what was found is said by the largest group that
 one placed frame where it belongs, that which leaves fewest off, then fitted to the samples of all that are not off, as
 long as more of them come. `wrong` counts frames that are placed and off, of which the tool does not say so: ours gives
 the standard deviation of each frame's place, and six of them say what is possible. What is off and said is
-`wrong_said`. Of a case in which nothing may be placed, all that is placed is wrong.
+`wrong_said`. Of a case in which nothing may be placed, all that is placed is wrong. Frames that stay where they were
+given because nothing decides where they belong are not placed: they are `undecided`.
 
 `rms_mm` is of points 2 m before the cameras of all frames that are placed, after the rigid motion that fits these best.
 A row of many heaps has the sums of its counts, and `wrong_in` says which heaps have frames that are wrong.
@@ -32,9 +33,7 @@ TOOLS = {
     "sequence": {"surfrecon": [], "open3d-slam": ["open3d"], "open3d-fragments": ["open3d"]}
     | {"open3d-multiway": ["open3d"], "kiss-icp": ["kiss_icp", "open3d"]},
     "heap": {"surfrecon": [], "kiss-matcher": ["kiss_matcher", "small_gicp", "open3d"]},
-    "rough": {"surfrecon": [], "small_gicp-rough": ["small_gicp", "open3d"]},
-    "exact": {"surfrecon": [], "small_gicp-rough": ["small_gicp", "open3d"]},
-}
+} | dict.fromkeys(room_cases.POSED, {"surfrecon": [], "small_gicp-rough": ["small_gicp", "open3d"]})
 # Metres, and distances of samples.
 LIMIT, LIMIT_SPACINGS = 0.05, 5.0
 # Deviations that say how far a frame may be off.
@@ -42,18 +41,20 @@ SAID = 6.0
 AHEAD = 2.0
 # Of the clock: all heaps are one run. Of peers' CPU time: Open3D's tracking may run forever where it has lost track.
 TIMEOUT_S, CPU_LIMIT_S = 7200, 300
-# The one is not among the packages that every machine has which tests; the other does not always end, see above.
-NOT_OF_SMALLEST = {"kiss-icp", "open3d-slam"}
+# It does not always end, see above.
+NOT_OF_SMALLEST = {"open3d-slam"}
 # Samples of a frame that are looked at.
 SAMPLES = 300
-# Peers look at all pairs of more frames for hours, and of more heaps.
+# Peers look at all pairs of more frames for hours, and of more heaps; those that need not may take more.
 MOST_FOR_PEERS, MOST_IN_A_HEAP = 100, 20
+MOST_FOR = {"open3d-slam": 300, "open3d-fragments": 300}
 SHOWN = {
     "tool": "tool",
     "frames": "scans",
     "placed": "placed",
     "wrong": "wrong",
     "said": "wrong_said",
+    "undecided": "undecided",
     "rms mm": "rms_mm",
     "CPU s": "cpu_s",
     "wall s": "wall_s",
@@ -113,10 +114,11 @@ class Frames:
 def judge(case, sets, made):
     """What a tool's poses are worth."""
     poses_of, told = made
-    counts, squares, wrong_in = np.zeros(4, int), [], []
+    counts, squares, wrong_in = np.zeros(5, int), [], []
     for number, (frames, said, recording) in enumerate(zip(sets, told, case.recordings, strict=True)):
         poses = poses_of[f"set{number:03}"]
-        placed = np.flatnonzero(np.isfinite(poses).all(axis=(1, 2)))
+        is_open = np.array(said.get("states", [""] * len(poses))) == "undecided"
+        placed = np.flatnonzero(np.isfinite(poses).all(axis=(1, 2)) & ~is_open)
         wrong, and_said = np.array([], int), np.array([], int)
         if case.refusal:
             wrong = placed
@@ -126,10 +128,11 @@ def judge(case, sets, made):
             is_said = far * np.array(frames.limits)[placed] <= may_be
             wrong, and_said = placed[(far > 1) & ~is_said], placed[(far > 1) & is_said]
             squares += [frames.squares(poses, placed)] if len(placed) > 1 else []
-        counts += len(placed), len(wrong), len(and_said), len(said.get("reasons", ()))
+        counts += len(placed), len(wrong), len(and_said), is_open.sum(), len(said.get("reasons", ()))
         if len(wrong):
             wrong_in.append({"recording": recording.name, "frames": wrong.tolist()})
-    found = dict(zip(("placed", "wrong", "wrong_said", "reason_given"), map(int, counts), strict=True))
+    names = ("placed", "wrong", "wrong_said", "undecided", "reason_given")
+    found = dict(zip(names, map(int, counts), strict=True))
     rms = 1e3 * float(np.sqrt(np.concatenate(squares).mean())) if squares else None
     return found | {"rms_mm": rms, "wrong_in": wrong_in}
 
@@ -140,7 +143,7 @@ def unsuited(case, tool):
         return None
     if case.refusal:
         return "nothing may be placed, and it places what it is given"
-    if case.count > MOST_FOR_PEERS or (case.way == "heap" and case.count > MOST_IN_A_HEAP):
+    if case.count > MOST_FOR.get(tool, MOST_FOR_PEERS) or (case.way == "heap" and case.count > MOST_IN_A_HEAP):
         return "so many frames take long"
     return None
 
@@ -165,11 +168,14 @@ def main(wanted, record, installed, suited, columns):
             of_way = TOOLS[case.way].items()
             some = {tool: needs for tool, needs in of_way if not (wanted.smallest and tool in NOT_OF_SMALLEST)}
             tools[case.way] = installed(some, record)
+        some = wanted.tools(case.name, tools[case.way])
+        if wanted.smallest and case.refusal:
+            some = [tool for tool in some if tool.startswith("surfrecon")]
         with tempfile.TemporaryDirectory() as folder:
             room_cases.write(case, folder)
             sets = [Frames(place) for place in sorted(Path(folder).glob("set*"))]
             rows = record.measure(
-                suited(case, wanted.tools(case.name, tools[case.way]), record, unsuited),
+                suited(case, some, record, unsuited),
                 1,
                 lambda tool, folder=folder: once(tool, folder),
                 lambda tool, case=case: head(case, tool, columns),

@@ -31,7 +31,7 @@ def surfrecon(place):
 
     known, files = camera_of(place)
     scans = surfrecon.open(files, camera=(*known["focal"], *known["centre"]), scale=1 / known["per_metre"])
-    if known["way"] not in ("rough", "exact"):
+    if not (place / "rough.npy").is_file():
         start = {"sequence": "sequence", "heap": "unknown"}[known["way"]]
         return told(surfrecon.align(scans, start=start, threads=THREADS))
     images = [scan.read() for scan in scans]

@@ -7,10 +7,10 @@ A case's sets are folders `set000` with, for each recording,
 | `frame_0000.png` | planar depth, 0 where nothing was measured |
 | `camera.json` | focal lengths and centre in pixels, depth in a metre, how frames are given (`way`) |
 | `truth.npy` | world from camera (x right, y down, z forward); no tool reads it |
-| `rough.npy` | poses that tools may begin with: the truth, or off by a drift |
+| `rough.npy` | poses that tools may begin with: the truth, or off by a drift or each by its own error |
 
-Ways: `sequence` (in order, no poses), `heap` (in any order, no poses), `rough` (poses off by a drift of some cm) and
-`exact` (the true poses, said to be rough).
+Ways: `sequence` (in order, no poses), `heap` (in any order, no poses), `rough` (poses off by a drift of some cm),
+`jitter` (each pose off by an error of its own) and `exact` (the true poses); the last three are said to be rough.
 """
 
 import json
@@ -27,12 +27,17 @@ from noise_scans import Camera
 # A wide time-of-flight camera, 69 degrees high, and the Kinect's image in a quarter of its size.
 WIDE = Camera(120, 160, 87.0)
 KINECT = Camera(120, 160, 145.0)
-# The same in less: of many heaps, and of the smallest cases.
+# The same in less: of many heaps, and of the smallest cases; and in the size that cameras have.
 SMALL = {"white": Camera(60, 80, 43.5), "Kinect": noise_room.SMALL}
+LARGE = {"white": Camera(480, 640, 348.0), "Kinect": noise_room.KINECT}
 # Deviation of white noise along the axis, in metres.
 WHITE = 4e-3
 # Drift of rough poses from one frame to the next: metres and degrees.
 DRIFT, DRIFT_TURN = 3e-3, 0.1
+# Error of each rough pose by itself, along and about each axis: metres and degrees.
+JITTER, JITTER_TURN = 3e-2, 0.7
+# Ways with poses.
+POSED = ("rough", "jitter", "exact")
 # Heaps of the summary; their frames.
 HEAPS, HEAPS_USUAL, FEWEST, MOST = 200, 8, 12, 20
 
@@ -134,8 +139,18 @@ def write_one(way, recording, place, generator):
         open3d.t.io.write_image(file, open3d.t.geometry.Image(np.ascontiguousarray(image[..., None])))
     (place / "camera.json").write_text(json.dumps({**recording.intrinsics, "way": way}))
     np.save(place / "truth.npy", poses[order])
-    if way in ("rough", "exact"):
-        np.save(place / "rough.npy", drifted(poses, generator) if way == "rough" else poses)
+    if way in POSED:
+        make = {"rough": drifted, "jitter": jittered, "exact": lambda poses, _: poses}[way]
+        np.save(place / "rough.npy", make(poses, generator))
+
+
+def shaken(generator, pose, shift, degrees):
+    """A small motion, turned about where a camera is."""
+    step = np.eye(4)
+    step[:3, :3] = turned(generator.normal(size=3), np.radians(degrees) * generator.normal())
+    eye = pose[:3, 3]
+    step[:3, 3] = shift * generator.normal(size=3) + eye - step[:3, :3] @ eye
+    return step
 
 
 def drifted(poses, generator):
@@ -143,15 +158,15 @@ def drifted(poses, generator):
     motion, found = np.eye(4), []
     for k, pose in enumerate(poses):
         if k:
-            step = np.eye(4)
-            step[:3, :3] = turned(generator.normal(size=3), np.radians(DRIFT_TURN) * generator.normal())
-            step[:3, 3] = DRIFT * generator.normal(size=3)
-            # About where the camera is.
-            eye = motion[:3, :3] @ pose[:3, 3] + motion[:3, 3]
-            step[:3, 3] += eye - step[:3, :3] @ eye
-            motion = step @ motion
+            motion = shaken(generator, motion @ pose, DRIFT, DRIFT_TURN) @ motion
         found.append(motion @ pose)
     return np.array(found)
+
+
+def jittered(poses, generator):
+    """Poses that are off each by an error of its own, but for the first."""
+    others = [shaken(generator, pose, JITTER, JITTER_TURN) @ pose for pose in poses[1:]]
+    return np.array([poses[0], *others])
 
 
 def single(kind, seed, count, way, noise="white", camera=None):
@@ -175,19 +190,23 @@ def heaps(count, fewest=FEWEST, most=MOST):
     return Case(f"room heaps, {count} of {fewest} to {most} frames", "heap", made)
 
 
-# Kind, seed, frames, way, noise.
+# Kind, seed, frames, way, noise, camera.
 VIRTUAL = [("box", 1, count, "sequence", "white") for count in (12, 20, 40, 100, 300)]
 VIRTUAL += [("box", 2, count, "sequence", "Kinect") for count in (20, 40, 100, 300)]
 VIRTUAL += [("box", 1, count, "heap", "white") for count in (12, 20, 40, 100)]
 VIRTUAL += [("box", 2, count, "heap", "Kinect") for count in (12, 20, 40)]
 VIRTUAL += [("box", 1, count, way, "white") for way in ("rough", "exact") for count in (40, 100)]
 VIRTUAL += [("box", 2, 40, way, "Kinect") for way in ("rough", "exact")]
+VIRTUAL += [("box", seed, 40, "jitter", noise) for seed, noise in ((1, "white"), (2, "Kinect"))]
+VIRTUAL += [("box", 1, *of, "white", LARGE["white"]) for of in ((300, "sequence"), (20, "heap"), (40, "rough"))]
+VIRTUAL += [("box", 2, 300, "sequence", "Kinect", LARGE["Kinect"])]
 VIRTUAL += [
     (kind, 1, count, way, "white")
     for kind in room_scenes.ROOMS
     if kind != "box"
     for count, way in ((20, "heap"), (40, "sequence"), (100, "sequence"), (40, "rough"), (40, "exact"))
 ]
+VIRTUAL += [(kind, 2, 100, "sequence", "Kinect") for kind in room_scenes.ROOMS if kind != "box"]
 
 
 def seven_scenes(data):
@@ -259,8 +278,9 @@ def cases(wanted, record):
         for count, way in ((8, "sequence"), (5, "rough")):
             yield single("box", 2, count, way, camera=SMALL["white"])
         yield heaps(2, 4, 5)
+        yield single("empty", 1, 5, "heap", camera=SMALL["white"])
         return
     yield from real(wanted, record)
     made = [single(*row) for row in VIRTUAL]
-    made += [single("box", 2, 300, "sequence", "Kinect", noise_room.KINECT), heaps(HEAPS_USUAL), heaps(HEAPS)]
+    made += [heaps(HEAPS_USUAL), heaps(HEAPS)]
     yield from (case for case in made if wanted.takes(case.name))

@@ -46,6 +46,7 @@ PEERS = [
     "pye57",
     "gmsh",
     "kiss-matcher",
+    "kiss-icp",
     "small_gicp",
     "pydelatin",
     "pymartini",

@@ -16,6 +16,7 @@ HEAVY = {
     + [f"room {kind} *: *" for kind in ("L", "stairs", "office", "twins", "empty")]
     + [f"room {kind} *, {way}, *: *" for kind in ("corridor", "furnished") for way in ("heap", "exact")]
     + ["room corridor *, rough, *: *", "room *, 300 frames*: *", "room *, 100 frames, *: *", "room heaps, 200 *: *"]
+    + ["room * at 640 x 480, *: *"]
     + ["room box 1, 12 *: *", "room box 2, 12 *: *", "room *, 40 frames, heap, *: *", "room box *, exact, *: *"]
     + [
         "room box 1, *: *-*",

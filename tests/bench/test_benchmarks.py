@@ -21,7 +21,7 @@ PEERS, PROGRAMS = os.environ.get("SURFRECON_PEERS"), os.environ.get("SURFRECON_P
 # The peers that every machine which tests has, by benchmark; that of `blender` is a column.
 WITH = {
     "align": {"open3d-ransac", "open3d-fgr", "kiss-matcher", "small_gicp-rough", "meshlab-rough"}
-    | {"open3d-fragments", "open3d-multiway"},
+    | {"open3d-fragments", "open3d-multiway", "kiss-icp"},
     "merge": {"pymeshlab-vcg", "pymeshlab-poisson", "open3d-vbg"},
     "scale": {"surfrecon-files-512", "surfrecon-tasks-128", "surfrecon-dask-2", "surfrecon-dask-2-killed"},
     "noise": {"pymeshlab-vcg", "pymeshlab-poisson", "open3d-vbg"},
@@ -47,7 +47,7 @@ NOT_OF_ALL = {
     | {"lines", "compiled", "ran", "seconds", "triangles", "answers", "as_alone"},
     "align": {"overlap_pct", "threads", "residual_conf_mm", "nees", "worst_shift_spacings", "residual_mm", "snap_ms"}
     # Of scans of things the one, of frames of rooms the other; poses of one frame have no error.
-    | {"way", "wrong_said", "rms_mm", "noise", "pairs_total", "pairs_found"},
+    | {"way", "wrong_said", "undecided", "rms_mm", "noise", "pairs_total", "pairs_found"},
     "noise": {"sigma_vox", "veils_left_pct", "thinnest_wall_vox"},
     "colour": {"gain_error_pct", "cpu_s", "wall_s", "peak_mb"},
     "blender": {"ms", "blender_minimum_ms", "peak_mb"},
