@@ -125,6 +125,10 @@ pub(crate) fn assemble(
     if limit.steps.is_none() && !limit.bound.binds() && views.len() > FEW_SCANS {
         doubted.iter_mut().zip(pairs).for_each(|(is_doubted, pair)| *is_doubted |= is_thin(views, pair));
     }
+    if let Some(steps) = limit.steps {
+        let is_open = |pair: &Pair| steps.is_uneven(pair) && shares_little(pair);
+        doubted.iter_mut().zip(pairs).for_each(|(is_doubted, pair)| *is_doubted |= is_open(pair));
+    }
     let mut order: Vec<(bool, f64, usize)> = Vec::new();
     for (k, pair) in pairs.iter().enumerate() {
         let trusted = is_trusted(pair) && !pair.modes.is_empty();
@@ -192,9 +196,14 @@ fn is_thin(views: &[View], pair: &Pair) -> bool {
     if pair.finding != Finding::Sure || ![pair.a, pair.b].iter().all(|&scan| views[scan].is_of_room()) {
         return false;
     }
-    let verdict = &pair.modes[0].verdict;
-    let [one, other] = verdict.overlap();
-    verdict.hold.balance() < HELD || one.min(other) < SHARED[0] || one.max(other) < SHARED[1]
+    pair.modes[0].verdict.hold.balance() < HELD || shares_little(pair)
+}
+
+/// Whether a pair that is sure shares little.
+fn shares_little(pair: &Pair) -> bool {
+    let overlap = || pair.modes[0].verdict.overlap().into_iter();
+    let is_little = || overlap().fold(1.0, f64::min) < SHARED[0] || overlap().fold(0.0, f64::max) < SHARED[1];
+    pair.finding == Finding::Sure && is_little()
 }
 
 impl Assembly<'_> {

@@ -382,14 +382,15 @@ fn lost(names: &[&str], scans: &[AlignedScan], solved: &Solved) -> Vec<String> {
     let mut said: Vec<String> = Vec::new();
     for [before, after] in frames.windows(2).map(|two| [two[0], two[1]]) {
         let is_of_both = |pair: &&Pair| [pair.a, pair.b] == [before.min(after), before.max(after)];
+        let is_found = scans[before].group.is_some() && scans[before].group == scans[after].group;
         let why = match solved.pairs.iter().find(is_of_both).map(|pair| pair.finding) {
-            Some(Finding::Sure | Finding::Weak) => continue,
+            Some(Finding::Sure | Finding::Weak) if is_found => continue,
+            Some(Finding::Sure | Finding::Weak) => "other frames do not confirm how they fit",
             Some(Finding::Slides) => "what both show can turn or slide",
             Some(Finding::Loose) => "what both show lies further apart than noise explains",
             Some(Finding::SeenThrough | Finding::Background) => "something moved, or one shows another place",
             _ => "they share too little",
         };
-        let is_found = scans[before].group.is_some() && scans[before].group == scans[after].group;
         let then = if is_found { "other frames say how they lie" } else { "they are not in one group" };
         said.push(format!("track was lost between {:?} and {:?}: {why}; {then}", names[before], names[after]));
     }

@@ -1,5 +1,7 @@
 //! Recordings without poses: frames in the order they were taken in.
 
+use std::f64::consts::TAU;
+
 use glam::DVec3;
 use image::RangeImage;
 use mesh::shapes::Shape;
@@ -92,8 +94,9 @@ fn a_gap_that_breaks_track_is_said() {
     frames.drain(14..24);
     let said = |alignment: &Alignment, then: &str| {
         let lost = alignment.report.messages.iter().filter(|text| text.starts_with("track was lost"));
-        let words = format!("track was lost between \"frame 13\" and \"frame 24\": they share too little; {then}");
-        assert_eq!(lost.collect::<Vec<_>>(), [&words], "{}", lines(alignment));
+        let lost: Vec<&String> = lost.collect();
+        let is_said = |text: &&String| text.contains("between \"frame 13\" and \"frame 24\": ") && text.ends_with(then);
+        assert!(lost.len() == 1 && lost.iter().all(is_said), "{}", lines(alignment));
     };
     let numbered = by(&frames.iter().collect::<Vec<_>>(), Start::Sequence);
     assert_eq!(placed(&images, &numbered), images.len(), "{}", lines(&numbered));
@@ -105,6 +108,24 @@ fn a_gap_that_breaks_track_is_said() {
     said(&ordered, "they are not in one group");
 }
 
+/// A sensor that leaps, and nobody says so: what both show fits somewhere near rest by chance. Theorem: that joins nothing, and is said.
+#[test]
+fn a_leap_is_lost_track() {
+    // Each of these was placed wrongly where the order alone joined what fits.
+    let leaps = [(11, 30, 14), (5, 24, 2), (5, 28, 2), (11, 28, 14), (11, 32, 14)];
+    for (seed, count, start) in &leaps[..if base::tier::is_thorough() { 5 } else { 3 }] {
+        let mut images = tour(&room(*seed, 14), *count, SIZE, 0.004);
+        images.drain(*start..start + 8);
+        images.truncate(start + 6);
+        let images = &images[start.saturating_sub(6_usize)..];
+        let alignment = followed(images, 0);
+        none_wrong(images, &alignment);
+        assert_eq!(alignment.report.groups.len(), 2, "{}", lines(&alignment));
+        let place = format!("track was lost between \"frame {}\" and \"frame {}\"", start - 1, start + 8);
+        assert!(alignment.report.messages.iter().any(|text| text.starts_with(&place)), "{}", lines(&alignment));
+    }
+}
+
 #[test]
 fn frames_in_a_wrong_order_are_not_placed_wrongly() {
     let mut images = tour(&room(11, 14), 24, SIZE, 0.004);
@@ -113,7 +134,8 @@ fn frames_in_a_wrong_order_are_not_placed_wrongly() {
     }
     let last = images.len() - 3;
     images.swap(3, last);
-    assert!(placed(&images, &followed(&images, 0)) >= 6);
+    let alignment = followed(&images, 0);
+    assert!(placed(&images, &alignment) >= 6, "{}", lines(&alignment));
 }
 
 #[test]
@@ -161,7 +183,7 @@ fn a_sensor_that_is_covered_for_a_while() {
     assert!(placed(&of(&images), &rest) >= 28);
 }
 
-/// Someone walks through: in each frame a pillar stands elsewhere.
+/// Someone walks through before the sensor: in each frame a pillar stands elsewhere. Track may be lost, which is said; nothing is wrong.
 #[test]
 fn a_person_who_walks_through() {
     let still = room(11, 14);
@@ -170,12 +192,18 @@ fn a_person_who_walks_through() {
     for k in 0..30 {
         let mut scene = still.clone();
         if (8..20).contains(&k) {
-            let at = DVec3::new(-1.4 + 0.12 * f64::from(k), 0.3, 0.85);
+            // From one side of the image to the other.
+            let turn = TAU * f64::from(k) / 30.0;
+            let ahead = turn + 0.5 + 0.07 * (f64::from(k) - 14.0);
+            let at = DVec3::new(turn.cos() + 1.2 * ahead.cos(), 0.7 * turn.sin() + 1.2 * ahead.sin(), 0.85);
             add(&mut scene, &person, 0.3 * f64::from(k), at, false);
         }
         images.push(tour(&scene, 30, SIZE, 0.004).remove(k as usize));
     }
-    assert!(placed(&images, &followed(&images, 0)) >= 20);
+    let alignment = followed(&images, 0);
+    none_wrong(&images, &alignment);
+    assert!(alignment.report.placed() >= 10, "{}", lines(&alignment));
+    assert!(alignment.report.messages.iter().any(|text| text.contains("something moved")), "{}", lines(&alignment));
 }
 
 #[test]
