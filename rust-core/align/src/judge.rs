@@ -7,8 +7,8 @@ use glam::{DAffine3, DVec3};
 use crate::level::expected;
 use crate::linear::{Matrix6, Vector6, eigen};
 use crate::refine::{Both, Contact};
-use crate::sight::Seen;
 use crate::view::View;
+use crate::visibility::Seen;
 
 /// Areas by what was found of them.
 #[derive(Clone, Copy, Debug, Default)]
@@ -88,7 +88,7 @@ pub(crate) fn glance(views: [&View; 2], samples: [&[u32]; 2], a_from_b: &DAffine
     let motions = [a_from_b.inverse(), *a_from_b];
     let mut verdict = Verdict::default();
     for side in 0..2 {
-        let (mine, other) = (&views[side].coarse, views[1 - side].sight()?);
+        let (mine, other) = (&views[side].coarse, views[1 - side].depth_map()?);
         for &k in samples[side] {
             let area = mine.areas[k as usize];
             verdict.total[side] += area;
@@ -159,7 +159,7 @@ pub(crate) fn judge(views: [&View; 2], both: &Both<'_>, a_from_b: &DAffine3, tol
                     continue;
                 }
             }
-            if views[1 - side].sight().is_some_and(|sight| sight.see(at, normal, 2.0 * tolerance) == Seen::Through) {
+            if views[1 - side].depth_map().is_some_and(|map| map.see(at, normal, 2.0 * tolerance) == Seen::Through) {
                 verdict.through[side] += area;
             }
         }

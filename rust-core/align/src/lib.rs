@@ -1,6 +1,6 @@
 //! From a heap of scans without poses to one frame.
 //!
-//! Steps, each a file: a scan's surface by few points and by more (`level`), what its sensor saw through (`sight`); what looks like
+//! Steps, each a file: a scan's surface by few points and by more (`level`), what its sensor saw through (`visibility`); what looks like
 //! what (`features`, `correspond`); which scans may touch (`retrieve`); motions that many like points agree on (`hypothesise`),
 //! made exact (`refine`), judged (`judge`) and found sure or not (`finding`; not where a scan repeats itself, `symmetries`, nor where walls
 //! alone fit, `walls`), from frame to frame of a recording (`sequence`), on a turntable about its axis (`turntable`), by colours where shape leaves it open (`tint`, `coloured`), near poses that are rough
@@ -41,7 +41,6 @@ mod retrieve;
 mod rivals;
 mod search;
 mod sequence;
-mod sight;
 mod snap;
 mod solve;
 mod summary;
@@ -50,6 +49,7 @@ mod tint;
 mod turntable;
 mod uncertainty;
 mod view;
+mod visibility;
 mod walls;
 mod words;
 
@@ -71,10 +71,16 @@ use image::range_image::is_rigid;
 use image::source::common_crs;
 use view::{Reduced, View, coarse_cell};
 
-/// Stages with their shares of the time: of the whole, and of its parts by themselves.
-const PLAN: Plan = &[("reading scans", 0.3), ("comparing scans", 0.5), ("fitting all scans", 0.2)];
-const READING: Plan = &[("reading scans", 1.0)];
-const ALIGNING: Plan = &[("reading scans", 0.0), ("comparing scans", 0.7), ("fitting all scans", 0.3)];
+base::stages! {
+    /// Stages with their shares of the time ...
+    pub(crate) PLAN:
+    READING = "reading scans", 0.3;
+    COMPARING = "comparing scans", 0.5;
+    FITTING = "fitting all scans", 0.2;
+}
+/// ... and those of its parts by themselves, in the same places.
+const READING_ALONE: Plan = &[(PLAN[READING].0, 1.0)];
+const ALIGNING: Plan = &[(PLAN[READING].0, 0.0), (PLAN[COMPARING].0, 0.7), (PLAN[FITTING].0, 0.3)];
 const SNAPPING: Plan = &[("placing the scan", 1.0)];
 const MEASURING: Plan = &[("measuring the misfit", 1.0)];
 /// Bytes that a scan's points and features take, and a pair that is looked at.
@@ -118,7 +124,7 @@ impl Prepared {
     /// # Errors
     /// Fewer than two scans; scans of different coordinate reference systems, or in degrees; a scan whose pose is not rigid; whatever loading a scan can meet; [`Error::Cancelled`].
     pub fn read(sources: &[&dyn ScanSource], threads: usize, progress: &Progress<'_>) -> Result<Self> {
-        progress.plan(READING);
+        progress.plan(READING_ALONE);
         Prepared::new(sources, threads, progress)
     }
 
@@ -130,7 +136,7 @@ impl Prepared {
         base::memory::foresee(sources.len(), BYTES_A_SCAN, "aligning", "scans")?;
         let pool = base::threads::pool(threads)?;
         let read = progress.run(&pool, || {
-            progress.stage(0, sources.len() as u64);
+            progress.stage(READING, sources.len() as u64);
             read(sources, progress)
         });
         // Also where the work was done before it heard of it.
@@ -169,7 +175,7 @@ impl Prepared {
 
     fn aligned(&self, params: &AlignParams, constraints: &Constraints, progress: &Progress<'_>) -> Result<Alignment> {
         let pool = base::threads::pool(params.threads)?;
-        progress.stage(1, 1);
+        progress.stage(COMPARING, 1);
         constraints.lie_on(&self.order, &self.views)?;
         let alignment = progress.run(&pool, || {
             let inside = constraints.renumbered(params, &self.order, &self.views, self.in_time.as_deref());

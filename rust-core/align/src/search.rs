@@ -7,6 +7,7 @@ use std::sync::OnceLock;
 use glam::DAffine3;
 use rayon::prelude::*;
 
+use crate::COMPARING;
 use crate::assemble::{Limit, Standing, apart_at_first, assemble};
 use crate::constraints::{Inside, Ordered, Told};
 use crate::finding::{Finding, Limits};
@@ -85,7 +86,7 @@ pub(crate) fn search(
         steps: None,
     };
     let count = views.len();
-    progress.stage(1, (count * (count - 1) / 2).min(count * OF_GROUP) as u64);
+    progress.stage(COMPARING, (count * (count - 1) / 2).min(count * OF_GROUP) as u64);
     search.told()?;
     if bound.binds() {
         search.near(params)?;

@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use glam::DAffine3;
 use rayon::prelude::*;
 
+use crate::FITTING;
 use crate::assemble::Standing;
 use crate::coloured;
 use crate::constraints::{Inside, Pick};
@@ -133,7 +134,7 @@ pub(crate) fn solve(views: &[View], params: &AlignParams, inside: &Inside, progr
     let limits = Limits::of(params);
     let is_followed = sequence.is_some();
     let known = Known { views, inside, bound: &bound, limits: &limits, table: table.as_ref(), is_followed };
-    progress.stage(2, views.len() as u64);
+    progress.stage(FITTING, views.len() as u64);
     let mut solved = Vec::new();
     let mut looked = Vec::new();
     for group in groups {

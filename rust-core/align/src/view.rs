@@ -9,8 +9,8 @@ use rustc_hash::FxHasher;
 use crate::envelope::walls;
 use crate::features::Features;
 use crate::level::Level;
-use crate::sight::DepthMap;
 use crate::tint::tints;
+use crate::visibility::DepthMap;
 use base::error::{Error, Result};
 use base::magnitude;
 use base::progress::Progress;
@@ -50,7 +50,7 @@ pub(crate) struct Reduced {
     /// Direction of up, where its sensor measured gravity.
     pub up: Option<DVec3>,
     fine: Level,
-    sight: Option<DepthMap>,
+    depth_map: Option<DepthMap>,
 }
 
 impl Reduced {
@@ -105,7 +105,7 @@ impl Reduced {
             content: hasher.finish(),
             has_chroma: colour.is_some(),
             damage: source.damage(),
-            sight: DepthMap::new(&positions, &areas, spacing, viewing),
+            depth_map: DepthMap::new(&positions, &areas, spacing, viewing),
             fine,
         })
     }
@@ -186,8 +186,8 @@ impl View {
         })
     }
 
-    pub fn sight(&self) -> Option<&DepthMap> {
-        self.reduced.sight.as_ref()
+    pub fn depth_map(&self) -> Option<&DepthMap> {
+        self.reduced.depth_map.as_ref()
     }
 
     /// Whether there is any surface to go by.

@@ -6,8 +6,8 @@ use glam::DAffine3;
 
 use crate::finding::{Finding, Limits, RIVAL, fits};
 use crate::judge::{Mode, tolerance};
-use crate::sight::Seen;
 use crate::view::View;
+use crate::visibility::Seen;
 
 /// Samples of each scan that tell what two scans share beside walls.
 const MANY: usize = 2000;
@@ -90,7 +90,7 @@ pub(crate) fn telling(views: [&View; 2], a_from_b: &DAffine3) -> (f64, f64) {
     for side in 0..2 {
         let (mine, other) = (views[side].fine(), views[1 - side].fine());
         let walls = [views[side].walls(), views[1 - side].walls()];
-        let sight = views[1 - side].sight();
+        let depth_map = views[1 - side].depth_map();
         for k in mine.spread(MANY).into_iter().map(|k| k as usize) {
             let at = motions[side].transform_point3(mine.points[k]);
             let normal = motions[side].transform_vector3(mine.normals[k]);
@@ -101,7 +101,7 @@ pub(crate) fn telling(views: [&View; 2], a_from_b: &DAffine3) -> (f64, f64) {
             let near = || other.near.nearest_within(at, 2.0 * mine.cell + tolerance);
             if !walls[0][k] && near().is_some_and(|(n, _)| is_on(n as usize)) {
                 telling += mine.areas[k];
-            } else if sight.is_some_and(|sight| sight.see(at, normal, 2.0 * tolerance) == Seen::Through) {
+            } else if depth_map.is_some_and(|map| map.see(at, normal, 2.0 * tolerance) == Seen::Through) {
                 through += mine.areas[k];
             }
         }

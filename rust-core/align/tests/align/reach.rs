@@ -44,30 +44,45 @@ pub fn room(seed: u64, things: usize) -> TriMesh {
     scene
 }
 
-/// What a camera sees that turns once in the room.
+/// Frames of a camera that turns once in the room.
 pub fn tour(room: &TriMesh, count: usize, size: (usize, usize), noise: f64) -> Vec<RangeImage> {
-    let place = |k: usize| {
-        let turn = std::f64::consts::TAU * k as f64 / count as f64;
-        let at = |along: DVec3| DVec3::new(along.x * turn.cos(), along.y * turn.sin(), along.z);
-        let eye = at(DVec3::new(1.0, 0.7, 1.35)) + 0.15 * DVec3::Z * (2.0 * turn).sin();
-        let ahead = turn + 0.5;
-        (eye, DVec3::new(2.4 * ahead.cos(), 2.0 * ahead.sin(), 0.8 + 0.3 * (3.0 * turn).sin()))
-    };
-    film(room, &(0..count).map(place).collect::<Vec<_>>(), size, noise)
+    film(room, &(0..count).map(|k| on_tour(k, count)).collect::<Vec<_>>(), size, noise)
 }
 
-/// What a camera sees from eyes, looking at targets.
-pub fn film(room: &TriMesh, places: &[(DVec3, DVec3)], (rows, cols): (usize, usize), noise: f64) -> Vec<RangeImage> {
+/// One frame of [`tour`].
+pub fn tour_frame(room: &TriMesh, k: usize, count: usize, size: (usize, usize), noise: f64) -> RangeImage {
+    shot(room, &Bvh::build(&room.positions, &room.triangles, 0).unwrap(), k, on_tour(k, count), size, noise)
+}
+
+/// The eye of a frame of [`tour`], and its target.
+fn on_tour(k: usize, count: usize) -> (DVec3, DVec3) {
+    let turn = std::f64::consts::TAU * k as f64 / count as f64;
+    let at = |along: DVec3| DVec3::new(along.x * turn.cos(), along.y * turn.sin(), along.z);
+    let eye = at(DVec3::new(1.0, 0.7, 1.35)) + 0.15 * DVec3::Z * (2.0 * turn).sin();
+    let ahead = turn + 0.5;
+    (eye, DVec3::new(2.4 * ahead.cos(), 2.0 * ahead.sin(), 0.8 + 0.3 * (3.0 * turn).sin()))
+}
+
+/// Frames of a camera from eyes, looking at targets.
+pub fn film(room: &TriMesh, places: &[(DVec3, DVec3)], size: (usize, usize), noise: f64) -> Vec<RangeImage> {
     let bvh = Bvh::build(&room.positions, &room.triangles, 0).unwrap();
-    let seen = |k: usize| {
-        let (eye, target) = places[k];
-        let camera = VirtualCamera::pinhole(rows, cols, 1.2, eye, target, DVec3::Z).unwrap();
-        let params = ScanParams { noise, seed: k as u64, threads: 1, ..ScanParams::default() };
-        let mut image = scan(room, &bvh, &camera, &params, &Progress::none()).unwrap();
-        image.name = format!("frame {k}");
-        image
-    };
-    (0..places.len()).map(seen).collect()
+    (0..places.len()).map(|k| shot(room, &bvh, k, places[k], size, noise)).collect()
+}
+
+/// One frame, whose noise follows from its number.
+fn shot(
+    room: &TriMesh,
+    bvh: &Bvh,
+    k: usize,
+    (eye, target): (DVec3, DVec3),
+    (rows, cols): (usize, usize),
+    noise: f64,
+) -> RangeImage {
+    let camera = VirtualCamera::pinhole(rows, cols, 1.2, eye, target, DVec3::Z).unwrap();
+    let params = ScanParams { noise, seed: k as u64, threads: 1, ..ScanParams::default() };
+    let mut image = scan(room, bvh, &camera, &params, &Progress::none()).unwrap();
+    image.name = format!("frame {k}");
+    image
 }
 
 pub fn rough(images: &[RangeImage], reach: Option<f64>, constraints: &Constraints) -> Alignment {

@@ -8,7 +8,7 @@ use mesh::shapes::Shape;
 use surfrecon_align::{AlignParams, AlignReport, Alignment, Constraints, ScanSource, Start, run};
 
 use crate::painted::painted;
-use crate::reach::{add, lines, room, tour};
+use crate::reach::{add, lines, room, tour, tour_frame};
 use crate::rooms::{corridor, none_wrong, office, twins, walk};
 use crate::scans::{Known, errors, sources, without_poses};
 use base::progress::Progress;
@@ -198,7 +198,7 @@ fn a_person_who_walks_through() {
             let at = DVec3::new(turn.cos() + 1.2 * ahead.cos(), 0.7 * turn.sin() + 1.2 * ahead.sin(), 0.85);
             add(&mut scene, &person, 0.3 * f64::from(k), at, false);
         }
-        images.push(tour(&scene, 30, SIZE, 0.004).remove(k as usize));
+        images.push(tour_frame(&scene, k as usize, 30, SIZE, 0.004));
     }
     let alignment = followed(&images, 0);
     none_wrong(&images, &alignment);
