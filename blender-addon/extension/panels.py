@@ -5,12 +5,14 @@ import bpy
 
 from . import chosen, scan_objects
 from .false_colours import FIGURES, RAMP_NODE, is_shown, limit_of, shows_error
+from .imported import IMPORTED, import_lines, import_of
 from .operators.merge import REPORT
 from .operators.show_sources import are_shown, meant
 from .recording import FRAMES, is_recording
 from .reports import LINES, lie_apart
 from .running import Running
 from .sources import what_is_gone
+from .summary import SURFACES, folded, in_short
 from .translations import NAMES, OPERATORS, word
 from .words import length, number, wrapped
 
@@ -225,32 +227,59 @@ class SURFRECON_PT_report(ScansPanel, bpy.types.Panel):
 
     @classmethod
     def poll(cls, context):
-        """Only for results."""
-        return context.object is not None and any(name in context.object for name in LINES)
+        """Only for results, and for what was imported."""
+        obj = context.object
+        return obj is not None and (any(name in obj for name in LINES) or import_of(obj) is not None)
 
     def draw(self, context):
-        """Two columns: what, how much. What has no value is a sentence over both."""
+        """The object's name, five lines and what is said in sentences; other figures are folded."""
         obj = context.object
+        self.layout.label(text=obj.name, icon="OBJECT_DATA", translate=False)
+        summary = lines_of(in_short, context, obj)
+        if summary:
+            rows(context, self.layout.box().column(), summary)
         for name, lines in LINES.items():
-            if name not in obj:
+            figures = lines_of(lines, context, obj[name]) if name in obj else []
+            if not figures:
                 continue
-            try:
-                figures = list(lines(context, obj[name]))
-            except (AttributeError, KeyError, TypeError, ValueError):
-                # Custom properties can be changed by anyone.
-                continue
-            box = self.layout.box().column()
-            for what, value in figures:
-                if value is None:
-                    sentence(context, box, what)
-                    continue
-                row = box.split(factor=0.55)
-                row.label(text=what, text_ctxt=NAMES)
-                row.label(text=value)
-            if name == REPORT and lie_apart(obj[name]):
-                buttons(box, ALIGN)
+            first, rest = folded(figures, summary and name in SURFACES)
+            needs_aligning = name == REPORT and lie_apart(obj[name])
+            if first or needs_aligning:
+                box = self.layout.box().column()
+                rows(context, box, first)
+                if needs_aligning:
+                    buttons(box, ALIGN)
+            if rest:
+                header, body = self.layout.panel(f"{name}_figures", default_closed=True)
+                header.label(text="All figures", text_ctxt=NAMES)
+                if body is not None:
+                    rows(context, body.column(), rest)
         if gone := what_is_gone(obj):
             sentence(context, self.layout.box().column(), gone)
+        imported = import_of(obj)
+        if imported is not None:
+            box = self.layout.box().column()
+            box.label(text=imported.name, icon="IMPORT", translate=False)
+            rows(context, box, lines_of(import_lines, context, imported[IMPORTED]))
+
+
+def lines_of(lines, context, what):
+    """The (name, value) texts; none where they can't be told, since custom properties can be changed by anyone."""
+    try:
+        return list(lines(context, what))
+    except (AttributeError, KeyError, TypeError, ValueError):
+        return []
+
+
+def rows(context, layout, figures):
+    """Two columns: what, how much. What has no value is a sentence over both."""
+    for what, value in figures:
+        if value is None:
+            sentence(context, layout, what)
+            continue
+        row = layout.split(factor=0.45)
+        row.label(text=what, text_ctxt=NAMES)
+        row.label(text=value, translate=False)
 
 
 def sentence(context, layout, text):

@@ -15,6 +15,7 @@ from .operators.merge import IN_FILES, REPORT
 from .operators.quads import REPORT as GRIDDED
 from .operators.reconstruct import REPORT as RECONSTRUCTED
 from .operators.sculpt import REPORT as SCULPTED
+from .translations import word
 from .words import length, sentence
 
 
@@ -108,19 +109,25 @@ def align_lines(context, figures):
         yield "Groups", f"{figures['groups']}"
     if "residual" in figures:
         yield "Scans disagree by", length(context, figures["residual"])
-    # What is not placed comes first, and a reason once below all that have it.
+    # What is not placed comes first, and a reason once below all that have it. What is placed comes last.
     scans = sorted(
         zip(reasons, names, states, figures["deviations"], strict=True), key=lambda scan: (not scan[0], scan[0])
     )
+    placed = []
     for reason, alike in itertools.groupby(scans, key=lambda scan: scan[0]):
         for _, name, state, deviation in alike:
-            yield name, UNMOVED.get(state) or f"± {length(context, float(f'{deviation:.2g}'))}"
+            if reason:
+                yield name, word(UNMOVED.get(state, state))
+            else:
+                text = word(UNMOVED[state]) if state in UNMOVED else f"± {length(context, float(f'{deviation:.2g}'))}"
+                placed.append((name, text))
         if reason:
             yield sentence(reason), None
     for message in figures["messages"].splitlines():
         yield sentence(message), None
     if figures["placed"] < of:
-        yield MOVE, None
+        yield word(MOVE), None
+    yield from placed
 
 
 def lie_apart(report):
@@ -182,9 +189,10 @@ def measure_lines(context, figures):
     """The figures of a measured distance as (name, value) texts."""
     figures = figures.to_dict()
     yield "Against", figures["against"]
-    for name, text in (("mean", "Mean"), ("rms", "RMS"), ("p95", "95 % below"), ("reached", "Largest found")):
+    for name, text in (("mean", "Mean"), ("rms", "RMS"), ("p95", "95 % below")):
         yield text, length(context, figures[name])
     yield "Nowhere more than", length(context, figures["bound"])
+    yield "Largest found", length(context, figures["reached"])
     if "hausdorff" in figures:
         yield "From there: RMS", length(context, figures["back_rms"])
         yield "Nowhere more than", length(context, figures["back_bound"])

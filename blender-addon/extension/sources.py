@@ -8,6 +8,7 @@ go. Each pointer has the name beside it that the object had, so that what is gon
 import re
 
 import bpy
+import surfrecon
 from bpy.props import CollectionProperty, PointerProperty
 
 from . import scan_objects
@@ -80,6 +81,15 @@ def common_name(objects):
         if own and not BLENDERS.fullmatch(collection.name) and all(obj.name in collection.objects for obj in objects):
             return collection.name
     return objects[0].name
+
+
+def has_colours(scan):
+    """Whether a scan has colours: a range image, a mesh with its place, or a frame in its file."""
+    if isinstance(scan, surfrecon.RangeImage):
+        return scan.colour is not None
+    if isinstance(scan, surfrecon.Scan):
+        return bool(getattr(scan, "has_colour", False))
+    return "colour" in scan[0].vertex_attributes
 
 
 def scan_behind(obj):

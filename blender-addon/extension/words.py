@@ -10,12 +10,29 @@ import surfrecon
 from .advice import advised
 
 
+# Units that a scene is set to by hand, in metres. Metres and feet are what every new scene has, and tell nothing: in
+# them a length is told by the unit that suits it.
+CHOSEN_UNITS = {
+    "KILOMETERS": ("km", 1000.0),
+    "CENTIMETERS": ("cm", 0.01),
+    "MILLIMETERS": ("mm", 0.001),
+    "MICROMETERS": ("µm", 1e-6),
+    "MILES": ("mi", 1609.344),
+    "INCHES": ("in", 0.0254),
+    "THOU": ("thou", 0.0000254),
+}
+
+
 def length(context, value):
-    """A length in the scene's unit."""
+    """A length in the scene's unit, and in that one that is chosen there."""
     settings = context.scene.unit_settings
     if settings.system == "NONE":
         return f"{value:.4g}"
-    return bpy.utils.units.to_string(settings.system, "LENGTH", value * settings.scale_length, precision=4)
+    metres = value * settings.scale_length
+    if settings.length_unit in CHOSEN_UNITS:
+        unit, size = CHOSEN_UNITS[settings.length_unit]
+        return f"{metres / size:,.4g} {unit}" if abs(metres / size) < 1000 else f"{metres / size:,.0f} {unit}"
+    return bpy.utils.units.to_string(settings.system, "LENGTH", metres, precision=4)
 
 
 def number(count, one, many):

@@ -8,6 +8,7 @@ import bpy
 import pytest
 import surfrecon
 from files import write_set
+from recordings import write_transforms
 from shapes import torus_scans
 
 
@@ -46,6 +47,11 @@ class FakeLayout:
 
     def _part(self, **_):
         return FakeLayout(self.texts)
+
+    def panel(self, name, default_closed=False):
+        """A panel in a panel, with what is folded."""
+        self.texts.append(f"> {name}" if default_closed else name)
+        return self._part(), self._part()
 
     row = column = split = box = _part
 
@@ -131,6 +137,59 @@ def test_the_report_of_a_result(panels, tmp_path):
     assert "Voxel" in texts and f"{len(bpy.context.object.data.polygons):,}" in texts
     bpy.context.scene.unit_settings.system = "NONE"
     assert draw(panels["report"])
+
+
+def first_lines(texts):
+    """Those that are not folded."""
+    ends = [k for k, text in enumerate(texts) if text.startswith("> ")]
+    return texts[: ends[0]] if ends else texts
+
+
+def test_a_report_begins_with_the_object_and_five_lines_for_people(panels, tmp_path):
+    bpy.ops.surfrecon.import_scans(filepath=str(write_set(tmp_path, torus_scans(pixels=60))))
+    bpy.ops.surfrecon.merge()
+    units = bpy.context.scene.unit_settings
+    units.system, units.length_unit = "METRIC", "MILLIMETERS"
+    obj = bpy.context.object
+    texts = draw(panels["report"])
+    first = first_lines(texts)
+    assert first[0] == obj.name
+    assert first[1::2] == ["Triangles", "Size", "Holes", "Error", "With colours"]
+    triangles, size, holes, error, colours = first[2::2]
+    assert triangles == f"{len(obj.data.polygons):,}" and holes == "none, it is closed" and colours == "0 of 12"
+    assert size == " x ".join(
+        f"{1000 * side:,.0f} mm" if side > 1 else f"{1000 * side:.4g} mm" for side in obj.dimensions
+    )
+    assert "RMS, at most " in error and error.count(" mm") == 2
+    assert "Voxel" in texts[len(first) :] and "All figures" in texts
+
+
+def test_lengths_are_in_the_unit_that_the_scene_was_set_to(extension):
+    units, length = bpy.context.scene.unit_settings, extension.words.length
+    units.system = "METRIC"
+    told = {}
+    for unit in ("METERS", "MILLIMETERS", "CENTIMETERS", "MICROMETERS"):
+        units.length_unit = unit
+        told[unit] = length(bpy.context, 0.02)
+    assert told == {"METERS": "2 cm", "MILLIMETERS": "20 mm", "CENTIMETERS": "2 cm", "MICROMETERS": "20,000 µm"}
+    units.system, units.length_unit = "IMPERIAL", "INCHES"
+    assert length(bpy.context, 0.254) == "10 in"
+    units.scale_length = 0.001
+    assert length(bpy.context, 254) == "10 in"
+
+
+def test_what_an_import_said_stands_in_the_report(panels, tmp_path, capfd):
+    assert bpy.ops.surfrecon.import_scans(filepath=str(write_transforms(tmp_path / "ring", 6)), frames=4) == {
+        "FINISHED"
+    }
+    texts = draw(panels["report"])
+    assert "ring" in texts or "transforms" in texts
+    assert texts[texts.index("With colours") + 1] == "4 of 4"
+    assert texts[texts.index("Frames in their files") + 1] == "2"
+    said = next(line for line in capfd.readouterr().out.splitlines() if line.startswith("Info: 4 scans"))
+    assert len(said) < 100, said
+    notes = bpy.data.collections["transforms"]["surfrecon_import"]["notes"].splitlines()
+    assert notes and all(word in " ".join(texts) for note in notes for word in note.split())
 
 
 def test_the_steps_are_in_the_order_of_the_work(extension):

@@ -228,10 +228,12 @@ def names_and_tooltips(extension):
     folder = Path(extension.__file__).parent
     for path, pattern in (
         (folder / "panels.py", r'text="([^"]+)"'),
-        (folder / "reports.py", r'yield "([^"]+)", '),
+        *((folder / name, r'yield "([^"]+)", ') for name in ("reports.py", "summary.py", "imported.py")),
+        *((path, r"""word\(["']([^"']+)["']""") for path in folder.glob("**/*.py")),
         (folder / "operators" / "import_scans.py", r'header.label\(text="([^"]+)"'),
     ):
         texts |= set(re.findall(pattern, path.read_text()))
+    texts |= {*extension.reports.UNMOVED.values(), extension.reports.MOVE}
     told = (folder / "reports.py").read_text()
     shown = " ".join(re.findall(r"told\((.*)\)$", told, re.M))
     texts |= {figure.label for figure in surfrecon.figures() if f'"{figure.name}"' in shown}

@@ -21,6 +21,7 @@ from mathutils import Matrix
 from .. import cameras, convert, declared, recording, scan_objects
 from ..adjusting import Adjusting
 from ..chosen import SCAN
+from ..imported import note_import
 from ..job import JobOperator
 from ..preferences import preference
 from ..properties import option
@@ -278,16 +279,28 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
         select_only(context, chosen)
         if self.frame:
             frame_selected(context)
+        self.tell(collection, objects, blind, damaged)
+
+    def tell(self, collection, objects, blind, damaged):
+        """Says in a line what came, and the rest in the report."""
+        samples = sum(len(obj.data.vertices) for obj in objects)
+        coloured = sum("colour" in obj.data.attributes for obj in objects)
+        notes = []
         if damaged:
             skipped = f"{number(len(damaged), 'frame is', 'frames are')} damaged and skipped"
-            self.report({"WARNING"}, f"{skipped}: {damaged[0]}")
-        samples = sum(len(obj.data.vertices) for obj in objects)
-        texts = [f"{number(len(made), 'scan', 'scans')}, {samples:,} samples."]
-        if self.others:
-            texts.append(f"{number(len(self.others), 'frame stays in its file', 'frames stay in their files')}.")
+            notes.append(f"{skipped}: {damaged[0]}")
+            self.report({"WARNING"}, notes[0])
         if blind:
-            texts.append(f"{number(blind, 'frame has', 'frames have')} no sample to be trusted.")
-        self.report({"INFO"}, " ".join([*texts, *self.opened.notes]))
+            notes.append(f"{number(blind, 'frame has', 'frames have')} no sample to be trusted")
+        notes += self.opened.notes
+        note_import(collection, len(objects), coloured, samples, len(self.others), notes)
+        texts = [number(len(objects), "scan", "scans"), number(samples, "sample", "samples")]
+        if 0 < coloured < len(objects):
+            texts.append(f"{coloured:,} with colours")
+        if self.others:
+            texts.append(number(len(self.others), "frame in its file", "frames in their files"))
+        more = f". Report has {number(len(notes), 'note', 'notes')}" if notes else ""
+        self.report({"INFO"}, f"{', '.join(texts)}{more}")
 
     def keep_crs(self, collection, factor):
         """The coordinate reference system that the scans lie in, where they lie in one as they stand here."""

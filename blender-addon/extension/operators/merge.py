@@ -15,7 +15,7 @@ from ..kept_merge import KeptMerge
 from ..properties import PARAMETERS, MergeOptions, arguments, threads
 from ..running import Handle, Refused, gathered
 from ..scene import dress, link, put_forward
-from ..sources import common_name, note, sources_of, what_is_gone
+from ..sources import common_name, has_colours, note, sources_of, what_is_gone
 from ..words import number
 
 REPORT = "surfrecon_report"
@@ -107,7 +107,7 @@ class SURFRECON_OT_merge(OfSelected, bpy.types.Operator):
     def launch(self, context):
         """Merges what is selected, of which the last merge may have left something."""
         self.scans = yield from self.gather(context)
-        self.count = len(self.scans)
+        self.count, self.coloured = len(self.scans), sum(map(has_colours, self.scans))
         options = {"files": "if_needed", "workspace": temporary(), "measure": self.measure, "threads": threads(self)}
         return surfrecon.Job.merge(KeptMerge.of(self.scans), **arguments(self), **options)
 
@@ -135,6 +135,7 @@ class SURFRECON_OT_merge(OfSelected, bpy.types.Operator):
         mesh = convert.mesh_from_result(name, result.mesh)
         merged = bpy.data.objects.new(name, mesh)
         figures, distances = result.report.as_dict(), result.distances
+        figures["coloured"] = self.coloured
         figures["warnings"] = "\n".join(text for _, text in result.report.warnings)
         if (renewed := KeptMerge.renewed()) is not None:
             figures["renewed"] = renewed

@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a report says first: the few lines that people look for. All other figures are folded below them."""
+
+from .imported import of_scans
+from .operators.cluster import REPORT as CLUSTERED
+from .operators.merge import REPORT as MERGED
+from .operators.quads import REPORT as GRIDDED
+from .operators.reconstruct import REPORT as RECONSTRUCTED
+from .operators.sculpt import REPORT as SCULPTED
+from .translations import word
+from .words import length
+
+# Custom properties of what is a surface.
+SURFACES = (MERGED, SCULPTED, GRIDDED, RECONSTRUCTED, CLUSTERED)
+
+# Without a summary so many figures are not folded.
+FEW = 5
+
+
+def in_short(context, obj):
+    """At most five (name, value) texts of a result that is a surface: triangles, size, holes, error and colours."""
+    made = next((name for name in SURFACES if name in obj), None)
+    if made is None:
+        return
+    figures = obj[made].to_dict()
+    if obj.type == "MESH":
+        is_quads = made == GRIDDED and "quads" in figures and len(obj.data.polygons) == figures["quads"]
+        yield "Quads" if is_quads else "Triangles", f"{len(obj.data.polygons):,}"
+    yield "Size", size(context, obj.dimensions)
+    if made == MERGED:
+        _, left = figures["holes"]
+        yield "Holes", f"{left:,}" if left else word("none, it is closed")
+    elif made == RECONSTRUCTED:
+        yield "Holes", word("none, it is closed") if figures["closed"] else word("open")
+    if "rms_error" in figures and "max_error" in figures:
+        rms, most = (length(context, figures[name]) for name in ("rms_error", "max_error"))
+        yield "Error", f"{rms} RMS, {word('at most')} {most}"
+    elif "max_error" in figures:
+        yield "Error", f"{word('at most')} {length(context, figures['max_error'])}"
+    elif "overlap_residual" in figures:
+        yield "Scans disagree by", length(context, figures["overlap_residual"])
+    if "coloured" in figures:
+        yield "With colours", of_scans(figures["coloured"], figures["scans"])
+
+
+def size(context, dimensions):
+    """Width, depth and height."""
+    return " x ".join(length(context, side) for side in dimensions)
+
+
+def folded(figures, summed_up):
+    """The (name, value) texts to be shown at once, and those to be folded. Sentences are never folded, nor what leads
+    to them.
+    """
+    if summed_up:
+        return [row for row in figures if row[1] is None], [row for row in figures if row[1] is not None]
+    last = max((k for k, (_, value) in enumerate(figures) if value is None), default=-1)
+    cut = max(FEW, last + 1)
+    return figures[:cut], figures[cut:]
