@@ -5,7 +5,7 @@ import bpy
 import surfrecon
 
 from . import operators
-from .operators.import_scans import ENDINGS
+from .formats import ENDINGS
 
 # Endings of files that range scans are written into.
 WRITTEN = [f".{ending}" for endings in surfrecon.formats(written="images").values() for ending in endings]

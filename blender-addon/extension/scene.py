@@ -78,17 +78,6 @@ def select_only(context, objects):
     context.view_layer.objects.active = objects[0]
 
 
-def frame_selected(context):
-    """Moves all 3D views of the scene's windows so that what is selected fills them."""
-    for window in context.window_manager.windows:
-        for area in window.screen.areas if window.scene == context.scene else ():
-            region = next((region for region in area.regions if region.type == "WINDOW"), None)
-            if area.type == "VIEW_3D" and region is not None:
-                with context.temp_override(window=window, area=area, region=region):
-                    if bpy.ops.view3d.view_selected.poll():
-                        bpy.ops.view3d.view_selected()
-
-
 def put_forward(context, objects, sources):
     """Selects results, and hides what they were made from if the user likes: both lie in the same place."""
     if hiding.is_wished():

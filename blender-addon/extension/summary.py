@@ -8,7 +8,7 @@ from .operators.quads import REPORT as GRIDDED
 from .operators.reconstruct import REPORT as RECONSTRUCTED
 from .operators.sculpt import REPORT as SCULPTED
 from .translations import word
-from .words import length
+from .words import length, size
 
 # Custom properties of what is a surface.
 SURFACES = (MERGED, SCULPTED, GRIDDED, RECONSTRUCTED, CLUSTERED)
@@ -41,11 +41,6 @@ def in_short(context, obj):
         yield "Scans disagree by", length(context, figures["overlap_residual"])
     if "coloured" in figures:
         yield "With colours", of_scans(figures["coloured"], figures["scans"])
-
-
-def size(context, dimensions):
-    """Width, depth and height."""
-    return " x ".join(length(context, side) for side in dimensions)
 
 
 def folded(figures, summed_up):

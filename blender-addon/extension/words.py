@@ -9,7 +9,6 @@ import surfrecon
 
 from .advice import advised
 
-
 # Units that a scene is set to by hand, in metres. Metres and feet are what every new scene has, and tell nothing: in
 # them a length is told by the unit that suits it.
 CHOSEN_UNITS = {
@@ -33,6 +32,11 @@ def length(context, value):
         unit, size = CHOSEN_UNITS[settings.length_unit]
         return f"{metres / size:,.4g} {unit}" if abs(metres / size) < 1000 else f"{metres / size:,.0f} {unit}"
     return bpy.utils.units.to_string(settings.system, "LENGTH", metres, precision=4)
+
+
+def size(context, dimensions):
+    """Width, depth and height."""
+    return " x ".join(length(context, side) for side in dimensions)
 
 
 def number(count, one, many):

@@ -1,5 +1,6 @@
 """File > Import > Range Scans."""
 
+import struct
 from types import SimpleNamespace
 
 import bpy
@@ -7,6 +8,7 @@ import numpy as np
 import pytest
 import surfrecon
 from files import write_range_grid, write_set
+from recordings import write_transforms
 from shapes import torus_scans
 
 
@@ -187,7 +189,145 @@ def test_colours_and_confidences_arrive(extension, images):
 def test_dropping_a_file_uses_the_importer():
     handler = bpy.types.SURFRECON_FH_scans
     assert handler.bl_import_operator == "surfrecon.import_scans"
-    assert {".ply", ".conf"} <= set(handler.bl_file_extensions.split(";"))
+    caught = set(handler.bl_file_extensions.split(";"))
+    assert {".ply", ".conf", ".r3d", ".json", ".log", ".png", ".exr"} <= caught
+    # Blender installs archives, and shows photos as references.
+    assert not caught & {".zip", ".jpg", ".jpeg"}
+
+
+@pytest.mark.parametrize(("ending", "up"), [("conf", "Y"), ("e57", "Z"), ("ptx", "Z"), ("las", "Z")])
+def test_axes_follow_from_the_format_in_the_dialog(tmp_path, images, ending, up):
+    conf = write_set(tmp_path, images[:2])
+    path = conf.with_suffix(f".{ending}")
+    if ending == "las":
+        # Point format 0 of version 1.2: a header, and a point of 20 bytes a vertex.
+        write_las(path, images[0].world_points()[images[0].valid])
+    elif ending != "conf":
+        grids = [
+            surfrecon.RangeImage.from_points(i.world_points(), viewing=("from", (0, 0, 5)), name=i.name)
+            for i in images[:2]
+        ]
+        surfrecon.write(path, grids)
+    assert import_scans(path, orientation="FORMAT") == {"FINISHED"}
+    collection = bpy.data.collections["torus"]
+    points = np.concatenate([world(obj) for obj in collection.objects])
+    expected = np.concatenate([i.world_points()[i.valid] for i in (images[:1] if ending == "las" else images[:2])])
+    if up == "Y":
+        expected = expected[:, [0, 2, 1]] * [1, -1, 1]
+    assert np.allclose(points.min(axis=0), expected.min(axis=0), atol=1e-4)
+    assert np.allclose(points.max(axis=0), expected.max(axis=0), atol=1e-4)
+
+
+def test_phones_have_y_up_and_other_recordings_z(extension):
+    axes_of = extension.formats.axes_of
+    for name in ("Polycam", "Record3D", "3D Scanner App", "Stray Scanner"):
+        assert axes_of(["scan"], [f"scan: 24 frames of {name}, 4 with colour"]) == ("-Z", "Y")
+    for name in ("TUM", "ScanNet", "nerfstudio"):
+        assert axes_of(["scan"], [f"scan: 24 frames of {name}, 4 with colour"]) == ("Y", "Z")
+
+
+def test_the_size_that_results_is_said(conf, capfd):
+    import_scans(conf, unit="MM")
+    low, high = (getattr(np.concatenate([world(o) for o in bpy.data.objects]), f)(axis=0) for f in ("min", "max"))
+    bpy.context.scene.unit_settings.system = "METRIC"
+    said = next(line for line in capfd.readouterr().out.splitlines() if line.startswith("Info: 12 scans"))
+    assert f"{1000 * (high - low)[0]:.4g} mm x " in said, (said, high - low)
+
+
+def write_las(path, points):
+    """Points as LAS 1.2 in tenths of millimetres."""
+    header = bytearray(227)
+    header[:4] = b"LASF"
+    header[24:26] = bytes((1, 2))
+    struct.pack_into("<HII", header, 94, 227, 227, 0)
+    struct.pack_into("<BHI", header, 104, 0, 20, len(points))
+    struct.pack_into("<I", header, 111, len(points))
+    struct.pack_into("<6d", header, 131, 1e-4, 1e-4, 1e-4, 0, 0, 0)
+    low, high = points.min(axis=0), points.max(axis=0)
+    struct.pack_into("<6d", header, 179, high[0], low[0], high[1], low[1], high[2], low[2])
+    rows = np.zeros(len(points), [("xyz", "<i4", 3), ("rest", "V8")])
+    rows["xyz"] = np.round(np.asarray(points, float) * 1e4)
+    path.write_bytes(bytes(header) + rows.tobytes())
+
+
+def test_formats_that_say_their_unit_are_in_it(tmp_path, images, extension):
+    grids = [surfrecon.RangeImage.from_points(images[0].world_points(), viewing=("from", (0, 0, 5)), name="hall")]
+    surfrecon.write(tmp_path / "hall.e57", grids)
+    preferences = bpy.context.preferences.addons[extension.__name__].preferences
+    preferences.unit = "MM"
+    try:
+        assert import_scans(tmp_path / "hall.e57") == {"FINISHED"}
+    finally:
+        preferences.unit = "M"
+    assert max(by_name("hall").dimensions) > 0.5
+
+
+class Dialog(SimpleNamespace):
+    """The importer's dialog with a file at hand, and what it draws."""
+
+    def __getattr__(self, name):
+        return ""
+
+
+def drawn(extension, path):
+    """Names of the properties that the dialog shows for a file."""
+    cls = extension.operators.import_scans.SURFRECON_OT_import_scans
+    shown = []
+
+    class Layout(SimpleNamespace):
+        def prop(self, _, name):
+            shown.append(name)
+
+        def panel(self, *_, **__):
+            return Layout(), Layout()
+
+        def label(self, **_):
+            pass
+
+    dialog = Dialog(layout=Layout(), follows_format=lambda: True, path_at_hand=lambda _: str(path), images="HEIGHTS")
+    cls.draw(dialog, bpy.context)
+    return shown
+
+
+def test_the_dialog_shows_options_of_recordings_for_recordings_only(tmp_path, extension, conf):
+    ring = write_transforms(tmp_path / "ring", 2)
+    for path in (ring, ring.parent, ring.parent / "depths" / "00000.png", tmp_path / "a.r3d", tmp_path / "a.zip"):
+        assert {"frames", "cameras", "whole"} <= set(drawn(extension, path)), path
+    for path in (conf, conf.parent / "scan00.ply", tmp_path / "a.e57"):
+        assert not {"frames", "cameras", "whole", "images"} & set(drawn(extension, path)), path
+    assert "images" in drawn(extension, tmp_path / "terrain.tif")
+
+
+def view():
+    """The 3D view."""
+    areas = bpy.context.window_manager.windows[0].screen.areas
+    return next(area.spaces.active for area in areas if area.type == "VIEW_3D")
+
+
+def test_a_view_sees_what_was_imported_whatever_its_size(conf):
+    for scale in (1e-4, 1e5):
+        import_scans(conf, unit="CUSTOM", scale=scale)
+        extent = 2 * scale
+        assert view().clip_start < extent / 100 and view().clip_end > 10 * extent
+        assert not view().overlay.show_outline_selected
+        assert view().clip_end / view().clip_start < 2e6
+
+
+def test_scans_inside_an_object_are_shown_alone(conf, capfd):
+    bpy.ops.mesh.primitive_cube_add(size=20)
+    cube = bpy.context.object
+    import_scans(conf)
+    assert view().local_view is not None
+    assert all(obj.visible_get(viewport=view()) for obj in bpy.data.collections["torus"].objects)
+    assert not cube.visible_get(viewport=view())
+    assert '"Cube" encloses the scans' in capfd.readouterr().out
+
+
+def test_colours_are_shown_where_there_are_some(tmp_path, conf):
+    import_scans(conf)
+    assert view().shading.color_type == "MATERIAL"
+    import_scans(write_transforms(tmp_path / "ring", 2))
+    assert view().shading.color_type == "VERTEX"
 
 
 def test_a_height_map_becomes_a_terrain(tmp_path):

@@ -18,28 +18,25 @@ from bpy.props import (
 from bpy_extras.io_utils import ImportHelper, axis_conversion, orientation_helper, poll_file_object_drop
 from mathutils import Matrix
 
-from .. import cameras, convert, declared, recording, scan_objects
+from .. import cameras, convert, declared, formats, recording, scan_objects
 from ..adjusting import Adjusting
 from ..chosen import SCAN
+from ..formats import DROPPED, ENDINGS
 from ..imported import note_import
 from ..job import JobOperator
+from ..placing import in_world, place, set_name
 from ..preferences import preference
 from ..properties import option
 from ..running import Refused
-from ..scene import frame_selected, into_collection, select_only, show_colours, tint
+from ..scene import into_collection, select_only, show_colours, tint
 from ..translations import NAMES
-from ..words import number, sentence
-
-# A zip archive is of a recording's folder; anything else may be in one, so that the library names no ending.
-ENDINGS = sorted({"." + ending for endings in surfrecon.formats().values() for ending in endings} | {".zip"})
+from ..views import show as show_in_views
+from ..views import union
+from ..words import number, sentence, size
 
 READING = {p.name: p for p in surfrecon.parameters("open")}
 
 UNITS = {"M": 1.0, "CM": 0.01, "MM": 0.001, "UM": 1e-6, "IN": 0.0254, "FT": 0.3048}
-
-# Blender's matrices are in single precision: scans that lie further from the origin than this many times their own size
-# would lose digits, so the whole set is moved.
-FARTHEST = 64
 
 
 @orientation_helper(axis_forward="Y", axis_up="Z")
@@ -77,6 +74,17 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
         ),
         default="PREFERRED",
     )
+    orientation: EnumProperty(
+        name="Axes",
+        description="Which way is up in the files",
+        items=(
+            ("FORMAT", "As the format", "Y is up in Stanford sets, glTF and recordings of phones, and Z in all others"),
+            ("AXES", "As below", "As Forward and Up say"),
+        ),
+        # Scripts say their axes, and dialogs begin with those of the format.
+        default="AXES",
+        options={"SKIP_SAVE"},
+    )
     scale: FloatProperty(name="Scale", description="Scene units a unit of the files", default=1.0, min=1e-9, max=1e9)
     origin: EnumProperty(
         name="Origin",
@@ -90,7 +98,7 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
     )
     frame: BoolProperty(
         name="Frame",
-        description="Turn the 3D views to the imported scans, which may be far smaller or larger than what is seen",
+        description="Turn the 3D views to the imported scans, show their colours, and fit the clip planes",
         default=True,
     )
     frames: IntProperty(
@@ -136,6 +144,8 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
     by_hand = False
     # The last choice of what is up, as far as `check` has seen it.
     up_before = None
+    # The axes that the dialog began with.
+    axes_before = None
 
     @classmethod
     def poll(cls, context):
@@ -148,7 +158,14 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
             return self.watch(context)
         self.by_hand = True
         self.up_before = self.axis_up
+        self.axes_before = self.axis_forward, self.axis_up
+        if not self.properties.is_property_set("orientation"):
+            self.orientation = "FORMAT"
         return self.invoke_popup(context)
+
+    def follows_format(self):
+        """Whether the files' format says which way is up. A preset of earlier versions changes the axes alone."""
+        return self.orientation == "FORMAT" and self.axes_before in (None, (self.axis_forward, self.axis_up))
 
     def check(self, context):
         """Forward follows Up when that is chosen: else Blender's dialogs take back a choice of the axis Forward has."""
@@ -166,15 +183,21 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
         layout.prop(self, "unit")
         if self.unit == "CUSTOM":
             layout.prop(self, "scale")
-        layout.prop(self, "axis_forward")
-        layout.prop(self, "axis_up")
+        layout.prop(self, "orientation")
+        if not self.follows_format():
+            layout.prop(self, "axis_forward")
+            layout.prop(self, "axis_up")
         layout.prop(self, "origin")
         layout.prop(self, "frame")
-        header, body = layout.panel("surfrecon_recordings")
-        header.label(text="Recordings", text_ctxt=NAMES)
-        if body is not None:
-            for name in ("frames", "cameras", "whole", "poses", "axes"):
-                body.prop(self, name)
+        path = self.path_at_hand(context)
+        if formats.is_recording(path):
+            header, body = layout.panel("surfrecon_recordings")
+            header.label(text="Recordings", text_ctxt=NAMES)
+            if body is not None:
+                for name in ("frames", "cameras", "whole", "poses", "axes"):
+                    body.prop(self, name)
+        if not formats.is_image(path):
+            return
         header, body = layout.panel("surfrecon_images", default_closed=True)
         header.label(text="Images", text_ctxt=NAMES)
         if body is None:
@@ -188,6 +211,14 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
             body.prop(self, "pixel_step")
             body.prop(self, "pixels")
         body.prop(self, "pixel_scale")
+
+    def path_at_hand(self, context):
+        """What is chosen in the file browser, or was dropped."""
+        params = getattr(context.space_data, "params", None)
+        if params is not None and hasattr(params, "directory"):
+            return os.path.join(os.fsdecode(params.directory), params.filename)
+        name = self.files[0].name if self.files else ""
+        return os.path.join(self.directory, name) if name else self.filepath
 
     def reading(self):
         """Keyword arguments of `surfrecon.open`."""
@@ -217,6 +248,10 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
         self.paths, self.opened = yield from recording.opened(paths, self.whole, self.reading())
         if not len(self.opened):
             raise Refused(f"{os.path.basename(self.paths[0])} holds no scan")
+        if self.follows_format():
+            self.axis_forward, self.axis_up = formats.axes_of(self.paths, self.opened.notes)
+        # What is adjusted later begins with the axes that were taken.
+        self.orientation = "AXES"
         numbers = [k for k, scan in enumerate(self.opened) if isinstance(scan, surfrecon.Frame)]
         coloured = [self.opened[k].has_colour for k in numbers]
         chosen = {numbers[k] for k in recording.spread(coloured, self.frames)}
@@ -226,9 +261,9 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
         return recording.reading(self.scans)
 
     def factor(self, context):
-        """Units of the scene a unit of the files; recordings are in metres."""
+        """Units of the scene a unit of the files; recordings and some formats are in metres."""
         of_frames = all(isinstance(scan, surfrecon.Frame) for scan in self.opened)
-        preferred = "M" if of_frames else preference("unit")
+        preferred = "M" if of_frames or formats.is_in_metres(self.paths) else preference("unit")
         unit = preferred if self.unit == "PREFERRED" else self.unit
         length = context.scene.unit_settings.scale_length
         return {"CUSTOM": self.scale, "SCENE": 1.0}.get(unit) or UNITS[unit] / length
@@ -277,11 +312,11 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
             cameras.take_picture_size(context.scene, *views[0])
         chosen = objects + self.stand_for_others(collection, factor, offset)
         select_only(context, chosen)
-        if self.frame:
-            frame_selected(context)
-        self.tell(collection, objects, blind, damaged)
+        if self.frame and (encloser := show_in_views(context, chosen)) is not None:
+            self.report({"INFO"}, f'"{encloser}" encloses the scans: they are shown alone, in local view')
+        self.tell(context, collection, objects, blind, damaged)
 
-    def tell(self, collection, objects, blind, damaged):
+    def tell(self, context, collection, objects, blind, damaged):
         """Says in a line what came, and the rest in the report."""
         samples = sum(len(obj.data.vertices) for obj in objects)
         coloured = sum("colour" in obj.data.attributes for obj in objects)
@@ -299,6 +334,8 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
             texts.append(f"{coloured:,} with colours")
         if self.others:
             texts.append(number(len(self.others), "frame in its file", "frames in their files"))
+        low, high = union(map(in_world, objects))
+        texts.append(size(context, high - low))
         more = f". Report has {number(len(notes), 'note', 'notes')}" if notes else ""
         self.report({"INFO"}, f"{', '.join(texts)}{more}")
 
@@ -358,42 +395,12 @@ class SURFRECON_FH_scans(bpy.types.FileHandler):
     bl_idname = "SURFRECON_FH_scans"
     bl_label = "Range Scans"
     bl_import_operator = "surfrecon.import_scans"
-    bl_file_extensions = ";".join(ENDINGS)
+    bl_file_extensions = ";".join(DROPPED)
 
     @classmethod
     def poll_drop(cls, context):
         """Where objects can be dropped."""
         return poll_file_object_drop(context)
-
-
-def set_name(paths):
-    """A name for the collection: the side file's, the only file's, or the folder's."""
-    stems = [os.path.splitext(os.path.basename(path))[0] for path in paths]
-    for path, stem in zip(paths, stems, strict=True):
-        if path.lower().endswith((".conf", ".mlp", ".aln")):
-            return stem
-    return stems[0] if len(stems) == 1 else os.path.basename(os.path.dirname(paths[0])) or "Scans"
-
-
-def place(made, axes, origin):
-    """Gives the objects their matrices; returns by what all were moved, if they were."""
-    poses = np.array([axes @ pose for _, pose in made])
-    extent = max(max(np.abs(np.array(obj.bound_box)).max() for obj, _ in made), 1e-12)
-    boxes = [np.array(obj.bound_box) @ pose[:3, :3].T + pose[:3, 3] for (obj, _), pose in zip(made, poses, strict=True)]
-    centre = poses[:, :3, 3].mean(axis=0)
-    offset = None
-    if origin == "CENTRE":
-        corners = np.concatenate(boxes)
-        offset = (corners.min(axis=0) + corners.max(axis=0)) / 2
-    elif origin == "AUTO" and np.abs(centre).max() > FARTHEST * extent:
-        # A round number, so that adding it by hand is easy.
-        step = 10 ** np.floor(np.log10(extent))
-        offset = np.round(centre / step) * step
-    if offset is not None:
-        poses[:, :3, 3] -= offset
-    for (obj, _), pose in zip(made, poses, strict=True):
-        obj.matrix_world = Matrix(pose.tolist())
-    return offset
 
 
 def remove(objects):

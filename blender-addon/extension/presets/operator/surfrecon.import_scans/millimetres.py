@@ -4,6 +4,7 @@ import bpy
 op = bpy.context.active_operator
 
 op.unit = "MM"
+op.orientation = "AXES"
 op.axis_forward = "Y"
 op.axis_up = "Z"
 op.origin = "AUTO"

@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""3D views after an import: turned to the scans, with clip planes that fit, alone if something encloses them."""
+
+import bpy
+import numpy as np
+
+from .scene import into_local_views
+
+# A view sees well what is from so many times larger than its near plane to so many times smaller than its far one.
+LEAST_NEAR, LEAST_FAR = 100, 10
+NEAR, FAR = 1000, 100
+
+# The depths of a view keep no more apart than this.
+MOST_RATIO = 1e6
+
+
+def show(context, objects):
+    """Turns all 3D views of the scene's windows to these objects, which are selected. Returns the name of an object
+    that encloses them, for which they are in local view, or `None`.
+    """
+    context.view_layer.update()
+    box = union(boxes(objects))
+    encloser = what_encloses(context, objects, box)
+    into_local_views(context, objects)
+    coloured = any("colour" in obj.data.attributes for obj in objects if obj.type == "MESH")
+    for window in context.window_manager.windows:
+        for area in window.screen.areas if window.scene == context.scene else ():
+            region = next((region for region in area.regions if region.type == "WINDOW"), None)
+            if area.type != "VIEW_3D" or region is None:
+                continue
+            view = area.spaces.active
+            fit_clips(view, float(np.linalg.norm(box[1] - box[0])))
+            if coloured and view.shading.type == "SOLID" and view.shading.color_type == "MATERIAL":
+                view.shading.color_type = "VERTEX"
+            # Outlines of many scans cover what is between them.
+            view.overlay.show_outline_selected = False
+            with context.temp_override(window=window, area=area, region=region):
+                if encloser is not None and view.local_view is None and bpy.ops.view3d.localview.poll():
+                    bpy.ops.view3d.localview(frame_selected=False)
+                if bpy.ops.view3d.view_selected.poll():
+                    bpy.ops.view3d.view_selected()
+    return None if encloser is None else encloser.name
+
+
+def fit_clips(view, extent):
+    """Lets a view see what is so large; planes that do so already stay."""
+    if extent <= 0:
+        return
+    if view.clip_start > extent / LEAST_NEAR:
+        view.clip_start = extent / NEAR
+        view.clip_end = min(view.clip_end, view.clip_start * MOST_RATIO)
+    if view.clip_end < extent * LEAST_FAR:
+        view.clip_end = extent * FAR
+        view.clip_start = max(view.clip_start, view.clip_end / MOST_RATIO)
+
+
+def boxes(objects):
+    """Corners (8, 3) of the objects in the world."""
+    for obj in objects:
+        matrix = np.array(obj.matrix_world)
+        yield np.array(obj.bound_box) @ matrix[:3, :3].T + matrix[:3, 3]
+
+
+def union(corners):
+    """The lowest and the highest corner of boxes."""
+    corners = np.concatenate(list(corners))
+    if not len(corners):
+        return np.zeros((2, 3))
+    return corners.min(axis=0), corners.max(axis=0)
+
+
+def what_encloses(context, objects, box):
+    """Another object with a surface, in sight, whose box holds that of the objects; `None` if there is none."""
+    for obj in context.view_layer.objects:
+        if obj.type == "MESH" and obj not in objects and obj.visible_get() and len(obj.data.polygons) > 0:
+            low, high = union(boxes([obj]))
+            if (low <= box[0]).all() and (high >= box[1]).all():
+                return obj
+    return None
