@@ -14,9 +14,7 @@ from .scene import material_of_nodes, views_of
 ATTRIBUTE, FIGURES, COLOURS = "error", "surfrecon_error", convert.FALSE_COLOURS
 MAP_NODE, RAMP_NODE = "Error range", "Error colours"
 
-WORKBENCH = "BLENDER_WORKBENCH"
-
-# Views that were switched to show them: what of their shading, to what, and what it was.
+# Views that were switched to show them: how, and what they were.
 SWITCHED = {}
 
 # Custom property of a mesh that shows them: what it was before.
@@ -220,13 +218,16 @@ def error_material(name):
     for element, (position, colour) in zip(elements, RAMP, strict=True):
         element.position = position
         element.color = (*(linear(x) for x in colour), 1)
-    shader = nodes["Principled BSDF"]
-    shader.inputs["Roughness"].default_value = 0.6
+    # Unlit: light would change the colours of the legend.
+    nodes.remove(nodes["Principled BSDF"])
+    shader = nodes.new("ShaderNodeEmission")
+    shader.location = (10, 300)
+    links.new(shader.outputs["Emission"], nodes["Material Output"].inputs["Surface"])
     for k, node in enumerate((attribute, scale, ramp)):
         node.location = (-900 + 250 * k, 300)
     links.new(attribute.outputs["Fac"], scale.inputs["Value"])
     links.new(scale.outputs["Result"], ramp.inputs["Fac"])
-    links.new(ramp.outputs["Color"], shader.inputs["Base Color"])
+    links.new(ramp.outputs["Color"], shader.inputs["Color"])
     return material
 
 
@@ -239,20 +240,22 @@ def linear(x):
 
 
 def show_materials(context):
-    """Lets views that show no materials do so."""
+    """Lets solid views show false colours, unlit: as they are in the legend, and at once, since nothing is compiled."""
     for area in views_of(context):
         shading = area.spaces.active.shading
         if shading.type == "SOLID":
-            # Workbench has no view of materials.
-            name, value = ("color_type", "VERTEX") if context.scene.render.engine == WORKBENCH else ("type", "MATERIAL")
-            SWITCHED.setdefault(area.as_pointer(), (name, value, getattr(shading, name)))
-            setattr(shading, name, value)
+            wanted = {"color_type": "VERTEX", "light": "FLAT"}
+            SWITCHED.setdefault(area.as_pointer(), (wanted, {name: getattr(shading, name) for name in wanted}))
+            for name, value in wanted.items():
+                setattr(shading, name, value)
 
 
 def show_as_before(context):
     """Puts views back that `show_materials` has switched, unless the user has switched them again since."""
     for area in views_of(context):
         if area.as_pointer() in SWITCHED:
-            name, value, before = SWITCHED.pop(area.as_pointer())
-            if getattr(area.spaces.active.shading, name) == value:
-                setattr(area.spaces.active.shading, name, before)
+            wanted, before = SWITCHED.pop(area.as_pointer())
+            shading = area.spaces.active.shading
+            if shading.type == "SOLID" and all(getattr(shading, name) == value for name, value in wanted.items()):
+                for name, value in before.items():
+                    setattr(shading, name, value)

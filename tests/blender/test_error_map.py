@@ -96,3 +96,56 @@ def test_what_modifiers_add_has_no_error_and_is_said(capfd):
         assert operator() == {"FINISHED"}
         assert "which make other vertices" in capfd.readouterr().out
     assert len(errors(copy)) == len(copy.data.vertices) and errors(copy).max() < 1e-6
+
+
+@pytest.fixture
+def runs(monkeypatch):
+    """How often distances were measured."""
+    import surfrecon
+
+    found, distances = [], surfrecon.Job.distances
+    counted = lambda *given, **options: found.append(1) or distances(*given, **options)  # noqa: E731
+    monkeypatch.setattr(surfrecon.Job, "distances", staticmethod(counted))
+    return found
+
+
+def test_what_the_merge_measured_is_not_measured_again(merged, runs):
+    known = errors(merged)
+    assert bpy.ops.surfrecon.error_map() == {"FINISHED"}
+    assert not runs and np.array_equal(errors(merged), known)
+    # The same again, at another scale, and what is measured really.
+    bpy.ops.surfrecon.error_map(limit=0.5)
+    assert not runs and merged["surfrecon_error"]["limit"] == 0.5
+    del merged["surfrecon_measured"]
+    bpy.ops.surfrecon.error_map()
+    assert len(runs) == 1 and np.allclose(errors(merged), known, atol=1e-6)
+
+
+@pytest.mark.parametrize("change", ["scan moved", "result moved", "vertex moved", "modifier", "misfit"])
+def test_what_has_changed_since_is_measured_anew(merged, runs, change):
+    scan = bpy.data.objects["scan00"]
+    if change == "scan moved":
+        scan.location.x += 0.1
+    elif change == "result moved":
+        merged.location.x += 0.1
+    elif change == "vertex moved":
+        merged.data.vertices[0].co.z += 0.1
+    elif change == "modifier":
+        scan.modifiers.new("cast", "CAST")
+    else:
+        merged.data.attributes["error"].data[0].value = 1.0
+    bpy.context.view_layer.update()
+    bpy.ops.surfrecon.error_map()
+    assert len(runs) == 1
+
+
+def test_the_map_is_unlit_and_has_the_colours_of_the_legend_at_once(merged, extension):
+    areas = bpy.context.window_manager.windows[0].screen.areas
+    shading = next(area.spaces.active.shading for area in areas if area.type == "VIEW_3D")
+    before = shading.type, shading.color_type, shading.light
+    bpy.ops.surfrecon.error_map()
+    assert (shading.type, shading.color_type, shading.light) == ("SOLID", "VERTEX", "FLAT")
+    nodes = merged.material_slots[0].material.node_tree.nodes
+    assert {node.type for node in nodes} >= {"EMISSION", "OUTPUT_MATERIAL"} and "Principled BSDF" not in nodes
+    bpy.ops.surfrecon.error_hide()
+    assert (shading.type, shading.color_type, shading.light) == before

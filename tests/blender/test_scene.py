@@ -187,8 +187,8 @@ def test_several_surfaces_and_none(extension):
 
 def test_presets_come_with_the_extension():
     for operator, names in {
-        "import_scans": {"stanford_models.py", "millimetres.py", "aerial_survey.py", "phone_recording.py"},
-        "virtual_scan": {"depth_camera.py", "exact.py"},
+        "import_scans": {"Stanford_Models.py", "Millimetres.py", "Aerial_Survey.py", "Phone_Recording.py"},
+        "virtual_scan": {"Depth_Camera.py", "Exact.py"},
     }.items():
         paths = bpy.utils.preset_paths(f"operator/surfrecon.{operator}")
         found = {file.name for path in paths for file in Path(path).glob("*.py")}
@@ -198,6 +198,13 @@ def test_presets_come_with_the_extension():
             for file in Path(path).glob("*.py"):
                 for name in re.findall(r"^op\.(\w+) =", file.read_text(), re.M):
                     assert name in properties
+
+
+def test_presets_are_written_as_in_the_guide():
+    guide = (Path(__file__).parents[2] / "blender-addon" / "README.md").read_text()
+    for path in (Path(__file__).parents[2] / "blender-addon").glob("extension/presets/operator/*import_scans/*.py"):
+        # As Blender's list of presets shows a file.
+        assert f"*{bpy.path.display_name(path.name, title_case=False)}*" in guide
 
 
 # What Blender itself has in all its languages.

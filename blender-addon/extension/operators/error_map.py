@@ -9,7 +9,8 @@ from .. import convert, recording, usable
 from ..chosen import Chosen
 from ..false_colours import FIGURES, show, show_materials, store_distances
 from ..job import JobOperator
-from ..running import Refused, gathered
+from ..measured import distances_of
+from ..running import Known, Refused, gathered
 from ..sources import sources_of, what_is_gone
 from ..words import length
 
@@ -52,6 +53,10 @@ class SURFRECON_OT_error_map(JobOperator, bpy.types.Operator):
             references, gone = sources_of(measured), what_is_gone(measured)
             if references and gone:
                 self.report({"WARNING"}, f"{gone}: it is measured against the others")
+            # What the merge measured is at hand.
+            if references and not gone and (known := distances_of(measured)) is not None:
+                self.measured = measured.name
+                return Known(known)
         if not references:
             if gone := what_is_gone(measured):
                 raise Refused(f"{gone}: select what it is to be compared with as well")

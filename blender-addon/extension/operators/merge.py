@@ -7,7 +7,7 @@ import bpy
 import numpy as np
 import surfrecon
 
-from .. import convert, declared, hiding, recording, scan_objects
+from .. import convert, declared, hiding, measured, recording, scan_objects
 from ..chosen import RESULTS, Chosen
 from ..false_colours import ATTRIBUTE
 from ..job import JobOperator
@@ -145,6 +145,9 @@ class SURFRECON_OT_merge(OfSelected, bpy.types.Operator):
         merged[REPORT] = convert.plain(figures)
         note(merged, sources, [source.name for source in self.sources])
         link(context, merged)
+        if distances is not None:
+            context.view_layer.update()
+            measured.note(merged)
         dress(merged, sources, context.evaluated_depsgraph_get())
         earlier = [one.get() for one in self.earlier]
         put_forward(context, [merged], sources + earlier)
