@@ -22,6 +22,7 @@ from .home import Home
 from .kept import Kept
 from .kept_merge import KeptMerge
 from .running import Gathering, Refused, Running
+from .telling import tell, told
 from .words import sentence
 
 POLL_SECONDS = 0.05
@@ -57,10 +58,10 @@ class JobOperator:
     def poll(cls, context):
         """One job at a time, and meshes can be read in object mode only."""
         if Running.job is not None and Adjusting.handed is None:
-            cls.poll_message_set(f"{Running.title} is running")
+            cls.poll_message_set(told(f"{Running.title} is running"))
             return False
         if context.mode != "OBJECT":
-            cls.poll_message_set("Switch to Object Mode first")
+            cls.poll_message_set(told("Switch to Object Mode first"))
             return False
         return True
 
@@ -153,7 +154,7 @@ class JobOperator:
         """Reads objects once the window shows that it will, and starts the job when all are read."""
         if Running.stopped is not None:
             Running.take()
-            self.report({"WARNING"}, f"{self.bl_label}: cancelled")
+            tell(self, {"WARNING"}, f"{self.bl_label}: cancelled")
             return self._leave(context, {"CANCELLED"})
         gathering = Running.job
         if not gathering.drawn():
@@ -216,13 +217,13 @@ class JobOperator:
                 Running.begin(further, self.bl_label)
                 return None
         except surfrecon.Cancelled:
-            self.report({"WARNING"}, f"{self.bl_label}: cancelled")
+            tell(self, {"WARNING"}, f"{self.bl_label}: cancelled")
             return {"CANCELLED"}
         except (Refused, surfrecon.SurfreconError) as problem:
             self._refuse(problem)
             return {"CANCELLED"}
         if (scene := self.home.find()) != context.scene:
-            self.report({"INFO"}, f'The result is in the scene "{scene.name}", where it was begun')
+            tell(self, {"INFO"}, f'The result is in the scene "{scene.name}", where it was begun')
         return {"FINISHED"}
 
     def _refuse(self, problem):
@@ -230,7 +231,7 @@ class JobOperator:
         text = sentence(problem)
         if isinstance(problem, surfrecon.OutOfMemoryError) and KeptMerge.forget():
             text += ". What the last merge had kept is given back now: try again"
-        self.report({"ERROR"}, text)
+        tell(self, {"ERROR"}, text)
 
     def _leave(self, context, done=None):
         """Takes away what was shown; returns `done`."""

@@ -13,10 +13,14 @@ from .reports import LINES, lie_apart
 from .running import Running
 from .sources import what_is_gone
 from .summary import SURFACES, folded, in_short
+from .telling import told
 from .translations import NAMES, OPERATORS, word
-from .words import length, number, wrapped
+from .words import fits, length, number, wrapped
 
 ALIGN = ("surfrecon.align", "SNAP_ON")
+
+# The share of the width that labels of figures have.
+LABELS = 0.45
 
 
 class ScansPanel:
@@ -277,15 +281,21 @@ def rows(context, layout, figures):
         if value is None:
             sentence(context, layout, what)
             continue
-        row = layout.split(factor=0.45)
-        row.label(text=what, text_ctxt=NAMES)
-        row.label(text=value, translate=False)
+        if fits(context, word(what), LABELS) and fits(context, value, 1 - LABELS):
+            row = layout.split(factor=LABELS)
+            row.label(text=what, text_ctxt=NAMES)
+            row.label(text=value, translate=False)
+        else:
+            layout.label(text=what, text_ctxt=NAMES)
+            row = layout.row()
+            row.alignment = "RIGHT"
+            row.label(text=value, translate=False)
 
 
 def sentence(context, layout, text):
     """A text over as many lines as it takes."""
     column = layout.column(align=True)
-    for line in wrapped(context, text):
+    for line in wrapped(context, told(text)):
         column.label(text=line, translate=False)
 
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Translations: a dictionary a language, by Blender's own way. English texts are the keys.
 
-Another language is another entry of `LANGUAGES`. Each has all names, titles and figures, and the tooltips of operators;
-what explains an option, and what is said in sentences, stays English.
+Another language is another entry of `LANGUAGES`. Each has all names, titles and figures, and the tooltips of operators.
+What explains an option stays English. Sentences are in `german`, with `telling` to look them up.
 """
 # A text a line is easier to translate than one in pieces.
 # ruff: noqa: E501

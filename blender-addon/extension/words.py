@@ -63,9 +63,18 @@ LETTER = 7.3
 
 def wrapped(context, text):
     """The lines of a text that is as wide as the region."""
+    return textwrap.wrap(text, max(int(letters(context)), 20))
+
+
+def letters(context):
+    """How many letters the region is wide."""
     # The scale is 0 where nothing is drawn.
-    letter = LETTER * (context.preferences.system.ui_scale or 1)
-    return textwrap.wrap(text, max(int(context.region.width / letter), 20))
+    return context.region.width / (LETTER * (context.preferences.system.ui_scale or 1))
+
+
+def fits(context, text, share):
+    """Whether a text fits into a share of the region's width."""
+    return len(text) <= share * letters(context)
 
 
 def duration(seconds):

@@ -17,6 +17,7 @@ from ..properties import draw_others, given, option, threads
 from ..running import Refused, gathered, waited
 from ..scene import put_back, put_forward, whereabouts
 from ..sources import sources_of, what_is_gone
+from ..telling import tell, told
 from ..words import number
 from . import error_map
 
@@ -51,7 +52,7 @@ class SURFRECON_OT_align(JobOperator, bpy.types.Operator):
         if not super().poll(context):
             return False
         if not context.selected_objects:
-            cls.poll_message_set("Select the scans to align")
+            cls.poll_message_set(told("Select the scans to align"))
             return False
         return True
 
@@ -79,7 +80,7 @@ class SURFRECON_OT_align(JobOperator, bpy.types.Operator):
         self.result = None
         if len(objects) == 1 and len(sources_of(objects[0])) > 1:
             if gone := what_is_gone(objects[0]):
-                self.report({"WARNING"}, f"{gone}: only the others are aligned")
+                tell(self, {"WARNING"}, f"{gone}: only the others are aligned")
             self.result, objects = objects[0].name, sources_of(objects[0])
         if len(objects) < 2 and not any(recording.is_recording(obj) for obj in objects):
             raise Refused("Aligning takes at least two scans: select the others as well")
@@ -108,7 +109,7 @@ class SURFRECON_OT_align(JobOperator, bpy.types.Operator):
         scan = scan_objects.scan_of_object(obj, depsgraph)
         is_image = isinstance(scan, surfrecon.RangeImage)
         if scan_objects.is_range_image(obj) and not is_image:
-            self.report({"WARNING"}, f'"{obj.name}" is no longer one vertex a pixel: aligned as a plain mesh')
+            tell(self, {"WARNING"}, f'"{obj.name}" is no longer one vertex a pixel: aligned as a plain mesh')
         matrix = self.note(obj, depsgraph)
         if is_image:
             self.scan_from_object[obj.name] = np.linalg.inv(scan.world_from_sensor) @ matrix
@@ -175,15 +176,15 @@ class SURFRECON_OT_align(JobOperator, bpy.types.Operator):
         for name, state, _, reason in lines_of(report, self.owners, frames):
             if reason:
                 what = "stays where it was, undecided" if state == "undecided" else "is not placed"
-                self.report({"WARNING"}, f'"{name}" {what}: {reason}')
+                tell(self, {"WARNING"}, f'"{name}" {what}: {reason}')
         text = f"{report.placed} of {number(len(self.owners), 'scan', 'scans')} placed{self.said}"
         if self.through_points:
             clouds = number(len(self.through_points), "cloud", "clouds")
             text += f"; {clouds} by the surface through the points"
         if report.placed == len(self.owners):
-            self.report({"INFO"}, text)
+            tell(self, {"INFO"}, text)
         else:
-            self.report({"WARNING"}, f"{text}: see Report in the sidebar for the others")
+            tell(self, {"WARNING"}, f"{text}: see Report in the sidebar for the others")
 
 
 def map_misfit(context, numbers, scan_from_object, result):

@@ -8,6 +8,7 @@ from .. import declared, recording
 from ..job import JobOperator
 from ..properties import draw_others, given, option
 from ..running import Refused, gathered
+from ..telling import tell, told
 from ..words import length, number
 from .select_region import apply_region, is_scan
 
@@ -30,7 +31,7 @@ class SURFRECON_OT_remove_background(JobOperator, bpy.types.Operator):
         if not super().poll(context):
             return False
         if not any(is_scan(obj) for obj in context.selected_objects):
-            cls.poll_message_set("Select the scans that stand on something")
+            cls.poll_message_set(told("Select the scans that stand on something"))
             return False
         return True
 
@@ -53,4 +54,4 @@ class SURFRECON_OT_remove_background(JobOperator, bpy.types.Operator):
             raise Refused("A scan was removed meanwhile: try again")
         removed = apply_region(plane, None, objects, False, context.evaluated_depsgraph_get())
         text = f"The plane has {plane.share:.0%} of the samples, which spread by {length(context, plane.spread)}"
-        self.report({"INFO"}, f"{text}; {removed:,} samples of {number(len(objects), 'scan', 'scans')} removed")
+        tell(self, {"INFO"}, f"{text}; {removed:,} samples of {number(len(objects), 'scan', 'scans')} removed")

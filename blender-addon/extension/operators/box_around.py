@@ -8,6 +8,7 @@ from .. import chosen, regions
 from ..running import Refused
 from ..scene import link, select_only
 from ..sources import note
+from ..telling import tell, told
 from ..words import sentence
 
 # A box of nothing but points of a plane has this share of its size as its height.
@@ -28,10 +29,10 @@ class SURFRECON_OT_box_around(bpy.types.Operator):
     def poll(cls, context):
         """There must be something, in object mode."""
         if context.mode != "OBJECT":
-            cls.poll_message_set("Switch to Object Mode first")
+            cls.poll_message_set(told("Switch to Object Mode first"))
             return False
         if not context.selected_objects:
-            cls.poll_message_set("Select the scans that the box is to hold")
+            cls.poll_message_set(told("Select the scans that the box is to hold"))
             return False
         return True
 
@@ -45,7 +46,7 @@ class SURFRECON_OT_box_around(bpy.types.Operator):
             if not len(places) or not np.isfinite(places).all():
                 raise Refused("No selected object has vertices to make a box around: select the scans")
         except Refused as problem:
-            self.report({"ERROR"}, sentence(problem))
+            tell(self, {"ERROR"}, sentence(problem))
             return {"CANCELLED"}
         low, high = places.min(axis=0), places.max(axis=0)
         half = np.maximum((high - low) / 2, LEAST * max((high - low).max(), 1e-6))
@@ -58,5 +59,5 @@ class SURFRECON_OT_box_around(bpy.types.Operator):
         note(box, meant, [obj.name for obj in meant])
         link(context, box)
         select_only(context, [box])
-        self.report({"INFO"}, "Move and scale the box, then press Keep Inside or Remove Inside")
+        tell(self, {"INFO"}, "Move and scale the box, then press Keep Inside or Remove Inside")
         return {"FINISHED"}

@@ -8,6 +8,7 @@ from bpy.props import FloatProperty, IntProperty
 from .. import convert, pruning, scan_objects, usable
 from ..job import JobOperator
 from ..running import Refused, Task
+from ..telling import tell, told
 
 REPORT = "surfrecon_clean"
 
@@ -43,7 +44,7 @@ class SURFRECON_OT_clean(JobOperator, bpy.types.Operator):
         if not super().poll(context):
             return False
         if not any(scan_objects.is_range_image(obj) for obj in context.selected_objects):
-            cls.poll_message_set("Select imported scans in object mode")
+            cls.poll_message_set(told("Select imported scans in object mode"))
             return False
         return True
 
@@ -89,7 +90,7 @@ class SURFRECON_OT_clean(JobOperator, bpy.types.Operator):
             obj[REPORT] = figures
         small = sum(figures["small"] for _, figures in kept)
         doubtful = sum(figures["doubtful"] for _, figures in kept)
-        self.report({"INFO"}, f"{small:,} samples in small parts and {doubtful:,} of low confidence removed")
+        tell(self, {"INFO"}, f"{small:,} samples in small parts and {doubtful:,} of low confidence removed")
 
 
 def samples_kept(name, count, confidence, corners, smallest, least):

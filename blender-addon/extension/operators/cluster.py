@@ -18,6 +18,7 @@ from ..properties import draw_others, given, option
 from ..running import Handle, Known, Refused, Task
 from ..scene import dress, link, put_forward
 from ..sources import note
+from ..telling import tell, told
 from ..translations import NAMES
 
 REPORT = "surfrecon_cluster"
@@ -70,7 +71,7 @@ class SURFRECON_OT_remesh(JobOperator, bpy.types.Operator):
         if not super().poll(context):
             return False
         if context.object is None or context.object.type not in {"MESH", "POINTCLOUD"}:
-            cls.poll_message_set("Make a mesh or a point cloud the active object")
+            cls.poll_message_set(told("Make a mesh or a point cloud the active object"))
             return False
         return True
 
@@ -160,7 +161,7 @@ class SURFRECON_OT_remesh(JobOperator, bpy.types.Operator):
         put_forward(context, made, [source])
         angle = math.degrees(chain[0].report["after"]["mean_smallest_angle"])
         counts = ", ".join(f"{len(level.mesh.positions):,}" for level in chain)
-        self.report({"INFO"}, f"{counts} vertices; mean smallest angle {angle:.1f} degrees")
+        tell(self, {"INFO"}, f"{counts} vertices; mean smallest angle {angle:.1f} degrees")
 
 
 class SURFRECON_OT_cluster(bpy.types.Operator):
@@ -187,7 +188,7 @@ class SURFRECON_OT_cluster(bpy.types.Operator):
 
     def remesh(self, how):
         """Calls Remesh with what was given."""
-        self.report({"WARNING"}, "surfrecon.cluster is called surfrecon.remesh now")
+        tell(self, {"WARNING"}, "surfrecon.cluster is called surfrecon.remesh now")
         given = {name: getattr(self, name) for name in self.__annotations__ if self.properties.is_property_set(name)}
         return bpy.ops.surfrecon.remesh(how, **given)
 

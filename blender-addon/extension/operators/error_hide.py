@@ -4,6 +4,7 @@
 import bpy
 
 from ..false_colours import hide, is_shown, show_as_before
+from ..telling import told
 
 
 class SURFRECON_OT_error_hide(bpy.types.Operator):
@@ -18,7 +19,7 @@ class SURFRECON_OT_error_hide(bpy.types.Operator):
         """Something must show an error map."""
         shown = any(is_shown(obj) for obj in context.selected_objects)
         if not shown:
-            cls.poll_message_set("No selected object shows an error map")
+            cls.poll_message_set(told("No selected object shows an error map"))
         return shown
 
     def execute(self, context):

@@ -12,6 +12,7 @@ from ..job import JobOperator
 from ..measured import distances_of
 from ..running import Known, Refused, gathered
 from ..sources import sources_of, what_is_gone
+from ..telling import tell, told
 from ..words import length
 
 
@@ -39,7 +40,7 @@ class SURFRECON_OT_error_map(JobOperator, bpy.types.Operator):
         if not super().poll(context):
             return False
         if context.object is None or context.object.type != "MESH":
-            cls.poll_message_set("Make a mesh the active object")
+            cls.poll_message_set(told("Make a mesh the active object"))
             return False
         return True
 
@@ -52,7 +53,7 @@ class SURFRECON_OT_error_map(JobOperator, bpy.types.Operator):
         if not references:
             references, gone = sources_of(measured), what_is_gone(measured)
             if references and gone:
-                self.report({"WARNING"}, f"{gone}: it is measured against the others")
+                tell(self, {"WARNING"}, f"{gone}: it is measured against the others")
             # What the merge measured is at hand.
             if references and not gone and (known := distances_of(measured)) is not None:
                 self.measured = measured.name
@@ -71,7 +72,7 @@ class SURFRECON_OT_error_map(JobOperator, bpy.types.Operator):
         points = convert.seen_positions(measured, depsgraph)
         if points is None:
             # The distances are stored in the object's own vertices.
-            self.report({"WARNING"}, f'"{measured.name}" is measured without its modifiers, which make other vertices')
+            tell(self, {"WARNING"}, f'"{measured.name}" is measured without its modifiers, which make other vertices')
             points = convert.positions(measured.data)
         usable.refuse_not_finite(measured, points)
         matrix = np.array(measured.matrix_world)
@@ -87,7 +88,7 @@ class SURFRECON_OT_error_map(JobOperator, bpy.types.Operator):
         show_materials(context)
         figures = measured[FIGURES]
         rms, most = (length(context, figures[name]) for name in ("rms", "max"))
-        self.report({"INFO"}, f'"{measured.name}": RMS distance {rms}, largest {most}{self.said}')
+        tell(self, {"INFO"}, f'"{measured.name}": RMS distance {rms}, largest {most}{self.said}')
 
 
 def scale_of(distances):

@@ -12,6 +12,7 @@ from bpy_extras.io_utils import ExportHelper
 from .. import declared, scan_objects
 from ..job import refuse_no_numbers
 from ..running import Refused
+from ..telling import tell
 from ..words import sentence
 
 # What is said of the formats that the library writes.
@@ -67,11 +68,11 @@ class SURFRECON_OT_export_scans(bpy.types.Operator, ExportHelper):
             surfrecon.write_scans(path, images)
             note = surfrecon.crs_note(path, "images", next((image.crs for image in images if image.crs), None))
         except (Refused, surfrecon.SurfreconError) as problem:
-            self.report({"ERROR"}, sentence(problem))
+            tell(self, {"ERROR"}, sentence(problem))
             return {"CANCELLED"}
         if note:
-            self.report({"WARNING"}, sentence(note))
-        self.report({"INFO"}, f"{len(objects)} scans written to {os.path.basename(path)}")
+            tell(self, {"WARNING"}, sentence(note))
+        tell(self, {"INFO"}, f"{len(objects)} scans written to {os.path.basename(path)}")
         return {"FINISHED"}
 
     def image(self, obj, depsgraph):

@@ -29,6 +29,7 @@ from ..preferences import preference
 from ..properties import option
 from ..running import Refused
 from ..scene import into_collection, select_only, show_colours, tint
+from ..telling import tell
 from ..translations import NAMES
 from ..views import show as show_in_views
 from ..views import union
@@ -300,8 +301,10 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
         if offset is not None:
             collection["world_origin"] = [float(x) for x in offset]
             if self.origin == "AUTO":
-                self.report(
-                    {"WARNING"}, "The scans lie far from the origin and were moved: see the collection's world_origin"
+                tell(
+                    self,
+                    {"WARNING"},
+                    "The scans lie far from the origin and were moved: see the collection's world_origin",
                 )
         self.keep_crs(collection, factor)
         for i, obj in enumerate(objects):
@@ -313,7 +316,7 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
         chosen = objects + self.stand_for_others(collection, factor, offset)
         select_only(context, chosen)
         if self.frame and (encloser := show_in_views(context, chosen)) is not None:
-            self.report({"INFO"}, f'"{encloser}" encloses the scans: they are shown alone, in local view')
+            tell(self, {"INFO"}, f'"{encloser}" encloses the scans: they are shown alone, in local view')
         self.tell(context, collection, objects, blind, damaged)
 
     def tell(self, context, collection, objects, blind, damaged):
@@ -324,7 +327,7 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
         if damaged:
             skipped = f"{number(len(damaged), 'frame is', 'frames are')} damaged and skipped"
             notes.append(f"{skipped}: {damaged[0]}")
-            self.report({"WARNING"}, notes[0])
+            tell(self, {"WARNING"}, notes[0])
         if blind:
             notes.append(f"{number(blind, 'frame has', 'frames have')} no sample to be trusted")
         notes += self.opened.notes
@@ -337,21 +340,21 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
         low, high = union(map(in_world, objects))
         texts.append(size(context, high - low))
         more = f". Report has {number(len(notes), 'note', 'notes')}" if notes else ""
-        self.report({"INFO"}, f"{', '.join(texts)}{more}")
+        tell(self, {"INFO"}, f"{', '.join(texts)}{more}")
 
     def keep_crs(self, collection, factor):
         """The coordinate reference system that the scans lie in, where they lie in one as they stand here."""
         try:
             crs = self.opened.crs
         except surfrecon.SurfreconError as problem:
-            self.report({"WARNING"}, sentence(problem))
+            tell(self, {"WARNING"}, sentence(problem))
             return
         if crs is None:
             return
         if factor == 1.0 and np.array_equal(self.blender_from_files(), np.eye(4)):
             collection["crs"] = crs
         else:
-            self.report({"WARNING"}, "Scaled or turned, the scans are in no coordinate reference system any more")
+            tell(self, {"WARNING"}, "Scaled or turned, the scans are in no coordinate reference system any more")
 
     def stand_for_others(self, collection, factor, offset):
         """The object that stands for the frames that become none, in a list; an empty list if there are none."""

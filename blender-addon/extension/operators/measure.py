@@ -11,6 +11,7 @@ from ..false_colours import show, store_distances
 from ..job import JobOperator
 from ..running import Refused
 from ..sources import sources_of, what_is_gone
+from ..telling import tell, told
 from ..words import length
 from .error_map import round_up
 
@@ -41,7 +42,7 @@ class SURFRECON_OT_measure(JobOperator, bpy.types.Operator):
         if not super().poll(context):
             return False
         if context.object is None or context.object.type != "MESH":
-            cls.poll_message_set("Make the mesh that is to be measured the active object")
+            cls.poll_message_set(told("Make the mesh that is to be measured the active object"))
             return False
         return True
 
@@ -51,10 +52,10 @@ class SURFRECON_OT_measure(JobOperator, bpy.types.Operator):
         chosen = Chosen(obj for obj in context.selected_objects if obj is not active)
         others, gone, self.said = chosen.objects or sources_of(active), what_is_gone(active), chosen.said()
         if others and not chosen.objects and gone:
-            self.report({"WARNING"}, f"{gone}: it is measured against the others")
+            tell(self, {"WARNING"}, f"{gone}: it is measured against the others")
         for obj in others:
             if recording.is_recording(obj):
-                self.report({"WARNING"}, f'Nothing is measured to the frames of "{obj.name}": the error map does that')
+                tell(self, {"WARNING"}, f'Nothing is measured to the frames of "{obj.name}": the error map does that')
         others = [obj for obj in others if not recording.is_recording(obj)]
         if not others:
             raise Refused(f'Select what "{active.name}" is to be measured against as well')
@@ -87,8 +88,8 @@ class SURFRECON_OT_measure(JobOperator, bpy.types.Operator):
             show(active, round_up(there["p95"]))
         elif self.show_error:
             text = "is measured with its modifiers, which make other vertices: apply them to see the error in colours"
-            self.report({"WARNING"}, f'"{self.measured}" {text}')
+            tell(self, {"WARNING"}, f'"{self.measured}" {text}')
         active[REPORT] = convert.plain(figures)
         bound = length(context, there["bound"])
-        self.report({"INFO"}, f'No point of "{self.measured}" is farther than {bound} from {self.against}{self.said}')
+        tell(self, {"INFO"}, f'No point of "{self.measured}" is farther than {bound} from {self.against}{self.said}')
         return None

@@ -16,6 +16,7 @@ from ..properties import PARAMETERS, MergeOptions, arguments, threads
 from ..running import Handle, Refused, gathered
 from ..scene import dress, link, put_forward
 from ..sources import common_name, has_colours, note, sources_of, what_is_gone
+from ..telling import tell, told
 from ..words import number
 
 REPORT = "surfrecon_report"
@@ -36,7 +37,7 @@ class OfSelected(JobOperator, MergeOptions):
         if not super().poll(context):
             return False
         if not context.selected_objects:
-            cls.poll_message_set("Select the scans to merge")
+            cls.poll_message_set(told("Select the scans to merge"))
             return False
         return True
 
@@ -61,7 +62,7 @@ class OfSelected(JobOperator, MergeOptions):
             for gone in filter(None, map(what_is_gone, merges)):
                 if not scans:
                     raise Refused(f"{gone}: select the scans")
-                self.report({"WARNING"}, f"{gone}: only the others are merged")
+                tell(self, {"WARNING"}, f"{gone}: only the others are merged")
             chosen.objects = scans
         else:
             # A result lies where the scans are that it was made from, and would count twice.
@@ -79,7 +80,7 @@ class OfSelected(JobOperator, MergeOptions):
             return recording.frames(obj, depsgraph)
         scan = scan_objects.scan_of_object(obj, depsgraph)
         if scan_objects.is_range_image(obj) and not isinstance(scan, surfrecon.RangeImage):
-            self.report({"WARNING"}, f'"{obj.name}" is no longer one vertex a pixel: merged as a plain mesh')
+            tell(self, {"WARNING"}, f'"{obj.name}" is no longer one vertex a pixel: merged as a plain mesh')
         return scan
 
 
@@ -159,9 +160,9 @@ class SURFRECON_OT_merge(OfSelected, bpy.types.Operator):
             said += f"; {IN_FILES}"
             if self.measure and distances is None:
                 said += ", and it is not measured"
-        self.report({"INFO"}, said)
+        tell(self, {"INFO"}, said)
         for _, text in result.report.warnings:
-            self.report({"WARNING"}, text[0].upper() + text[1:])
+            tell(self, {"WARNING"}, text[0].upper() + text[1:])
 
 
 def temporary():

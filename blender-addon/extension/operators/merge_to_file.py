@@ -11,6 +11,7 @@ from bpy_extras.io_utils import ExportHelper
 from ..chosen import Chosen
 from ..properties import MergeOptions, arguments, threads
 from ..sources import common_name
+from ..telling import tell
 from ..words import number
 from .merge import OfSelected
 
@@ -74,4 +75,4 @@ class SURFRECON_OT_merge_to_file(OfSelected, bpy.types.Operator, ExportHelper):
     def finish(self, context, report):
         """The scene stays as it is."""
         merged = f"{number(self.count, 'scan', 'scans')} merged: {sum(report.faces):,} triangles"
-        self.report({"INFO"}, f"{merged} in {os.path.basename(self.path)}{self.said}")
+        tell(self, {"INFO"}, f"{merged} in {os.path.basename(self.path)}{self.said}")

@@ -14,6 +14,7 @@ from ..job import JobOperator, refuse_no_numbers
 from ..preferences import preference
 from ..running import Handle, Known, Refused, gathered
 from ..sources import all_sources_of
+from ..telling import tell, told
 from ..words import length, number, sentence
 from .select_region import is_scan
 
@@ -48,7 +49,7 @@ class SURFRECON_OT_true_size(bpy.types.Operator):
     def poll(cls, context):
         """There must be something to scale, in object mode."""
         if context.mode != "OBJECT":
-            cls.poll_message_set("Switch to Object Mode first")
+            cls.poll_message_set(told("Switch to Object Mode first"))
             return False
         return has_selection(cls, context)
 
@@ -57,7 +58,7 @@ class SURFRECON_OT_true_size(bpy.types.Operator):
         try:
             a, b = regions.picked(context, 2)
         except Refused as problem:
-            self.report({"ERROR"}, str(problem))
+            tell(self, {"ERROR"}, str(problem))
             return {"CANCELLED"}
         self.distance = float(np.linalg.norm(b - a))
         self.warning = regions.ends_in_the_air(context, context.selected_objects)
@@ -79,7 +80,7 @@ class SURFRECON_OT_true_size(bpy.types.Operator):
             scaling.refuse_shared(roots)
             warning = self.warning or regions.ends_in_the_air(context, context.selected_objects)
         except (Refused, surfrecon.SurfreconError) as problem:
-            self.report({"ERROR"}, sentence(problem))
+            tell(self, {"ERROR"}, sentence(problem))
             return {"CANCELLED"}
         family = family_of(context)
         for root in roots:
@@ -88,9 +89,9 @@ class SURFRECON_OT_true_size(bpy.types.Operator):
         false_colours.grow(family, scale)
         for obj in family:
             reports.grow(obj, scale)
-        self.report({"INFO"}, f"Scaled by {scale:.6g}{went_along(taken)}")
+        tell(self, {"INFO"}, f"Scaled by {scale:.6g}{went_along(taken)}")
         if warning:
-            self.report({"WARNING"}, warning)
+            tell(self, {"WARNING"}, warning)
         return {"FINISHED"}
 
 
@@ -171,13 +172,13 @@ class SURFRECON_OT_ground(JobOperator, bpy.types.Operator):
         text = "The plane is the ground now"
         if plane.share is not None:
             text += f"; it has {plane.share:.0%} of the samples, which spread by {length(context, plane.spread)}"
-        self.report({"INFO"}, text + went_along(self.taken))
+        tell(self, {"INFO"}, text + went_along(self.taken))
 
 
 def has_selection(cls, context):
     """For `poll`: whether something is selected."""
     if not context.selected_objects:
-        cls.poll_message_set("Select the scans and what was made of them")
+        cls.poll_message_set(told("Select the scans and what was made of them"))
         return False
     return True
 

@@ -17,6 +17,7 @@ from ..properties import draw_others, given, option
 from ..running import Handle, Refused
 from ..scene import dress, link, put_forward
 from ..sources import note, scan_behind
+from ..telling import tell, told
 from .error_map import round_up
 
 REPORT = "surfrecon_quads"
@@ -74,7 +75,7 @@ class SURFRECON_OT_quads(JobOperator, bpy.types.Operator):
         if not super().poll(context):
             return False
         if scan_behind(context.object) is None:
-            cls.poll_message_set("Make an imported scan the active object")
+            cls.poll_message_set(told("Make an imported scan the active object"))
             return False
         return True
 
@@ -151,7 +152,8 @@ class SURFRECON_OT_quads(JobOperator, bpy.types.Operator):
         made[REPORT] = convert.plain(figures)
         note(made, [scan], [self.scan.name])
         put_forward(context, [made], [scan])
-        self.report(
+        tell(
+            self,
             {"INFO"},
             f"{result.rows} x {result.columns} vertices, {figures['quads']:,} quads; relative error "
             f"{figures['relative_error']:.4%}, uniform grid {figures['uniform_relative_error']:.4%}",

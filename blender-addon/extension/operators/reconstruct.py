@@ -16,6 +16,7 @@ from ..running import Handle, Refused, gathered
 from ..scan_objects import sensor_of
 from ..scene import dress, link, put_forward
 from ..sources import note
+from ..telling import tell, told
 
 REPORT = "surfrecon_reconstruct"
 
@@ -54,7 +55,7 @@ class SURFRECON_OT_reconstruct(JobOperator, bpy.types.Operator):
         if not super().poll(context):
             return False
         if not context.selected_objects:
-            cls.poll_message_set("Select point clouds, or meshes whose vertices are points")
+            cls.poll_message_set(told("Select point clouds, or meshes whose vertices are points"))
             return False
         return True
 
@@ -127,4 +128,4 @@ class SURFRECON_OT_reconstruct(JobOperator, bpy.types.Operator):
         dress(made, sources, context.evaluated_depsgraph_get())
         put_forward(context, [made], sources)
         used, points = result.report["used"], result.report["points"]
-        self.report({"INFO"}, f"{len(mesh.polygons):,} triangles through {used:,} of {points:,} points{self.said}")
+        tell(self, {"INFO"}, f"{len(mesh.polygons):,} triangles through {used:,} of {points:,} points{self.said}")

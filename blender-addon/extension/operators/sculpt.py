@@ -16,6 +16,7 @@ from ..properties import draw_others, given, option
 from ..running import Handle, Refused
 from ..scene import dress, link, put_forward
 from ..sources import note, scan_behind
+from ..telling import tell, told
 from ..words import length
 
 REPORT = "surfrecon_sculpt"
@@ -50,7 +51,7 @@ class SURFRECON_OT_sculpt(JobOperator, bpy.types.Operator):
         if not super().poll(context):
             return False
         if scan_behind(context.object) is None:
-            cls.poll_message_set("Make an imported scan the active object")
+            cls.poll_message_set(told("Make an imported scan the active object"))
             return False
         return True
 
@@ -114,7 +115,8 @@ class SURFRECON_OT_sculpt(JobOperator, bpy.types.Operator):
             show(made, result.tolerance or max(result.max_error, 1e-9))
         put_forward(context, [made], [scan])
         share = len(mesh.polygons) / max(result.report["full_triangles"], 1)
-        self.report(
+        tell(
+            self,
             {"INFO"},
             f"{len(mesh.polygons):,} triangles, {share:.1%} of all; largest error {length(context, result.max_error)}",
         )

@@ -9,6 +9,7 @@ from .. import chosen, hiding, pruning, recording, regions, scan_objects, usable
 from ..running import Refused
 from ..scene import select_only
 from ..sources import sources_of
+from ..telling import tell, told
 from ..words import number, sentence
 
 
@@ -32,10 +33,10 @@ class InRegion:
     def poll(cls, context):
         """There must be scans, in object mode."""
         if context.mode != "OBJECT":
-            cls.poll_message_set("Switch to Object Mode first")
+            cls.poll_message_set(told("Switch to Object Mode first"))
             return False
         if not scans_of(context):
-            cls.poll_message_set("Select the scans, and last the cube or plane; Box around Selection makes a box")
+            cls.poll_message_set(told("Select the scans, and last the cube or plane; Box around Selection makes a box"))
             return False
         return True
 
@@ -49,9 +50,9 @@ class InRegion:
         try:
             removed, count = self.run(context)
         except Refused as problem:
-            self.report({"ERROR"}, sentence(problem))
+            tell(self, {"ERROR"}, sentence(problem))
             return {"CANCELLED"}
-        self.report({"INFO"}, f"{removed:,} samples of {number(count, 'scan', 'scans')} removed")
+        tell(self, {"INFO"}, f"{removed:,} samples of {number(count, 'scan', 'scans')} removed")
         return {"FINISHED"}
 
     def run(self, context):
@@ -61,7 +62,7 @@ class InRegion:
         if self.by != "OBJECT":
             stay = [obj.name for obj in scans if recording.is_recording(obj)]
             if stay:
-                self.report({"WARNING"}, f'All is kept of "{stay[0]}", which has no vertices: take a cube or a plane')
+                tell(self, {"WARNING"}, f'All is kept of "{stay[0]}", which has no vertices: take a cube or a plane')
             scans = [obj for obj in scans if not recording.is_recording(obj)]
             if not scans:
                 raise Refused("Select the scans whose vertices are selected or painted")

@@ -5,6 +5,7 @@ import bpy
 
 from .. import chosen
 from ..scene import select_only
+from ..telling import tell, told
 from ..words import number
 
 
@@ -19,10 +20,10 @@ class SURFRECON_OT_select_scans(bpy.types.Operator):
     def poll(cls, context):
         """There must be scans that are seen, in object mode."""
         if context.mode != "OBJECT":
-            cls.poll_message_set("Switch to Object Mode first")
+            cls.poll_message_set(told("Switch to Object Mode first"))
             return False
         if not any(chosen.is_scan(obj) for obj in context.view_layer.objects):
-            cls.poll_message_set("There is no range scan in the scene: import some")
+            cls.poll_message_set(told("There is no range scan in the scene: import some"))
             return False
         return True
 
@@ -30,7 +31,7 @@ class SURFRECON_OT_select_scans(bpy.types.Operator):
         """Selects them; one of them is the active object."""
         scans = [obj for obj in context.view_layer.objects if can_be_selected(obj)]
         if not scans:
-            self.report({"ERROR"}, "All scans are hidden: show them with their eyes, or with Show Sources")
+            tell(self, {"ERROR"}, "All scans are hidden: show them with their eyes, or with Show Sources")
             return {"CANCELLED"}
         active = context.view_layer.objects.active
         collections = set() if active is None else set(active.users_collection)
@@ -39,7 +40,7 @@ class SURFRECON_OT_select_scans(bpy.types.Operator):
             # The first one becomes the active object.
             scans.sort(key=lambda obj: obj is not active)
         select_only(context, scans)
-        self.report({"INFO"}, f"{number(len(scans), 'scan', 'scans')} selected")
+        tell(self, {"INFO"}, f"{number(len(scans), 'scan', 'scans')} selected")
         return {"FINISHED"}
 
 

@@ -5,6 +5,7 @@ import bpy
 
 from .. import hiding
 from ..sources import sources_of, what_is_gone
+from ..telling import tell, told
 from ..words import number
 
 
@@ -19,7 +20,9 @@ class SURFRECON_OT_show_sources(bpy.types.Operator):
     def poll(cls, context):
         """There must be a result whose sources are there."""
         if not meant(context):
-            cls.poll_message_set("Make a result the active object whose sources are still there, or select its sources")
+            cls.poll_message_set(
+                told("Make a result the active object whose sources are still there, or select its sources")
+            )
             return False
         return True
 
@@ -29,12 +32,12 @@ class SURFRECON_OT_show_sources(bpy.types.Operator):
         text = number(len(sources), "source", "sources")
         if are_shown(sources):
             hiding.hide(context, sources)
-            self.report({"INFO"}, f"{text} hidden, in views and in renders")
+            tell(self, {"INFO"}, f"{text} hidden, in views and in renders")
         else:
             hiding.show(context, sources)
-            self.report({"INFO"}, f"{text} shown, in views and in renders")
+            tell(self, {"INFO"}, f"{text} shown, in views and in renders")
         if context.object is not None and (gone := what_is_gone(context.object)):
-            self.report({"WARNING"}, gone)
+            tell(self, {"WARNING"}, gone)
         return {"FINISHED"}
 
 

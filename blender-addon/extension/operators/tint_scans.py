@@ -5,6 +5,7 @@ import bpy
 
 from ..chosen import Chosen, is_scan
 from ..scene import tint, views_of
+from ..telling import tell, told
 from ..words import number
 
 
@@ -19,7 +20,7 @@ class SURFRECON_OT_tint_scans(bpy.types.Operator):
     def poll(cls, context):
         """There must be scans, or surfaces that are taken for scans."""
         if not scans_of(context):
-            cls.poll_message_set("There is no scan in the scene: import some, or select meshes")
+            cls.poll_message_set(told("There is no scan in the scene: import some, or select meshes"))
             return False
         return True
 
@@ -31,7 +32,7 @@ class SURFRECON_OT_tint_scans(bpy.types.Operator):
         for area in views_of(context):
             area.spaces.active.shading.type = "SOLID"
             area.spaces.active.shading.color_type = "OBJECT"
-        self.report({"INFO"}, f"{number(len(scans), 'scan', 'scans')} coloured")
+        tell(self, {"INFO"}, f"{number(len(scans), 'scan', 'scans')} coloured")
         return {"FINISHED"}
 
 

@@ -17,6 +17,7 @@ from ..preview import PIXELS
 from ..properties import draw_others, given, option
 from ..running import Refused
 from ..scene import into_collection, select_only, show_colours, tint
+from ..telling import tell, told
 
 PARAMETERS = {p.name: p for p in surfrecon.parameters("scan")}
 
@@ -56,7 +57,7 @@ class ScanOperator(JobOperator):
         if not super().poll(context):
             return False
         if not any(obj.type in surfaces.SURFACES or obj.instance_type != "NONE" for obj in context.selected_objects):
-            cls.poll_message_set("Select the objects to scan")
+            cls.poll_message_set(told("Select the objects to scan"))
             return False
         return True
 
@@ -115,7 +116,7 @@ class ScanOperator(JobOperator):
         samples = sum(len(obj.data.vertices) for obj in made)
         blind = len(self.names) - len(made)
         text = f"{len(made)} scans, {samples:,} samples" if len(made) > 1 else f"{samples:,} samples"
-        self.report({"INFO"}, text + (f"; {blind} cameras saw nothing" if blind else ""))
+        tell(self, {"INFO"}, text + (f"; {blind} cameras saw nothing" if blind else ""))
 
 
 class SURFRECON_OT_reproject(ScanOperator, bpy.types.Operator):
