@@ -41,7 +41,7 @@ class Told:
             return f"{sum(value.values()):.2f} s"
         if row.kind == "choice":
             # Files saved by earlier versions have the words here.
-            return next((label for name, label, _ in row.choices if name == value), value)
+            return word(next((label for name, label, _ in row.choices if name == value), value))
         if row.shape in ("array", "optional array"):
             return ", ".join(self.one(row, part) for part in value)
         return self.one(row, value)
@@ -49,7 +49,7 @@ class Told:
     def one(self, row, value):
         """One number."""
         if row.kind == "flag":
-            return "yes" if value else "no"
+            return word("yes") if value else word("no")
         if row.kind == "bytes":
             return f"{value / 1e6:.0f} MB"
         if row.kind == "length":
@@ -75,7 +75,7 @@ def reconstruct_lines(context, figures):
     figures = figures.to_dict()
     told = Told("reconstruct", context, figures)
     yield from told("points", "used", "not_finite", "duplicates", "inside", "outside", "outliers")
-    yield "Taken as", "closed" if figures["closed"] else "open"
+    yield "Taken as", word("closed") if figures["closed"] else word("open")
     yield from told("tetrahedra")
     # The seconds of a surface include those of its stages.
     seconds = figures["seconds"]
@@ -160,13 +160,13 @@ def merge_lines(context, report):
         yield "Largest error", length(context, report["max_error"])
     yield from told("holes", "max_hole_length", "dropped_components")
     if gains := list(report.get("colour_gains", ())):
-        yield "Exposures matched by", f"{min(gains):.2f} to {max(gains):.2f}"
+        yield "Exposures matched by", f"{min(gains):.2f} {word('to')} {max(gains):.2f}"
     if report.get("in_files"):
         yield IN_FILES[0].upper() + IN_FILES[1:], None
     if "renewed" in report:
-        yield "Done anew", "{} of {} blocks".format(*report["renewed"])
+        yield "Done anew", word("{} of {} blocks").format(*report["renewed"])
     if report.get("seen_through"):
-        yield "Dropped as seen through", f"{report['seen_through']:,} edges"
+        yield "Dropped as seen through", f"{report['seen_through']:,} {word('edges')}"
     yield "Case a, b, c", ", ".join(f"{100 * n / total:.1f}" for n in faces) + " %"
     yield from told("seconds", "working_bytes")
 
@@ -180,7 +180,7 @@ def cluster_lines(context, figures):
     yield "Smallest angle", f"{math.degrees(figures['smallest_angle']):.1f}°"
     yield from told("max_error")
     if figures["kept_input"]:
-        yield "Result", "the input: nothing coarser found that near"
+        yield "Result", word("the input: nothing coarser found that near")
     if figures["cut_edges"]:
         yield from told("cut_edges")
 

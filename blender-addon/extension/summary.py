@@ -40,7 +40,8 @@ def in_short(context, obj):
     elif "overlap_residual" in figures:
         yield "Scans disagree by", length(context, figures["overlap_residual"])
     if "coloured" in figures:
-        yield "With colours", of_scans(figures["coloured"], figures["scans"])
+        seen = f"{100 * figures['seen_in_colour']:.3g} %, " if "seen_in_colour" in figures else ""
+        yield "With colours", f"{seen}{of_scans(figures['coloured'], figures['scans'])}"
 
 
 def folded(figures, summed_up):

@@ -6,8 +6,10 @@ from functools import cache
 
 import bpy
 
-from .german import GERMAN
+from .german import GERMAN as SENTENCES
+from .german_reasons import REASONS
 
+GERMAN = SENTENCES | REASONS
 LANGUAGES = {"de_DE": GERMAN}
 
 # What joins parts of a sentence that are translated one by one where the whole is not known.
@@ -36,6 +38,10 @@ def translated(text, language):
     count = re.fullmatch(r"([\d.,]+) (.+)", text)
     if count and count[2] in language:
         return f"{count[1]} {language[count[2]]}"
+    lower = text[:1].lower() + text[1:]
+    if lower != text and (found := translated(lower, language)) != lower:
+        # What the library says begins with small letters, and in a report with a capital.
+        return found[:1].upper() + found[1:]
     for joint in JOINTS:
         if joint in text:
             return joint.join(translated(part, language) for part in text.split(joint))

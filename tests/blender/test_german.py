@@ -64,6 +64,14 @@ def test_translations_have_the_parts_of_their_sentences(extension):
         ),
         ("4 scans, 6,714 samples, 2 frames in their files", "4 Scans, 6,714 Messpunkte, 2 Aufnahmen in den Dateien"),
         ("nothing known", "nothing known"),
+        ("It has no surface: no sample has neighbours", "Er hat keine Fläche: kein Messpunkt hat Nachbarn"),
+        (
+            '"ball" is not placed: no place was found where it fits another scan: it is of something else, or shares'
+            " too little (neighbours should share a third of what they see); move it nearer to where it belongs",
+            '"ball" hat keinen Platz: kein Ort wurde gefunden, an dem er zu einem anderen Scan passt: er zeigt etwas'
+            " anderes, oder hat zu wenig gemeinsam (Nachbarn sollten ein Drittel von dem gemeinsam haben, was sie"
+            " sehen); näher dorthin schieben, wo er hingehört",
+        ),
     ],
 )
 def test_sentences_are_said_in_german(extension, english, german):

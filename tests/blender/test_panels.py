@@ -5,6 +5,7 @@ import re
 from types import SimpleNamespace
 
 import bpy
+import numpy as np
 import pytest
 import surfrecon
 from files import write_set
@@ -176,6 +177,22 @@ def test_lengths_are_in_the_unit_that_the_scene_was_set_to(extension):
     assert length(bpy.context, 0.254) == "10 in"
     units.scale_length = 0.001
     assert length(bpy.context, 254) == "10 in"
+
+
+def test_how_much_was_seen_in_colour_is_said(panels, tmp_path):
+    folder = tmp_path / "ring"
+    path = write_transforms(folder, 6)
+    for k in (1, 3, 5):
+        (folder / "images" / f"{k:05}.png").unlink()
+    bpy.ops.surfrecon.import_scans(filepath=str(path))
+    assert len(bpy.context.selected_objects) == 6
+    bpy.ops.surfrecon.merge()
+    colours = np.empty(4 * len(bpy.context.object.data.vertices), np.float32)
+    bpy.context.object.data.attributes["colour"].data.foreach_get("color", colours)
+    share = np.mean(colours[3::4] > 0)
+    texts = draw(panels["report"])
+    assert 0.3 < share < 1
+    assert texts[texts.index("With colours") + 1] == f"{100 * share:.3g} %, 3 of 6"
 
 
 def test_labels_that_are_too_long_for_their_column_have_a_line_of_their_own(extension):
