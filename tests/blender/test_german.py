@@ -64,6 +64,11 @@ def test_translations_have_the_parts_of_their_sentences(extension):
         ),
         ("4 scans, 6,714 samples, 2 frames in their files", "4 Scans, 6,714 Messpunkte, 2 Aufnahmen in den Dateien"),
         ("nothing known", "nothing known"),
+        ("Scaled by 2; 3 sources went along", "Skaliert mit 2; 3 Quellen gingen mit"),
+        (
+            "Nothing but 1 camera, 2 lights is selected: select the scans",
+            "Nur 1 Kamera, 2 Lichter ausgewählt: die Scans auswählen",
+        ),
         ("It has no surface: no sample has neighbours", "Er hat keine Fläche: kein Messpunkt hat Nachbarn"),
         (
             '"ball" is not placed: no place was found where it fits another scan: it is of something else, or shares'

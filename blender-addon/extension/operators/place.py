@@ -68,7 +68,7 @@ class SURFRECON_OT_true_size(bpy.types.Operator):
         """The distance, and what makes it wrong."""
         self.layout.use_property_split = True
         self.layout.prop(self, "distance")
-        for line in textwrap.wrap(self.warning or "", LETTERS):
+        for line in textwrap.wrap(told(self.warning or ""), LETTERS):
             self.layout.label(text=line, icon="ERROR", translate=False)
 
     def execute(self, context):
