@@ -147,6 +147,9 @@ def real_ones_active(mesh, before):
     colours = mesh.color_attributes
     if before["active"] in colours:
         colours.active_color = colours[before["active"]]
+    elif colours.active_color_name not in colours:
+        # Blender 5.2 keeps the name of colours that are gone.
+        colours.active_color_name = ""
     if before["rendered"] in colours:
         colours.render_color_index = colours.find(before["rendered"])
 
