@@ -26,7 +26,7 @@ IN_METRES = {".e57", ".las", ".laz", ".ptx", ".glb", ".gltf"}
 Y_UP = {".conf", ".glb", ".gltf"}
 PHONES = re.compile(r" frames? of (Polycam|Record3D|3D Scanner App|Stray Scanner)\b")
 
-# What was found of files, by their paths: dialogs ask at each redraw.
+# Findings about files, by their paths: dialogs ask at each redraw.
 FOUND = {}
 
 

@@ -62,7 +62,7 @@ GERMAN = {
     '"{}" was removed meanwhile: try again': '"{}" wurde inzwischen gelöscht: noch einmal versuchen',
     '"{}" was changed meanwhile: try again': '"{}" wurde inzwischen geändert: noch einmal versuchen',
     "A scan was removed meanwhile: try again": "Ein Scan wurde inzwischen gelöscht: noch einmal versuchen",
-    # What is selected
+    # Selections
     "Select the scans to align": "Die Scans auswählen, die auszurichten sind",
     "Select the scans to merge": "Die Scans auswählen, die zu vereinen sind",
     "Select the objects to scan": "Die Objekte auswählen, die zu scannen sind",

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What an import said, kept with its collection for the report."""
+"""Sentences of an import, kept with its collection for the report."""
 
 from .translations import word
 
@@ -29,7 +29,7 @@ def note_import(collection, scans, coloured, samples, in_files, notes):
 
 
 def import_lines(context, figures):
-    """What was imported as (name, value) texts; notes are sentences."""
+    """Imported scans as (name, value) texts. Notes are sentences."""
     figures = figures.to_dict()
     yield "Scans", f"{figures['scans']:,}"
     yield "Samples", f"{figures['samples']:,}"

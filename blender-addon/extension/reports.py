@@ -109,7 +109,7 @@ def align_lines(context, figures):
         yield "Groups", f"{figures['groups']}"
     if "residual" in figures:
         yield "Scans disagree by", length(context, figures["residual"])
-    # What is not placed comes first, and a reason once below all that have it. What is placed comes last.
+    # Scans without a place come first, with each reason once. Placed scans come last.
     scans = sorted(
         zip(reasons, names, states, figures["deviations"], strict=True), key=lambda scan: (not scan[0], scan[0])
     )

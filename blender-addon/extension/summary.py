@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a report says first: the few lines that people look for. All other figures are folded below them."""
+"""The first lines of a report: the few that people look for. All other figures are folded below them."""
 
 from .imported import of_scans
 from .operators.cluster import REPORT as CLUSTERED

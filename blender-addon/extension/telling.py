@@ -12,7 +12,7 @@ from .german_reasons import REASONS
 GERMAN = SENTENCES | REASONS
 LANGUAGES = {"de_DE": GERMAN}
 
-# What joins parts of a sentence that are translated one by one where the whole is not known.
+# Joints of a sentence whose parts are translated one by one if the whole is not known.
 JOINTS = (". ", "; ", ": ", ", ")
 
 
@@ -40,7 +40,7 @@ def translated(text, language):
         return f"{count[1]} {language[count[2]]}"
     lower = text[:1].lower() + text[1:]
     if lower != text and (found := translated(lower, language)) != lower:
-        # What the library says begins with small letters, and in a report with a capital.
+        # Sentences of the library begin with small letters, and in a report with a capital.
         return found[:1].upper() + found[1:]
     for joint in JOINTS:
         if joint in text:

@@ -17,7 +17,7 @@ def pattern(node):
         return node.value
     if isinstance(node, ast.JoinedStr):
         text = "".join(part.value if isinstance(part, ast.Constant) else "{}" for part in node.values)
-        # What follows at the end of a sentence is a sentence of its own.
+        # A part behind the end of a sentence is a sentence of its own.
         return re.sub(r"(?<=\S)\{\}$", "", text) if re.search(r"[\w}]\{\}$", text) else text
     return None
 
@@ -44,7 +44,7 @@ def test_each_sentence_has_its_german(extension):
         parts = [part for joint in ("; ", ". ") for part in text.split(joint)] if ";" in text else [text]
         if all(telling.translated(part, telling.GERMAN) == part for part in parts) and text not in telling.GERMAN:
             without.add(text)
-    # What is put together of parts that are translated one by one.
+    # Sentences that are put together of parts, which are translated one by one.
     assert without <= {'"{}" has {}', "{} in {}"}
 
 

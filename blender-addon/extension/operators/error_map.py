@@ -54,7 +54,7 @@ class SURFRECON_OT_error_map(JobOperator, bpy.types.Operator):
             references, gone = sources_of(measured), what_is_gone(measured)
             if references and gone:
                 tell(self, {"WARNING"}, f"{gone}: it is measured against the others")
-            # What the merge measured is at hand.
+            # Distances that the merge measured are at hand.
             if references and not gone and (known := distances_of(measured)) is not None:
                 self.measured = measured.name
                 return Known(known)

@@ -214,7 +214,7 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
         body.prop(self, "pixel_scale")
 
     def path_at_hand(self, context):
-        """What is chosen in the file browser, or was dropped."""
+        """Files that are chosen in the file browser, or were dropped."""
         params = getattr(context.space_data, "params", None)
         if params is not None and hasattr(params, "directory"):
             return os.path.join(os.fsdecode(params.directory), params.filename)
@@ -251,7 +251,7 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
             raise Refused(f"{os.path.basename(self.paths[0])} holds no scan")
         if self.follows_format():
             self.axis_forward, self.axis_up = formats.axes_of(self.paths, self.opened.notes)
-        # What is adjusted later begins with the axes that were taken.
+        # An adjustment begins with the axes that were taken.
         self.orientation = "AXES"
         numbers = [k for k, scan in enumerate(self.opened) if isinstance(scan, surfrecon.Frame)]
         coloured = [self.opened[k].has_colour for k in numbers]

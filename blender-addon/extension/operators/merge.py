@@ -138,7 +138,7 @@ class SURFRECON_OT_merge(OfSelected, bpy.types.Operator):
         figures, distances = result.report.as_dict(), result.distances
         figures["coloured"] = self.coloured
         if (colour := result.mesh.vertex_attributes.get("colour")) is not None:
-            # Where no scan saw a colour it is the nearest, and transparent.
+            # A vertex that no scan saw in colour has the nearest colour, and is transparent.
             figures["seen_in_colour"] = float(np.mean(colour[:, 3] > 0))
         figures["warnings"] = "\n".join(text for _, text in result.report.warnings)
         if (renewed := KeptMerge.renewed()) is not None:
