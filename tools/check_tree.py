@@ -31,7 +31,6 @@ UNPLAIN_COMMENTS = (
     "c-api/src/frame.rs",
     "c-api/src/measure.rs",
     "c-api/src/params/",
-    "c-api/src/reports/",
     "c-api/src/snap.rs",
     "python/",
     "rust-core/align/",

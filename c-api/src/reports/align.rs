@@ -38,7 +38,7 @@ pub enum srf_pair_state {
     SRF_PAIR_STATE_SLIDES = 4,
     /// They fit in several places: not used.
     SRF_PAIR_STATE_AMBIGUOUS = 5,
-    /// What they share stood still before the sensor while the rest moved: not used.
+    /// The shared part stood still before the sensor while the rest moved: not used.
     SRF_PAIR_STATE_BACKGROUND = 6,
     /// They fit by themselves, but other scans' sensors saw through there: not used.
     SRF_PAIR_STATE_SEEN_THROUGH = 7,

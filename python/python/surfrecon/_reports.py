@@ -115,7 +115,7 @@ class AlignedPair(Report):
             on the other. ``"fits"``: They overlap and fit, where they lie in the end. ``"misfit"``: They overlap where
             they lie in the end, but surfaces lie further apart than noise explains: warp, or something moved.
             ``"slides"``: They fit, but may turn or slide on each other: not used. ``"ambiguous"``: They fit in several
-            places: not used. ``"background"``: What they share stood still before the sensor while the rest moved: not
+            places: not used. ``"background"``: The shared part stood still before the sensor while the rest moved: not
             used. ``"seen_through"``: They fit by themselves, but other scans' sensors saw through there: not used.
             ``"disagrees"``: They fit by themselves, but other pairs, that fit better, rough poses or the order of a
             recording say otherwise: not used. ``"rejected"``: The caller rejected it.
@@ -573,8 +573,8 @@ class Snap(Report):
             ``nothing``. ``"nothing"``: No motion was found that lays one on the other. ``"fits"``: They overlap and
             fit, where they lie in the end. ``"misfit"``: They overlap where they lie in the end, but surfaces lie
             further apart than noise explains: warp, or something moved. ``"slides"``: They fit, but may turn or slide
-            on each other: not used. ``"ambiguous"``: They fit in several places: not used. ``"background"``: What they
-            share stood still before the sensor while the rest moved: not used. ``"seen_through"``: They fit by
+            on each other: not used. ``"ambiguous"``: They fit in several places: not used. ``"background"``: The shared
+            part stood still before the sensor while the rest moved: not used. ``"seen_through"``: They fit by
             themselves, but other scans' sensors saw through there: not used. ``"disagrees"``: They fit by themselves,
             but other pairs, that fit better, rough poses or the order of a recording say otherwise: not used.
             ``"rejected"``: The caller rejected it.

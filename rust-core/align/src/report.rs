@@ -46,7 +46,7 @@ base::choices! {
         Slides = "slides" "May turn or slide",
         /// They fit in several places: not used.
         Ambiguous = "ambiguous" "Fits in several places",
-        /// What they share stood still before the sensor while the rest moved: not used.
+        /// The shared part stood still before the sensor while the rest moved: not used.
         Background = "background" "Background",
         /// They fit by themselves, but other scans' sensors saw through there: not used.
         SeenThrough = "seen_through" "Seen through",

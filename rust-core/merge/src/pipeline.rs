@@ -58,7 +58,7 @@ pub trait Graph {
     /// Does a stage. All before it are done.
     ///
     /// # Errors
-    /// What the stage can meet. Cancelled.
+    /// Errors of the stage. Cancelled.
     fn run(&mut self, stage: Stage, progress: &Progress<'_>) -> Result<()>;
 
     /// Their result, all done.

@@ -28,14 +28,14 @@ fn parameters() {
         page += ".\n";
         let command = operation.command.map(|_| format!("`surfrecon {}`", operation.name));
         let hosts = [
-            ("command line", command),
+            ("Command line", command),
             ("Blender", operation.blender.map(|operator| format!("*{}*", operator.label))),
             ("MeshLab", operation.meshlab.map(|filter| format!("*{}*", filter.label))),
         ];
         let hosts: Vec<String> =
             hosts.into_iter().filter_map(|(host, name)| name.map(|name| format!("{host}: {name}"))).collect();
         if !hosts.is_empty() {
-            let _ = writeln!(page, "\n{}.", hosts.join("; "));
+            let _ = writeln!(page, "\n{}.", hosts.join(". "));
         }
         if let Some(schema) = &operation.params {
             page += &table(schema);

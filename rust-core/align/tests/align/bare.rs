@@ -48,7 +48,7 @@ fn cube() -> TriMesh {
     scene
 }
 
-/// What a camera sees of a cube that turns about z, `count` frames a turn, and looks up and down.
+/// Frames of a camera in a cube. It turns about z, `count` frames a turn, and looks up and down.
 fn turn(cube: &TriMesh, count: usize, some: usize) -> Vec<RangeImage> {
     let place = |k: usize| {
         let turn = std::f64::consts::TAU * k as f64 / count as f64;

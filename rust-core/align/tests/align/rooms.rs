@@ -168,7 +168,7 @@ fn flat() -> TriMesh {
     scene
 }
 
-/// What a camera sees that turns in a room whose middle is at x, `some` frames of `count` a turn.
+/// Frames of a camera that turns in a room whose middle is at x, `some` frames of `count` a turn.
 fn inside(scene: &TriMesh, x: f64, begin: f64, count: usize, some: usize) -> Vec<RangeImage> {
     let place = |k: usize| {
         let turn = begin + std::f64::consts::TAU * k as f64 / count as f64;

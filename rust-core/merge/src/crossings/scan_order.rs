@@ -106,7 +106,7 @@ fn number(name: &[u8], nth: u32, attempt: u32) -> u32 {
 /// The scans, as places in the list, in order: by name, then by `content`. That is asked for of scans that share a name.
 ///
 /// # Errors
-/// What `content` says. Cancelled.
+/// Errors of `content`. Cancelled.
 pub fn in_order(
     sources: &[&dyn ScanSource],
     content: impl Fn(usize) -> Result<u64> + Sync,
