@@ -22,7 +22,7 @@ from .home import Home
 from .kept import Kept
 from .kept_merge import KeptMerge
 from .running import Gathering, Refused, Running
-from .telling import tell, told
+from .telling import in_object_mode, tell, told
 from .words import sentence
 
 POLL_SECONDS = 0.05
@@ -60,10 +60,7 @@ class JobOperator:
         if Running.job is not None and Adjusting.handed is None:
             cls.poll_message_set(told(f"{Running.title} is running"))
             return False
-        if context.mode != "OBJECT":
-            cls.poll_message_set(told("Switch to Object Mode first"))
-            return False
-        return True
+        return in_object_mode(cls, context)
 
     def preview(self, context):
         """Nothing, unless a subclass knows better."""

@@ -60,3 +60,11 @@ def patterns(number):
 def tell(operator, kinds, text):
     """An operator's report, in the language of the interface."""
     operator.report(kinds, told(text))
+
+
+def in_object_mode(cls, context):
+    """Whether the window is in object mode. An operator says that it has to be, otherwise."""
+    if context.mode != "OBJECT":
+        cls.poll_message_set(told("Switch to Object Mode first"))
+        return False
+    return True

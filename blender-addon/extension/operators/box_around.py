@@ -8,7 +8,7 @@ from .. import chosen, regions
 from ..running import Refused
 from ..scene import link, select_only
 from ..sources import note
-from ..telling import tell, told
+from ..telling import in_object_mode, tell, told
 from ..words import sentence
 
 # A box of nothing but points of a plane has this share of its size as its height.
@@ -28,8 +28,7 @@ class SURFRECON_OT_box_around(bpy.types.Operator):
     @classmethod
     def poll(cls, context):
         """There must be something, in object mode."""
-        if context.mode != "OBJECT":
-            cls.poll_message_set(told("Switch to Object Mode first"))
+        if not in_object_mode(cls, context):
             return False
         if not context.selected_objects:
             cls.poll_message_set(told("Select the scans that the box is to hold"))

@@ -14,7 +14,7 @@ from ..job import JobOperator, refuse_no_numbers
 from ..preferences import preference
 from ..running import Handle, Known, Refused, gathered
 from ..sources import all_sources_of
-from ..telling import tell, told
+from ..telling import in_object_mode, tell, told
 from ..words import length, number, sentence
 from .select_region import is_scan
 
@@ -48,8 +48,7 @@ class SURFRECON_OT_true_size(bpy.types.Operator):
     @classmethod
     def poll(cls, context):
         """There must be something to scale, in object mode."""
-        if context.mode != "OBJECT":
-            cls.poll_message_set(told("Switch to Object Mode first"))
+        if not in_object_mode(cls, context):
             return False
         return has_selection(cls, context)
 

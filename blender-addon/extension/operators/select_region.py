@@ -9,7 +9,7 @@ from .. import chosen, hiding, pruning, recording, regions, scan_objects, usable
 from ..running import Refused
 from ..scene import select_only
 from ..sources import sources_of
-from ..telling import tell, told
+from ..telling import in_object_mode, tell, told
 from ..words import number, sentence
 
 
@@ -32,8 +32,7 @@ class InRegion:
     @classmethod
     def poll(cls, context):
         """There must be scans, in object mode."""
-        if context.mode != "OBJECT":
-            cls.poll_message_set(told("Switch to Object Mode first"))
+        if not in_object_mode(cls, context):
             return False
         if not scans_of(context):
             cls.poll_message_set(told("Select the scans, and last the cube or plane; Box around Selection makes a box"))

@@ -5,7 +5,7 @@ import bpy
 
 from .. import chosen
 from ..scene import select_only
-from ..telling import tell, told
+from ..telling import in_object_mode, tell, told
 from ..words import number
 
 
@@ -19,8 +19,7 @@ class SURFRECON_OT_select_scans(bpy.types.Operator):
     @classmethod
     def poll(cls, context):
         """There must be scans that are seen, in object mode."""
-        if context.mode != "OBJECT":
-            cls.poll_message_set(told("Switch to Object Mode first"))
+        if not in_object_mode(cls, context):
             return False
         if not any(chosen.is_scan(obj) for obj in context.view_layer.objects):
             cls.poll_message_set(told("There is no range scan in the scene: import some"))
