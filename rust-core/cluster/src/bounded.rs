@@ -1,8 +1,8 @@
 //! A level within a largest error: patches are split where its mesh lies too far off, until it lies nowhere too far off.
 
-use super::Clustered;
 use super::driver::Job;
 use super::kmeans::KMeans;
+use super::report::Clustered;
 use base::error::Result;
 use base::progress::Progress;
 use geom::bvh::Bvh;

@@ -7,13 +7,12 @@ use super::creases::{Creases, Pieces, sharp_edges};
 use super::flip::Goal;
 use super::kmeans::KMeans;
 use super::net::Net;
+use super::params::{ClusterParams, Resolution};
 use super::polygons::Polygons;
+use super::report::{ClusterReport, Clustered, TriangleShapes};
 use super::subcluster;
 use super::surface::Surface;
-use super::{
-    ClusterParams, ClusterReport, Clustered, Resolution, TriangleShapes, collapse, density, fans, features, finish,
-    fit, flip, mend, polish, relax,
-};
+use super::{collapse, density, fans, features, finish, fit, flip, mend, polish, relax};
 use base::error::Result;
 use base::magnitude;
 use base::memory;

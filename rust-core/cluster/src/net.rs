@@ -7,7 +7,7 @@ use std::sync::Arc;
 use super::creases::Creases;
 pub use super::surface::{CORNER, area_vector};
 use super::surface::{NONE, Place, Surface};
-use crate::TriangleShapes;
+use crate::report::TriangleShapes;
 use base::error::Result;
 use base::progress::Progress;
 use mesh::TriMesh;

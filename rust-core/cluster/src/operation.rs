@@ -10,8 +10,8 @@ pub const OPERATION: Operation = Operation {
     since: "0.1",
     takes: &[Content::Mesh, Content::Points],
     gives: &[Content::Mesh],
-    params: Some(crate::SCHEMA),
-    report: &[crate::ClusterReport::SCHEMA],
+    params: Some(crate::params::SCHEMA),
+    report: &[crate::report::ClusterReport::SCHEMA],
     command: Some(Command {
         files: "MESH",
         summary: "a dense mesh, or points, to few well-shaped triangles",

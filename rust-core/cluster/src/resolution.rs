@@ -2,8 +2,9 @@
 
 use super::driver::{Disks, Job};
 use super::kmeans::KMeans;
+use super::params::Resolution;
+use super::polish;
 use super::surface::NONE;
-use super::{Resolution, polish};
 use base::error::Result;
 use base::progress::Progress;
 

@@ -11,10 +11,10 @@ mod points;
 
 use super::*;
 use base::{Error, Progress, Result};
-use mesh::measure::{self, Side};
+use mesh::measure::{self, DistanceReport, Side};
 use mesh::point_cloud::PointCloud;
 use mesh::shapes::Shape;
-use mesh::{Attribute, AttributeData, check};
+use mesh::{Attribute, AttributeData, TriMesh, check};
 
 fn cluster(mesh: &TriMesh, resolution: Resolution) -> Result<Clustered> {
     run(mesh, &ClusterParams { resolution, threads: 2, ..ClusterParams::default() }, &Progress::none())

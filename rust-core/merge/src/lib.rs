@@ -13,6 +13,7 @@
 //! | `run/` | keeps what steps leave for each other: `memory`, `incremental` where scans have changed, `out_of_core` in files |
 //! | `reference/` | 3. and 4. as the paper has them, to compare with (a feature) |
 //! | `dump` | stages as files to look at |
+//! | `stages` | names of the stages that progress tells, and their shares of the time |
 //!
 //! A folder knows those above it in this list. `pipeline`, `run` and `dump` know all.
 
@@ -36,6 +37,7 @@ mod dump;
 
 mod params;
 mod report;
+mod stages;
 
 pub use finish::deviation::deviation;
 pub use image::source::{Loading, OrientedSurface, PlacedMesh, ScanSource, common_crs};
@@ -46,19 +48,6 @@ pub use run::{Reuse, Run, Store, incremental, merge, out_of_core};
 
 use base::error::Result;
 use base::progress::Progress;
-
-base::stages! {
-    /// Stages of the merge with their shares of its time.
-    PLAN:
-    MEASURING = "measuring the scans", 0.05;
-    DISCRETIZING = "reading scans, finding intersections", 0.5;
-    FUSING = "fusing intersections", 0.1;
-    LOOKING = "looking through", 0.05;
-    LABELLING = "labelling nodes", 0.05;
-    BUILDING = "building the surface", 0.17;
-    CLOSING = "closing holes", 0.05;
-    WRITING = "writing the surface", 0.03;
-}
 
 /// The former name of [`merge`] in memory.
 ///

@@ -10,8 +10,8 @@ pub const OPERATION: Operation = Operation {
     since: "0.1",
     takes: &[Content::Scans],
     gives: &[Content::Mesh],
-    params: Some(crate::SCHEMA),
-    report: &[crate::MergeReport::SCHEMA],
+    params: Some(crate::params::SCHEMA),
+    report: &[crate::report::MergeReport::SCHEMA],
     command: Some(Command {
         files: "SCANS",
         summary: "placed scans to one surface",

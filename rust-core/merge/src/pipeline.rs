@@ -4,13 +4,15 @@
 
 use crate::crossings::lattice::Lattice;
 use crate::crossings::scan_order::ScanPlaces;
+use crate::dump;
 use crate::finish::close_holes::Room;
 use crate::finish::write::Besides;
 use crate::finish::{close_holes, components, noise, refuse_nothing, write};
 use crate::intake::placing::Placing;
+use crate::params::MergeParams;
+use crate::report::MergeReport;
 use crate::surface::tile::Tiles;
 use crate::surface::whole::Whole;
-use crate::{MergeParams, MergeReport, dump};
 use base::error::Result;
 use base::progress::Progress;
 use mesh::Crs;

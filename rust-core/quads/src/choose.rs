@@ -1,7 +1,7 @@
 //! Rows and columns for a wanted error, ours: the smallest grid found whose error, as measured, is at most that.
 
+use super::candidate::{Candidate, Source};
 use super::tiles::Layout;
-use super::{Candidate, Source};
 use base::error::Result;
 use base::progress::Progress;
 

@@ -7,7 +7,7 @@
 
 use rayon::prelude::*;
 
-use super::QuadParams;
+use super::params::QuadParams;
 use base::error::Result;
 use base::progress::Progress;
 

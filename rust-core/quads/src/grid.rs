@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::QuadReport;
+use super::report::QuadReport;
 use image::range_image::{Projection, RangeImage, Viewing};
 use mesh::{Attribute, Crs, QuadMesh, TriMesh};
 

@@ -10,8 +10,8 @@ pub const OPERATION: Operation = Operation {
     since: "0.1",
     takes: &[Content::Image],
     gives: &[Content::Quads],
-    params: Some(crate::SCHEMA),
-    report: &[crate::QuadReport::SCHEMA],
+    params: Some(crate::params::SCHEMA),
+    report: &[crate::report::QuadReport::SCHEMA],
     command: Some(Command {
         files: "SCAN",
         summary: "a range image to a regular grid of quads",

@@ -7,7 +7,7 @@
 
 use glam::DVec3;
 
-use super::QuadGrid;
+use super::grid::QuadGrid;
 use base::error::{Error, Result};
 use base::magnitude;
 use base::memory;

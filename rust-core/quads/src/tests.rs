@@ -5,10 +5,13 @@ use proptest::prelude::*;
 
 mod scenes;
 
+use super::stitch::Net;
 use super::*;
+use base::error::Error;
+use base::progress::Progress;
 use image::range_image::test_images::{ahead, as_point_grid, plane, projections, render, sphere};
-use image::range_image::{Projection, Viewing};
-use mesh::{AttributeData, check};
+use image::range_image::{Projection, RangeImage, Viewing};
+use mesh::{AttributeData, Crs, check};
 use scenes::{Scene, params, scenes};
 
 fn flat(rows: usize, cols: usize, z: impl Fn(f64, f64) -> f64) -> RangeImage {

@@ -4,7 +4,8 @@
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::{BRIDGED, Closure};
+use super::facet_scale::BRIDGED;
+use super::params::Closure;
 use base::error::Result;
 use base::progress::Progress;
 

@@ -2,7 +2,7 @@
 
 use rustc_hash::FxHashMap;
 
-use super::BRIDGED;
+use super::facet_scale::BRIDGED;
 use super::grow::Front;
 use base::error::Result;
 use base::progress::{Pace, Progress};

@@ -8,7 +8,7 @@ use std::ops::Range;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::TRUSTED;
+use super::facet_scale::TRUSTED;
 use super::seen::Sighted;
 use base::error::Result;
 use base::progress::Progress;

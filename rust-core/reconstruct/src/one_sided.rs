@@ -5,10 +5,11 @@
 //! towards that. Then lines of sight pass through the object.
 
 use super::complex::Complex;
+use super::facet_scale::TRUSTED;
 use super::lines::Lines;
 use super::seeds::seeds;
 use super::seen::Sighted;
-use super::{TRUSTED, spacing};
+use super::spacing;
 use base::error::Result;
 use base::progress::Progress;
 

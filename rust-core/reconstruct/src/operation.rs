@@ -10,8 +10,8 @@ pub const OPERATION: Operation = Operation {
     since: "0.1",
     takes: &[Content::Points],
     gives: &[Content::Mesh],
-    params: Some(crate::SCHEMA),
-    report: &[crate::ReconstructReport::SCHEMA],
+    params: Some(crate::params::SCHEMA),
+    report: &[crate::report::ReconstructReport::SCHEMA],
     command: Some(Command {
         files: "POINTS",
         summary: "a surface through scattered points",

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{Dropped, Reason};
+use super::report::{Dropped, Reason};
 use base::error::{Error, Result};
 use base::progress::Progress;
 

@@ -4,17 +4,16 @@ use std::borrow::Borrow;
 
 use glam::DVec3;
 
+use super::found::{Found, canonical};
 use super::noise::INTERPOLATED;
 use super::orient::{Witness, orient};
+use super::params::{Closure, ReconstructParams, Threshold, Topology};
 use super::plane::Plane;
 use super::prepare::{Samples, prepare};
+use super::report::{Dropped, Reason, ReconstructReport, Reconstructed};
 use super::seen::{Seen, Sighted};
 use super::smooth::{Smooth, Smoothing, smoothed};
 use super::space::Space;
-use super::{
-    Closure, Dropped, Found, Reason, ReconstructParams, ReconstructReport, Reconstructed, Threshold, Topology,
-    canonical,
-};
 use base::error::{Error, Result};
 use base::magnitude;
 use base::memory;
@@ -32,6 +31,22 @@ base::stages! {
     TETRAHEDRALIZING = "tetrahedralizing", 0.5;
     SEPARATING = "finding inside and outside", 0.2;
     BUILDING = "building the surface", 0.1;
+}
+
+/// Reconstructs a surface from a cloud. To try several parameters use a [`Reconstructor`].
+///
+/// # Errors
+/// See [`Reconstructor::surface`].
+pub fn run(cloud: &PointCloud, params: &ReconstructParams, progress: &Progress<'_>) -> Result<Reconstructed> {
+    Reconstructor::new(cloud)?.into_surface(params, progress)
+}
+
+/// Like [`run`] in less memory: the places of the cloud's points are given back as soon as they are sorted, 24 bytes each.
+///
+/// # Errors
+/// See [`Reconstructor::surface`].
+pub fn run_owned(cloud: PointCloud, params: &ReconstructParams, progress: &Progress<'_>) -> Result<Reconstructed> {
+    Reconstructor::new(cloud)?.into_surface_of_its_own(params, progress)
 }
 base::stages! {
     /// ... and of those that depend on the parameters.

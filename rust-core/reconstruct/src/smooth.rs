@@ -13,12 +13,14 @@ mod strays;
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::isolated;
 use super::noise::{self, INTERPOLATED, Noise};
+use super::params::{NoisyPoints, ReconstructParams};
 use super::patch::{Frame, Quadric, Weighted};
 use super::prepare::{Samples, keep, prepare};
+use super::report::{Dropped, Reason};
 use super::scales::{Scale, Scales};
 use super::seen::{Fronts, Seen, Sighted};
-use super::{Dropped, NoisyPoints, Reason, ReconstructParams, isolated};
 use base::error::{Error, Result};
 use base::progress::Progress;
 use geom::neighbours::{Few, KdTree};

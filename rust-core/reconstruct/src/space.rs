@@ -3,14 +3,16 @@
 use glam::DVec3;
 
 use super::balls::Balls;
+use super::closed::{ENCLOSED, Enclosing, close};
 use super::complex::Complex;
+use super::found::Found;
 use super::manifold::{Separated, Solid};
 use super::one_sided::is_one_sided;
+use super::opened::open;
+use super::params::{Closure, ReconstructParams, Threshold, Topology};
+use super::report::ReconstructReport;
 use super::seen::{Fronts, Sighted};
-use super::{
-    Closure, ENCLOSED, Enclosing, Found, ReconstructParams, ReconstructReport, Topology, carve_freely, close, open,
-    separate,
-};
+use super::{basins, carve, cut, separate, spacing};
 use base::error::Result;
 use base::memory;
 use base::progress::Progress;
@@ -76,7 +78,7 @@ impl Space {
                         foresee(complex, BYTES_CUT)?;
                     }
                     let fronts = if self.is_noisy { Fronts::of(sighted, progress)? } else { Fronts::default() };
-                    separate(complex, self.is_noisy, &fronts, progress)?
+                    separated(complex, self.is_noisy, &fronts, progress)?
                 }
             };
             self.separated = is_kept.then(|| separated.clone());
@@ -158,4 +160,51 @@ fn used(triangles: &[[u32; 3]], count: usize) -> f64 {
     let mut is_used = vec![false; count];
     triangles.as_flattened().iter().for_each(|&vertex| is_used[vertex as usize] = true);
     is_used.into_iter().filter(|is| *is).count() as f64
+}
+
+/// Stages 2 to 4 up to the repair: the side of each cell, and the cells' balls if these were asked for. `fronts`: of samples that
+/// carry noise.
+pub(super) fn separated(
+    complex: Complex<'_>,
+    is_noisy: bool,
+    fronts: &Fronts,
+    progress: &Progress<'_>,
+) -> Result<(Separated, Option<Balls>)> {
+    let by_cut = if is_noisy { cut::sides(complex, fronts, progress)? } else { None };
+    let (sides, balls) = match by_cut {
+        Some(sides) => (sides, None),
+        None => {
+            let balls = Balls::of(complex, progress)?;
+            (separate::sides(basins::Basins::find(complex, &balls, progress)?, progress)?, Some(balls))
+        }
+    };
+    let mut solid = Solid::new(complex, sides);
+    let repaired = solid.repair(progress)?;
+    Ok((solid.into_separated(repaired), balls))
+}
+
+/// The paper's carving, and its sides.
+fn carve_freely<'a>(
+    complex: Complex<'a>,
+    params: &ReconstructParams,
+    report: &mut ReconstructReport,
+    progress: &Progress<'_>,
+) -> Result<(Vec<[u32; 3]>, Solid<'a>)> {
+    let carved = match params.threshold {
+        Threshold::Global => carve::carve(complex, params.factor, |facet| complex.perimeter(facet), progress)?,
+        Threshold::Local => {
+            let spacings = spacing::all(complex, progress)?;
+            let size = |mut facet: [u32; 3]| {
+                facet.sort_unstable();
+                3.0 * complex.perimeter(facet) / facet.map(|v| spacings[v as usize]).into_iter().sum::<f64>()
+            };
+            carve::carve(complex, params.factor, size, progress)?
+        }
+    };
+    // The border of a solid has none itself.
+    report.closed = true;
+    report.threshold = carved.threshold;
+    report.rounds = carved.rounds;
+    let solid = Solid::new(complex, carved.sides);
+    Ok((solid.surface(progress)?, solid))
 }

@@ -13,8 +13,10 @@ mod threads;
 
 use super::*;
 use base::error::Error;
+use base::progress::Progress;
 use geom::delaunay3::Delaunay3;
 use mesh::check::CheckReport;
+use mesh::point_cloud::PointCloud;
 use mesh::{TriMesh, check};
 use shapes::{beaker, double_cone, level_set, plate, sphere, torus, waves};
 

@@ -10,8 +10,8 @@ pub const OPERATION: Operation = Operation {
     since: "0.1",
     takes: &[Content::Image],
     gives: &[Content::Mesh],
-    params: Some(crate::SCHEMA),
-    report: &[crate::SculptReport::SCHEMA, crate::Certificate::SCHEMA],
+    params: Some(crate::params::SCHEMA),
+    report: &[crate::report::SculptReport::SCHEMA, crate::certify::Certificate::SCHEMA],
     command: Some(Command {
         files: "SCAN",
         summary: "a range image to few triangles within a tolerance",

@@ -6,13 +6,15 @@ use super::borders::{Border, Fenced, Hugging, Region, Straight};
 use super::domain::Domain;
 use super::ladder::Ladder;
 use super::mend::{self, Bound};
+use super::params::{SculptParams, Tolerance};
 use super::pieces::Pieces;
 use super::rays::{Rays, aspect};
+use super::report::{SculptReport, Sculpted};
 use super::search::Search;
 use super::star::Rules;
 use super::view::{LatticeSite, View};
 use super::windows::Windowed;
-use super::{SculptParams, SculptReport, Sculpted, Tolerance, certify, finish, polish};
+use super::{certify, finish, polish};
 use base::error::{Error, Result, Shown};
 use base::memory;
 use base::progress::{Progress, Seconds};
@@ -31,6 +33,37 @@ const BYTES_OFF_SAMPLES: f64 = 62.0;
 pub(super) const BYTES_OF_DOMAIN: f64 = 30.0;
 /// Pixels that are looked at to find how rough an image is.
 const LOOKED_AT: usize = 1 << 16;
+
+/// Sculpts an image: [`Sculptor::new`] and [`Sculptor::refine`] in one call.
+///
+/// # Guarantees
+/// * The ray of every sample that has a triangle in the step-discontinuity triangulation meets the mesh once, within the tolerance. The
+///   certificate measures it, and is compared with the tolerance before anything is returned. No error in the result is above the number
+///   that was asked for, by rounding either. Triangles that hide behind others, because a point grid folds as seen along its rays or a scan
+///   goes around more than once, count as jumps. The report counts them.
+/// * Seen from the sensor the mesh covers exactly those triangles' area, once. With `simplify_borders` it covers at most half a pixel more
+///   along rows and columns, none of it a pixel that was not covered. All triangles face the sensor and have an area there. The mesh is a
+///   manifold with boundary. Its vertices are samples, unless `interpolate` is off.
+/// * The same image gives the same mesh for any number of threads, and in any unit that is a power of two times another.
+///
+/// # Cost
+/// n pixels: O(n log n) expected time. From 128 x 128 to 4096 x 4096 pixels of made terrain, at 0.041 % of its depth extent, the CPU time
+/// falls from 1.7 to 0.4 microseconds per pixel, as the share of them that the mesh needs falls. Memory stays near 100 bytes per pixel
+/// beside the image.
+///
+/// # Errors
+/// An image that gives no triangle. Parameters out of range, attributes of the wrong length, more than 2^32 - 2 pixels, a coordinate too
+/// large, a world in degrees. [`base::Error::Cancelled`].
+///
+/// Source: \[SG07\], with the differences listed at the module.
+pub fn run(image: &RangeImage, params: &SculptParams, progress: &Progress<'_>) -> Result<Sculpted> {
+    params.validate()?;
+    if let Tolerance::Absolute(tolerance) = params.tolerance {
+        foresee(image, params, tolerance, BYTES_OF_DOMAIN)?;
+    }
+    progress.plan(&[("triangulating", 1.0)]);
+    Sculptor::prepare_for(false, image, params, progress)?.refine(params.tolerance, progress)
+}
 
 /// An image ready to be sculpted to one tolerance after the other. `I` is a reference to it, or shares it.
 ///

@@ -135,7 +135,9 @@ mod tests {
     use mesh::{AttributeData, TriMesh};
 
     use super::*;
-    use crate::{Loading, MergeParams, OrientedSurface, PlacedMesh, Run, merge};
+    use crate::params::MergeParams;
+    use crate::run::{Run, merge};
+    use image::source::{Loading, OrientedSurface, PlacedMesh};
 
     /// Two patches of a plane that overlap, the second shifted and trusted less.
     fn patches(names: [&str; 2]) -> [RangeImage; 2] {

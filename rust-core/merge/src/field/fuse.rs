@@ -12,7 +12,8 @@ use crate::crossings::bundles::RawBundle;
 use crate::crossings::edge_sums::EdgeSums;
 use crate::crossings::{edge_colours, lines};
 use crate::intake::overlap::OverlapDistances;
-use crate::{MergeParams, MergeReport};
+use crate::params::MergeParams;
+use crate::report::MergeReport;
 
 /// By default the distance of merging is so many times what 95 in 100 distances between overlapping scans are within, and at
 /// least a cell: of normally distributed ones 3.5 deviations.

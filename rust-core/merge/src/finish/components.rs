@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::stray;
-use crate::MergeReport;
+use crate::report::MergeReport;
 use crate::surface::parts::{self, Chosen};
 use crate::surface::tile::{Part, Tiles};
 use base::error::Result;

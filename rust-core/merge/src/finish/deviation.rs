@@ -80,7 +80,7 @@ mod tests {
     use glam::{DAffine3, dvec3};
 
     use super::*;
-    use crate::PlacedMesh;
+    use image::source::PlacedMesh;
 
     /// A square of side 2 around the origin, facing up.
     fn square() -> TriMesh {

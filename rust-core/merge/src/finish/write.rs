@@ -6,9 +6,9 @@ use std::sync::Mutex;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-use crate::WRITING;
 use crate::colour::{bare_colours, near_colours};
 use crate::crossings::scan_order::ScanPlaces;
+use crate::stages::WRITING;
 use crate::surface::extract::{Case, Surface};
 use crate::surface::numbering::{GONE, Numbered};
 use crate::surface::passes;

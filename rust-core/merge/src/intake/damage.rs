@@ -1,6 +1,6 @@
 //! Scans whose files are damaged: what they held is not part of the surface.
 
-use crate::{Warning, WarningKind};
+use crate::report::{Warning, WarningKind};
 use image::source::ScanSource;
 
 /// More are not described one by one.

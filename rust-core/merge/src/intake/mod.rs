@@ -22,7 +22,9 @@ use crate::crossings::bundles::{Buckets, SumsStore};
 use crate::crossings::discretize::discretize;
 use crate::crossings::lattice::Lattice;
 use crate::crossings::scan_order::ScanOrder;
-use crate::{DISCRETIZING, MergeParams, MergeReport, VoxelReason};
+use crate::params::MergeParams;
+use crate::report::{MergeReport, VoxelReason};
+use crate::stages::DISCRETIZING;
 use base::error::{Error, Result};
 use base::progress::Progress;
 use budget::{Budget, Foreseen};
@@ -347,7 +349,8 @@ mod tests {
     use glam::DAffine3;
 
     use super::*;
-    use crate::{OrientedSurface, PlacedMesh, Run, ScanSource, merge};
+    use crate::run::{Run, merge};
+    use image::source::{OrientedSurface, PlacedMesh, ScanSource};
     use mesh::shapes::Shape;
 
     /// Scans that are loaded in an order of their own.

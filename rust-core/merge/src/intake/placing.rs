@@ -1,6 +1,6 @@
 //! Whether scans plainly do not lie where they belong.
 
-use crate::{MergeReport, Warning, WarningKind};
+use crate::report::{MergeReport, Warning, WarningKind};
 use base::error::Shown;
 use image::source::OrientedSurface;
 

@@ -17,13 +17,15 @@ use crate::crossings::lattice::{ACROSS, BRICK, BRICK_BITS};
 use crate::field::{BrickVertices, Labels};
 use crate::field::{Bundles, Vertex, Vertices};
 use crate::intake::setup::Setup;
+use crate::params::MergeParams;
 use crate::pipeline::{Built, Graph, Stage};
+use crate::report::Merged;
 use crate::run::{self, memory::Memory};
 use crate::surface::tile::Tile;
-use crate::{MergeParams, Merged, ScanSource};
 use base::error::Result;
 use base::progress::Progress;
 use classify::Classifier;
+use image::source::ScanSource;
 
 pub use fuse::Rule;
 
@@ -71,7 +73,7 @@ fn label_nodes(raw: Vec<RawBundle>, rule: Rule, progress: &Progress<'_>) -> Resu
     };
     let bundles = Bundles::new(raw.into_par_iter().map(fuse).collect::<Result<_>>()?);
     let bricks = bundles.labelled_bricks();
-    progress.stage(crate::LABELLING, bricks.len() as u64);
+    progress.stage(crate::stages::LABELLING, bricks.len() as u64);
     let found = bricks
         .into_par_iter()
         .map_init(Classifier::default, |classifier, brick| {

@@ -5,6 +5,7 @@ use crate::crossings::bundles::{self, Buckets, RawBundle};
 use crate::crossings::lattice::Lattice;
 use crate::crossings::scan_order::ScanOrder;
 use crate::crossings::{edge_colours, scan_order};
+use crate::dump;
 use crate::field::Bundles;
 use crate::field::fuse::{self, Labelled, Reaches};
 use crate::field::{BrickVertices, Labels};
@@ -12,13 +13,16 @@ use crate::intake::overlap::OverlapDistances;
 use crate::intake::setup::Setup;
 use crate::intake::{self, Discretized};
 use crate::intake::{damage, defaults};
+use crate::params::MergeParams;
 use crate::pipeline::{Built, Graph, Stage};
+use crate::report::MergeReport;
+use crate::stages::{FUSING, LABELLING, LOOKING};
 use crate::surface::tile::Tile;
 use crate::surface::tiles;
 use crate::visibility::{self, Votes};
-use crate::{FUSING, LABELLING, LOOKING, MergeParams, MergeReport, ScanSource, common_crs, dump};
 use base::error::Result;
 use base::progress::Progress;
+use image::source::{ScanSource, common_crs};
 
 /// A merge at work.
 pub struct Memory<'a> {

@@ -141,8 +141,10 @@ pub fn separate_at_nodes(surface: &mut Surface, mut at_nodes: Vec<AtNode>, latti
 mod tests {
     use glam::{DAffine3, DVec3};
 
-    use crate::{MergeParams, PlacedMesh, Run, merge};
+    use crate::params::MergeParams;
+    use crate::run::{Run, merge};
     use base::progress::Progress;
+    use image::source::PlacedMesh;
     use mesh::measure::{Side, deviation};
     use mesh::{AttributeData, TriMesh};
 

@@ -12,10 +12,10 @@ use super::extract::{self, Extracted, Surface};
 use super::parts;
 use super::pinches;
 use super::tile::{Share, Tile, first_vertices};
-use crate::BUILDING;
 use crate::crossings::lattice::{self, BRICK, BRICK_BITS, Lattice};
 use crate::field::BrickLabels;
 use crate::field::{BrickVertices, Labels};
+use crate::stages::BUILDING;
 use base::error::Result;
 use base::progress::Progress;
 

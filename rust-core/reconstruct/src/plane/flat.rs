@@ -3,10 +3,10 @@
 use glam::DVec3;
 
 use super::Plane;
-use crate::Reason;
 use crate::noise::Noise;
 use crate::patch::Frame;
 use crate::prepare::{Samples, keep};
+use crate::report::Reason;
 use crate::smooth::Smoothing;
 use base::error::Result;
 use base::progress::Progress;

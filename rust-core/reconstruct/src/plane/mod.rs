@@ -6,7 +6,11 @@ mod flat;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::{Closure, Found, ReconstructParams, ReconstructReport, TRUSTED, Threshold, Topology, fans, gaps, spacing};
+use super::facet_scale::TRUSTED;
+use super::found::Found;
+use super::params::{Closure, ReconstructParams, Threshold, Topology};
+use super::report::ReconstructReport;
+use super::{fans, gaps, spacing};
 use base::error::{Error, Result};
 use base::progress::Progress;
 use geom::delaunay2::Delaunay2;

@@ -6,6 +6,7 @@ use crate::prepare::prepare;
 use crate::smooth::Smoothing;
 use crate::*;
 use base::error::Error;
+use base::progress::Progress;
 use mesh::check;
 
 /// Of a rectangle of 60 by 40 steps: a square hole, a gap, and an island beyond it. Steps are of 1,000, so that a plane of

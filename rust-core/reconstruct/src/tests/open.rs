@@ -5,6 +5,12 @@ use std::cell::Cell;
 use glam::{DMat3, DVec2, DVec3};
 
 use super::*;
+use crate::balls::Balls;
+use crate::complex::Complex;
+use crate::facet_scale::{BRIDGED, TRUSTED};
+use crate::manifold::Solid;
+use crate::seen::Fronts;
+use crate::space::separated;
 
 /// Two sheets above each other, noise as large as a third of their spacing.
 fn crumpled() -> Vec<DVec3> {
@@ -115,7 +121,7 @@ fn trees_seen_from_above_get_no_lid() {
 }
 
 /// The tetrahedralization of samples without noise, as `space` has it.
-fn in_space<T>(points: &[DVec3], look: impl FnOnce(Complex<'_>) -> Result<T>) -> T {
+fn in_space<T>(points: &[DVec3], look: impl FnOnce(Complex<'_>) -> base::error::Result<T>) -> T {
     let delaunay = Delaunay3::new(points, 1, &Progress::none()).unwrap();
     look(Complex { points, cells: delaunay.cells(), finite: delaunay.finite_count() }).unwrap()
 }
@@ -131,7 +137,7 @@ pub(super) fn ball_on_a_sheet(side: i32) -> (Vec<DVec3>, f64) {
     }));
     let met = in_space(&points, |complex| {
         let progress = Progress::none();
-        Solid::again(complex, separate(complex, false, &Fronts::default(), &progress)?.0).on_surface(&progress)
+        Solid::again(complex, separated(complex, false, &Fronts::default(), &progress)?.0).on_surface(&progress)
     });
     let share = met.iter().filter(|is_met| **is_met).count() as f64 / points.len() as f64;
     (points, share)

@@ -5,9 +5,10 @@ use std::f64::consts::{PI, TAU};
 use glam::DVec3;
 
 use super::{check, cloud, random, run, volume};
-use crate::{Closure, NoisyPoints, PointCloud, ReconstructParams, Reconstructed, Reconstructor};
+use crate::{Closure, NoisyPoints, ReconstructParams, Reconstructed, Reconstructor};
 use base::progress::Progress;
 use mesh::check::CheckReport;
+use mesh::point_cloud::PointCloud;
 
 /// Points with the normals of the surface they were taken from.
 #[derive(Clone)]

@@ -23,9 +23,11 @@ mod degenerate;
 mod digging;
 mod validation;
 
+use super::certify::{Certificate, certify};
 use super::domain::Domain;
+use super::finish;
+use super::params::SculptParams;
 use super::pieces::Pieces;
-use super::{Certificate, SculptParams, certify, finish};
 use base::error::{Error, Result};
 use base::memory;
 use base::progress::Progress;
@@ -156,7 +158,7 @@ fn centroid(triangle: [u32; 3], cols: u32) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Tolerance;
+    use crate::params::Tolerance;
     use image::triangulate::TriangulateParams;
     use mesh::check::check;
 

@@ -7,9 +7,11 @@ use super::domain::Domain;
 use super::rays::Rays;
 use super::view::{Site, View};
 use super::*;
+use base::progress::Progress;
 use image::range_image::test_images::{ahead, as_point_grid, plane, projections, render, sphere};
-use image::range_image::{Projection, Samples};
+use image::range_image::{Projection, RangeImage, Samples};
 use image::triangulate::TriangulateParams;
+use mesh::TriMesh;
 use mesh::check::check;
 
 mod bounds;

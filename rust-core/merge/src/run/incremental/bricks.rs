@@ -4,11 +4,11 @@ use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::Renewed;
-use crate::LABELLING;
 use crate::crossings::edge_colours::Gains;
 use crate::crossings::lattice::Lattice;
 use crate::field::{BrickVertices, Labels, fuse};
 use crate::field::{Bundles, VoteRule};
+use crate::stages::LABELLING;
 use crate::surface::anomalies::BrickSurface;
 use crate::surface::tiles;
 use base::error::Result;

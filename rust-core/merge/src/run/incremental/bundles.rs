@@ -13,10 +13,13 @@ use crate::crossings::lattice::Lattice;
 use crate::crossings::lines;
 use crate::crossings::lines::SortedBundle;
 use crate::crossings::scan_order::ScanOrder;
+use crate::field;
 use crate::field::fuse::Reaches;
 use crate::intake::overlap::{BundleDistances, OverlapDistances};
 use crate::intake::setup::Setup;
-use crate::{FUSING, MergeParams, MergeReport, field};
+use crate::params::MergeParams;
+use crate::report::MergeReport;
+use crate::stages::FUSING;
 use base::error::Result;
 use base::progress::Progress;
 

@@ -6,12 +6,12 @@ use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::bundles::{KeptBundle, KeptBundles};
-use crate::LOOKING;
 use crate::crossings::crossing::BundleKey;
 use crate::crossings::lattice::{ACROSS, Lattice};
 use crate::crossings::lines::SortedBundle;
 use crate::crossings::scan_order::ScanOrder;
 use crate::intake::Discretized;
+use crate::stages::LOOKING;
 use crate::visibility::{self, is_through, look};
 use base::error::Result;
 use base::progress::Progress;

@@ -11,7 +11,6 @@ use rustc_hash::FxHashSet;
 use super::files::{Columns, Place, Stored};
 use super::segments::Collected;
 use super::setting::{Cut, Key, Named, Portion, Setting};
-use crate::FUSING;
 use crate::colour::gains;
 use crate::crossings::crossing::{BundleKey, OnLine};
 use crate::crossings::edge_sums::EdgeSums;
@@ -19,6 +18,7 @@ use crate::crossings::lattice::{ACROSS, BRICK_BITS, ROWS};
 use crate::crossings::lines::{self, SortedBundle};
 use crate::crossings::scan_order::ScanOrder;
 use crate::field;
+use crate::stages::FUSING;
 use base::error::Result;
 use base::progress::Progress;
 

@@ -9,7 +9,6 @@ use rustc_hash::FxHashSet;
 
 use super::segments::{self, About, Segment, SegmentMember, Whose};
 use super::setting::{Key, Portion, Setting};
-use crate::DISCRETIZING;
 use crate::crossings::bundles::{self, Buckets};
 use crate::crossings::discretize::discretize;
 use crate::crossings::lattice::Lattice;
@@ -18,6 +17,7 @@ use crate::intake::Discretized;
 use crate::intake::budget;
 use crate::intake::nothing_to_merge;
 use crate::intake::placing::Placing;
+use crate::stages::DISCRETIZING;
 use base::error::{Error, Result};
 use base::progress::Progress;
 use image::source::{Loading, ScanSource};

@@ -9,12 +9,12 @@ use rayon::prelude::*;
 use super::blocks::Blocks;
 use super::files::{Columns, Content, Place, Stored};
 use super::setting::{Cut, Key, Named, Portion, Setting};
-use crate::LABELLING;
 use crate::crossings::edge_colours::Gains;
 use crate::crossings::lattice::ROWS;
 use crate::field::fuse::{self, Labelled};
 use crate::field::{BrickLabels, Vertex, Vertices, VoteRule};
 use crate::field::{BrickVertices, Labels};
+use crate::stages::LABELLING;
 use base::error::Result;
 use base::progress::Progress;
 

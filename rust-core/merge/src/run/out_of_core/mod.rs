@@ -31,9 +31,10 @@ use std::path::{Path, PathBuf};
 
 use rustc_hash::FxHasher;
 
+use crate::params::MergeParams;
 use crate::pipeline::{self, Out};
+use crate::report::MergeReport;
 use crate::run::{refuse_twins, started};
-use crate::{MergeParams, MergeReport};
 use base::error::{Error, Result};
 use base::memory::{available, limit_of_calls, size};
 use base::progress::Progress;

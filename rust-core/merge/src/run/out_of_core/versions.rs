@@ -5,7 +5,7 @@ use std::hash::BuildHasher as _;
 use rayon::prelude::*;
 use rustc_hash::{FxBuildHasher, FxHashMap};
 
-use crate::MergeParams;
+use crate::params::MergeParams;
 use base::error::Result;
 use base::progress::Progress;
 use image::source::ScanSource;
