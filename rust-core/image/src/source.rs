@@ -67,6 +67,14 @@ pub trait ScanSource: Sync {
         Ok(None)
     }
 
+    /// The content of its file, for a caller that loads it more than once. `None` for a scan in memory, and for points.
+    ///
+    /// # Errors
+    /// Those of [`ScanSource::load`].
+    fn decoded(&self, _: &Progress<'_>) -> Result<Option<Decoded>> {
+        Ok(None)
+    }
+
     /// The scan as points of its surface, in its own frame.
     ///
     /// # Errors
@@ -142,6 +150,50 @@ pub trait ScanSource: Sync {
     /// Those of [`ScanSource::load`].
     fn version(&self, triangulation: &TriangulateParams, progress: &Progress<'_>) -> Result<u64> {
         self.content(triangulation, progress)
+    }
+}
+
+/// The content of a scan's file.
+#[derive(Clone, Debug)]
+pub enum Decoded {
+    /// A range image, placed in the world.
+    Image(RangeImage),
+    /// A mesh, and the transform that places it in the world.
+    Mesh(TriMesh, DAffine3),
+}
+
+impl Decoded {
+    /// The scan as an oriented surface.
+    ///
+    /// # Errors
+    /// Those of triangulating, or a mesh that can't be used. [`Error::Cancelled`].
+    pub fn load(&self, loading: &Loading, progress: &Progress<'_>) -> Result<OrientedSurface> {
+        match self {
+            Decoded::Image(image) => OrientedSurface::from_range_image(image, loading, progress),
+            Decoded::Mesh(mesh, world_from_mesh) => OrientedSurface::from_mesh(mesh, *world_from_mesh),
+        }
+    }
+
+    /// The range image. `None` for a mesh.
+    pub fn image(&self) -> Option<&RangeImage> {
+        match self {
+            Decoded::Image(image) => Some(image),
+            Decoded::Mesh(..) => None,
+        }
+    }
+
+    /// Bytes of its samples, or of its vertices and triangles.
+    pub fn bytes(&self) -> u64 {
+        let bytes = match self {
+            Decoded::Image(image) => image.bytes(),
+            Decoded::Mesh(mesh, _) => {
+                let attributes = mesh.vertex_attributes.iter().chain(&mesh.face_attributes);
+                size_of_val(&mesh.positions[..])
+                    + size_of_val(&mesh.triangles[..])
+                    + attributes.map(|attribute| attribute.data.bytes()).sum::<usize>()
+            }
+        };
+        bytes as u64
     }
 }
 

@@ -96,6 +96,11 @@ impl AttributeData {
         }
     }
 
+    /// Bytes of all entries.
+    pub fn bytes(&self) -> usize {
+        self.len() * self.bytes_of_an_entry()
+    }
+
     /// The entries at some places, in their order. A place may come more than once.
     ///
     /// # Panics

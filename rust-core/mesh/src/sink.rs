@@ -72,7 +72,7 @@ impl AttributeData {
         }
     }
 
-    fn bytes_of_an_entry(&self) -> usize {
+    pub(crate) fn bytes_of_an_entry(&self) -> usize {
         match self {
             AttributeData::F32(_) => size_of::<f32>(),
             AttributeData::I32(_) => size_of::<i32>(),

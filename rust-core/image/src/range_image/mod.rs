@@ -168,6 +168,17 @@ impl RangeImage {
         }
     }
 
+    /// Bytes of its samples and attributes.
+    pub fn bytes(&self) -> usize {
+        let samples = match &self.samples {
+            Samples::Values(values) => size_of_val(&values[..]),
+            Samples::Points(points) => size_of_val(&points[..]),
+        };
+        let floats = [&self.intensity, &self.confidence].into_iter().flatten().map(|values| size_of_val(&values[..]));
+        let colours = self.colour.as_ref().map_or(0, |colours| size_of_val(&colours[..]));
+        samples + floats.sum::<usize>() + colours
+    }
+
     /// Number of rows.
     pub fn rows(&self) -> usize {
         self.rows

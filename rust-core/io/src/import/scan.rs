@@ -21,7 +21,7 @@ use image::oriented::OrientedPoints;
 use image::places::Places;
 use image::range_image::RangeImage;
 use image::select::scale_frame;
-use image::source::{Loading, Moment, OrientedSurface, PlacedCloud, PlacedMesh, ScanSource};
+use image::source::{Decoded, Loading, Moment, OrientedSurface, PlacedCloud, PlacedMesh, ScanSource};
 use image::triangulate::TriangulateParams;
 use mesh::point_cloud::PointCloud;
 use mesh::{Crs, TriMesh};
@@ -315,14 +315,21 @@ impl ScanSource for FileScan {
     }
 
     fn load(&self, loading: &Loading, progress: &Progress<'_>) -> Result<OrientedSurface> {
-        match self.read_as(Damage::LeftOut, &progress.unseen())? {
-            Content::RangeImage(image) => OrientedSurface::from_range_image(&image, loading, progress),
-            Content::Mesh(mesh) => OrientedSurface::from_mesh(&mesh, self.world_from_sensor),
-            Content::Points(_) => Err(Error::input(format!(
+        match self.decoded(progress)? {
+            Some(decoded) => decoded.load(loading, progress),
+            None => Err(Error::input(format!(
                 "{}: holds points without a grid or triangles, which are no surface; reconstruct one first",
                 known_as(&self.path)
             ))),
         }
+    }
+
+    fn decoded(&self, progress: &Progress<'_>) -> Result<Option<Decoded>> {
+        Ok(match self.read_as(Damage::LeftOut, &progress.unseen())? {
+            Content::RangeImage(image) => Some(Decoded::Image(image)),
+            Content::Mesh(mesh) => Some(Decoded::Mesh(mesh, self.world_from_sensor)),
+            Content::Points(_) => None,
+        })
     }
 
     fn image(&self, progress: &Progress<'_>) -> Result<Option<Cow<'_, RangeImage>>> {

@@ -6,6 +6,7 @@
 
 pub mod budget;
 pub mod damage;
+pub mod decoded;
 pub mod defaults;
 pub mod overlap;
 pub mod placing;

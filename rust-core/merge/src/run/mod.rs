@@ -11,6 +11,7 @@ use rustc_hash::FxHashSet;
 
 use crate::crossings::crossing::MAX_SCANS;
 use crate::finish::close_holes::Room;
+use crate::intake::decoded::DecodedOnce;
 use crate::intake::setup::{Fit, Setup};
 use crate::params::MergeParams;
 use crate::pipeline::{self, Graph, Out};
@@ -99,9 +100,12 @@ fn in_memory(
     reuse: Option<Reuse<'_>>,
     progress: &Progress<'_>,
 ) -> Result<Merged> {
+    let memory = setup.fit.memory.is_finite().then_some(setup.fit.memory as u64);
+    let scans = DecodedOnce::all(scans, memory);
+    let scans: Vec<&dyn ScanSource> = scans.iter().map(|scan| scan as &dyn ScanSource).collect();
     match reuse {
-        Some(Reuse { merger, versions }) => merger.run_by((scans, versions), params, setup, progress),
-        None => run_by(scans, params, setup, progress),
+        Some(Reuse { merger, versions }) => merger.run_by((&scans, versions), params, setup, progress),
+        None => run_by(&scans, params, setup, progress),
     }
 }
 
