@@ -201,6 +201,15 @@ try {
     must(drawn.state == SRF_PAIR_STATE_SLIDES && drawn.ways().size() == drawn.freedoms_count && drawn.freedoms_count == 3, "along its flat side");
     text_of<Error>([&] { aligner.snap(0, {Pose()}); });
     text_of<Cancelled>([&] { aligner.snap(0, {}, {}, [](const Tick &) { return false; }); });
+    Aligner strangers;
+    strangers.add(image);
+    strangers.add(mesh, "tetrahedron", from_above);
+    const Alignment near_them = strangers.run(rough);
+    must(near_them.scan(1).state == SRF_SCAN_STATE_UNDECIDED && near_them.scan(1).world_from_scan.matrix[14] == 5, "stays, undecided");
+    must(!near_them.reason(1).empty() && near_them.scan(1).has_place(), "why it is undecided");
+    AlignParams in_order;
+    in_order.start = SRF_START_SEQUENCE;
+    must(strangers.run(in_order).scan(1).state == SRF_SCAN_STATE_UNPLACED, "a frame that follows none");
     Pose above = from_above;
     above.matrix[14] += 0.01;
     const std::vector<double> off = aligner.misfit(2, surface.positions(), {from_above, srf_pose{}, above});

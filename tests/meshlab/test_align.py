@@ -116,6 +116,28 @@ def test_rough_positions(document, surfaces, images):
     assert max(errors(document, images)) < 1.0
 
 
+def test_layers_that_nothing_decides_stay(document, surfaces, images):
+    for (name, positions, triangles), image in zip(surfaces, images, strict=True):
+        document.add(positions, triangles, name)
+        put(document, name, image.world_from_sensor)
+    across, down = np.meshgrid(np.arange(40.0) * 3, np.arange(40.0) * 3, indexing="ij")
+    corners = np.arange(39 * 40).reshape(39, 40)[:, :39].ravel()
+    triangles = np.concatenate([corners[:, None] + [0, 40, 1], corners[:, None] + [1, 40, 41]])
+    document.add(np.stack([across, down, 0 * across], -1).reshape(-1, 3), triangles, "wall")
+    aside = np.eye(4)
+    aside[0, 3] = 400
+    put(document, "wall", aside)
+    document.named("view1")
+    out = document.run(ALIGN, start="Rough", reach=length(16))
+    assert (out["scans_count"], out["placed"]) == (5, 4)
+    assert np.array_equal(matrix(document.named("wall")), aside)
+
+
+def test_layers_in_the_order_they_were_taken(heap, images):
+    assert heap.run(ALIGN, start="Sequence")["placed"] == 4
+    assert max(errors(heap, images)) < 1.0
+
+
 def test_hidden_layers_take_no_part(heap):
     heap.named("view3")
     heap.set.set_current_mesh_visibility(False)

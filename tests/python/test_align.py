@@ -110,6 +110,21 @@ def test_a_reach_that_bounds_nothing_is_told(heap, caplog):
         ) == said
 
 
+def test_scans_that_nothing_decides_stay_and_are_named(truth):
+    wall = surfrecon.RangeImage.orthographic(np.zeros((40, 40)), step=(3, 3), name="wall")
+    aside = np.eye(4)
+    aside[0, 3] = 400
+    wall.world_from_sensor = aside
+    result = surfrecon.align([*truth, wall], start="rough", reach=16)
+    *others, last = result.report.scans
+    assert result.report.placed == len(truth) and all(scan.state in ("placed", "kept") for scan in others)
+    assert last.state == "undecided" and last.deviation == 16 and "no place was found" in last.reason
+    assert np.array_equal(result.world_from_scan[-1], aside)
+    assert '"wall" stays where it was given: nothing decides where it belongs' in result.report.messages
+    # Of a heap it is left out.
+    assert surfrecon.align([*truth, wall]).report.scans[-1].state == "unplaced"
+
+
 def test_poses_are_written(truth, heap, tmp_path):
     surfrecon.write_scans(tmp_path / "heap.conf", heap)
     scans = surfrecon.open(tmp_path / "heap.conf")
