@@ -32,11 +32,9 @@ UNPLAIN_COMMENTS = (
     "c-api/src/measure.rs",
     "c-api/src/params/",
     "c-api/src/snap.rs",
-    "python/",
     "rust-core/align/",
-    "rust-core/mesh/src/certify.rs",
 )
-# What leads somewhere from the first release on, and before to nothing or to whoever takes the name.
+# Commands and addresses that lead somewhere from the first release on, before to nothing or to a taker of the name.
 PUBLISHED = re.compile(
     r"pip install (?:--?\S+ )*['\"]?surfrecon\b|cargo (?:add|install) surfrecon|/surfrecon/releases\b"
 )
