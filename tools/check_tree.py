@@ -143,7 +143,11 @@ def word_problems():
 
 
 def comment_problems():
-    """Yields comments of Rust that begin with a question, and crates whose doc comments are hard to read."""
+    """Yields comments that begin with a question, and crates of Rust whose doc comments are hard to read."""
+    for path in files():
+        if path.suffix in {".py", ".pyi"}:
+            for number, text in plain_words.python_comments(path.read_text("utf-8")):
+                yield from begins_with_a_question(path.relative_to(ROOT), number, text)
     codes = {str(path.relative_to(ROOT)): path.read_text("utf-8") for path in files() if path.suffix == ".rs"}
     folders = {str(path.parent.relative_to(ROOT)) + "/" for path in files() if path.name == "Cargo.toml"}
     crates, unplain = {}, {}
@@ -162,11 +166,16 @@ def unplain_comments(crate, codes):
     """Yields what makes the comments of some files hard to read, by their names."""
     for name, code in codes.items():
         for number, _, text in plain_words.comments(code):
-            if plain_words.QUESTION.match(text):
-                yield f"{name}:{number}: a comment begins with what the item is, not with {text[:40]!r}"
+            yield from begins_with_a_question(name, number, text)
     text = plain_words.doc_comments("\n\n".join(codes.values()))
     for problem in text.problems(plain_words.COMMENT_LIMITS):
         yield f"{crate.rstrip('/')}: {problem}"
+
+
+def begins_with_a_question(name, number, text):
+    """Yields the place of a comment, if it begins with a question."""
+    if plain_words.QUESTION.match(text):
+        yield f"{name}:{number}: a comment begins with what the item is, not with {text[:40]!r}"
 
 
 def unpublished(changelog, text):

@@ -5,8 +5,12 @@ CONTRIBUTING.md has the rules. `make check` holds the pages and the comments of 
 and `comment_problems` in `tools/check_tree.py`).
 """
 
+import ast
+import inspect
+import io
 import re
 import sys
+import tokenize
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -95,6 +99,21 @@ def comments(code):
         behind = None if found else BEHIND_CODE.search(line)
         if behind:
             yield number, "//", behind[1]
+
+
+def python_comments(code):
+    """Of each comment and docstring of a Python file: the number of its first line and the text of that line."""
+    for node in ast.walk(ast.parse(code)):
+        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str):
+            yield node.lineno, inspect.cleandoc(node.value.value).partition("\n")[0]
+    before = None
+    for token in tokenize.generate_tokens(io.StringIO(code).readline):
+        if token.type == tokenize.COMMENT:
+            number, at = token.start
+            alone = not token.line[:at].strip()
+            if not alone or before != number - 1:
+                yield number, token.string.lstrip("# ")
+            before = number if alone else None
 
 
 def doc_comments(code):
