@@ -23,17 +23,6 @@ MOST_LINES = 1_000
 CODE = {".rs", ".py", ".c", ".cpp", ".h", ".hpp", ".sh"}
 # The first screen and more; the rest belongs into guides.
 README_BYTES = 8_000
-# PARAMETERS.md is made of the texts of parameters.
-NOT_PLAIN = {"PARAMETERS.md"}
-# Comments that are not in plain words yet. The list is to be emptied, and nothing comes into it.
-UNPLAIN_COMMENTS = (
-    "c-api/src/alignment.rs",
-    "c-api/src/frame.rs",
-    "c-api/src/measure.rs",
-    "c-api/src/params/",
-    "c-api/src/snap.rs",
-    "rust-core/align/",
-)
 # Commands and addresses that lead somewhere from the first release on, before to nothing or to a taker of the name.
 PUBLISHED = re.compile(
     r"pip install (?:--?\S+ )*['\"]?surfrecon\b|cargo (?:add|install) surfrecon|/surfrecon/releases\b"
@@ -128,8 +117,8 @@ def guides():
 
 
 def plain_pages():
-    """The pages that are to be easy to read: all of them but those that are NOT_PLAIN."""
-    return [path for path in files() if path.suffix == ".md" and str(path.relative_to(ROOT)) not in NOT_PLAIN]
+    """The pages that are to be easy to read: all of them."""
+    return [path for path in files() if path.suffix == ".md"]
 
 
 def word_problems():
@@ -138,8 +127,11 @@ def word_problems():
     if size > README_BYTES:
         yield f"README.md: {size} bytes, at most {README_BYTES}: move text into a guide"
     for path in plain_pages():
-        for problem in plain_words.markdown(path.read_text("utf-8")).problems():
+        text = path.read_text("utf-8")
+        for problem in plain_words.markdown(text).problems():
             yield f"{path.relative_to(ROOT)}: {problem}"
+        for number, line in plain_words.rows_with_semicolons(text):
+            yield f"{path.relative_to(ROOT)}:{number}: make sentences of what a semicolon joins: {line[:80]}"
 
 
 def comment_problems():
@@ -150,16 +142,12 @@ def comment_problems():
                 yield from begins_with_a_question(path.relative_to(ROOT), number, text)
     codes = {str(path.relative_to(ROOT)): path.read_text("utf-8") for path in files() if path.suffix == ".rs"}
     folders = {str(path.parent.relative_to(ROOT)) + "/" for path in files() if path.name == "Cargo.toml"}
-    crates, unplain = {}, {}
+    crates = {}
     for name, code in codes.items():
         crate = max((folder for folder in folders if name.startswith(folder)), key=len, default="./")
-        exception = next((prefix for prefix in UNPLAIN_COMMENTS if name.startswith(prefix)), None)
-        (crates if exception is None else unplain).setdefault(exception or crate, {})[name] = code
+        crates.setdefault(crate, {})[name] = code
     for crate, found in sorted(crates.items()):
         yield from unplain_comments(crate, found)
-    for exception in UNPLAIN_COMMENTS:
-        if not any(unplain_comments(exception, unplain.get(exception, {}))):
-            yield f"tools/check_tree.py: {exception} is plain by now, or not there: take it out of UNPLAIN_COMMENTS"
 
 
 def unplain_comments(crate, codes):

@@ -1,6 +1,7 @@
 """How hard a text is to read: plain_words.py FILE... prints the figures of files and their limits.
 
-Of a Markdown file code, tables, headings and pictures do not count. Of a Rust file the doc comments count.
+Of a Markdown file code, tables, headings and pictures do not count, but cells of tables have no semicolons. Of a Rust
+file the doc comments count.
 CONTRIBUTING.md has the rules. `make check` holds the pages and the comments of the tree to the limits (`plain_pages`
 and `comment_problems` in `tools/check_tree.py`).
 """
@@ -88,6 +89,15 @@ def markdown(text):
     return Text("\n".join(paragraphs), sentences)
 
 
+def rows_with_semicolons(text):
+    """The rows of tables of a Markdown text that have a semicolon outside of code, with their numbers."""
+    # Code keeps its lines, so that numbers stay those of the text.
+    blank = re.sub(r"^( *)(```+).*?^ *\2`*$", lambda code: "\n" * code[0].count("\n"), text, flags=re.S | re.M)
+    for number, line in enumerate(blank.splitlines(), 1):
+        if line.lstrip().startswith("|") and ";" in re.sub(r"`[^`]*`|&\w+;", "", line):
+            yield number, line.strip()
+
+
 def comments(code):
     """Of each comment of a Rust file: the number of its first line, its mark and the text of that line."""
     before = None
@@ -129,13 +139,16 @@ def main():
     """Prints the figures; ends with status 1 if one is beyond its limit."""
     found = False
     for name in sys.argv[1:]:
-        is_code = name.endswith(".rs")
-        text = (doc_comments if is_code else markdown)(Path(name).read_text("utf-8"))
+        is_code, content = name.endswith(".rs"), Path(name).read_text("utf-8")
+        text = (doc_comments if is_code else markdown)(content)
         figures = ", ".join(f"{value:.1f} {figure}" for figure, value in text.figures().items())
         print(f"{name}: {figures}")
         for problem in text.problems(COMMENT_LIMITS if is_code else tuple(LIMITS)):
             found = True
             print(f"  {problem}")
+        for number, line in () if is_code else rows_with_semicolons(content):
+            found = True
+            print(f"  line {number} is a row with a semicolon: {line[:80]}")
     return 1 if found else 0
 
 

@@ -72,7 +72,17 @@ def test_all_pages_are_held_to_the_limits(monkeypatch, tmp_path):
     monkeypatch.setattr(check_tree, "ROOT", tmp_path)
     monkeypatch.setattr(check_tree, "files", lambda: sorted(path for path in tmp_path.rglob("*") if path.is_file()))
     told = {problem.partition(":")[0] for problem in check_tree.word_problems()}
-    assert told == {"README.md", "deep/new.md"}
+    assert told == {"README.md", "PARAMETERS.md", "deep/new.md"}
+    for page in tmp_path.rglob("*.md"):
+        page.write_text("| a |\n|---|\n| b; c |\n", "utf-8")
+    told = {problem.rpartition(": make")[0] for problem in check_tree.word_problems()}
+    assert told == {"README.md:3", "PARAMETERS.md:3", "deep/new.md:3"}
+
+
+def test_rows_of_tables_have_no_semicolons_but_in_code():
+    code = "```sh\n| a; b |\n```\n"
+    assert not list(plain_words.rows_with_semicolons(f"| a | `b; c` | d&nbsp;e |\n\na; b\n\n{code}"))
+    assert list(plain_words.rows_with_semicolons(f"{code}\n| a | b; c |\n")) == [(5, "| a | b; c |")]
 
 
 def test_decisions_begin_with_their_verdict_and_are_in_the_index():
@@ -158,7 +168,6 @@ def crates(monkeypatch, tmp_path):
     """Two crates, the second one within the first, and the means to write files into them."""
     monkeypatch.setattr(check_tree, "ROOT", tmp_path)
     monkeypatch.setattr(check_tree, "files", lambda: sorted(path for path in tmp_path.rglob("*") if path.is_file()))
-    monkeypatch.setattr(check_tree, "UNPLAIN_COMMENTS", ())
     for folder in ("core/src", "core/inner/src"):
         (tmp_path / folder).mkdir(parents=True)
         (tmp_path / folder / "lib.rs").write_text(f"//! {PLAIN}", "utf-8")
@@ -178,12 +187,3 @@ def test_a_comment_that_begins_with_a_question_is_told_with_its_line(crates):
     (crates / "a.py").write_text("# Places.\na = 1\n# What it counts.\nb = 2\n", "utf-8")
     python, rust = check_tree.comment_problems()
     assert python.startswith("a.py:3: ") and rust.startswith("core/src/a.rs:3: ")
-
-
-def test_exceptions_are_those_that_are_needed(crates, monkeypatch):
-    (crates / "core/src/a.rs").write_text(f"/// {RIDDLE}", "utf-8")
-    monkeypatch.setattr(check_tree, "UNPLAIN_COMMENTS", ("core/src/a.rs",))
-    assert not list(check_tree.comment_problems())
-    (crates / "core/src/a.rs").write_text(f"/// {PLAIN}", "utf-8")
-    (found,) = check_tree.comment_problems()
-    assert "core/src/a.rs" in found and "UNPLAIN_COMMENTS" in found
