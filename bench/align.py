@@ -39,7 +39,7 @@ BUDGET_CPU_S = 960
 MOST_FOR_PEERS = 40
 FOUND = ["placed", "wrong", "reason_given", "pairs_total", "pairs_found", "worst_shift_spacings"]
 FOUND += ["residual_mm", "residual_conf_mm", "nees", "snap_ms"]
-# What only rows of rooms have: see align_rooms.
+# Figures that only rows of rooms have: see align_rooms.
 OF_ROOMS = ["way", "wrong_said", "undecided", "rms_mm"]
 COLUMNS = ["case", "tool", "scans", "overlap_pct", "noise", "threads", "expected_refusal", *FOUND]
 COLUMNS += [*OF_ROOMS, "runs", "cpu_s", "wall_s", "peak_mb"]
@@ -61,7 +61,7 @@ SHOWN = {
 
 
 def judge(case, sets, made):
-    """What a tool's poses are worth."""
+    """The quality of a tool's poses."""
     poses_of, told = made
     poses = [poses_of[f"set{number:03}"] for number in range(len(sets))]
     placed = int(sum(np.isfinite(of).all(axis=(1, 2)).sum() for of in poses))
@@ -80,7 +80,7 @@ def judge(case, sets, made):
 
 
 def beside_truth(case, sets, poses, told):
-    """What can be said where it is known where scans belong."""
+    """The figures that need known places of scans."""
     both = list(zip(sets, poses, strict=True))
     errors = np.concatenate([scans.errors(of) for scans, of in both])
     nees = []
@@ -140,7 +140,7 @@ def suited(case, tools, record, unsuited=unsuited):
 
 
 def head(case, tool):
-    """What a row is of."""
+    """The columns of a row that say its case and its tool."""
     threads = 1 if tool.startswith("surfrecon") else None
     row = {"case": case.name, "tool": tool, "scans": case.count, "overlap_pct": case.overlap, "noise": case.noise}
     return row | {"threads": threads, "expected_refusal": case.refusal} | dict.fromkeys(OF_ROOMS)

@@ -133,7 +133,7 @@ class Views:
         self.shares = shares(self.views(range(count)))
 
     def views(self, numbers, noise=0.0):
-        """What is seen from some of the directions."""
+        """Images from some of the directions."""
         some = list(numbers)
         return look(self.mesh, self.directions[some], noise, seed=7, rolls=self.rolls[some])
 
@@ -201,7 +201,7 @@ def rings(wanted, mesh):
 
 
 def refusals(wanted, mesh):
-    """What may turn, slide, lie in several places, or belongs to something else."""
+    """Scans that may turn, slide or lie in several places, or that belong to something else."""
     for name, scans in align_refusals.shapes():
         if wanted.takes(name):
             yield Case(name, [scans], refusal=True, truth=None)

@@ -1,4 +1,4 @@
-"""What poses of scans are worth, by the truth and by how the scans lie on each other."""
+"""The quality of poses of scans, by the truth and by how the scans lie on each other."""
 
 import itertools
 
@@ -71,7 +71,7 @@ class Scans:
         return best
 
     def fits(self, poses, placed):
-        """Where the truth may lie in the frame that was found: by each scan of some, and by all scans of a body."""
+        """The motions that lay the truth on what was found: by each scan of some, and by all scans of a body."""
         for k in placed[:: max(1, len(placed) // 30)]:
             yield self.bodies[k], poses[k] @ np.linalg.inv(self.truth[k])
         for body in sorted({self.bodies[k] for k in placed}):

@@ -5,7 +5,7 @@ from align_shapes import cube, look, relief, revolved, together
 
 
 def shapes():
-    """What may turn, slide, or lie in several places."""
+    """Shapes that may turn, slide, or lie in several places."""
     side = [(1, 0.2, 0.4), (0.6, 0.8, 0.5), (0.9, 0.5, 0.2)]
     above = [(0.2, 0.1, 1), (-0.2, 0.3, 1), (0.1, -0.3, 1)]
 
@@ -45,7 +45,7 @@ def corner(size):
 
 
 def behind():
-    """Where the middles of floor and walls lie, for a size of 1."""
+    """The middles of floor and walls, for a size of 1."""
     return np.array([[0.0, 0.0, -1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
 
 

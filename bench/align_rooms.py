@@ -88,7 +88,7 @@ class Frames:
         return np.array(far)
 
     def fit(self, poses, frames, points=None):
-        """Where the truth lies in what was found, by these frames."""
+        """The motion that lays the truth on what was found, by these frames."""
         some = {k: self.points[k] if points is None else points for k in frames}
         both = [[moved(of[k], some[k]) for k in frames] for of in (self.truth, poses)]
         return fitted(*map(np.concatenate, both))
@@ -112,7 +112,7 @@ class Frames:
 
 
 def judge(case, sets, made):
-    """What a tool's poses are worth."""
+    """The quality of a tool's poses."""
     poses_of, told = made
     counts, squares, wrong_in = np.zeros(5, int), [], []
     for number, (frames, said, recording) in enumerate(zip(sets, told, case.recordings, strict=True)):
@@ -186,7 +186,7 @@ def main(wanted, record, installed, suited, columns):
 
 
 def head(case, tool, columns):
-    """What a row is of; what only rows of scans have is null."""
+    """The columns of a row that say its case and its tool. Columns that only rows of scans have are null."""
     threads = 1 if tool.startswith("surfrecon") else None
     known = {"case": case.name, "tool": tool, "scans": case.count, "threads": threads, "expected_refusal": case.refusal}
     return dict.fromkeys(columns) | known | {"way": case.way}

@@ -19,7 +19,7 @@ class Cloud:
 
 
 def look(mesh, directions, noise=0.0, pixels=PIXELS, seed=0, rolls=None):
-    """What pinhole cameras see of a mesh from these directions, each rolled by some angle."""
+    """Images of a mesh by pinhole cameras from these directions, each rolled by some angle."""
     import surfrecon
 
     low, high = mesh.bounds

@@ -30,7 +30,7 @@ AFTER = "after the operator"
 
 
 def hand_over(wanted, record):
-    """What bench/into_blender.py prints, a dictionary a case; nothing without Blender's module."""
+    """Yields what bench/into_blender.py prints, a dictionary a case. Nothing without Blender's module."""
     made = subprocess.run([ROOT / "tools" / "venv.sh", "blender-4.5"], stdout=subprocess.PIPE, text=True, check=False)
     if made.returncode != 0:
         record.skip("into Blender: its Python environment could not be prepared")

@@ -36,7 +36,7 @@ APART = {"acvd", "acvd-1", "acvd-2", "sklearn-kmeans", "faiss-kmeans"}
 # On the large meshes: subdividing them further is not what anybody does, and k-means of others takes minutes.
 LARGE = ["surfrecon", "surfrecon-fitted", "surfrecon-least-angle", "acvd", "meshlab-isotropic", "meshlab-quadric"]
 SAMPLES = 200_000
-# What a mesh is worth; null where a tool makes none.
+# Figures of a mesh. They are null where a tool makes none.
 QUALITY = ["vertices", "min_angle_mean", "below_30_pct", "quality_mean", "dist_mean", "dist_max", "components", "genus"]
 COLUMNS = ["case", "tool", "k", "runs", "cpu_s", "wall_s", "peak_mb", *QUALITY]
 
@@ -98,7 +98,7 @@ def shape(positions, triangles):
 
 
 def figures_of(positions, triangles, dense):
-    """What a result is worth, beside the input and points of it in `dense`."""
+    """The figures of a result, beside the input and points of it in `dense`."""
     import surfrecon
 
     angles, quality = shape(positions, triangles)

@@ -18,7 +18,7 @@ from wanted import ALL
 ROOT = Path(__file__).resolve().parent.parent
 COLUMNS = ["case", "platform", "minutes_cpu", "mb", "tests_passed", "tests_failed", "excused", "ok"]
 SHOWN = {name.replace("_", " "): name for name in COLUMNS}
-# What the installed C library may take.
+# The most that the installed C library may take.
 MINUTES_CPU, MB = 8.0, 8.0
 # By file below out/: what makes it, and its platform where the rows don't say.
 MADE = {

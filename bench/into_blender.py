@@ -59,7 +59,7 @@ def minimum(attributes):
 
 
 def ours(content):
-    """What the operators call for a result."""
+    """Makes Blender's mesh of a result by the calls of the operators."""
     return convert.object_from_mesh("a", content, 1.0)[0].data
 
 
@@ -98,7 +98,7 @@ def memory(call):
 
 
 def array_bytes():
-    """What NumPy's arrays hold that were made since the tracing began."""
+    """The bytes of NumPy's arrays that were made since the tracing began."""
     return sum(trace.size for trace in tracemalloc.take_snapshot().traces if trace.domain == NUMPY)
 
 

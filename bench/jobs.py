@@ -47,7 +47,7 @@ CPU_S = 300  # for a run
 
 
 def flags(tool, wanted):
-    """What the compiler must be told of a tool's library; None where it is not at hand."""
+    """The compiler's flags for a tool's library. None where it is not at hand."""
     if tool == OURS:
         where = ["-L", wanted.programs, f"-Wl,-rpath,{wanted.programs}"]
         return ["-I", EXAMPLES.parent / "include", *where, "-lsurfrecon", "-lm"]

@@ -1,4 +1,4 @@
-"""What each call foresees of its memory, what it takes, whether a limit holds it, and how soon it stops.
+"""The memory that each call foresees and takes, whether a limit holds it, and how soon it stops.
 
 A row is a call on an input, in a fresh process, where four things are done with it:
 1. It runs: `peak_mb` is the most that the library held beyond what it held before, `estimate_mb` what it foresaw.
@@ -33,7 +33,7 @@ COLUMNS = [
 CANCELS, FEWEST_CANCELS, SMALLEST_CANCELS = 50, 10, 3
 # Seconds that the cancels of a row may take altogether, unless all are asked for.
 CANCELS_S = 4.0
-# What was foreseen may be so many times what was taken.
+# The foreseen memory may be so many times the memory that was taken.
 ALLOWED = {"ordinary": 1.5, "worst": 3.0}
 STOP_MS = 100
 # Calls that take less are not worth an estimate: nothing is asked of the system for them.
@@ -52,13 +52,13 @@ SHOWN = {
 
 
 def run(case, cancels, seconds, folder, small):
-    """What limits_call.py prints."""
+    """Runs limits_call.py and returns what it prints."""
     _, printed = measured.run([sys.executable, CALL, json.dumps([case, cancels, seconds, folder, small])], timeout=1200)
     return json.loads(printed)
 
 
 def problems(row):
-    """What a row misses of what is promised."""
+    """The promises that a row breaks."""
     most = ALLOWED[row["kind"]] * row["peak_mb"]
     if row["peak_mb"] > SMALL_MB and not row["peak_mb"] <= row["estimate_mb"] <= most:
         yield f"estimate {row['estimate_mb'] / row['peak_mb']:.2f} of the peak"

@@ -175,7 +175,7 @@ def points(image):
 
 
 def vertices(side):
-    """What a host keeps of a depth camera's image: its camera and its vertices with their attributes."""
+    """The data that a host keeps of a depth camera's image: its camera and its vertices with their attributes."""
     image = pinhole(side)
     mesh = image.to_mesh(faces=False)
     return image.grid_camera(), mesh.vertex_attributes, mesh.positions
@@ -283,7 +283,7 @@ if what == "list":
 
 
 class Stop(Exception):
-    """What an interrupted call raises."""
+    """The exception of an interrupted call."""
 
 
 def stop(number, frame):

@@ -25,7 +25,7 @@ HERE = Path(__file__).resolve().parent
 
 OURS, WHEEL = "surfrecon", "surfrecon-wheel"
 TOOLS = [OURS, WHEEL, "pymeshlab-vcg", "pymeshlab-poisson", "open3d-vbg"]
-# What a surface is worth; null where there is none.
+# Figures of a surface. They are null where there is none.
 QUALITY = ["components", "boundary_loops", "boundary_edges", "nonmanifold_edges", "nonmanifold_vertices"]
 QUALITY += ["rms_mm", "mean_mm", "p95_mm", "max_mm", "surface_to_scans_mean_mm", "surface_to_scans_max_mm"]
 HEAD = ["case", "tool", "voxel_mm", "input_triangles", "runs", "cpu_s", "wall_s", "peak_mb", "triangles"]
@@ -161,7 +161,7 @@ def run_case(case, wanted, record):
 
 
 def surface_file(wanted, case, tool):
-    """Where the surface that a tool made is kept to be looked at."""
+    """The file that keeps the surface of a tool, to be looked at."""
     return wanted.out / "surfaces" / f"{case.name} {tool}.ply".replace(" ", "_")
 
 

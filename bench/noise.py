@@ -87,7 +87,7 @@ def head(name, tool, voxel, **known):
 
 
 def settings(tool, views, sigma):
-    """What suits a peer best; ours has its defaults.
+    """The settings that suit a peer best. Ours has its defaults.
 
     Open3D was tried on 40 views with truncations of 3, 4, 5, 6 and 8 voxels and one to three observations a voxel, at
     0, 1 and 2 voxels of noise. 3 voxels have the least RMS up to 1 (0.23, 0.29 mm, where 4 have 0.35, 0.38), 4 at 2.
@@ -140,7 +140,7 @@ def run_case(case, wanted, record):
 
 
 def said(out):
-    """What our own report says, where there is one."""
+    """The figures of our own report, where there is one."""
     report = out.with_suffix(".json")
     return {"report": json.loads(report.read_text())} if report.is_file() else {}
 

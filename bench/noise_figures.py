@@ -1,4 +1,4 @@
-"""What a surface is worth beside the known truth, where some scan saw the truth."""
+"""The figures of a surface beside the known truth, where some scan saw the truth."""
 
 import numpy as np
 from surface import group
@@ -161,7 +161,7 @@ def components(mesh):
 
 
 def walls(mesh, plates, cell):
-    """What became of the plates: thickness in cells, how far the sides lie apart (median), whether it is a wall.
+    """The plates in the surface: thickness in cells, how far the sides lie apart (median), whether it is a wall.
 
     It is one where rays from both sides meet sides that face them and lie apart, at nearly all points of its middle,
     and not much further than the plate is thick: distance fields make thin plates as thick as they are truncated.

@@ -7,7 +7,7 @@ import noise_shapes
 import numpy as np
 from ply import read_ply
 
-# Where the picture is seen from, and what it shows: the table, the bench, and the balls on them.
+# The eye of the picture, and the middle of what it shows: the table, the bench, and the balls on them.
 EYE, TARGET = [-0.3, 0.5, 1.7], [2.0, -0.1, 0.5]
 CAMERA = noise_scans.Camera(480, 560, 430.0)
 LIGHT = np.array([-0.4, -0.6, -1.0]) / np.linalg.norm([-0.4, -0.6, -1.0])
@@ -23,7 +23,7 @@ def shaded(normals):
 
 
 def surface(vertices, faces, pose, camera=CAMERA):
-    """What a camera sees of a surface, in flat shades."""
+    """A camera's picture of a surface, in flat shades."""
     import open3d
 
     scene = open3d.t.geometry.RaycastingScene()
@@ -37,7 +37,7 @@ def surface(vertices, faces, pose, camera=CAMERA):
 
 
 def frame(pose):
-    """What a sensor measures from there, pixel joined to pixel."""
+    """The picture of what a sensor measures from there, pixel joined to pixel."""
     truth = noise_figures.Truth(*noise_room.furnished(0.04))
     depth = noise_room.measured_depth(truth.depth(pose, CAMERA.rays()), np.random.default_rng(7)) * 1e-3
     points = CAMERA.rays() * np.where(depth > 0, depth, np.nan)[..., None]

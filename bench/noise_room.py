@@ -34,7 +34,7 @@ def furnished(step=0.04):
 
 
 def pose(k):
-    """Where frame k is taken from: on an oval, looking ahead of the way, up and down in turn."""
+    """The pose of frame k: on an oval, looking ahead of the way, up and down in turn."""
     turn = 2 * math.pi * k / TURN
     eye = [0.7 * math.cos(turn), 0.5 * math.sin(turn), 1.4 + 0.2 * math.sin(0.37 * turn)]
     tilt = -0.15 + 0.5 * math.sin(4.3 * turn)
@@ -43,7 +43,7 @@ def pose(k):
 
 
 def measured_depth(depth, generator):
-    """What a Kinect measures: noise that grows with the distance, then steps of the disparity; whole mm in the end."""
+    """Depth as a Kinect measures it: noise that grows with the distance, then steps of the disparity, then whole mm."""
     sigma = 1e-3 * (1.2 + 1.9 * (depth - 0.4) ** 2)
     noisy = np.maximum(depth + sigma * generator.standard_normal(depth.shape), 0.1)
     stepped = 1 / (np.maximum(np.round(1 / noisy / STEP), 1) * STEP)

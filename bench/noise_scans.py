@@ -54,7 +54,7 @@ class Shots:
         return replace(self, poses=self.poses[views], depth=self.depth[views])
 
     def points(self, every=1):
-        """What each image saw, in the world: one array an image."""
+        """The samples of each image, in the world: one array an image."""
         rays = self.camera.rays()
         for pose, depth in zip(self.poses, self.depth, strict=True):
             seen = np.flatnonzero(depth.ravel())[::every]
@@ -80,7 +80,7 @@ def scan(mesh, poses, camera, cell, folder):
 
 
 def jump_between(depth, other, cell):
-    """Where two neighbouring depths are both there and far apart."""
+    """Whether two neighbouring depths are both there and far apart."""
     return (depth > 0) & (other > 0) & (np.abs(depth - other) > JUMP_CELLS * cell)
 
 

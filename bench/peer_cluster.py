@@ -16,7 +16,7 @@ STEPS = 40
 
 
 def timed(work):
-    """What `work` gives, its wall and its CPU seconds."""
+    """The result of `work`, its wall and its CPU seconds."""
     wall, cpu = time.perf_counter(), time.process_time()
     made = work()
     return made, {"wall_s": time.perf_counter() - wall, "cpu_s": time.process_time() - cpu}

@@ -13,7 +13,7 @@ from peer_align import THREADS, told_by
 
 # How far rough poses may be off, in metres.
 REACH = 0.3
-# What Open3D's reconstruction system and its dense SLAM take by default, in metres: cells of the volume, how far
+# The defaults of Open3D's reconstruction system and its dense SLAM, in metres: cells of the volume, how far
 # surfaces of neighbouring frames may lie apart, cells of thinned clouds. Depth is used up to what a Kinect measures.
 VOLUME_CELL, APART, CELL, FARTHEST = 3 / 512, 0.07, 0.05, 4.5
 # Frames of a fragment, and every how many frames of it loops are looked for.
@@ -21,7 +21,7 @@ FRAGMENT, LOOPS = 100, 10
 
 
 def camera_of(place):
-    """What is known of a recording's camera, and its files."""
+    """The camera of a recording, and its files."""
     return json.loads((place / "camera.json").read_text()), sorted(place.glob("frame_*.png"))
 
 

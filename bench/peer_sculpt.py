@@ -171,7 +171,7 @@ def meshopt_mesh(heights, tolerance, programs):
 
 
 def timed(work):
-    """What `work` gives, its wall and its CPU seconds."""
+    """The result of `work`, its wall and its CPU seconds."""
     wall, cpu = time.perf_counter(), time.process_time()
     made = work()
     return made, time.perf_counter() - wall, time.process_time() - cpu

@@ -15,7 +15,7 @@ NUMPY_TYPES = {
 
 @dataclass
 class Ply:
-    """What a file holds."""
+    """The content of a file."""
 
     vertices: np.ndarray = None  # (n, 3) float64
     vertex_properties: dict = field(default_factory=dict)

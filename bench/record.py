@@ -1,4 +1,4 @@
-"""What a benchmark has measured so far, in a file that is whole at any moment: an end on the way loses nothing."""
+"""The rows that a benchmark has measured so far, in a file that is whole at any moment: a stop loses nothing."""
 
 import json
 import math
@@ -68,7 +68,7 @@ class Record:
 
     @property
     def skipped(self):
-        """What could not run, and why."""
+        """The cases that could not run, and why."""
         return self.kept["skipped"]
 
     def save(self):

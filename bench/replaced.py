@@ -50,7 +50,7 @@ def bricks(points, voxel):
 
 
 def samples(image):
-    """Where an image has samples, in the world."""
+    """The samples of an image, in the world."""
     return image.world_points().reshape(-1, 3)
 
 

@@ -60,7 +60,7 @@ class Recording:
         return poses, self.measured(room, poses)
 
     def measured(self, room, poses):
-        """What the camera measures from each pose."""
+        """The images that the camera measures from each pose."""
         for k, depth in enumerate(room_scenes.depths(room, poses, self.seen_by)):
             generator = np.random.default_rng([self.seed, k, 5])
             if self.noise == "Kinect":
@@ -82,7 +82,7 @@ class Recording:
 
     @property
     def name(self):
-        """What it is called where one of many is meant."""
+        """Its name where one of many is meant."""
         return f"{self.kind} {self.seed}, {self.count} frames, {self.noise}"
 
 

@@ -66,7 +66,7 @@ def installed(name):
 
 
 def machine():
-    """Where the figures were taken."""
+    """The machine that the figures were taken on."""
     cpu = platform.processor()
     if Path("/proc/cpuinfo").is_file():
         lines = Path("/proc/cpuinfo").read_text().splitlines()
@@ -81,7 +81,7 @@ def machine():
 
 
 def options():
-    """What the command line asks for."""
+    """The options of the command line."""
     left_out = "\n".join(f"  {name + ':':11}{', '.join(patterns)}" for name, patterns in HEAVY.items())
     parser = argparse.ArgumentParser(
         description="This library beside its peers on the same data; at most ten minutes of CPU time each.",

@@ -17,7 +17,7 @@ fi
 if asked io; then
     cargo build --release --quiet -p surfrecon-tests --example decoders
 fi
-# What a peer lacks is said by the benchmark, which counts it as skipped.
+# The benchmark says what a peer lacks, and counts it as skipped.
 if asked sculpt; then
     cargo build --release --quiet --locked --manifest-path bench/meshopt/Cargo.toml --target-dir "${CARGO_TARGET_DIR:-target}" || true
 fi

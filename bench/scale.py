@@ -25,7 +25,7 @@ HERE = Path(__file__).parent
 THREADS = 2
 # Of the camera, in metres: how high it is above the landscape, and how far frames are from each other.
 HEIGHT, APART = 1.6, (0.45, 0.35)
-# Where the landscape lies: at no corner of space, which each block ends at, however large it is.
+# The place of the landscape: at no corner of space, which each block ends at, however large it is.
 PLACE = (3, 3, 3)
 # Of the sculptures, one to a square: the squares' side in metres, after how many they come again, and how steep their
 # sides are. With the hills' slopes the steepest ray meets the ground once.

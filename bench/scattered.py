@@ -31,9 +31,9 @@ OURS, CGAL = "surfrecon", "cgal-advancing-front"
 SENSOR = "surfrecon-sensor"
 PYTHON_TOOLS = ["open3d-ball-pivoting", "open3d-alpha-shape", "meshlab-ball-pivoting"]
 POISSON = [f"screened-poisson-{depth}" for depth in scattered_noise.DEPTHS]
-# What a surface is worth; null where there is none.
+# Figures of a surface. They are null where there is none.
 QUALITY = ["used_pct", "boundary_loops", "nonmanifold_edges", "nonmanifold_vertices", "genus", "components"]
-# What is known of the points and the truth; null where nothing is.
+# Facts of the points and the truth. They are null where nothing is known.
 NOISE = ["noise_spacings", "outlier_pct", "to_truth_rms"]
 COLUMNS = ["case", "tool", "runs", "cpu_s", "wall_s", "peak_mb", "triangles", *QUALITY, *NOISE]
 # The packages take minutes for more, and their results are far from manifold for fewer already.
@@ -42,7 +42,7 @@ PYTHON_LIMIT = 140_000
 PYTHON_CPU_S = 30
 # For each run of a program: ten times what CGAL takes for the noisy scans on a slow machine.
 PROGRAM_CPU_S = 900
-# What is known of the shapes. The hypersheet is Costa's minimal surface: a torus with three ends.
+# Facts of the shapes. The hypersheet is Costa's minimal surface: a torus with three ends.
 KNOWN = {
     "bunny": "genus 0",
     "horse": "genus 0",
@@ -177,7 +177,7 @@ def build_cgal(folder, record):
 
 
 def quality(points, vertices, triangles):
-    """What the rows say of a surface."""
+    """The figures that the rows have of a surface."""
     figures = surface.topology(vertices, triangles)
     row = {"triangles": len(triangles)}
     if len(triangles) == 0:

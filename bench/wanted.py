@@ -1,4 +1,4 @@
-"""What is asked of a benchmark: which cases, how often, with which programs, and where its files go."""
+"""The options of a benchmark: which cases, how often, with which programs, and where its files go."""
 
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
@@ -6,7 +6,7 @@ from pathlib import Path
 
 SMALLEST, USUAL, ALL = "smallest", "usual", "all"
 
-# What only --all runs, by benchmark: patterns of "CASE: TOOL". The others are meant to fit record.BUDGET_CPU_S.
+# Rows that only --all runs, by benchmark: patterns of "CASE: TOOL". The others are meant to fit record.BUDGET_CPU_S.
 HEAVY = {
     # Peers try all pairs, which takes a minute of ten scans: they are shown on the bunny and some virtual sets.
     "align": ["bunny: open3d-ransac", "dragon: *-*", "happy: *-*", "pairs, [!3]*: *-*", "pairs, 30 %, noise 1: *-*"]

@@ -1,4 +1,4 @@
-"""What is measured of a merge in files: the workspace while it runs, and the memory of processes."""
+"""Watches a merge in files: the workspace while it runs, and the memory of processes."""
 
 import contextlib
 import os

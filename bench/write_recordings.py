@@ -263,7 +263,7 @@ def record3d_metadata(r):
 
 
 def record3d(r):
-    """What is zipped as .r3d."""
+    """The files that are zipped as .r3d."""
     import lzfse
 
     yield "metadata", record3d_metadata(r)

@@ -32,7 +32,7 @@ CLAY, BACKDROP = (0.62, 0.56, 0.49, 1), (0.16, 0.17, 0.19)
 
 
 def view(places, cameras, upright):
-    """Where a camera stands that sees the surface as the middle one of the recording did, but more of it: a matrix.
+    """The matrix of a camera that sees the surface as the middle one of the recording did, but more of it.
 
     `places` (n, 3) are vertices, `cameras` matrices of Blender's cameras; `upright`: z is up, whatever the cameras say.
     """
@@ -45,7 +45,7 @@ def view(places, cameras, upright):
     low, high = np.quantile(seen, [(1 - SEEN) / 2, (1 + SEEN) / 2], axis=0)
     half = (1 - MARGIN) * np.tan(ANGLE / 2)
     eye = np.append((low + high)[:2] / 2, high[2] + (high - low).max())
-    # What is in the middle of the picture depends on how far off the eye is, and the other way round.
+    # The middle of the picture depends on how far off the eye is, and the other way round.
     for _ in range(10):
         away = np.maximum(eye[2] - seen[:, 2], 1e-3 * (high - low).max())
         left, right = np.quantile((seen[:, :2] - eye[:2]) / away[:, None], [(1 - SEEN) / 2, (1 + SEEN) / 2], axis=0)
@@ -179,7 +179,7 @@ if __name__ == "__main__":
     except BaseException as problem:
         import traceback
 
-        # What the extension and this program refuse is said in a sentence.
+        # Refusals of the extension and of this program are said in a sentence.
         if isinstance(problem, SystemExit | RuntimeError):
             print(f"  {str(problem).strip()}", file=sys.stderr)
         else:

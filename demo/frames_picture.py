@@ -13,7 +13,7 @@ from PIL import Image, ImageDraw
 
 
 def in_colours(f):
-    """Where the colours of the surface are from; shares of a hundredth are not seen."""
+    """A text on the colours of the surface. Shares of a hundredth are not seen."""
     if not f["coloured"]:
         return "no frame has colours"
     share = f["seen_in_colour"]

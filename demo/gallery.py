@@ -28,7 +28,7 @@ AZIMUTH, ELEVATION = 20, 13
 
 
 def turn():
-    """Where the camera looks from: a rotation."""
+    """The rotation of the camera."""
     return Matrix.Rotation(np.radians(AZIMUTH), 3, "Z") @ Matrix.Rotation(np.radians(90 - ELEVATION), 3, "X")
 
 
@@ -81,7 +81,7 @@ def wires(obj, thickness):
     modifier = copy.modifiers.new("Wires", "WIREFRAME")
     modifier.thickness, modifier.use_replace, modifier.use_boundary = thickness, True, True
     modifier.offset = 0.5
-    # Which would make spikes of needles.
+    # An even offset would make spikes of needles.
     modifier.use_even_offset = False
     copy.color = INK
     return copy
@@ -107,7 +107,7 @@ def select_only(objects):
 
 
 def figures(obj):
-    """What the sidebar says of a result: names to texts."""
+    """The figures of a result in the sidebar: names to texts."""
     reports = sys.modules[f"{MODULE}.reports"]
     found = {}
     for name, lines in reports.LINES.items():
@@ -171,7 +171,7 @@ def main():
         "error": error_figures(merged, limit_of(merged)),
     }
 
-    # What the camera of the pictures sees, as a scanner with a little noise would.
+    # The surface that the camera of the pictures sees, as a scanner with a little noise would.
     truth = bpy.data.objects.new("Sculpture", convert.mesh_from_result("Sculpture", shape, scale=0.001))
     bpy.context.scene.collection.objects.link(truth)
     select_only([truth])

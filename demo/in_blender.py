@@ -38,7 +38,7 @@ RINGS = (
     {"around": 0, "above": 5, "below": 0, "elevation": 0.6},
     {"around": 0, "above": 3, "below": 0, "elevation": 1.1},
 )
-# Where the camera of the picture stands, degrees around the vertical.
+# The place of the picture's camera, degrees around the vertical.
 AZIMUTH = {"sculpture": 20, "other": 0}
 
 

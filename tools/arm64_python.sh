@@ -37,7 +37,7 @@ if [ ! -e "$folder/.complete" ]; then
         retry "$python" -m pip --disable-pip-version-check --quiet install --only-binary :all: "${platforms[@]}" --python-version 3.11 \
             --implementation cp --no-deps --target "$folder/packages" -r "$requirements" >&2 ||
             die "pip could not get tools/requirements/$name.txt for arm64: is the package index reachable?"
-        # What a program calls itself again by.
+        # The name by which a program calls itself again.
         cat >"$folder/packages/sitecustomize.py" <<END
 import sys
 

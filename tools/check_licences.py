@@ -1,4 +1,4 @@
-"""What we depend on: licences, registries and versions as deny.toml allows them. Runs in the environment `lint`.
+"""The packages we use: licences, registries and versions as deny.toml allows them. Runs in the environment `lint`.
 
 The file is cargo-deny's, which can be run on it by hand: it also looks for advisories, and takes minutes to compile.
 """
@@ -25,7 +25,7 @@ def allows(expression, allowed):
 
 
 def problems(package, rules):
-    """What is wrong with a package, in words."""
+    """The faults of a package, in words."""
     named = f"{package['name']} {package['version']}"
     licence = package["license"]
     exceptions = {rule["crate"]: rule["allow"] for rule in rules["licenses"].get("exceptions", ())}

@@ -46,7 +46,7 @@ def libraries(file):
 
 
 def facts(data, processor):
-    """What should hold of a library, and whether it does."""
+    """The facts that should hold of a library, and whether each does."""
     # It complains of what strip left empty.
     lief.logging.disable()
     parsed = lief.MachO.parse(list(data))

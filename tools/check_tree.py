@@ -23,20 +23,7 @@ MOST_LINES = 1_000
 CODE = {".rs", ".py", ".c", ".cpp", ".h", ".hpp", ".sh"}
 # The first screen and more; the rest belongs into guides.
 README_BYTES = 8_000
-# PARAMETERS.md is made of the texts of parameters.
-NOT_PLAIN = {"PARAMETERS.md"}
-# Comments that are not in plain words yet. The list is to be emptied, and nothing comes into it.
-UNPLAIN_COMMENTS = (
-    "c-api/src/alignment.rs",
-    "c-api/src/frame.rs",
-    "c-api/src/measure.rs",
-    "c-api/src/params/",
-    "c-api/src/snap.rs",
-    "python/",
-    "rust-core/align/",
-    "rust-core/mesh/src/certify.rs",
-)
-# What leads somewhere from the first release on, and before to nothing or to whoever takes the name.
+# Commands and addresses that lead somewhere from the first release on, before to nothing or to a taker of the name.
 PUBLISHED = re.compile(
     r"pip install (?:--?\S+ )*['\"]?surfrecon\b|cargo (?:add|install) surfrecon|/surfrecon/releases\b"
 )
@@ -130,8 +117,8 @@ def guides():
 
 
 def plain_pages():
-    """The pages that are to be easy to read: all of them but those that are NOT_PLAIN."""
-    return [path for path in files() if path.suffix == ".md" and str(path.relative_to(ROOT)) not in NOT_PLAIN]
+    """The pages that are to be easy to read: all of them."""
+    return [path for path in files() if path.suffix == ".md"]
 
 
 def word_problems():
@@ -140,35 +127,43 @@ def word_problems():
     if size > README_BYTES:
         yield f"README.md: {size} bytes, at most {README_BYTES}: move text into a guide"
     for path in plain_pages():
-        for problem in plain_words.markdown(path.read_text("utf-8")).problems():
+        text = path.read_text("utf-8")
+        for problem in plain_words.markdown(text).problems():
             yield f"{path.relative_to(ROOT)}: {problem}"
+        for number, line in plain_words.rows_with_semicolons(text):
+            yield f"{path.relative_to(ROOT)}:{number}: make sentences of what a semicolon joins: {line[:80]}"
 
 
 def comment_problems():
-    """Yields comments of Rust that begin with a question, and crates whose doc comments are hard to read."""
+    """Yields comments that begin with a question, and crates of Rust whose doc comments are hard to read."""
+    for path in files():
+        if path.suffix in {".py", ".pyi"}:
+            for number, text in plain_words.python_comments(path.read_text("utf-8")):
+                yield from begins_with_a_question(path.relative_to(ROOT), number, text)
     codes = {str(path.relative_to(ROOT)): path.read_text("utf-8") for path in files() if path.suffix == ".rs"}
     folders = {str(path.parent.relative_to(ROOT)) + "/" for path in files() if path.name == "Cargo.toml"}
-    crates, unplain = {}, {}
+    crates = {}
     for name, code in codes.items():
         crate = max((folder for folder in folders if name.startswith(folder)), key=len, default="./")
-        exception = next((prefix for prefix in UNPLAIN_COMMENTS if name.startswith(prefix)), None)
-        (crates if exception is None else unplain).setdefault(exception or crate, {})[name] = code
+        crates.setdefault(crate, {})[name] = code
     for crate, found in sorted(crates.items()):
         yield from unplain_comments(crate, found)
-    for exception in UNPLAIN_COMMENTS:
-        if not any(unplain_comments(exception, unplain.get(exception, {}))):
-            yield f"tools/check_tree.py: {exception} is plain by now, or not there: take it out of UNPLAIN_COMMENTS"
 
 
 def unplain_comments(crate, codes):
     """Yields what makes the comments of some files hard to read, by their names."""
     for name, code in codes.items():
         for number, _, text in plain_words.comments(code):
-            if plain_words.QUESTION.match(text):
-                yield f"{name}:{number}: a comment begins with what the item is, not with {text[:40]!r}"
+            yield from begins_with_a_question(name, number, text)
     text = plain_words.doc_comments("\n\n".join(codes.values()))
     for problem in text.problems(plain_words.COMMENT_LIMITS):
         yield f"{crate.rstrip('/')}: {problem}"
+
+
+def begins_with_a_question(name, number, text):
+    """Yields the place of a comment, if it begins with a question."""
+    if plain_words.QUESTION.match(text):
+        yield f"{name}:{number}: a comment begins with what the item is, not with {text[:40]!r}"
 
 
 def unpublished(changelog, text):

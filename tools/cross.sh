@@ -58,7 +58,7 @@ toolchain() {
         ln -sfn "$from" "$folder/lib/rustlib/src/rust"
         touch "$folder/.complete"
     fi
-    # What rustc strips libraries for macOS with looks for LLVM here.
+    # The program with which rustc strips libraries for macOS looks for LLVM here.
     local shared
     for shared in "$folder"/lib/libLLVM.so.*; do
         [ ! -e "$shared" ] || ln -sf "$shared" "$folder/lib/rustlib/$host/lib/"

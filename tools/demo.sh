@@ -31,7 +31,7 @@ echo "merging inside Blender:"
 # Blender tells of every tile and file; what the demo says itself is indented. bpy is known to hang at exit: a time limit.
 if ! timeout 900 "$blender/bin/python" "$root/demo/$script" "$archive" "$root/out" "${scans[@]}" 2>&1 |
     tee "$log" | grep --line-buffered '^  '; then
-    # What ended with a sentence of its own needs no more.
+    # A program that ended with a sentence of its own needs no more.
     tail -n 1 "$log" | grep -q '^  ' || tail -n 40 "$log" >&2
     die "the demo failed inside Blender, see above"
 fi

@@ -35,7 +35,7 @@ def main():
     index = folder / "index.json"
     index.unlink(missing_ok=True)
     call([sys.executable, blender_tool(), "server-generate", "--repo-dir", folder])
-    # What it can't read it leaves out with a message and ends well.
+    # It leaves out what it can't read, with a message, and ends well.
     listed = {Path(entry["archive_url"]).name for entry in json.loads(index.read_text())["data"]}
     missing = [path.name for path in zips if path.name not in listed]
     if missing:

@@ -18,7 +18,7 @@ cd "$root"
 host=$(rustc -vV | sed -n 's/^host: //p')
 target=${SURFRECON_TARGET:-$host}
 version=$(sed -n 's/^version = "\(.*\)"$/\1/p' Cargo.toml | head -1)
-# What programs ask for when they are loaded: versions that differ in it may be installed beside each other. From 1.0 on a minor
+# The name that programs ask for when they are loaded: versions that differ in it may be installed beside each other. From 1.0 on a minor
 # version breaks nothing.
 compatible=${version%%.*}
 [ "$compatible" != 0 ] || compatible=${version%.*}

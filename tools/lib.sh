@@ -21,7 +21,7 @@ retry() {
 
 # Takes the lock open as descriptor 9; says so if that takes waiting.
 wait_for_lock() {
-    # Where the system has no locks, as macOS, one run at a time is the user's to see to.
+    # On a system without locks, as macOS, one run at a time is the user's to see to.
     command -v flock >/dev/null || return 0
     flock -n 9 && return 0
     say "waiting for another run to finish with: $1"

@@ -1,12 +1,17 @@
 """How hard a text is to read: plain_words.py FILE... prints the figures of files and their limits.
 
-Of a Markdown file code, tables, headings and pictures do not count. Of a Rust file the doc comments count.
+Of a Markdown file code, tables, headings and pictures do not count, but cells of tables have no semicolons. Of a Rust
+file the doc comments count.
 CONTRIBUTING.md has the rules. `make check` holds the pages and the comments of the tree to the limits (`plain_pages`
 and `comment_problems` in `tools/check_tree.py`).
 """
 
+import ast
+import inspect
+import io
 import re
 import sys
+import tokenize
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -84,6 +89,15 @@ def markdown(text):
     return Text("\n".join(paragraphs), sentences)
 
 
+def rows_with_semicolons(text):
+    """The rows of tables of a Markdown text that have a semicolon outside of code, with their numbers."""
+    # Code keeps its lines, so that numbers stay those of the text.
+    blank = re.sub(r"^( *)(```+).*?^ *\2`*$", lambda code: "\n" * code[0].count("\n"), text, flags=re.S | re.M)
+    for number, line in enumerate(blank.splitlines(), 1):
+        if line.lstrip().startswith("|") and ";" in re.sub(r"`[^`]*`|&\w+;", "", line):
+            yield number, line.strip()
+
+
 def comments(code):
     """Of each comment of a Rust file: the number of its first line, its mark and the text of that line."""
     before = None
@@ -95,6 +109,21 @@ def comments(code):
         behind = None if found else BEHIND_CODE.search(line)
         if behind:
             yield number, "//", behind[1]
+
+
+def python_comments(code):
+    """Of each comment and docstring of a Python file: the number of its first line and the text of that line."""
+    for node in ast.walk(ast.parse(code)):
+        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str):
+            yield node.lineno, inspect.cleandoc(node.value.value).partition("\n")[0]
+    before = None
+    for token in tokenize.generate_tokens(io.StringIO(code).readline):
+        if token.type == tokenize.COMMENT:
+            number, at = token.start
+            alone = not token.line[:at].strip()
+            if not alone or before != number - 1:
+                yield number, token.string.lstrip("# ")
+            before = number if alone else None
 
 
 def doc_comments(code):
@@ -110,13 +139,16 @@ def main():
     """Prints the figures; ends with status 1 if one is beyond its limit."""
     found = False
     for name in sys.argv[1:]:
-        is_code = name.endswith(".rs")
-        text = (doc_comments if is_code else markdown)(Path(name).read_text("utf-8"))
+        is_code, content = name.endswith(".rs"), Path(name).read_text("utf-8")
+        text = (doc_comments if is_code else markdown)(content)
         figures = ", ".join(f"{value:.1f} {figure}" for figure, value in text.figures().items())
         print(f"{name}: {figures}")
         for problem in text.problems(COMMENT_LIMITS if is_code else tuple(LIMITS)):
             found = True
             print(f"  {problem}")
+        for number, line in () if is_code else rows_with_semicolons(content):
+            found = True
+            print(f"  line {number} is a row with a semicolon: {line[:80]}")
     return 1 if found else 0
 
 

@@ -21,9 +21,9 @@ class Platform:
     # By hosted machines; and where that differs, by a Linux machine that builds for all.
     triple: str
     cross_triple: str
-    # What the tag in a wheel's file name matches.
+    # The pattern of the tag in a wheel's file name.
     tag: str
-    # Where Blender runs.
+    # Whether Blender runs there.
     has_blender: bool = True
 
 

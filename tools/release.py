@@ -100,12 +100,12 @@ def cpu():
 
 
 def output(*command, **options):
-    """What a program prints; its errors are the user's to see."""
+    """The output of a program. Its errors are the user's to see."""
     return subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True, **options).stdout.strip()
 
 
 def environment(platform):
-    """What is set while something is built for a platform."""
+    """The environment while something is built for a platform."""
     script = 'environment=$(tools/cross.sh "$1") && eval "$environment" && env -0'
     found = output(BASH, "-c", script, "bash", platform.cross_triple)
     return dict(line.split("=", 1) for line in found.split("\0") if "=" in line)
@@ -153,7 +153,7 @@ def archived(folder, name, zipped):
         target = OUT / f"{name}.zip"
         with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
             for path in paths:
-                # What a link leads to: Windows has none.
+                # The target of a link: Windows has no links.
                 entry = zipfile.ZipInfo(
                     f"{name}/{path.relative_to(folder).as_posix()}", time.gmtime(platforms.commit_time())[:6]
                 )

@@ -17,7 +17,7 @@ def complete(folder):
 
 
 def bills_of_materials(folder):
-    """What is linked on each platform, as CycloneDX: maturin puts it into the wheel, which links what the rest does."""
+    """The crates linked on each platform, as CycloneDX. maturin puts it into the wheel, which links what all do."""
     for wheel in folder.glob("surfrecon-*.whl"):
         with zipfile.ZipFile(wheel) as built:
             bill = next(name for name in built.namelist() if re.search(r"/sboms/.*\.cyclonedx\.json$", name))

@@ -130,7 +130,7 @@ def operations():
 
 
 def aligned(scans):
-    """Where scans without poses are put."""
+    """The poses that scans without poses get."""
     import numpy as np
     import surfrecon as s
 

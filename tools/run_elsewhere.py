@@ -94,14 +94,14 @@ class Run:
 
 
 class Compared:
-    """What tests do here and there, each a map from a test's name to passed, failed or skipped."""
+    """The outcomes of tests here and there, each a map from a test's name to passed, failed or skipped."""
 
     def __init__(self, title, here, there, excused):
         self.counts = Counter()
         self.lines, self.excused, self.known = [], set(), set()
         for name in sorted({**here, **there}):
             self.known |= {f"{title}: {name}", f"{title}: {name}".partition("[")[0]}
-            # What a system does not have is not compared: tests of its own, and what is skipped here as well.
+            # Tests that a system does not have are not compared: those of its own, and those skipped here as well.
             expected, found = here.get(name), there.get(name, "missing")
             # A module that is skipped as a whole is a name of its own; its tests are missing there.
             if found in ("passed", expected) or (found == "skipped" and expected is None):
@@ -141,7 +141,7 @@ def cpu_of_children():
 
 
 class RustOutcomes:
-    """What `cargo test` says of each test, or `cargo test -- --list`."""
+    """The outcomes of tests as `cargo test` says them, or the tests of `cargo test -- --list`."""
 
     def __init__(self):
         self.binary, self.found, self.test = "", {}, ""
@@ -169,7 +169,7 @@ class RustOutcomes:
 
 
 def log_file():
-    """Where a step's whole output goes."""
+    """The file for a step's whole output."""
     folder = ROOT / "target"
     folder.mkdir(exist_ok=True)
     return folder / f"elsewhere-{sys.argv[1]}.log"
@@ -227,14 +227,14 @@ def pytest(command, env, folder):
 
 
 def environment(triple):
-    """What is set while something is built for a system."""
+    """The environment while something is built for a system."""
     script = 'environment=$(tools/cross.sh "$1") && eval "$environment" && env -0'
     printed = prepared("bash", "-c", script, "bash", triple)
     return dict(line.split("=", 1) for line in printed.split("\0") if "=" in line)
 
 
 def prepared(*command):
-    """What a script prepares, by the path it prints; it says itself what is missing."""
+    """The path that a script prepares and prints. It says itself what is missing."""
     made = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=False)
     return made.stdout.strip() if made.returncode == 0 else sys.exit(1)
 

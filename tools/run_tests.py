@@ -20,7 +20,7 @@ from testing.graph import Graph, chosen, show
 from testing.outcome import Tally
 from testing.plan import ALL, FIRST, ROOT, Plan
 
-# What the files of all tests at once take at most, and as much again.
+# The most that the files of all tests at once take, and as much again.
 MEMORY_FOR_FILES = 8 << 30
 
 
@@ -78,7 +78,7 @@ def run(tier, only):
     if not only:
         rows = catalogue.listed(plan.built.programs, plan.folders)
         catalogue.write(rows, out / "tiers.json")
-    # Where a step failed, that is what there is to tell; some steps alone run some tests alone.
+    # If a step failed, that alone is told. Some steps alone run some tests alone.
     if total.failed == 0 and not only:
         absent = {plan.folder_of.get(one.step.name) for one in ended if one.how == "unavailable"} - {None}
         for problem in catalogue.problems(rows, tests, tier, absent):

@@ -5,18 +5,18 @@
 set -euo pipefail
 . "$(dirname "$0")/lib.sh"
 
-# What the bpy module links to, and software OpenGL for rendering without a display.
+# Libraries that the bpy module links to, and software OpenGL for rendering without a display.
 packages=(libx11-6 libxrender1 libxfixes3 libxi6 libxkbcommon0 libsm6 libgl1 libxxf86vm1 libgomp1 libegl1 libgl1-mesa-dri)
-# What programs in C are built with, run under and compared by; MeshLab itself, and what it needs without a display.
+# Programs that programs in C are built with, run under and compared by, MeshLab itself, and what it needs without a display.
 if [ "${1:-}" = test ]; then packages+=(cmake pkg-config make valgrind abigail-tools binutils meshlab xvfb xauth xdotool openbox imagemagick); fi
-# What the MeshLab plugin is built with: MeshLab's headers include those of Qt, GLEW and Eigen.
+# Headers that the MeshLab plugin is built with: MeshLab's headers include those of Qt, GLEW and Eigen.
 case ${1:-} in
     test | bench | meshlab) packages+=(cmake make xz-utils dpkg-dev qtbase5-dev libqt5opengl5-dev libglew-dev libeigen3-dev) ;;
 esac
-# What pymeshlab and Open3D link to besides.
+# Libraries that pymeshlab and Open3D link to besides.
 case ${1:-} in test | bench) packages+=(libglu1-mesa libopengl0 libusb-1.0-0 libfontconfig1 libfreetype6 libgmp10 libudev1) ;; esac
 
-# What another Debian is installed by.
+# The program that installs another Debian.
 if [ "${1:-}" = gui ]; then packages+=(debootstrap); fi
 # The peers that are libraries in C++, and what Gmsh links to.
 if [ "${1:-}" = bench ]; then packages+=(libcgal-dev libboost-dev libgmp-dev libmpfr-dev libtbb-dev libtet1.5-dev libxcursor1 libxft2 libxinerama1); fi

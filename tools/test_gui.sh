@@ -10,7 +10,7 @@ zip=$(ls out/extension/surfrecon-*-linux-x64.zip 2>/dev/null | head -1)
 [ -n "$zip" ] || die "there is no extension in out/extension: run \`make extension\`"
 [ $# -gt 0 ] || rm -rf out/gui
 mkdir -p out/gui
-# What a server would have, for the test that installs from one.
+# The files that a server would have, for the test that installs from one.
 repository=target/gui-repository
 rm -rf $repository
 mkdir -p $repository

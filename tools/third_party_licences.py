@@ -18,7 +18,7 @@ ROOT = Path(__file__).resolve().parent.parent
 NAMED = re.compile(r"(un)?licen[cs]e|copying|copyright|notice", re.IGNORECASE)
 # A licence whose text names nobody serves for every crate that has it.
 WITHOUT_NAMES = {"Apache-2.0": "TERMS AND CONDITIONS FOR USE, REPRODUCTION, AND DISTRIBUTION"}
-# What differs in its owner alone: a crate that forgot the text names its authors in Cargo.toml, and they are listed.
+# A licence whose copies differ in the owner alone. A crate that forgot it names its authors, who are listed.
 MIT = "Permission is hereby granted, free of charge, to any person obtaining a copy"
 # Of the crates in the standard library those that are in it on Linux, Windows and macOS.
 OF_RUST = ["addr2line", "adler2", "cfg-if", "foldhash", "gimli", "hashbrown", "libc", "memchr"]
@@ -26,7 +26,7 @@ OF_RUST += ["miniz_oxide", "object", "rustc-demangle"]
 
 
 def output(*command):
-    """What a program prints; what it complains of is for the user to see."""
+    """The output of a program. Its complaints are for the user to see."""
     ran = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=False)
     if ran.returncode != 0:
         sys.exit(f"{' '.join(command)} failed")

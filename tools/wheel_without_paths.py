@@ -36,7 +36,7 @@ def without_paths(wheel):
 
 
 def recorded(content):
-    """What RECORD has of a file: its hash and its size."""
+    """The entry of a file in RECORD: its hash and its size."""
     digest = base64.urlsafe_b64encode(hashlib.sha256(content).digest()).rstrip(b"=").decode()
     return [f"sha256={digest}", str(len(content))]
 

@@ -14,7 +14,7 @@ export PIP_ROOT_USER_ACTION=ignore
 "$root/tools/wine.sh" --prepare >/dev/null
 # NumPy as Blender 4.5 brings it: newer ones call functions that Wine 8 lacks.
 old_numpy="numpy==1.26.4"
-# What only Windows needs of these packages' needs.
+# Needs of these packages on Windows alone.
 windows="panda3d==1.10.16 colorama==0.4.6 tzdata==2025.2"
 key=$({ "$python" -VV; cat "$requirements" "$0"; } | sha256sum | cut -c1-12)
 folder=$cache/wine/python-$name-$key
@@ -49,7 +49,7 @@ END
         cd "$folder/scratch"
         echo 'int Py_Main(int, wchar_t **); int wmain(int n, wchar_t **a) { return Py_Main(n, a); }' >main.c
         x86_64-w64-mingw32-gcc -municode -o "$folder/python.exe" -x c <(echo '#include <wchar.h>'; cat main.c) -x none "$folder/python311.dll"
-        # What modules of the stable interface link to: all of it stands in python311.dll.
+        # The library that modules of the stable interface link to: all of it stands in python311.dll.
         { echo EXPORTS; x86_64-w64-mingw32-objdump -p "$folder/python311.dll" |
             awk '/Ordinal\/Name Pointer/ {on = 1; next} on && NF >= 2 && $NF ~ /^_?Py/ {print "  " $NF " = python311." $NF}'; } >python3.def
         x86_64-w64-mingw32-gcc -shared -nostdlib -Wl,-e0 -o "$folder/python3.dll" python3.def

@@ -35,7 +35,7 @@ constexpr double FOCAL = 200, CX = 0.5 * (COLS - 1), CY = 0.5 * (ROWS - 1);  // 
 constexpr double MILLIMETRE = 0.001, PREVIEW_VOXEL = 0.02, VOXEL = 0.009;     // metres
 constexpr int FRAMES_A_PREVIEW = 12;
 
-// What the camera delivers.
+// The data that the camera delivers.
 struct Captured {
     std::vector<std::uint16_t> depths;         // millimetres, 0 where nothing was measured
     std::vector<std::uint8_t> colours;         // RGB

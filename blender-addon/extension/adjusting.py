@@ -18,7 +18,7 @@ class Adjusting:
 
     # Attributes of the operator whose job goes on, and what was there before it.
     handed = before = None
-    # What the last such operation took the place of: undoing it brings that back, and adjusting it again replaces that.
+    # The thing that the last such operation replaced: undoing brings it back, and adjusting again replaces it.
     replaced = None
 
     @classmethod
@@ -49,7 +49,7 @@ class Adjusting:
 
 
 class Before:
-    """What was selected, where it was and what there was before an operation."""
+    """The selection, its places and all that was there before an operation."""
 
     def __init__(self, context):
         self.selected = {obj.name: whereabouts(obj) for obj in context.selected_objects}

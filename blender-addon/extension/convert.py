@@ -15,7 +15,7 @@ from .running import Refused
 # single precision keeps 2^-24 of a coordinate, which then is at most 2^-20 of the extent.
 FAR = 8
 
-# What single precision leaves between the identity and a rotation times its transpose.
+# The difference that single precision leaves between the identity and a rotation times its transpose.
 ROUNDING = 2e-5
 
 
@@ -90,7 +90,7 @@ def store_all(mesh, result):
 
 
 def origin_of(bounds):
-    """What to take off coordinates before they lose precision: whole numbers, zero unless they lie far out."""
+    """The shift to take off coordinates before they lose precision: whole numbers, zero unless they lie far out."""
     if bounds is None:
         return np.zeros(3)
     low, high = bounds

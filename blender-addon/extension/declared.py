@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the library declares of its operations, for the operators that run them."""
+"""The library's declarations of its operations, for the operators that run them."""
 
 import surfrecon
 

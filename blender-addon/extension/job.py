@@ -44,7 +44,7 @@ class JobOperator:
     """
 
     bl_options = {"UNDO"}
-    # What is done before the job begins, for people.
+    # The work before the job begins, in words for people.
     gathering = "Reading the objects"
     # Whether `finish` may meet the first result when an adjusted operation goes on in the background.
     may_be_handed_over = True
@@ -101,7 +101,7 @@ class JobOperator:
         if Adjusting.handed is not None:
             Adjusting.adopt(self)
         else:
-            # What an earlier operation made is not what this one will replace when it is adjusted.
+            # The result of an earlier operation is not what this one will replace when it is adjusted.
             Adjusting.replaced = None
             self.home = Home(context)
             Running.begin(Gathering(self.gathering), self.bl_label)
@@ -202,7 +202,7 @@ class JobOperator:
         return True
 
     def _end(self, context):
-        """What the operator returns, or `None` if there is more to do."""
+        """The value that the operator returns, or `None` if there is more to do."""
         try:
             if Running.stopped is not None:  # also when it was done before it heard
                 Running.take()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What an operator computed and needs again when it is adjusted: sculptors, tetrahedra, chains of levels.
+"""Work of an operator that it needs again when it is adjusted: sculptors, tetrahedra, chains of levels.
 
 One thing is kept at most, for as long as its operator is the last one: it goes when another operator runs, when another
 file is read, and a few seconds after the panel of the last operation is no longer the operator's.
@@ -20,7 +20,7 @@ def look_later(look, seconds):
 
 
 def listeners(kept, look):
-    """What a module registers and unregisters by: `kept` forgets when another file is read, and at the end."""
+    """A module's functions to register and unregister: `kept` forgets when another file is read, and at the end."""
 
     @bpy.app.handlers.persistent
     def forget(*_):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the last merge found out, for the next: after a scan was moved, only what it has a part in is done anew.
+"""The findings of the last merge, for the next: after a scan was moved, only what it has a part in is done anew.
 
 Scans are known by what they hold, not by their objects, so that undo, edits and other files can't deceive it; results
 are those of a merge that knows nothing, to the bit. One set of scans is kept, with copies of what they hold. Its memory
@@ -15,7 +15,7 @@ from .kept import fingerprint, listeners, look_later
 
 LOOK_SECONDS = 60.0
 
-# Who has not merged for so long is done with it.
+# A user who has not merged for so long is done with it.
 IDLE_SECONDS = 900.0
 
 
@@ -26,7 +26,7 @@ class KeptMerge:
 
     @classmethod
     def of(cls, scans):
-        """What `surfrecon.Job.merge` takes for scans as `scan_objects` has them: the merger, with these from now on.
+        """Scans of `scan_objects` as `surfrecon.Job.merge` takes them: the merger, with these from now on.
 
         The scans themselves where some are in files still, of which nobody knows whether they have changed.
         """
@@ -67,7 +67,7 @@ class KeptMerge:
 
 
 def key_of(scan):
-    """What a scan is: equal for scans of one name that hold the same and lie at the same place."""
+    """The key of a scan: equal for scans of one name that hold the same and lie at the same place."""
     if isinstance(scan, surfrecon.RangeImage):
         samples = scan.points if scan.values is None else scan.values
         values = (samples, scan.world_from_sensor, scan.colour, scan.intensity, scan.confidence)

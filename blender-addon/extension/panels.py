@@ -24,7 +24,7 @@ LABELS = 0.45
 
 
 class ScansPanel:
-    """Where the panels are."""
+    """The place of the panels."""
 
     bl_space_type = "VIEW_3D"
     bl_region_type = "UI"
@@ -42,7 +42,7 @@ def buttons(layout, *operators):
 
 
 class SURFRECON_PT_running(ScansPanel, bpy.types.Panel):
-    """What is running, and what is selected."""
+    """The running job, and the selection."""
 
     bl_label = "Range Scans"
     bl_options = {"HIDE_HEADER"}
@@ -112,7 +112,7 @@ class SURFRECON_PT_place(ScansPanel, bpy.types.Panel):
 
 
 class SURFRECON_PT_clean(ScansPanel, bpy.types.Panel):
-    """What should not be merged."""
+    """Removes what should not be merged."""
 
     bl_label = "Clean"
 

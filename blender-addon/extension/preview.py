@@ -8,7 +8,7 @@ import bpy
 import numpy as np
 import surfrecon
 
-# Who waits longer than this gets a preview.
+# A user who waits longer than this gets a preview.
 PATIENCE_SECONDS = 1.0
 
 # Pixels of an image, and cells along a surface, that a preview is made of.

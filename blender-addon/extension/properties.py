@@ -55,7 +55,7 @@ def description(parameter):
     if parameter.name == "threads":
         return "Worker threads; the result is the same for any number. 0: as many as the preferences say"
     if parameter.default_from:
-        # What 0 does in the library is not what it does here.
+        # The effect of 0 in the library is not that of 0 here.
         text += f" 0: {parameter.default_from}"
     elif parameter.off:
         text += f" {'Off' if parameter.kind == 'flag' else '0'}: {parameter.off}"
@@ -131,7 +131,7 @@ def arguments(options):
 
 
 class SurfreconSettings(MergeOptions, bpy.types.PropertyGroup):
-    """What the sidebar shows; saved with the scene."""
+    """The settings in the sidebar, saved with the scene."""
 
 
 def register():

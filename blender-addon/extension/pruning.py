@@ -18,7 +18,7 @@ KINDS = {
     "BYTE_COLOR": ("color", 4, np.float32),
 }
 
-# What a mesh of triangles is made of, and what is selected or hidden of it.
+# Attributes that a mesh of triangles is made of, and those of selecting and hiding.
 MADE = {"position", ".edge_verts", ".corner_vert", ".corner_edge"}
 SHOWN = {".select_vert", ".select_edge", ".select_poly", ".hide_vert", ".hide_edge", ".hide_poly"}
 

@@ -25,7 +25,7 @@ TOTAL, SCALE, POSES = "recording_total", "recording_scale", "recording_poses"
 # where what it holds is kept, and a matrix by rows: of a box, or with a plane's point, normal and margin as columns.
 SELECTIONS = "recording_selections"
 
-# Where the frames lay when regions were drawn, before aligning moved them: for each such time how many regions there
+# Places of the frames when regions were drawn, before aligning moved them: for each such time how many regions there
 # were by then, whether aligning had put the frames there, and their poses as above. Samples are kept, not places.
 FORMER = "recording_former_poses"
 
@@ -152,7 +152,7 @@ def frames(obj, depsgraph):
 
 
 def selected(scan, regions):
-    """What regions keep of a scan, or leave of it."""
+    """The part of a scan that regions keep or leave."""
     for region, keep in regions:
         scan = scan.keep(region) if keep else scan.remove(region)
     return scan
@@ -218,7 +218,7 @@ def matrices(rows):
 
 
 def former_poses(obj):
-    """Where the frames lay when regions were drawn, in order: how many regions by then, and the poses or `None`."""
+    """The places of the frames when regions were drawn, in order: how many regions by then, the poses or `None`."""
     rows = np.array(obj.get(FORMER, ()), np.float64).reshape(-1, 2 + 12 * len(obj[FRAMES]))
     return [(int(row[0]), matrices(row[2:]) if row[1] else None) for row in rows]
 
@@ -293,10 +293,10 @@ def grow(obj, scale):
 
 
 def scan_or_frames(obj, depsgraph):
-    """What merging and measuring take for an object: a scan, or a generator of the frames that it stands for."""
+    """The scan of an object for merging and measuring: a scan, or a generator of the frames that it stands for."""
     return frames(obj, depsgraph) if is_recording(obj) else scan_objects.scan_of_object(obj, depsgraph)
 
 
 def of_all(found):
-    """What `gathered` found as one list: a scan of an object, or the frames that it stands for."""
+    """The scans of `gathered` as one list: a scan of an object, or the frames that it stands for."""
     return [scan for part in found for scan in (part if isinstance(part, list) else [part])]

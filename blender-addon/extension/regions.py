@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What people point at: boxes and planes as objects, vertices that are selected or painted, points of the ruler."""
+"""Marks of people: boxes and planes as objects, vertices that are selected or painted, points of the ruler."""
 
 import numpy as np
 import surfrecon
@@ -87,7 +87,7 @@ def ruler_points(scene, count):
 
     A ruler of two points is a length, one that was bent has three.
     """
-    # What annotations are called depends on Blender's version.
+    # The name of annotations depends on Blender's version.
     notes = getattr(scene, "annotation", None) or getattr(scene, "grease_pencil", None)
     layer = notes.layers.get(RULER) if notes is not None else None
     if layer is None:

@@ -93,7 +93,7 @@ def quads_lines(context, figures):
     yield from told("gaps_filled", "seconds")
 
 
-# What is said of a scan that was not moved.
+# Words for a scan that was not moved.
 UNMOVED = {"kept": "stays", "apart": "apart", "unplaced": "not placed", "undecided": "undecided"}
 MOVE = "Move what is not placed to about where it belongs, and align again with Start: Rough"
 
@@ -200,7 +200,7 @@ def measure_lines(context, figures):
 
 
 def clean_lines(context, figures):
-    """What was removed from a scan as (name, value) texts."""
+    """The figures of what was removed from a scan, as (name, value) texts."""
     figures = figures.to_dict()
     yield "Samples", f"{figures['samples']:,}"
     yield "Removed: in small parts", f"{figures['small']:,}"

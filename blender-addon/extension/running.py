@@ -13,7 +13,7 @@ from .words import duration
 # Estimates of the time left are worth nothing before.
 SETTLED_SECONDS, SETTLED_SHARE = 1.0, 0.02
 
-# Who waits for a job looks at it so often.
+# Seconds between looks at a job that is waited for.
 LOOK_SECONDS = 0.002
 
 # Objects are read for no longer than this between two events of the window.
@@ -21,7 +21,7 @@ READING_SECONDS = 0.03
 
 
 class Refused(Exception):
-    """What the user selected can't be used; the text is one sentence that says why and what to do."""
+    """The selection can't be used. The text is one sentence that says why and what to do."""
 
 
 class Gathering:
@@ -151,7 +151,7 @@ class Task:
         self.stopped = True
 
     def result(self):
-        """What the function returned; raises what it raised."""
+        """The value that the function returned. Raises what it raised."""
         self.thread.join()
         if self.stopped:
             raise surfrecon.Cancelled("cancelled")

@@ -83,7 +83,7 @@ def camera_of(obj):
 
 
 def scan_of_object(obj, depsgraph):
-    """What `surfrecon.merge` takes for an object: a `RangeImage`, or a mesh with its matrix and name. Modifiers count.
+    """The scan of an object for `surfrecon.merge`: a `RangeImage`, or a mesh with its matrix and name. Modifiers count.
 
     Raises `Refused` with a sentence about the object.
     """
@@ -160,8 +160,9 @@ def range_image(obj, mesh, matrix, camera, row, column):
 
 
 def sensor_of(obj, depsgraph, in_world):
-    """Where the rays of a range image start, in the world or in the object's own frame; `None` where nothing tells or
-    they are parallel.
+    """The place where the rays of a range image start, in the world or in the object's own frame.
+
+    `None` if nothing tells, or if they are parallel.
     """
     if not is_range_image(obj):
         return None
@@ -176,7 +177,7 @@ def sensor_of(obj, depsgraph, in_world):
 
 
 def grid_lost(obj):
-    """What to say of a range image that is no longer one vertex a pixel."""
+    """The words for a range image that is no longer one vertex a pixel."""
     if len(obj.modifiers) > 0:
         return f'The modifiers of "{obj.name}" leave no one vertex a pixel: turn them off in the viewport'
     return f'"{obj.name}" is no longer one vertex a pixel: import the scan again'

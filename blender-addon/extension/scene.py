@@ -50,12 +50,12 @@ def is_in(layer_collection, collection):
     return layer_collection.collection == collection or any(is_in(one, collection) for one in layer_collection.children)
 
 
-# What Blender stores of where an object is. Written back they give its matrix to the bit, which no matrix does.
+# Properties by which Blender stores an object's place. Written back they give its matrix to the bit. No matrix does.
 TRANSFORM = ("location", "rotation_euler", "rotation_quaternion", "rotation_axis_angle", "scale")
 
 
 def whereabouts(obj):
-    """Where an object is, and the frames it may stand for, for `put_back`."""
+    """The place of an object, and the frames it may stand for, for `put_back`."""
     return {name: tuple(getattr(obj, name)) for name in TRANSFORM} | {POSES: list(obj.get(POSES, ()))}
 
 
@@ -116,7 +116,7 @@ def dress(made, sources, depsgraph):
         mesh = made.data
         found = (convert.surface_with_materials(obj, depsgraph, number) for obj in sources)
         known = [one for one in found if one is not None]
-        # What can't be measured, a source that was broken meanwhile, keeps the first material.
+        # A surface that can't be measured, since its source was broken meanwhile, keeps the first material.
         with contextlib.suppress(surfrecon.SurfreconError):
             if known:
                 convert.store(mesh, "material_index", nearest(known, convert.centres(mesh, made.matrix_world)), "FACE")

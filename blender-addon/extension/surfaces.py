@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What several objects are together: one surface in the world, with instances and modifiers."""
+"""Several objects as one surface in the world, with instances and modifiers."""
 
 import numpy as np
 import surfrecon

@@ -46,7 +46,7 @@ GERMAN_OPERATORS = {
 }
 
 GERMAN_TEXTS = {
-    # What operators do
+    # Descriptions of operators
     "Import range scans with their grids and poses, one object per scan": "Entfernungsbilder mit ihren Gittern und Lagen importieren, jeder Scan ein Objekt",
     "Export the selected range scans with their grids and poses": "Die ausgewählten Entfernungsbilder mit ihren Gittern und Lagen exportieren",
     "Make a range scan of what the scene's camera sees of the selected objects, so that it can be sculpted": "Aus dem, was die Kamera der Szene von den ausgewählten Objekten sieht, ein Entfernungsbild machen, das geschnitzt werden kann",

@@ -44,7 +44,7 @@ def number(count, one, many):
     return f"{count:,} {one if count == 1 else many}"
 
 
-# What parameters are called whose names in code are no words. Names of files and objects stay as they are.
+# Labels of parameters whose names in code are no words. Names of files and objects stay as they are.
 TABLES = ("plane", "align", "merge", "triangulate", "sculpt", "quads", "reconstruct", "cluster")
 LABELS = {p.name: p.label for table in TABLES for p in surfrecon.parameters(table) if "_" in p.name}
 CODE_NAMES = re.compile(rf'(?<![\w"/.-])({"|".join(LABELS)})(?![\w"/.-])')
@@ -53,7 +53,7 @@ CODE_NAMES = re.compile(rf'(?<![\w"/.-])({"|".join(LABELS)})(?![\w"/.-])')
 def sentence(problem):
     """The text of an error as people read it: the library's begin in small letters and name parameters as code does."""
     text = CODE_NAMES.sub(lambda name: f'"{LABELS[name[0]]}"', advised(str(problem)))
-    # What begins with a file's or a scan's name is followed by a colon.
+    # The name of a file or a scan at the beginning is followed by a colon.
     return text[:1].upper() + text[1:] if re.match(r"[a-z]+[ ,]", text) else text
 
 

@@ -283,7 +283,7 @@ typedef enum {
   SRF_VOXEL_REASON_MEMORY = 5,
 } srf_voxel_reason;
 
-// What is known of the poses that the scans have.
+// Facts that are known of the poses of the scans.
 typedef enum {
   // As the scans say: `sequence` where all are frames of one recording that follow each other in time and at least half
   // of them fit the frame before, `unknown` otherwise.
@@ -350,7 +350,7 @@ typedef enum {
 // them. What these compare is kept, 1 to 2.5 MB per scan, until scans are added. Released with srf_aligner_free().
 typedef struct srf_aligner srf_aligner;
 
-// What an alignment found: the poses and how sure they are. Released with srf_alignment_free().
+// The result of an alignment: the poses and how sure they are. Released with srf_alignment_free().
 typedef struct srf_alignment srf_alignment;
 
 // A switch that cancels the calls it is handed to (srf_progress), from any thread. Released with srf_cancel_free().
@@ -359,8 +359,8 @@ typedef struct srf_cancel srf_cancel;
 // Scattered points with optional normals and colours, and a place in the world. Released with srf_cloud_free().
 typedef struct srf_cloud srf_cloud;
 
-// Threads, a limit on memory and a log for a part of a program, for example for one of several plugins of a host. Whatever it has none of
-// is the process's (srf_set_threads(), srf_set_memory_limit(), srf_set_log()). Released with srf_context_free().
+// Threads, a limit on memory and a log for a part of a program, for example for one of several plugins of a host. What it has none of
+// it takes from the process (srf_set_threads(), srf_set_memory_limit(), srf_set_log()). Released with srf_context_free().
 typedef struct srf_context srf_context;
 
 // A folder whose files lie in memory, or behind functions of yours. Each of its files has a path (srf_folder_path()), which every function
@@ -514,45 +514,45 @@ typedef struct {
   uint64_t far;
 } srf_left_out_report;
 
-// How the images of a frame were taken and how they lie in memory; one serves all frames of a recording. Cameras look along z, with
-// x to the right and y down; pixel centres lie at whole numbers, that of the first pixel at 0, 0. Starts with its size; prepared by
+// How the images of a frame were taken and how they lie in memory. One serves all frames of a recording. Cameras look along z, with
+// x to the right and y down. Pixel centres lie at whole numbers, that of the first pixel at 0, 0. Starts with its size. Prepared by
 // srf_frame_init().
 typedef struct {
   // Bytes of this struct.
   uint32_t struct_size;
-  // What depths are: SRF_PROJECTION_PINHOLE_DEPTH, along z, the default, or SRF_PROJECTION_PINHOLE_RANGE, along the ray.
+  // The kind of the depths: SRF_PROJECTION_PINHOLE_DEPTH, along z, the default, or SRF_PROJECTION_PINHOLE_RANGE, along the ray.
   uint32_t kind;
   // Rows of the depth image.
   uint64_t rows;
   // Its columns.
   uint64_t cols;
-  // Bytes from one of its rows to the next; 0 for rows without gaps.
+  // Bytes from one of its rows to the next. 0 for rows without gaps.
   uint64_t row_stride;
   // Its camera: fx, fy, cx, cy in pixels.
   double intrinsics[4];
-  // What a stored depth is multiplied with, > 0: 0.001 makes millimetres metres. 1 by default.
+  // The factor of stored depths, > 0: 0.001 makes millimetres metres. 1 by default.
   double scale;
-  // Samples further away along z are the sensor's guesses and are left out, in the unit of the scaled depths; 0, the default, for none.
+  // Samples further away along z are the sensor's guesses and are left out, in the unit of the scaled depths. 0, the default, for none.
   double reach;
-  // Rows of the colour image; 0, as its columns, for the size of the depth image.
+  // Rows of the colour image. 0, as its columns, for the size of the depth image.
   uint64_t colour_rows;
   // Its columns.
   uint64_t colour_cols;
-  // Bytes from one of its rows to the next; 0 for rows without gaps.
+  // Bytes from one of its rows to the next. 0 for rows without gaps.
   uint64_t colour_row_stride;
-  // Its camera: fx, fy, cx, cy in its pixels; all 0, the default, for that of the depth image, scaled to its size.
+  // Its camera: fx, fy, cx, cy in its pixels. All 0, the default, for that of the depth image, scaled to its size.
   double colour_intrinsics[4];
   // Takes points of the depth camera's frame into that of the colour camera: a rotation and a translation, the identity by default.
   srf_pose colour_from_depth;
-  // 1: undistorting left the colour image a black rim; what is seen through it is left out. 0 by default.
+  // 1: undistorting left the colour image a black rim. Samples seen through it are left out. 0 by default.
   uint32_t has_black_rim;
   // 1: poses and colour_from_depth are of cameras with y up that look along -z, as ARKit's and OpenGL's. 0 by default.
   uint32_t looks_along_minus_z;
-  // Rows of the confidence image; 0, as its columns, for the size of the depth image.
+  // Rows of the confidence image. 0, as its columns, for the size of the depth image.
   uint64_t confidence_rows;
   // Its columns.
   uint64_t confidence_cols;
-  // Bytes from one of its rows to the next; 0 for rows without gaps.
+  // Bytes from one of its rows to the next. 0 for rows without gaps.
   uint64_t confidence_row_stride;
   // Samples of a lower level are left out, 0 to 255. 1 by default.
   uint64_t least_confidence;
@@ -737,10 +737,10 @@ typedef struct {
 typedef struct {
   // Bytes of this struct.
   uint32_t struct_size;
-  // Worker threads, at most 1024; 0, the default, for the number of srf_set_threads(). Results are the same for any
+  // Worker threads, at most 1024. 0, the default, for the number of srf_set_threads(). Results are the same for any
   // number.
   uint32_t threads;
-  // What is known of the poses that the scans have. A value of srf_start, default SRF_START_AUTO.
+  // Facts that are known of the poses of the scans. A value of srf_start, default SRF_START_AUTO.
   uint64_t start;
   // With rough poses, how far off they may be: no sample of a scan is placed further from where its pose has it. A scan
   // that fits no nearer is left out, and the report says how far that would be. > 0. SRF_FROM_DATA, the default: a tenth
@@ -754,8 +754,8 @@ typedef struct {
   double tolerance;
   // Scans fit only if one of them lies on the other with at least this share of its surface. 0 to 1, default 0.03.
   double min_overlap;
-  // Where shape lets scans turn or slide, or fits in several places, their colours or intensities decide. Off: shape
-  // alone counts. 1 or 0, default 1.
+  // Colours or intensities decide where shape lets scans turn or slide, or fits in several places. Off: shape alone
+  // counts. 1 or 0, default 1.
   uint64_t use_colour;
 } srf_align_params;
 
@@ -933,7 +933,7 @@ typedef struct {
 typedef struct {
   // Bytes of this struct.
   uint32_t struct_size;
-  // Worker threads, at most 1024; 0, the default, for the number of srf_set_threads(). Results are the same for any
+  // Worker threads, at most 1024. 0, the default, for the number of srf_set_threads(). Results are the same for any
   // number.
   uint32_t threads;
   // Samples that lie further off do not count for the plane. > 0. SRF_FROM_DATA, the default: three times the scatter of
@@ -969,7 +969,7 @@ typedef struct {
 typedef struct {
   // Bytes of this struct.
   uint32_t struct_size;
-  // Worker threads, at most 1024; 0, the default, for the number of srf_set_threads(). Results are the same for any
+  // Worker threads, at most 1024. 0, the default, for the number of srf_set_threads(). Results are the same for any
   // number.
   uint32_t threads;
   // Size of a cell of the grid. Smaller keeps more detail and costs time and memory with its inverse square. > 0.
@@ -1067,7 +1067,7 @@ typedef struct {
 typedef struct {
   // Bytes of this struct.
   uint32_t struct_size;
-  // Worker threads, at most 1024; 0, the default, for the number of srf_set_threads(). Results are the same for any
+  // Worker threads, at most 1024. 0, the default, for the number of srf_set_threads(). Results are the same for any
   // number.
   uint32_t threads;
   // Largest distance between a sample and the mesh along the sample's ray. Larger values give fewer triangles. 0: every
@@ -1131,7 +1131,7 @@ typedef struct {
   double rms_error;
   // 95 % of the samples lie at most this far from the mesh. In the unit of the scans.
   double p95_error;
-  // Row of the sample farthest from the mesh; of several the first one. Then it is UINT64_MAX.
+  // Row of the sample farthest from the mesh, the first one of several. Then it is UINT64_MAX.
   uint64_t worst_row;
   // Its column. Then it is UINT64_MAX.
   uint64_t worst_col;
@@ -1143,7 +1143,7 @@ typedef struct {
 typedef struct {
   // Bytes of this struct.
   uint32_t struct_size;
-  // Worker threads, at most 1024; 0, the default, for the number of srf_set_threads(). Results are the same for any
+  // Worker threads, at most 1024. 0, the default, for the number of srf_set_threads(). Results are the same for any
   // number.
   uint32_t threads;
   // Tiles from top to bottom. Every tile gets the same number of rows: more tiles spread them more evenly over the
@@ -1260,7 +1260,7 @@ typedef struct {
 typedef struct {
   // Bytes of this struct.
   uint32_t struct_size;
-  // Worker threads, at most 1024; 0, the default, for the number of srf_set_threads(). Results are the same for any
+  // Worker threads, at most 1024. 0, the default, for the number of srf_set_threads(). Results are the same for any
   // number.
   uint32_t threads;
   // Makes the threshold on the perimeters of facets larger. Larger closes more gaps and keeps more stray points. 1 to 2,
@@ -1337,7 +1337,7 @@ typedef struct {
 typedef struct {
   // Bytes of this struct.
   uint32_t struct_size;
-  // Worker threads, at most 1024; 0, the default, for the number of srf_set_threads(). Results are the same for any
+  // Worker threads, at most 1024. 0, the default, for the number of srf_set_threads(). Results are the same for any
   // number.
   uint32_t threads;
   // Vertices wanted. More come only if the input's topology needs them, at most as many as the input has when cut to a
@@ -1421,7 +1421,7 @@ typedef struct {
 typedef struct {
   // Bytes of this struct.
   uint32_t struct_size;
-  // Worker threads, at most 1024; 0, the default, for the number of srf_set_threads(). Results are the same for any
+  // Worker threads, at most 1024. 0, the default, for the number of srf_set_threads(). Results are the same for any
   // number.
   uint32_t threads;
   // Standard deviation of the Gaussian noise along each ray. >= 0, default 0.
@@ -2064,15 +2064,15 @@ srf_status srf_frame_init_sized(srf_frame *frame,
 // Makes a range image of a frame, with what of it can be trusted. Depth is never resampled: each sample takes its colour through
 // its point, with alpha 0 where the colour camera does not see it, since it lies outside of its image or behind a nearer sample.
 // Nothing was measured where a depth is 0, negative or not finite, nor where one of SRF_TYPE_U16 is 65535. O(pixels).
-// frame              how the images were taken, initialized by srf_frame_init(); not NULL
-// depths             one SRF_TYPE_U16, SRF_TYPE_F32 or SRF_TYPE_F64 a pixel of the depth image, row after row; not NULL
-// colours            3 or 4 SRF_TYPE_U8 a pixel of the colour image, sRGB, of 4 the last is passed over; NULL for none
-// confidences        one SRF_TYPE_U8 a pixel of the confidence image, in the sensor's own levels; NULL for none
-// world_from_sensor  places the depth camera, a rotation and a translation; NULL for the identity
-// name               for messages and as what ties are broken by when merging, UTF-8; NULL for none
+// frame              how the images were taken, initialized by srf_frame_init(). Not NULL
+// depths             one SRF_TYPE_U16, SRF_TYPE_F32 or SRF_TYPE_F64 a pixel of the depth image, row after row. Not NULL
+// colours            3 or 4 SRF_TYPE_U8 a pixel of the colour image, sRGB, of 4 the last is passed over. NULL for none
+// confidences        one SRF_TYPE_U8 a pixel of the confidence image, in the sensor's own levels. NULL for none
+// world_from_sensor  places the depth camera, a rotation and a translation. NULL for the identity
+// name               for messages and as what ties are broken by when merging, UTF-8. NULL for none
 // progress           NULL for none
-// out_image          receives a new handle on SRF_OK only; not NULL
-// out_left_out       initialized by srf_left_out_report_init(); NULL if not wanted
+// out_image          receives a new handle on SRF_OK only. Not NULL
+// out_left_out       initialized by srf_left_out_report_init(). NULL if not wanted
 // returns            SRF_OK, SRF_ERR_PARAMETER naming the field, SRF_ERR_INPUT, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL,
 //                    SRF_ERR_STRUCT_SIZE, SRF_ERR_OUT_OF_MEMORY. Since 0.2.
 srf_status srf_image_from_frame(const srf_frame *frame,
@@ -2190,7 +2190,7 @@ srf_status srf_image_from_frame(const srf_frame *frame,
 //         return status;
 //     }
 //
-//     /* What a host keeps of a range image: vertices, which it takes times 1000, and the camera of them. */
+//     /* The data that a host keeps of a range image: vertices, which it takes times 1000, and the camera of them. */
 //     static srf_status to_host(const srf_image *image, srf_mesh **out_mesh, srf_grid_camera *out_camera)
 //     {
 //         srf_status status;
@@ -2830,7 +2830,7 @@ srf_status srf_scans_read(const srf_scans *scans,
 //         return status;
 //     }
 //
-//     /* What a file says of where it is from; free() releases the text. */
+//     /* The provenance in a file. free() releases the text. */
 //     static srf_status provenance_of(const char *path, char **out_text)
 //     {
 //         size_t length = 0;
@@ -3492,7 +3492,7 @@ srf_status srf_alignment_free(srf_alignment *alignment);
 
 // The figures of an alignment. srf_alignment_line() gives as many lines as there are scans and messages, and one more.
 // alignment   not NULL
-// out_report  initialized by srf_align_report_init(); not NULL
+// out_report  initialized by srf_align_report_init(). Not NULL
 // returns     SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 srf_status srf_alignment_report(const srf_alignment *alignment,
                                 srf_align_report *out_report);
@@ -3500,24 +3500,24 @@ srf_status srf_alignment_report(const srf_alignment *alignment,
 // The figures of a scan that was aligned.
 // alignment  not NULL
 // index      number of the scan, in the order of adding
-// out_scan   initialized by srf_aligned_scan_init(); not NULL
+// out_scan   initialized by srf_aligned_scan_init(). Not NULL
 // returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 srf_status srf_alignment_scan(const srf_alignment *alignment, size_t index, srf_aligned_scan *out_scan);
 
 // The figures of a pair of scans. Pairs that are not listed have nothing in common.
 // alignment  not NULL
-// index      less than pairs_count of the report; pairs are listed by their scans' numbers
-// out_pair   initialized by srf_aligned_pair_init(); not NULL
+// index      less than pairs_count of the report. Pairs are listed by their scans' numbers
+// out_pair   initialized by srf_aligned_pair_init(). Not NULL
 // returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 srf_status srf_alignment_pair(const srf_alignment *alignment, size_t index, srf_aligned_pair *out_pair);
 
 // The turntable that the object stood on.
 // alignment      not NULL
-// out_found      receives 1, or 0 where there was none or its axis was not found: then nothing else is written; not NULL
-// out_point      room for 3 doubles: a point of its axis, in the frame that the scans were taken in; NULL if not wanted
-// out_direction  room for 3 doubles: the unit direction of its axis; NULL if not wanted
+// out_found      receives 1, or 0 where there was none or its axis was not found: then nothing else is written. Not NULL
+// out_point      room for 3 doubles: a point of its axis, in the frame that the scans were taken in. NULL if not wanted
+// out_direction  room for 3 doubles: the unit direction of its axis. NULL if not wanted
 // out_angles     receives a view that stays until the alignment is freed, an SRF_TYPE_F64 a scan: by how much it was turned then, from 0 to
-//                2 pi, counter-clockwise where the axis points to the viewer; 0 at the first scan that is placed, NaN at those that
+//                2 pi, counter-clockwise where the axis points to the viewer. 0 at the first scan that is placed, NaN at those that
 //                are not. NULL if not wanted
 // returns        SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_alignment_turntable(const srf_alignment *alignment,
@@ -3529,23 +3529,23 @@ srf_status srf_alignment_turntable(const srf_alignment *alignment,
 // Why a scan is not placed, and what to do.
 // alignment   not NULL
 // index       number of the scan, in the order of adding
-// out_reason  receives a text that stays until the alignment is freed, empty for a scan that is placed; not NULL
+// out_reason  receives a text that stays until the alignment is freed, empty for a scan that is placed. Not NULL
 // returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_alignment_reason(const srf_alignment *alignment,
                                 size_t index,
                                 const char **out_reason);
 
-// What a person should know of the whole, a sentence.
+// A sentence on the whole that a person should know.
 // alignment    not NULL
 // index        less than messages_count of the report
-// out_message  receives a text that stays until the alignment is freed, on SRF_OK only; not NULL
+// out_message  receives a text that stays until the alignment is freed, on SRF_OK only. Not NULL
 // returns      SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_alignment_message(const srf_alignment *alignment, size_t index, const char **out_message);
 
 // A line for logs: first the whole, then each scan, then the messages.
 // alignment  not NULL
 // index      less than scans_count + messages_count + 1 of the report
-// out_line   receives a text that stays until the alignment is freed, on SRF_OK only; not NULL
+// out_line   receives a text that stays until the alignment is freed, on SRF_OK only. Not NULL
 // returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_alignment_line(const srf_alignment *alignment, size_t index, const char **out_line);
 
@@ -3564,11 +3564,11 @@ srf_status srf_snap_report_init_sized(srf_snap_report *report,
 // world_from_scan  a pose a scan, in the order of adding, rigid: that of the scan itself is where it starts. All 0, as
 //                  srf_alignment_scan() has it of scans without a group, for those that it is not drawn to. NULL for the poses that they were added with
 // count            scans that were added, 0 if world_from_scan is NULL
-// params           its reach, by default a tenth of the scan's size, is how far it is drawn, about; tolerance, min_overlap and threads
-//                  count too; NULL for the defaults
+// params           its reach, by default a tenth of the scan's size, is how far it is drawn, about. Its tolerance, min_overlap and
+//                  threads count too. NULL for the defaults
 // progress         NULL for none
-// out_snap         initialized by srf_snap_report_init(); not NULL
-// out_touches      room for a byte a scan that was added: 1 if the scan touches that one, else 0; NULL if not wanted
+// out_snap         initialized by srf_snap_report_init(). Not NULL
+// out_touches      room for a byte a scan that was added: 1 if the scan touches that one, else 0. NULL if not wanted
 // returns          SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT for fewer than two scans, poses for another number of scans, one that is
 //                  not rigid or none of the scan itself, SRF_ERR_FORMAT, SRF_ERR_IO, SRF_ERR_OUT_OF_MEMORY,
 //                  SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
@@ -3582,15 +3582,15 @@ srf_status srf_aligner_snap(const srf_aligner *aligner,
                             uint8_t *out_touches);
 
 // How far points of a scan lie outside of the surfaces of others, along normals: a mean over a few samples, so that warp and what
-// moved shows. On as many threads as the scans were read with; the same to the bit for any number. O(points + scans).
+// moved shows. On as many threads as the scans were read with. The same to the bit for any number. O(points + scans).
 // aligner          not NULL
 // scan             number of a scan that was added
-// world_from_scan  where the scans lie: a pose a scan, in the order of adding, rigid; all 0 for scans that are left out. NULL for the
+// world_from_scan  where the scans lie: a pose a scan, in the order of adding, rigid. All 0 for scans that are left out. NULL for the
 //                  poses that they were added with
 // count            scans that were added, 0 if world_from_scan is NULL
-// points           3 SRF_TYPE_F64 or SRF_TYPE_F32 a point, in the scan's own frame; not NULL
+// points           3 SRF_TYPE_F64 or SRF_TYPE_F32 a point, in the scan's own frame. Not NULL
 // progress         NULL for none
-// out_distances    room for a double a point: negative inside, NaN where no other scan is near or the point is not finite; not NULL
+// out_distances    room for a double a point: negative inside, NaN where no other scan is near or the point is not finite. Not NULL
 // returns          SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT for fewer than two scans, poses for another number of scans, one that is
 //                  not rigid or none of the scan itself, SRF_ERR_FORMAT, SRF_ERR_IO, SRF_ERR_OUT_OF_MEMORY,
 //                  SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
@@ -4724,15 +4724,15 @@ srf_status srf_distance_report_init_sized(srf_distance_report *report,
                                           size_t size);
 #define srf_distance_report_init(report) srf_distance_report_init_sized((report), sizeof(srf_distance_report))
 
-// Exact distances of points to the nearest point of a mesh. Time O((n + m) log m) for n points and m triangles; the same for
+// Exact distances of points to the nearest point of a mesh. Time O((n + m) log m) for n points and m triangles. The same for
 // any number of threads.
-// mesh           with at least one triangle; not NULL
-// points         3 SRF_TYPE_F64 or SRF_TYPE_F32 a point, finite; not NULL
-// is_signed      1: distances behind the surface are negative; 0: all are positive
-// threads        at most 1024; 0 for the number of srf_set_threads()
+// mesh           with at least one triangle. Not NULL
+// points         3 SRF_TYPE_F64 or SRF_TYPE_F32 a point, finite. Not NULL
+// is_signed      1: distances behind the surface are negative. 0: all are positive
+// threads        at most 1024. 0 for the number of srf_set_threads()
 // progress       NULL for none
-// out_distances  room for a double a point; NULL if only the figures are wanted
-// out_figures    initialized by srf_distance_report_init(); NULL if not wanted
+// out_distances  room for a double a point. NULL if only the figures are wanted
+// out_figures    initialized by srf_distance_report_init(). NULL if not wanted
 // returns        SRF_OK, SRF_ERR_INPUT, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE.
 //                Since 0.1.
 srf_status srf_mesh_distances(const srf_mesh *mesh,
@@ -4744,13 +4744,13 @@ srf_status srf_mesh_distances(const srf_mesh *mesh,
                               srf_distance_report *out_figures);
 
 // How far one surface lies from another: exact at its vertices, with a bound that holds for every point between them.
-// mesh           the surface; not NULL
-// reference      with at least one triangle; not NULL
-// is_signed      1: distances behind the reference are negative; 0: all are positive
-// threads        at most 1024; 0 for the number of srf_set_threads()
+// mesh           the surface. Not NULL
+// reference      with at least one triangle. Not NULL
+// is_signed      1: distances behind the reference are negative. 0: all are positive
+// threads        at most 1024. 0 for the number of srf_set_threads()
 // progress       NULL for none
-// out_distances  room for a double a vertex of mesh; NULL if only the figures are wanted
-// out_figures    of the vertices, and how far the surface reaches between them; initialized by srf_distance_report_init(); NULL if not wanted
+// out_distances  room for a double a vertex of mesh. NULL if only the figures are wanted
+// out_figures    of the vertices, and how far the surface reaches between them. Initialized by srf_distance_report_init(). NULL if not wanted
 // returns        SRF_OK, SRF_ERR_INPUT, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE.
 //                Since 0.1.
 srf_status srf_mesh_surface_distance(const srf_mesh *mesh,

@@ -36,7 +36,7 @@
 
 namespace surfrecon {
 
-// What went wrong: what() names the thing and the remedy, status() is the number.
+// An error of the library: what() names the thing and the remedy, status() is the number.
 class Error : public std::runtime_error {
 public:
     Error(srf_status status, const std::string &text) : std::runtime_error(text), status_(status) {}
@@ -145,7 +145,7 @@ class View {
 public:
     using iterator = detail::Elements<T, N>;
     using const_iterator = iterator;
-    // What a loop gives: a number, or N of them.
+    // The entries of a loop: a number, or N of them.
     using value_type = typename iterator::value_type;
 
     View() = default;
@@ -243,7 +243,7 @@ std::string text_of(Call call)
 
 }  // namespace detail
 
-// Where a long call stands.
+// The place of a long call.
 struct Tick {
     std::string_view stage;    // what is being done, for people
     double fraction;           // share of the whole call that is done, 0 to 1
@@ -274,7 +274,7 @@ public:
     }
 };
 
-// Who watches a long call, and what cancels it: a function, a Cancel, both or neither.
+// The watcher of a long call, and what cancels it: a function, a Cancel, both or neither.
 class Progress {
 public:
     Progress() = default;
@@ -339,10 +339,10 @@ inline void check_abi()
                                           ", this program was built for " + std::to_string(SRF_ABI_VERSION));
 }
 
-// What the library has to tell: a level and a text. Must not throw; called on the thread of the call that tells, at once on several.
+// Hears what the library tells: a level and a text. Must not throw. Called on the thread of the call that tells, at once on several.
 using LogFunction = std::function<void(srf_log_level level, const char *text)>;
 
-// Who is told from now on, nobody if empty. The one before must no longer be needed: set it while no call is running.
+// Sets the function that is told from now on, none if empty. The one before must no longer be needed: set it while no call is running.
 inline void set_log(LogFunction log)
 {
     static LogFunction kept;
@@ -402,7 +402,7 @@ public:
         check(srf_context_memory(get(), nullptr, &held));
         return held;
     }
-    // Who is told from now on, whom the process tells if empty. Set it while no call is running under it; it must outlive those that are.
+    // Sets the function that is told from now on, the process's if empty. Set it while no call is running under it. It must outlive those that are.
     void set_log(LogFunction log)
     {
         check(srf_context_set_log(get(), nullptr, nullptr));
@@ -542,7 +542,7 @@ struct AlignReport : srf_align_report {
     AlignReport() { check(srf_align_report_init(this)); }
 };
 
-// What an alignment found of a scan.
+// The figures of a scan in an alignment.
 struct AlignedScan : srf_aligned_scan {
     AlignedScan() { check(srf_aligned_scan_init(this)); }
     bool has_place() const noexcept { return state == SRF_SCAN_STATE_PLACED || state == SRF_SCAN_STATE_KEPT; }
@@ -550,14 +550,14 @@ struct AlignedScan : srf_aligned_scan {
     std::vector<srf_freedom> ways() const { return {freedoms, freedoms + freedoms_count}; }
 };
 
-// What an alignment found of two scans.
+// The figures of two scans in an alignment.
 struct AlignedPair : srf_aligned_pair {
     AlignedPair() { check(srf_aligned_pair_init(this)); }
     // Ways that one may turn or slide on the other.
     std::vector<srf_freedom> ways() const { return {freedoms, freedoms + freedoms_count}; }
 };
 
-// Where a scan was drawn to.
+// The place that a scan was drawn to.
 struct Snap : srf_snap_report {
     Snap() { check(srf_snap_report_init(this)); }
     // Numbers of the scans that it touches.
@@ -579,7 +579,7 @@ struct Turntable {
     std::vector<double> angles;
 };
 
-// What files do not say themselves.
+// Facts that files do not say themselves.
 struct ReadOptions : srf_read_options {
     ReadOptions() { check(srf_read_options_init(this)); }
 };
@@ -594,7 +594,7 @@ struct LeftOutReport : srf_left_out_report {
     LeftOutReport() { check(srf_left_out_report_init(this)); }
 };
 
-// What a host keeps of a range image beside its vertices: how pixels see, and where some of the vertices were.
+// The data that a host keeps of a range image beside its vertices: how pixels see, and where some of the vertices were.
 struct GridCamera : srf_grid_camera {
     GridCamera() { check(srf_grid_camera_init(this)); }
 
@@ -647,7 +647,7 @@ struct Plane : srf_plane {
     }
 };
 
-// What samples are kept or removed by.
+// A region, by which samples are kept or removed.
 class Region : public detail::Handle<srf_region, srf_region_free> {
 public:
     using Handle::Handle;
@@ -660,7 +660,7 @@ public:
         return Region(region);
     }
 
-    // What lies below a plane, on it, and up to its margin above.
+    // The region below a plane, on it, and up to its margin above.
     static Region below(const srf_plane &plane)
     {
         srf_region *region = nullptr;
@@ -686,7 +686,7 @@ inline Pose true_size(const std::array<double, 3> &a, const std::array<double, 3
     return similarity;
 }
 
-// What lays a plane to height 0.
+// The motion that lays a plane to height 0.
 inline Pose ground(const srf_plane &plane, const std::array<double, 3> &up = {0, 0, 1})
 {
     Pose similarity;
@@ -872,7 +872,7 @@ public:
         watcher.check(srf_mesh_write_stl(get(), path.c_str(), watcher.get()));
     }
 
-    // What a region holds stays, all else goes; how many went. remove() is the opposite.
+    // Keeps what a region holds. All else goes. Returns how many went. remove() is the opposite.
     std::size_t keep(const Region &region, const Pose &world_from_mesh = {}, const Progress &progress = {})
     {
         return select(region, 1, world_from_mesh, progress);
@@ -1006,7 +1006,7 @@ public:
         return View<float>(view);
     }
 
-    // Where all points were seen from, in its own frame; three NaN where that is not known.
+    // The place that all points were seen from, in its own frame. Three NaN where that is not known.
     std::array<double, 3> sensor() const
     {
         std::array<double, 3> place{};
@@ -1027,7 +1027,7 @@ public:
         watcher.check(srf_cloud_write_ply(get(), path.c_str(), encoding, watcher.get()));
     }
 
-    // What a region holds stays, all else goes; how many went. remove() is the opposite.
+    // Keeps what a region holds. All else goes. Returns how many went. remove() is the opposite.
     std::size_t keep(const Region &region, const Progress &progress = {}) { return select(region, 1, progress); }
     std::size_t remove(const Region &region, const Progress &progress = {}) { return select(region, 0, progress); }
     // Gives another size and place: of true_size(), of ground().
@@ -1141,7 +1141,7 @@ public:
         return pose;
     }
 
-    // Where its rays start, in the world; three NaN where they are parallel.
+    // The place where its rays start, in the world. Three NaN where they are parallel.
     std::array<double, 3> sensor() const
     {
         std::array<double, 3> place{};
@@ -1157,7 +1157,7 @@ public:
     // A point a pixel in the sensor's frame, NaN for an invalid one; throws for an image of values.
     View<float, 3> points() const { return View<float, 3>(samples()); }
 
-    // Where a pixel looks, in the sensor's frame.
+    // The ray of a pixel, in the sensor's frame.
     struct Ray {
         std::array<double, 3> origin, direction;
     };
@@ -1168,7 +1168,7 @@ public:
         return ray;
     }
 
-    // What pixels have besides their samples, an entry each; empty where the image has none.
+    // Attributes that pixels have besides their samples, an entry each. Empty where the image has none.
     View<std::uint8_t, 4> colours() const
     {
         srf_array view{};
@@ -1231,7 +1231,7 @@ public:
         return bounds;
     }
 
-    // What a host keeps beside the vertices of to_mesh().
+    // The data that a host keeps beside the vertices of to_mesh().
     GridCamera grid_camera(const Progress &progress = {}) const
     {
         GridCamera camera;
@@ -1248,7 +1248,7 @@ public:
         return Cloud(cloud);
     }
 
-    // What a region holds stays, all else goes; how many went. remove() is the opposite.
+    // Keeps what a region holds. All else goes. Returns how many went. remove() is the opposite.
     std::size_t keep(const Region &region, const Progress &progress = {}) { return select(region, 1, progress); }
     std::size_t remove(const Region &region, const Progress &progress = {}) { return select(region, 0, progress); }
     // Gives another size and place: of true_size(), of ground().
@@ -1397,7 +1397,7 @@ inline void write_e57_from(const std::vector<const Image *> &images, const std::
     watcher.check(srf_images_write_e57_from(handles.data(), handles.size(), path.c_str(), provenance.c_str(), watcher.get()));
 }
 
-// What a file that this library wrote says of where it is from: an object in JSON, or empty.
+// The provenance in a file that this library wrote: an object in JSON, or empty.
 inline std::string file_provenance(const std::string &path)
 {
     return detail::text_of([&](char *text, std::size_t capacity, std::size_t *length) {
@@ -1662,7 +1662,7 @@ using WriteFunction = std::function<void(const char *name, const void *bytes, st
 class Folder : public detail::Handle<srf_folder, srf_folder_free> {
 public:
     Folder() : Handle(make(nullptr)) {}
-    // What is written goes to the function, and nothing is kept.
+    // Hands what is written to the function, and keeps nothing.
     explicit Folder(WriteFunction write) : Handle(make(std::move(write))) {}
 
     // Of the folder itself; it opens as one of the disk does.
@@ -1685,7 +1685,7 @@ public:
         static_cast<void>(user.release());
     }
 
-    // What was written or put into a file; stays until it is asked for again or removed, or this ends.
+    // The bytes that were written or put into a file. They stay until it is asked for again or removed, or this ends.
     View<std::uint8_t> bytes(const std::string &name) const
     {
         const void *bytes = nullptr;
@@ -1835,7 +1835,7 @@ public:
         return notes;
     }
 
-    // What a region holds of all scans stays, whenever they are read, merged or aligned; all else goes. remove() is the opposite.
+    // Keeps what a region holds of all scans, whenever they are read, merged or aligned. All else goes. remove() is the opposite.
     void keep(const Region &region) { check(srf_scans_select(get(), SIZE_MAX, region.get(), 1)); }
     void remove(const Region &region) { check(srf_scans_select(get(), SIZE_MAX, region.get(), 0)); }
     // Of one scan, with a mask for example.
@@ -1855,7 +1855,7 @@ public:
     // Of one scan, or of all, whatever their files name.
     void set_crs(const std::string &text, std::size_t index = SIZE_MAX) { check(srf_scans_set_crs(get(), index, text.c_str())); }
 
-    // What a scan holds; one of the three is there.
+    // The content of a scan. One of the three is there.
     struct Content {
         Image image;
         Mesh mesh;
@@ -1874,7 +1874,7 @@ public:
     }
 };
 
-// What an alignment found; scans have the numbers in which they were added.
+// The result of an alignment. Scans have the numbers in which they were added.
 class Alignment : public detail::Handle<srf_alignment, srf_alignment_free> {
 public:
     using Handle::Handle;
@@ -1921,7 +1921,7 @@ public:
         return reason;
     }
 
-    // What a person should know, a sentence each.
+    // Notes that a person should know, a sentence each.
     std::vector<std::string> messages() const { return texts(srf_alignment_message, report().messages_count); }
     // The whole, each scan and the messages, for logs.
     std::vector<std::string> lines() const { return texts(srf_alignment_line, 1 + report().scans_count + report().messages_count); }
@@ -2051,7 +2051,7 @@ struct IntoFile {
     std::string provenance;
 };
 
-// Where a merge keeps what memory does not hold, and when it does.
+// The place in which a merge keeps what memory does not hold, and when it does.
 struct InFiles {
     // Begins in memory, and anew in files where cells as given or measured do not fit there.
     bool only_if_needed = false;

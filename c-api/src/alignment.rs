@@ -1,4 +1,4 @@
-//! What an alignment found.
+//! The result of an alignment.
 
 use std::ffi::{CString, c_char};
 
@@ -14,7 +14,7 @@ use crate::status::srf_status;
 use crate::text::c_text;
 use crate::{pointer, report};
 
-/// What was found, with texts as C wants them.
+/// The result, with texts as C wants them.
 pub struct Aligned {
     report: AlignReport,
     reasons: Vec<CString>,
@@ -36,7 +36,7 @@ impl From<AlignReport> for Aligned {
     }
 }
 
-/// What an alignment found: the poses and how sure they are. Released with srf_alignment_free().
+/// The result of an alignment: the poses and how sure they are. Released with srf_alignment_free().
 #[allow(non_camel_case_types)]
 pub struct srf_alignment {
     _opaque: [u8; 0],
@@ -54,7 +54,7 @@ pub unsafe extern "C" fn srf_alignment_free(alignment: *mut srf_alignment) -> sr
 
 /// The figures of an alignment. srf_alignment_line() gives as many lines as there are scans and messages, and one more.
 /// alignment   not NULL
-/// out_report  initialized by srf_align_report_init(); not NULL
+/// out_report  initialized by srf_align_report_init(). Not NULL
 /// returns     SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_alignment_report(
@@ -67,7 +67,7 @@ pub unsafe extern "C" fn srf_alignment_report(
 /// The figures of a scan that was aligned.
 /// alignment  not NULL
 /// index      number of the scan, in the order of adding
-/// out_scan   initialized by srf_aligned_scan_init(); not NULL
+/// out_scan   initialized by srf_aligned_scan_init(). Not NULL
 /// returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_alignment_scan(
@@ -83,8 +83,8 @@ pub unsafe extern "C" fn srf_alignment_scan(
 
 /// The figures of a pair of scans. Pairs that are not listed have nothing in common.
 /// alignment  not NULL
-/// index      less than pairs_count of the report; pairs are listed by their scans' numbers
-/// out_pair   initialized by srf_aligned_pair_init(); not NULL
+/// index      less than pairs_count of the report. Pairs are listed by their scans' numbers
+/// out_pair   initialized by srf_aligned_pair_init(). Not NULL
 /// returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_alignment_pair(
@@ -100,11 +100,11 @@ pub unsafe extern "C" fn srf_alignment_pair(
 
 /// The turntable that the object stood on.
 /// alignment      not NULL
-/// out_found      receives 1, or 0 where there was none or its axis was not found: then nothing else is written; not NULL
-/// out_point      room for 3 doubles: a point of its axis, in the frame that the scans were taken in; NULL if not wanted
-/// out_direction  room for 3 doubles: the unit direction of its axis; NULL if not wanted
+/// out_found      receives 1, or 0 where there was none or its axis was not found: then nothing else is written. Not NULL
+/// out_point      room for 3 doubles: a point of its axis, in the frame that the scans were taken in. NULL if not wanted
+/// out_direction  room for 3 doubles: the unit direction of its axis. NULL if not wanted
 /// out_angles     receives a view that stays until the alignment is freed, an SRF_TYPE_F64 a scan: by how much it was turned then, from 0 to
-///                2 pi, counter-clockwise where the axis points to the viewer; 0 at the first scan that is placed, NaN at those that
+///                2 pi, counter-clockwise where the axis points to the viewer. 0 at the first scan that is placed, NaN at those that
 ///                are not. NULL if not wanted
 /// returns        SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
@@ -134,7 +134,7 @@ pub unsafe extern "C" fn srf_alignment_turntable(
 /// Why a scan is not placed, and what to do.
 /// alignment   not NULL
 /// index       number of the scan, in the order of adding
-/// out_reason  receives a text that stays until the alignment is freed, empty for a scan that is placed; not NULL
+/// out_reason  receives a text that stays until the alignment is freed, empty for a scan that is placed. Not NULL
 /// returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_alignment_reason(
@@ -148,10 +148,10 @@ pub unsafe extern "C" fn srf_alignment_reason(
     })
 }
 
-/// What a person should know of the whole, a sentence.
+/// A sentence on the whole that a person should know.
 /// alignment    not NULL
 /// index        less than messages_count of the report
-/// out_message  receives a text that stays until the alignment is freed, on SRF_OK only; not NULL
+/// out_message  receives a text that stays until the alignment is freed, on SRF_OK only. Not NULL
 /// returns      SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_alignment_message(
@@ -168,7 +168,7 @@ pub unsafe extern "C" fn srf_alignment_message(
 /// A line for logs: first the whole, then each scan, then the messages.
 /// alignment  not NULL
 /// index      less than scans_count + messages_count + 1 of the report
-/// out_line   receives a text that stays until the alignment is freed, on SRF_OK only; not NULL
+/// out_line   receives a text that stays until the alignment is freed, on SRF_OK only. Not NULL
 /// returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_alignment_line(

@@ -16,8 +16,8 @@ use crate::pointer;
 use crate::settings::{self, srf_log_fn};
 use crate::status::{Failure, srf_status};
 
-/// Threads, a limit on memory and a log for a part of a program, for example for one of several plugins of a host. Whatever it has none of
-/// is the process's (srf_set_threads(), srf_set_memory_limit(), srf_set_log()). Released with srf_context_free().
+/// Threads, a limit on memory and a log for a part of a program, for example for one of several plugins of a host. What it has none of
+/// it takes from the process (srf_set_threads(), srf_set_memory_limit(), srf_set_log()). Released with srf_context_free().
 #[allow(non_camel_case_types)]
 pub struct srf_context {
     _opaque: [u8; 0],

@@ -20,8 +20,8 @@ use crate::reports::left_out::srf_left_out_report;
 use crate::status::{Failure, flag, srf_status, srf_status::*};
 use crate::{pointer, report, sized};
 
-/// How the images of a frame were taken and how they lie in memory; one serves all frames of a recording. Cameras look along z, with
-/// x to the right and y down; pixel centres lie at whole numbers, that of the first pixel at 0, 0. Starts with its size; prepared by
+/// How the images of a frame were taken and how they lie in memory. One serves all frames of a recording. Cameras look along z, with
+/// x to the right and y down. Pixel centres lie at whole numbers, that of the first pixel at 0, 0. Starts with its size. Prepared by
 /// srf_frame_init().
 #[allow(non_camel_case_types)]
 #[repr(C)]
@@ -29,39 +29,39 @@ use crate::{pointer, report, sized};
 pub struct srf_frame {
     /// Bytes of this struct.
     pub struct_size: u32,
-    /// What depths are: SRF_PROJECTION_PINHOLE_DEPTH, along z, the default, or SRF_PROJECTION_PINHOLE_RANGE, along the ray.
+    /// The kind of the depths: SRF_PROJECTION_PINHOLE_DEPTH, along z, the default, or SRF_PROJECTION_PINHOLE_RANGE, along the ray.
     pub kind: u32,
     /// Rows of the depth image.
     pub rows: u64,
     /// Its columns.
     pub cols: u64,
-    /// Bytes from one of its rows to the next; 0 for rows without gaps.
+    /// Bytes from one of its rows to the next. 0 for rows without gaps.
     pub row_stride: u64,
     /// Its camera: fx, fy, cx, cy in pixels.
     pub intrinsics: [f64; 4],
-    /// What a stored depth is multiplied with, > 0: 0.001 makes millimetres metres. 1 by default.
+    /// The factor of stored depths, > 0: 0.001 makes millimetres metres. 1 by default.
     pub scale: f64,
-    /// Samples further away along z are the sensor's guesses and are left out, in the unit of the scaled depths; 0, the default, for none.
+    /// Samples further away along z are the sensor's guesses and are left out, in the unit of the scaled depths. 0, the default, for none.
     pub reach: f64,
-    /// Rows of the colour image; 0, as its columns, for the size of the depth image.
+    /// Rows of the colour image. 0, as its columns, for the size of the depth image.
     pub colour_rows: u64,
     /// Its columns.
     pub colour_cols: u64,
-    /// Bytes from one of its rows to the next; 0 for rows without gaps.
+    /// Bytes from one of its rows to the next. 0 for rows without gaps.
     pub colour_row_stride: u64,
-    /// Its camera: fx, fy, cx, cy in its pixels; all 0, the default, for that of the depth image, scaled to its size.
+    /// Its camera: fx, fy, cx, cy in its pixels. All 0, the default, for that of the depth image, scaled to its size.
     pub colour_intrinsics: [f64; 4],
     /// Takes points of the depth camera's frame into that of the colour camera: a rotation and a translation, the identity by default.
     pub colour_from_depth: srf_pose,
-    /// 1: undistorting left the colour image a black rim; what is seen through it is left out. 0 by default.
+    /// 1: undistorting left the colour image a black rim. Samples seen through it are left out. 0 by default.
     pub has_black_rim: u32,
     /// 1: poses and colour_from_depth are of cameras with y up that look along -z, as ARKit's and OpenGL's. 0 by default.
     pub looks_along_minus_z: u32,
-    /// Rows of the confidence image; 0, as its columns, for the size of the depth image.
+    /// Rows of the confidence image. 0, as its columns, for the size of the depth image.
     pub confidence_rows: u64,
     /// Its columns.
     pub confidence_cols: u64,
-    /// Bytes from one of its rows to the next; 0 for rows without gaps.
+    /// Bytes from one of its rows to the next. 0 for rows without gaps.
     pub confidence_row_stride: u64,
     /// Samples of a lower level are left out, 0 to 255. 1 by default.
     pub least_confidence: u64,
@@ -92,15 +92,15 @@ pub unsafe extern "C" fn srf_frame_init_sized(frame: *mut srf_frame, size: usize
 /// Makes a range image of a frame, with what of it can be trusted. Depth is never resampled: each sample takes its colour through
 /// its point, with alpha 0 where the colour camera does not see it, since it lies outside of its image or behind a nearer sample.
 /// Nothing was measured where a depth is 0, negative or not finite, nor where one of SRF_TYPE_U16 is 65535. O(pixels).
-/// frame              how the images were taken, initialized by srf_frame_init(); not NULL
-/// depths             one SRF_TYPE_U16, SRF_TYPE_F32 or SRF_TYPE_F64 a pixel of the depth image, row after row; not NULL
-/// colours            3 or 4 SRF_TYPE_U8 a pixel of the colour image, sRGB, of 4 the last is passed over; NULL for none
-/// confidences        one SRF_TYPE_U8 a pixel of the confidence image, in the sensor's own levels; NULL for none
-/// world_from_sensor  places the depth camera, a rotation and a translation; NULL for the identity
-/// name               for messages and as what ties are broken by when merging, UTF-8; NULL for none
+/// frame              how the images were taken, initialized by srf_frame_init(). Not NULL
+/// depths             one SRF_TYPE_U16, SRF_TYPE_F32 or SRF_TYPE_F64 a pixel of the depth image, row after row. Not NULL
+/// colours            3 or 4 SRF_TYPE_U8 a pixel of the colour image, sRGB, of 4 the last is passed over. NULL for none
+/// confidences        one SRF_TYPE_U8 a pixel of the confidence image, in the sensor's own levels. NULL for none
+/// world_from_sensor  places the depth camera, a rotation and a translation. NULL for the identity
+/// name               for messages and as what ties are broken by when merging, UTF-8. NULL for none
 /// progress           NULL for none
-/// out_image          receives a new handle on SRF_OK only; not NULL
-/// out_left_out       initialized by srf_left_out_report_init(); NULL if not wanted
+/// out_image          receives a new handle on SRF_OK only. Not NULL
+/// out_left_out       initialized by srf_left_out_report_init(). NULL if not wanted
 /// returns            SRF_OK, SRF_ERR_PARAMETER naming the field, SRF_ERR_INPUT, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL,
 ///                    SRF_ERR_STRUCT_SIZE, SRF_ERR_OUT_OF_MEMORY. Since 0.2.
 #[unsafe(no_mangle)]

@@ -13,15 +13,15 @@ use crate::reports::distance::srf_distance_report;
 use crate::status::{Failure, flag, srf_status};
 use crate::{pointer, report, sized};
 
-/// Exact distances of points to the nearest point of a mesh. Time O((n + m) log m) for n points and m triangles; the same for
+/// Exact distances of points to the nearest point of a mesh. Time O((n + m) log m) for n points and m triangles. The same for
 /// any number of threads.
-/// mesh           with at least one triangle; not NULL
-/// points         3 SRF_TYPE_F64 or SRF_TYPE_F32 a point, finite; not NULL
-/// is_signed      1: distances behind the surface are negative; 0: all are positive
-/// threads        at most 1024; 0 for the number of srf_set_threads()
+/// mesh           with at least one triangle. Not NULL
+/// points         3 SRF_TYPE_F64 or SRF_TYPE_F32 a point, finite. Not NULL
+/// is_signed      1: distances behind the surface are negative. 0: all are positive
+/// threads        at most 1024. 0 for the number of srf_set_threads()
 /// progress       NULL for none
-/// out_distances  room for a double a point; NULL if only the figures are wanted
-/// out_figures    initialized by srf_distance_report_init(); NULL if not wanted
+/// out_distances  room for a double a point. NULL if only the figures are wanted
+/// out_figures    initialized by srf_distance_report_init(). NULL if not wanted
 /// returns        SRF_OK, SRF_ERR_INPUT, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE.
 ///                Since 0.1.
 #[unsafe(no_mangle)]
@@ -55,13 +55,13 @@ pub unsafe extern "C" fn srf_mesh_distances(
 }
 
 /// How far one surface lies from another: exact at its vertices, with a bound that holds for every point between them.
-/// mesh           the surface; not NULL
-/// reference      with at least one triangle; not NULL
-/// is_signed      1: distances behind the reference are negative; 0: all are positive
-/// threads        at most 1024; 0 for the number of srf_set_threads()
+/// mesh           the surface. Not NULL
+/// reference      with at least one triangle. Not NULL
+/// is_signed      1: distances behind the reference are negative. 0: all are positive
+/// threads        at most 1024. 0 for the number of srf_set_threads()
 /// progress       NULL for none
-/// out_distances  room for a double a vertex of mesh; NULL if only the figures are wanted
-/// out_figures    of the vertices, and how far the surface reaches between them; initialized by srf_distance_report_init(); NULL if not wanted
+/// out_distances  room for a double a vertex of mesh. NULL if only the figures are wanted
+/// out_figures    of the vertices, and how far the surface reaches between them. Initialized by srf_distance_report_init(). NULL if not wanted
 /// returns        SRF_OK, SRF_ERR_INPUT, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE.
 ///                Since 0.1.
 #[unsafe(no_mangle)]

@@ -20,11 +20,11 @@ use crate::{handle, params, pointer, report, sized};
 /// world_from_scan  a pose a scan, in the order of adding, rigid: that of the scan itself is where it starts. All 0, as
 ///                  srf_alignment_scan() has it of scans without a group, for those that it is not drawn to. NULL for the poses that they were added with
 /// count            scans that were added, 0 if world_from_scan is NULL
-/// params           its reach, by default a tenth of the scan's size, is how far it is drawn, about; tolerance, min_overlap and threads
-///                  count too; NULL for the defaults
+/// params           its reach, by default a tenth of the scan's size, is how far it is drawn, about. Its tolerance, min_overlap and
+///                  threads count too. NULL for the defaults
 /// progress         NULL for none
-/// out_snap         initialized by srf_snap_report_init(); not NULL
-/// out_touches      room for a byte a scan that was added: 1 if the scan touches that one, else 0; NULL if not wanted
+/// out_snap         initialized by srf_snap_report_init(). Not NULL
+/// out_touches      room for a byte a scan that was added: 1 if the scan touches that one, else 0. NULL if not wanted
 /// returns          SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT for fewer than two scans, poses for another number of scans, one that is
 ///                  not rigid or none of the scan itself, SRF_ERR_FORMAT, SRF_ERR_IO, SRF_ERR_OUT_OF_MEMORY,
 ///                  SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
@@ -58,15 +58,15 @@ pub unsafe extern "C" fn srf_aligner_snap(
 }
 
 /// How far points of a scan lie outside of the surfaces of others, along normals: a mean over a few samples, so that warp and what
-/// moved shows. On as many threads as the scans were read with; the same to the bit for any number. O(points + scans).
+/// moved shows. On as many threads as the scans were read with. The same to the bit for any number. O(points + scans).
 /// aligner          not NULL
 /// scan             number of a scan that was added
-/// world_from_scan  where the scans lie: a pose a scan, in the order of adding, rigid; all 0 for scans that are left out. NULL for the
+/// world_from_scan  where the scans lie: a pose a scan, in the order of adding, rigid. All 0 for scans that are left out. NULL for the
 ///                  poses that they were added with
 /// count            scans that were added, 0 if world_from_scan is NULL
-/// points           3 SRF_TYPE_F64 or SRF_TYPE_F32 a point, in the scan's own frame; not NULL
+/// points           3 SRF_TYPE_F64 or SRF_TYPE_F32 a point, in the scan's own frame. Not NULL
 /// progress         NULL for none
-/// out_distances    room for a double a point: negative inside, NaN where no other scan is near or the point is not finite; not NULL
+/// out_distances    room for a double a point: negative inside, NaN where no other scan is near or the point is not finite. Not NULL
 /// returns          SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT for fewer than two scans, poses for another number of scans, one that is
 ///                  not rigid or none of the scan itself, SRF_ERR_FORMAT, SRF_ERR_IO, SRF_ERR_OUT_OF_MEMORY,
 ///                  SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.

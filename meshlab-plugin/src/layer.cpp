@@ -166,7 +166,7 @@ surfrecon::Mesh mesh(const MeshModel &layer, Frame frame)
     }
     const std::vector<double> confidence = scalars(layer, "confidence");
     if (!confidence.empty()) {
-        // What other filters left there may be anything.
+        // Numbers that other filters left there may be anything.
         const auto weights = gather<float, 1>(flat, [&](std::size_t i, float *out) {
             *out = std::isfinite(confidence[i]) && confidence[i] > 0 ? static_cast<float>(confidence[i]) : 0.0f;
         });

@@ -15,14 +15,14 @@ std::string quoted(const MeshModel &layer);
 surfrecon::Pose placement(const MeshModel &layer);
 void place(MeshModel &layer, const srf_pose &pose);
 
-// What moves by `second` and then by `first`.
+// The pose that moves by `second` and then by `first`.
 surfrecon::Pose product(const srf_pose &first, const srf_pose &second);
 // Whether a matrix turns and moves and does no more, to what single precision leaves of one.
 bool is_rigid(const srf_pose &pose);
 // Of a rigid one.
 surfrecon::Pose inverse(const srf_pose &rigid);
 
-// What a layer holds that is not deleted, as flat arrays: kept[i] is the vertex in the layer of vertex i.
+// The elements of a layer that are not deleted, as flat arrays: kept[i] is the vertex in the layer of vertex i.
 struct LayerArrays {
     std::vector<double> positions;  // 3 a vertex
     std::vector<std::uint32_t> triangles;
@@ -31,7 +31,7 @@ struct LayerArrays {
 
 enum class Frame { layer, world };
 
-// What happens to vertices that are not finite: the layer is refused with the first one's number, or the library gets them.
+// The fate of vertices that are not finite: the layer is refused with the first one's number, or the library gets them.
 enum class NotFinite { refused, passed_on };
 
 LayerArrays arrays(const MeshModel &layer, Frame frame, NotFinite broken = NotFinite::refused);

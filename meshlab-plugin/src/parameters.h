@@ -79,7 +79,7 @@ inline const Parameters plane_parameters = {
 
 inline const Parameters align_parameters = {
     {Kind::choice, "start", "Start",
-     "What is known of the poses that the scans have.<br>Automatic: As the scans say: `sequence` where all are frames of one recording that follow each other in time and at least half of them fit the frame before, `unknown` otherwise.<br>Unknown: Nothing: each scan may lie anywhere, whatever pose it has.<br>Rough: They are near where they belong: no scan is placed further from its pose than `reach`.<br>Sequence: Nothing, but each scan was taken a moment after the one before it, by a sensor that moved little: in the order of the recording that they are frames of, else in the order given.",
+     "Facts that are known of the poses of the scans.<br>Automatic: As the scans say: `sequence` where all are frames of one recording that follow each other in time and at least half of them fit the frame before, `unknown` otherwise.<br>Unknown: Nothing: each scan may lie anywhere, whatever pose it has.<br>Rough: They are near where they belong: no scan is placed further from its pose than `reach`.<br>Sequence: Nothing, but each scan was taken a moment after the one before it, by a sensor that moved little: in the order of the recording that they are frames of, else in the order given.",
      false, 0, 0, 3, true, offsetof(srf_align_params, start), {"Automatic", "Unknown", "Rough", "Sequence"}},
     {Kind::length, "reach", "Reach",
      "With rough poses, how far off they may be: no sample of a scan is placed further from where its pose has it. A scan that fits no nearer is left out, and the report says how far that would be.<br>0: a tenth of the scan's size.",
@@ -94,7 +94,7 @@ inline const Parameters align_parameters = {
      "Scans fit only if one of them lies on the other with at least this share of its surface. 0 to 1.",
      false, 0.03, 0, 1, false, offsetof(srf_align_params, min_overlap), {}},
     {Kind::flag, "use_colour", "Use colour",
-     "Where shape lets scans turn or slide, or fits in several places, their colours or intensities decide. Off: shape alone counts.",
+     "Colours or intensities decide where shape lets scans turn or slide, or fits in several places. Off: shape alone counts.",
      false, 1, 0, 1, true, offsetof(srf_align_params, use_colour), {}},
 };
 

@@ -20,7 +20,7 @@ const std::vector<const srf::Filter *> filters = all();
 
 const srf::Filter &filter(int id) { return *filters[id]; }
 
-// What filters change in the document: they add layers, place them, and take vertices and faces out of old ones.
+// The changes of filters in the document: they add layers, place them, and take vertices and faces out of old ones.
 const int changed_elements = MeshModel::MM_VERTCOORD | MeshModel::MM_VERTNORMAL | MeshModel::MM_VERTNUMBER | MeshModel::MM_FACEVERT |
                              MeshModel::MM_FACENORMAL | MeshModel::MM_FACENUMBER | MeshModel::MM_TRANSFMATRIX;
 

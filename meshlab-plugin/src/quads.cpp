@@ -9,7 +9,7 @@
 namespace srf {
 namespace {
 
-// What the surface is made of, which here are the grid's vertices.
+// The numbers of control points, which here are the grid's vertices.
 const auto controls = {"rows", "columns"};
 
 void parameters(const MeshDocument &document, RichParameterList &list)

@@ -17,7 +17,7 @@ using Allocator = vcg::tri::Allocator<CMeshO>;
 using surfrecon::View;
 const char *const row_name = "range_row", *const column_name = "range_col", *const camera_name = "range_camera";
 
-// What a layer remembers of its range image besides its vertices; null if it never knew or MeshLab forgot.
+// The camera that a layer remembers of its range image besides its vertices. Null if it never knew or MeshLab forgot.
 surfrecon::GridCamera *camera_of(const MeshModel &layer)
 {
     // MeshLab's way to find attributes is not const in old versions.
@@ -247,7 +247,7 @@ void remove_vertices(MeshModel &layer, const std::vector<bool> &gone)
     // The vertices by which motions are recognized may be gone.
     image.remove(surfrecon::Region::mask(View<std::uint8_t>(marks.data(), marks.size()), image.rows(), image.cols()));
     remember(layer, image);
-    // Where a pixel is missing its neighbours may be joined by another diagonal.
+    // Another diagonal may join the neighbours of a missing pixel.
     if (as_imported) join(layer, image);
 }
 
@@ -259,7 +259,7 @@ void scale_camera(MeshModel &layer, double scale)
 void fill_range_layer(MeshModel &layer, const surfrecon::Image &image, bool faces)
 {
     fill_mesh(layer, image.to_mesh(false), "");
-    // What samples can be trusted by has a name of its own: confidence is that of the surface.
+    // The trust in samples has a name of its own: confidence is that of the surface.
     const std::vector<double> trusted = scalars(layer, "confidence");
     if (!trusted.empty()) {
         Allocator::DeletePerVertexAttribute(layer.cm, "confidence");

@@ -25,7 +25,7 @@ bool has_grid(const MeshModel &layer);
 // layer's name, where pixels are taken twice.
 surfrecon::Image range_image(const MeshModel &layer, Frame frame);
 
-// Where the rays of a layer's range image start, in the layer's frame; three NaN where they are parallel or nothing tells.
+// The place where the rays of a layer's range image start, in the layer's frame. Three NaN where they are parallel or nothing tells.
 std::array<double, 3> sensor(const MeshModel &layer);
 
 // Takes vertices, by their place in the layer, out of it, and the faces at them. A range image stays one: it still knows how its pixels

@@ -15,7 +15,7 @@ namespace {
 
 using surfrecon::View;
 
-// Which vertices of a layer, by their place in it, a region of the world holds.
+// Whether a region of the world holds the vertices of a layer, by their place in it.
 std::vector<bool> held(const MeshModel &layer, const surfrecon::Region &region)
 {
     const LayerArrays flat = arrays(layer, Frame::world);

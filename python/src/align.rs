@@ -24,8 +24,8 @@ use crate::sources::{self, Source};
 
 /// Brings scans to one frame: finds where each lies from what overlaps, in any order and from any poses.
 ///
-/// A scan is placed only if it overlaps another, is held against turning and sliding, and fits in one place alone; what is not
-/// placed is left out, with the reason in words. Lines of sight of range images count as evidence: no scan is put where
+/// A scan is placed only if it overlaps another, is held against turning and sliding, and fits in one place alone. Others are
+/// left out, with the reason in words. Lines of sight of range images count as evidence: no scan is put where
 /// another's sensor saw through. The same scans give the same poses to the bit, in any order and with any number of threads.
 ///
 /// It is ``Aligner(scans).align()``: make an ``Aligner`` to align the same scans again without reading them again, or to place some
@@ -38,19 +38,19 @@ use crate::sources::{self, Source};
 ///
 /// Args:
 ///     scans: a ``ScanSet``, or a list of ``Scan``, ``RangeImage``, ``PointCloud`` (with normals), ``Mesh``, ``(Mesh, world_from_mesh)`` or
-///         ``(Mesh, world_from_mesh, name)``; at least two.
+///         ``(Mesh, world_from_mesh, name)``. At least two.
 ///     fixed: numbers of scans that stay where they are. Without any, the largest scan of the largest group stays.
 ///     picks: points that two scans show: ``Pick``, ``(a, b, point_a, point_b)`` or ``(a, b, point_a, point_b, weight)``, with the numbers
-///         of the scans and the points in the scans' own frames. Three for a pair place it even where it may turn; with normals,
+///         of the scans and the points in the scans' own frames. Three for a pair place it even where it may turn. With normals,
 ///         which ``Pick`` takes, two do.
-///     trusted: pairs ``(a, b)`` of scans that touch: what fits them best is used, even if it is not sure.
+///     trusted: pairs ``(a, b)`` of scans that touch: the motion that fits them best is used, even if it is not sure.
 ///     rejected: pairs that must not be compared.
-///     axis: of a turntable: ``(point, direction)``, (3,) each, in the frame that all scans were taken in; the direction of any length
-///         but 0. Found where ``turntable`` says that there was one and it is not given.
+///     axis: of a turntable: ``(point, direction)``, (3,) each, in the frame that all scans were taken in. The direction may have any
+///         length but 0. Found where ``turntable`` says that there was one and it is not given.
 ///     angles: by how much the turntable was turned when each scan was taken: (n,) in radians, one a scan in the order given,
-///         counter-clockwise where the axis points to the viewer; either way round if the axis is not given.
+///         counter-clockwise where the axis points to the viewer. Either way round if the axis is not given.
 #[doc = include_str!("params/align.txt")]
-///     progress: called as ``progress(stage, fraction)`` about every 30 ms on the calling thread; ``False`` cancels.
+///     progress: called as ``progress(stage, fraction)`` about every 30 ms on the calling thread. ``False`` cancels.
 ///         Ctrl-C cancels as well.
 ///
 /// Options that are ``None`` take their defaults. Giving ``axis`` or ``angles`` means ``turntable="turned"``.
@@ -93,7 +93,7 @@ pub fn align(
 /// Share of the time that reading the scans takes.
 pub const READING: f64 = 0.3;
 
-/// What is asked of scans that are to be aligned, free of Python.
+/// The request to align scans, free of Python.
 pub struct AlignCall {
     params: AlignParams,
     constraints: Constraints,
@@ -137,7 +137,7 @@ impl AlignCall {
     }
 }
 
-/// Where scans lie in one frame, and how well that is known. It holds what was made ready of the scans, 1 to 2.5 MB each.
+/// The poses of scans in one frame, and how well they are known. It holds what was made ready of the scans, 1 to 2.5 MB each.
 ///
 /// >>> aligned = surfrecon.align(scans)
 /// >>> [pose is not None for pose in aligned.world_from_scan]
@@ -167,7 +167,7 @@ impl Alignment {
         PyList::new(py, poses)
     }
 
-    /// The scans that were placed, where they belong: what ``merge`` takes. In the order given; those that aren't placed are left
+    /// The scans that were placed, where they belong: what ``merge`` takes. In the order given. Those that aren't placed are left
     /// out.
     #[getter]
     fn scans<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
@@ -175,7 +175,7 @@ impl Alignment {
         PyList::new(py, scans.collect::<PyResult<Vec<_>>>()?)
     }
 
-    /// What was found: an ``AlignReport``, the same one whenever it is asked for.
+    /// The report: an ``AlignReport``, the same one whenever it is asked for.
     #[getter]
     fn report(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         let made = || {
@@ -193,7 +193,7 @@ impl Alignment {
     }
 
     /// How far a scan lies outside of the others' surfaces, along normals: what no rigid pose explains, such as warp and what moved. A
-    /// mean over a few samples, nearly free of noise; below 0 where the scan lies inside.
+    /// mean over a few samples, nearly free of noise. Below 0 where the scan lies inside.
     ///
     /// >>> aligned = surfrecon.align(scans)
     /// >>> off = aligned.misfit(0)
@@ -207,12 +207,12 @@ impl Alignment {
     ///     progress: as for ``align``.
     ///
     /// Returns:
-    ///     float64 in the unit of the scans: (n,) or (rows, cols) like ``points``; without them (rows, cols) for a range image, one a
+    ///     float64 in the unit of the scans: (n,) or (rows, cols) like ``points``. Without them (rows, cols) for a range image, one a
     ///     vertex for a mesh, one a point for a cloud. NaN where no other scan is near, and where there is no sample. Time grows with
     ///     points and with scans.
     ///
     /// Raises:
-    ///     InputError: no such scan, or one that is not placed; points of another shape.
+    ///     InputError: no such scan, one that is not placed, or points of another shape.
     ///     FormatError, FileError: the scan can't be read again.
     ///     TypeError: points that aren't real numbers.
     ///     Cancelled: ``progress`` returned ``False``.
@@ -230,19 +230,19 @@ impl Alignment {
     /// Writes where the files of the placed scans lie: ``.conf`` (VRIP), ``.mlp`` or ``.aln`` (MeshLab), or ``.tum`` (TUM's trajectory,
     /// without names: a line a placed scan).
     ///
-    /// Read them with ``surfrecon.open(path)``, with ``allow_outside=True`` where files lie outside of its folder; a ``.tum`` with its scans,
-    /// in the order given here: ``surfrecon.open([*files, path])``.
+    /// Read them with ``surfrecon.open(path)``, with ``allow_outside=True`` where files lie outside of its folder. Read a ``.tum`` with its
+    /// scans, in the order given here: ``surfrecon.open([*files, path])``.
     ///
     /// >>> surfrecon.align(scans).write("aligned.conf")
     /// >>> len(surfrecon.open("aligned.conf"))
     /// 6
     ///
     /// Args:
-    ///     path: the list; names in it are relative to its folder, absolute for files outside of it.
+    ///     path: the list. Names in it are relative to its folder, absolute for files outside of it.
     ///
     /// Raises:
     ///     InputError: another ending, or a scan that is no file of its own.
-    ///     FileError: writing failed; no file is left, and one that was there is untouched.
+    ///     FileError: writing failed. No file is left, and one that was there is untouched.
     fn write(&self, py: Python<'_>, path: Place) -> PyResult<()> {
         let is_list = path.extension().is_none_or(|ending| !ending.eq_ignore_ascii_case("tum"));
         let files = self.placed().map(|(source, pose)| file_of(source, pose, &path, is_list));
@@ -311,17 +311,17 @@ fn file_of(source: &Source, world_from_file: DAffine3, list: &Path, is_list: boo
 
 /// Scans that are read once and aligned, drawn to others by hand or compared as often as wanted.
 ///
-/// Of their samples nothing is kept in memory but what comes from the caller: 1 to 2.5 MB a scan. A result does not depend on calls before;
-/// calls may run at once, on several threads.
+/// Of their samples nothing is kept in memory but what comes from the caller: 1 to 2.5 MB a scan. A result does not depend on calls before.
+/// Calls may run at once, on several threads.
 ///
 /// >>> aligner = surfrecon.Aligner(scans)
 /// >>> first = aligner.align()
 /// >>> second = aligner.align(rejected=[(0, 3)])  # scans are not read again
 ///
 /// Args:
-///     scans: as for ``align``; at least two. Changing them later changes nothing here.
+///     scans: as for ``align``. At least two. Changing them later changes nothing here.
 ///     threads: worker threads for reading and ``misfit``, 0 for one a core.
-///     progress: called as ``progress(stage, fraction)`` about every 30 ms on the calling thread; ``False`` cancels.
+///     progress: called as ``progress(stage, fraction)`` about every 30 ms on the calling thread. ``False`` cancels.
 ///         Ctrl-C cancels as well.
 ///
 /// Raises:
@@ -355,7 +355,7 @@ impl Aligner {
         Watch::new(progress).run(py, |progress| call.run(progress)).map(Aligner::from)
     }
 
-    /// Brings the scans to one frame; arguments, result and errors as of ``surfrecon.align``.
+    /// Brings the scans to one frame. Arguments, result and errors as of ``surfrecon.align``.
     // options: $self align
     #[pyo3(signature = (*, fixed = None, picks = None, trusted = None, rejected = None, axis = None, angles = None, progress = None, **options), text_signature = "($self, *, start='auto', reach=None, turntable='no', tolerance=None, min_overlap=0.03, use_colour=True, threads=0, fixed=None, picks=None, trusted=None, rejected=None, axis=None, angles=None, progress=None)")]
     #[expect(clippy::too_many_arguments, reason = "Python's keyword arguments")]
@@ -386,8 +386,8 @@ impl Aligner {
     /// Args:
     ///     scan: its number, counted from 0.
     ///     world_from_scan: 4 x 4, rigid: where it starts.
-    ///     poses: where the others lie: a list of 4 x 4, rigid, one a scan, ``None`` for those that it must not be drawn to; that of the
-    ///         scan itself does not count. Default: the poses that the scans have. ``alignment.world_from_scan`` fits.
+    ///     poses: where the others lie: a list of 4 x 4, rigid, one a scan, ``None`` for those that it must not be drawn to. The pose of
+    ///         the scan itself does not count. Default: the poses that the scans have. ``alignment.world_from_scan`` fits.
     ///     reach: how far it is drawn, about, in the unit of the scans, > 0. Default: a tenth of its size.
     ///     tolerance, min_overlap, threads: as for ``align``.
     ///     progress: as for ``align``.
@@ -421,7 +421,7 @@ impl Aligner {
     }
 
     /// How far a scan lies outside of the others' surfaces, along normals, where the scans lie as ``poses`` says: what no rigid
-    /// pose explains, such as warp and what moved. A mean over a few samples, nearly free of noise; below 0 where the scan lies inside.
+    /// pose explains, such as warp and what moved. A mean over a few samples, nearly free of noise. Below 0 where the scan lies inside.
     ///
     /// Args:
     ///     scan: its number, counted from 0.
@@ -432,12 +432,12 @@ impl Aligner {
     ///     progress: as for ``align``.
     ///
     /// Returns:
-    ///     float64 in the unit of the scans: (n,) or (rows, cols) like ``points``; without them (rows, cols) for a range image, one a
+    ///     float64 in the unit of the scans: (n,) or (rows, cols) like ``points``. Without them (rows, cols) for a range image, one a
     ///     vertex for a mesh, one a point for a cloud. NaN where no other scan is near, and where there is no sample. Time grows with
     ///     points and with scans.
     ///
     /// Raises:
-    ///     InputError: no such scan, or no pose of it; another number of poses than scans, a pose that is no rigid 4 x 4 matrix, points of
+    ///     InputError: no such scan, or no pose of it, another number of poses than scans, a pose that is no rigid 4 x 4 matrix, points of
     ///         another shape.
     ///     FormatError, FileError: the scan can't be read again.
     ///     TypeError: points that aren't real numbers.

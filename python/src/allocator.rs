@@ -1,6 +1,6 @@
 //! The allocator of this module, which counts: what a host's report of memory and the tests of leaks read.
 //!
-//! Python and NumPy keep allocators of their own; what NumPy arrays made here hold is a vector of Rust and counts.
+//! Python and NumPy keep allocators of their own. The content of NumPy arrays made here is a vector of Rust and counts.
 
 use pyo3::prelude::*;
 use surfrecon::memory;
@@ -40,7 +40,7 @@ pub fn memory_peak(restart: bool) -> usize {
     most
 }
 
-/// Bytes that the last call was estimated to take before it began; 0 where nothing was worth an estimate.
+/// Bytes that the last call was estimated to take before it began. 0 where nothing was worth an estimate.
 ///
 /// >>> result = surfrecon.merge(scans)
 /// >>> surfrecon.memory_foreseen() > 0

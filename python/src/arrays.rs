@@ -17,7 +17,7 @@ use surfrecon::memory::foresee;
 
 use crate::errors::{input_error, to_python};
 
-/// What a borrowing array keeps alive.
+/// The owner of memory that a borrowing array keeps alive.
 #[pyclass(frozen, module = "surfrecon._native")]
 struct Owner {
     #[expect(dead_code, reason = "held only to be dropped with the last array")]
@@ -26,7 +26,7 @@ struct Owner {
 
 /// A read-only array over a slice inside `owner`, without copying.
 ///
-/// `owner`'s content must not have interior mutability in that slice; it isn't changed while the array lives because
+/// `owner`'s content must not have interior mutability in that slice. It isn't changed while the array lives because
 /// `Arc::make_mut` copies as long as the array holds its share.
 pub fn view<'py, O, T, D>(
     py: Python<'py>,
@@ -98,7 +98,7 @@ pub fn check_single(exact: &[f64], rounded: &[f32], first: usize, what: &str) ->
 pub fn integers(value: &Bound<'_, PyAny>, what: &str, shape: &[Extent]) -> PyResult<(Vec<i64>, Vec<usize>)> {
     let array = numbers(value, what, "iu", shape)?;
     if dtype_kind(&array)? == "u" {
-        // What int64 can't hold would become negative.
+        // Numbers that int64 can't hold would become negative.
         let (entries, shape) = copy::<u64>(&array, "uint64")?;
         return match entries.iter().position(|&entry| i64::try_from(entry).is_err()) {
             Some(at) => Err(input_error(format!("{what} has an entry that is too large: {}", entries[at]))),
@@ -132,7 +132,7 @@ pub fn marks(value: &Bound<'_, PyAny>, what: &str) -> PyResult<(Vec<bool>, Vec<u
     copy::<bool>(&numbers(&array, what, "b", &shape)?, "bool")
 }
 
-/// Colours of shape (..., 3) or (..., 4): bytes as they are, floats from 0 to 1 as shares of 255; alpha 255 where it is missing.
+/// Colours of shape (..., 3) or (..., 4): bytes as they are, floats from 0 to 1 as shares of 255. Alpha 255 where it is missing.
 ///
 /// # Errors
 /// `TypeError` for other types, `InputError` for another shape, and for floats that are not from 0 to 1.
@@ -147,7 +147,7 @@ pub fn colours(value: &Bound<'_, PyAny>, what: &str, elements: &[Extent]) -> PyR
     let bytes: Vec<u8> = if dtype_kind(&array)? == "f" {
         let (floats, _) = copy::<f32>(&array, "float32")?;
         let of_255 = |x: f32| (x * 255.0).round();
-        // What is no number is black.
+        // A value that is no number is black.
         if let Some(&x) = floats.iter().find(|&&x| !x.is_nan() && !(0.0..=255.0).contains(&of_255(x))) {
             return Err(input_error(format!(
                 "{what}: floats must be from 0 to 1, got {x}; give 0 to 255 as bytes (uint8), and clip what is brighter than white"
@@ -224,7 +224,7 @@ fn copy<T: Element + Copy>(array: &Bound<'_, PyAny>, dtype: &str) -> PyResult<(V
     let array = if is_aligned { array } else { array.call_method0("copy")? };
     let array = array.cast_into::<PyArrayDyn<T>>()?;
     let entries = array.readonly();
-    // What is made of them is smaller than they are.
+    // Indices of 64 bits become smaller ones.
     let copies = if dtype.contains("int64") { COPIES_OF_INDICES } else { COPIES };
     foresee(array.len(), copies * size_of::<T>() as f64, "taking", "numbers").map_err(|e| to_python(&e))?;
     // A zero-dimensional array comes back as one of length one; no caller asks for that.

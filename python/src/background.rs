@@ -13,7 +13,7 @@ use surfrecon::{Progress, Tick, context, memory};
 
 use crate::errors::{input_error, internal_error, to_python};
 
-/// What a call gives, as a step that makes Python's object of it: that must wait until Python asks.
+/// The result of a call, as a step that makes Python's object of it. The step must wait until Python asks.
 pub type Made = Box<dyn FnOnce(Python<'_>) -> PyResult<Py<PyAny>> + Send>;
 
 /// The value of a call, and how it becomes Python's object.
@@ -37,7 +37,7 @@ pub struct Background {
     /// The progress shown last: it never falls.
     highest: Mutex<f64>,
     thread: Mutex<Option<JoinHandle<Outcome>>>,
-    /// Where the thread is: a process that is forked from this one has a job without it.
+    /// The process of the thread. A process that is forked from it has a job without the thread.
     process: u32,
 }
 
@@ -166,7 +166,7 @@ impl Calls {
         &self.list[index].0
     }
 
-    /// Where the running call stands within all.
+    /// The place of the running call within all.
     fn tick(&self) -> Tick {
         let index = self.running.load(Relaxed);
         let (whole, before) = (self.share_of(self.list.len()), self.share_of(index));
@@ -192,7 +192,7 @@ impl Calls {
 /// Units of progress of a part of a call.
 const PART: usize = 1000;
 
-/// The progress of part `index` of a call of equal parts that `whole` watches; its running stage counts up to [`PART`] a part.
+/// The progress of part `index` of a call of equal parts that `whole` watches. Its running stage counts up to [`PART`] a part.
 pub fn part<'a>(whole: &'a Progress<'static>, index: usize, count: usize) -> Progress<'a> {
     Progress::new(move |tick: Tick| {
         whole.stage(0, (count * PART) as u64);

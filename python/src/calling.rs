@@ -30,10 +30,10 @@ impl Drop for Counted {
     }
 }
 
-/// Calls Python; what it raises is the error's inner one.
+/// Calls Python. An exception is the error's inner one.
 ///
 /// # Errors
-/// What is raised; that Python ends.
+/// The exception that is raised. The end of Python.
 pub fn attached<R>(call: impl FnOnce(Python<'_>) -> PyResult<R>) -> std::io::Result<R> {
     let _counted = Counted::new();
     if ENDING.load(Ordering::SeqCst) {

@@ -19,7 +19,7 @@ use crate::report;
 
 /// Replaces a dense mesh by a coarse one of well-shaped triangles on the same surface, or makes one of points.
 ///
-/// Components, boundaries and genus stay; vertices lie on the mesh, those of boundaries on its boundaries; the attributes of
+/// Components, boundaries and genus stay. Vertices lie on the mesh, those of boundaries on its boundaries. The attributes of
 /// vertices ride along. Options that are ``None`` take their defaults.
 ///
 /// >>> coarse = surfrecon.cluster(mesh, vertices=500)
@@ -28,17 +28,17 @@ use crate::report;
 /// >>> near = surfrecon.cluster(mesh, max_error=0.05)
 ///
 /// Args:
-///     mesh: the dense mesh; edges of more than two triangles, or of two that turn against each other, are cut. Or points: a
-///         ``PointCloud``, or (n, 3) real numbers; the surface through them, as ``reconstruct`` makes it, is clustered.
+///     mesh: the dense mesh. Edges of more than two triangles, or of two that turn against each other, are cut. Or points: a
+///         ``PointCloud``, or (n, 3) real numbers. The surface through them, as ``reconstruct`` makes it, is clustered.
 #[doc = include_str!("params/cluster.txt")]
-///     progress: called as ``progress(stage, fraction)`` about every 30 ms on the calling thread; ``False`` cancels.
+///     progress: called as ``progress(stage, fraction)`` about every 30 ms on the calling thread. ``False`` cancels.
 ///         Ctrl-C cancels as well.
 ///
 /// Returns:
 ///     A ``Clustered`` with the mesh, the patches and a report.
 ///
 /// Raises:
-///     ParameterError: an option out of its range; the text names value, range and unit.
+///     ParameterError: an option out of its range. The text names value, range and unit.
 ///     InputError: two of vertices, patches and max_error given, a mesh without triangles, or points without a surface.
 ///     Cancelled: ``progress`` returned ``False``.
 #[pyfunction]
@@ -56,7 +56,7 @@ pub fn cluster(
     Clustered::new(py, made.remove(0))
 }
 
-/// What is clustered.
+/// The input that is clustered.
 enum Dense {
     Mesh(Arc<TriMesh>),
     Points(Arc<PointCloud>),
@@ -87,7 +87,7 @@ pub struct ClusterCall {
 }
 
 impl ClusterCall {
-    /// What `Job.cluster` was given.
+    /// Checks and takes the arguments of `Job.cluster`.
     pub fn new(
         mesh: &Bound<'_, PyAny>,
         levels: Option<Vec<Bound<'_, PyAny>>>,

@@ -1,4 +1,4 @@
-//! What the caller knows of scans that are to be aligned: numbers of scans, picks, a turntable.
+//! Knowledge of the caller about scans to be aligned: numbers of scans, picks, a turntable.
 
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -10,8 +10,7 @@ use crate::pickling::{self, Reduced, reduced};
 
 /// A point that two scans show, for ``align(picks=...)``.
 ///
-/// Three for a pair place it even where it may turn; with normals two do. What counts is the points, not how near they are to a
-/// sample.
+/// Three for a pair place it even where it may turn. With normals two do. The points count, not how near they are to a sample.
 ///
 /// >>> pick = surfrecon.Pick(0, 1, point, other_point, normals=(normal, other_normal))
 /// >>> aligned = surfrecon.align(scans, picks=[pick])
@@ -20,11 +19,11 @@ use crate::pickling::{self, Reduced, reduced};
 ///     a, b: numbers of the scans, counted from 0.
 ///     point_a, point_b: (3,) where each scan shows the point, in the scan's own frame.
 ///     normals: ``(normal_a, normal_b)``, (3,) each: which way is out of the surface there, in the scans' own frames, of any length
-///         but 0; ``None`` where that is not known.
-///     weight: > 0; at 1 as much as a two-thousandth of the smaller scan's surface.
+///         but 0. ``None`` where that is not known.
+///     weight: > 0. At 1 it counts as much as a two-thousandth of the smaller scan's surface.
 ///
 /// Raises:
-///     InputError: arrays of another shape, a number of a scan below 0, a number that is not finite. What else makes no sense is refused by ``align``.
+///     InputError: arrays of another shape, a number of a scan below 0, a number that is not finite. ``align`` refuses all else that makes no sense.
 ///     TypeError: what is no number.
 #[pyclass(frozen, module = "surfrecon")]
 pub struct Pick {
@@ -68,13 +67,13 @@ impl Pick {
         self.pick.scans[1]
     }
 
-    /// Where the first scan shows the point, in its own frame.
+    /// The point as the first scan shows it, in the scan's own frame.
     #[getter]
     fn point_a(&self) -> [f64; 3] {
         self.pick.points[0].to_array()
     }
 
-    /// Where the second scan shows the point, in its own frame.
+    /// The point as the second scan shows it, in the scan's own frame.
     #[getter]
     fn point_b(&self) -> [f64; 3] {
         self.pick.points[1].to_array()
@@ -86,7 +85,7 @@ impl Pick {
         self.pick.normals.map(|[a, b]| (a.to_array(), b.to_array()))
     }
 
-    /// What it counts.
+    /// The weight of the pick.
     #[getter]
     fn weight(&self) -> f64 {
         self.pick.weight
@@ -242,7 +241,7 @@ fn two<'py>(given: &Bound<'py, PyAny>) -> Option<[Bound<'py, PyAny>; 2]> {
     entries(given)?.try_into().ok()
 }
 
-/// What was given, as Python writes it.
+/// The given value, as Python writes it.
 fn shown(given: &Bound<'_, PyAny>) -> String {
     given.repr().map_or_else(|_| given.get_type().to_string(), |text| text.to_string())
 }

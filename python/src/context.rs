@@ -13,7 +13,7 @@ use crate::log::Listener;
 use crate::params;
 use crate::settings::limit_of;
 
-/// What a thread has entered and not left, in that order, and what it had chosen before the first.
+/// The contexts that a thread has entered and not left, in that order, and its choice before the first.
 struct Entered {
     before: Chosen,
     contexts: Vec<Arc<context::Context>>,
@@ -26,9 +26,9 @@ thread_local! {
 /// Threads, a limit on memory and a log for what is called in a ``with`` block, for example by one of several add-ons of a host, so that none of
 /// them has to live with what another one set.
 ///
-/// Holds for the thread that runs the block, and for jobs that are started in it; not for other tasks of an event loop: don't ``await``
-/// in it. May be entered again, by several threads as well: their calls share the limit. Where blocks end in another order than they began
-/// (generators may), what is called is under the one that was entered last of those that have not ended.
+/// Holds for the thread that runs the block, and for jobs that are started in it. It does not hold for other tasks of an event loop: don't
+/// ``await`` in it. May be entered again, by several threads as well: their calls share the limit. Blocks may end in another order than they began:
+/// generators do that. Calls are then under the block that was entered last of those that have not ended.
 ///
 /// The limit is on calls, not on what they leave: what was handed out before (meshes, images) does not count, however much it is, unless
 /// another call of the context was running all the time since.
@@ -37,12 +37,12 @@ thread_local! {
 /// ...     merged = surfrecon.merge(scans)
 ///
 /// Args:
-///     threads: Worker threads of calls that are not told how many; 0 for one a core. Results are the same for any number.
-///     memory_limit: Most memory that calls may take, in bytes; together, where several run at a time. ``None`` and 0 for as much as
-///         ``set_memory_limit`` says. What is called elsewhere does not count, nor does its limit concern what is called here.
+///     threads: Worker threads of calls that are not told how many. 0 for one a core. Results are the same for any number.
+///     memory_limit: Most memory that calls may take, in bytes, together where several run at a time. ``None`` and 0 for as much as
+///         ``set_memory_limit`` says. Calls elsewhere do not count, and their limit does not concern calls here.
 ///     log: called as ``log(level, text)``, on the thread of the call that has something to tell: level as ``logging.INFO``, how files
 ///         were understood, or ``logging.WARNING``, what was left out or is open. A logger's method fits, ``logging.getLogger("mine").log``.
-///         What it raises fails no call. ``None`` for the logger ``surfrecon`` of the module ``logging``, which hears of calls without a
+///         An exception of it fails no call. ``None`` for the logger ``surfrecon`` of the module ``logging``, which hears of calls without a
 ///         context, too.
 ///
 /// Raises:
@@ -95,7 +95,7 @@ impl Context {
         self.core.memory_limit()
     }
 
-    /// What is told the messages of calls, or ``None``.
+    /// The function that is told the messages of calls, or ``None``.
     #[getter]
     fn log(&self, py: Python<'_>) -> Option<Py<PyAny>> {
         self.listener.as_ref().and_then(|listener| listener.function(py))

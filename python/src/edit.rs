@@ -1,4 +1,4 @@
-//! What becomes of a scan: samples kept or removed, another size and place.
+//! Edits of a scan: samples kept or removed, another size and place.
 
 use std::sync::Arc;
 
@@ -14,7 +14,7 @@ use crate::errors::{guarded, input_error, reworded, to_python};
 use crate::regions::{OrientedBox, Plane};
 use crate::similarity::Similarity;
 
-/// What becomes of a scan.
+/// An edit of a scan.
 #[derive(Clone)]
 pub enum Edit {
     Select(Selection),
@@ -60,7 +60,7 @@ impl Edit {
     /// Of an image.
     ///
     /// # Errors
-    /// A mask that does not fit; samples that become too large or too small; cancelled.
+    /// A mask that does not fit. Samples that become too large or too small. Cancelled.
     pub fn of_image(&self, image: &RangeImage, progress: &Progress<'_>) -> surfrecon::Result<RangeImage> {
         let mut image = image.clone();
         match self {

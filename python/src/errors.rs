@@ -31,8 +31,8 @@ pub fn internal_error(panic: &(dyn std::any::Any + Send)) -> PyErr {
     exception("InternalError", &text)
 }
 
-/// What is said of a value of the wrong kind, instead of Python's own words; but Ctrl-C and a lack of memory, which may come while a
-/// value is looked at, stay what they are.
+/// The error for a value of the wrong kind, instead of Python's own. Ctrl-C and a lack of memory, which may come while a value is
+/// looked at, stay as they are.
 pub fn reworded(error: PyErr, words: impl FnOnce() -> PyErr) -> PyErr {
     let is_of_value =
         Python::attach(|py| error.is_instance_of::<PyException>(py) && !error.is_instance_of::<PyMemoryError>(py));
@@ -44,7 +44,7 @@ pub fn to_python(error: &Error) -> PyErr {
     if let Error::Io { source, .. } = error
         && let Some(raised) = source.get_ref().and_then(|inner| inner.downcast_ref::<PyErr>())
     {
-        // What the caller's own function raised while it read or wrote.
+        // The exception that the caller's own function raised while it read or wrote.
         return Python::attach(|py| raised.clone_ref(py));
     }
     let name = match error {
@@ -81,7 +81,7 @@ fn errno(py: Python<'_>, error: &std::io::Error) -> Option<i32> {
     error.raw_os_error().or_else(standing)
 }
 
-/// Runs work of the core without the interpreter lock; a panic becomes an `InternalError` instead of ending the host.
+/// Runs work of the core without the interpreter lock. A panic becomes an `InternalError` instead of ending the host.
 pub fn detached<T: Send>(py: Python<'_>, work: impl FnOnce() -> surfrecon::Result<T> + Send) -> PyResult<T> {
     // Whatever the panic left half done is dropped with the closure: nothing of it is looked at again.
     match py.detach(|| catch_unwind(AssertUnwindSafe(|| memory::guarded(work)))) {

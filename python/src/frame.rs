@@ -1,4 +1,4 @@
-//! `Scan`: one of a set, still in its file; `Frame`: one that a depth camera or a phone recorded.
+//! `Scan`: one of a set, still in its file. `Frame`: one that a depth camera or a phone recorded.
 
 use std::path::PathBuf;
 
@@ -23,7 +23,7 @@ use crate::report;
 use crate::scan::Camera;
 use crate::similarity::Given;
 
-/// One scan of a set: where it is and where it stands. Its samples stay on disk until ``read``; other processes are handed, by ``pickle``, the
+/// One scan of a set: where it is and where it stands. Its samples stay on disk until ``read``. Other processes are handed, by ``pickle``, the
 /// path of its file and what is not in it.
 ///
 /// >>> scan = scans[0]
@@ -49,7 +49,7 @@ impl Scan {
         self.scan.path.clone()
     }
 
-    /// Which scan of the file, counted from 0.
+    /// The number of the scan within its file, counted from 0.
     #[getter]
     fn part(&self) -> usize {
         self.scan.part
@@ -62,7 +62,7 @@ impl Scan {
     }
 
     /// The coordinate reference system of the world that the scan lies in, as its file names it, or ``open`` was told: well-known
-    /// text, or a code as ``EPSG:25832``; ``None`` where that is not known.
+    /// text, or a code as ``EPSG:25832``. ``None`` where that is not known.
     ///
     /// Raises:
     ///     FileError: the file can't be read.
@@ -78,7 +78,7 @@ impl Scan {
     /// (6, 'view0')
     ///
     /// Args:
-    ///     progress: called about every 30 ms as ``progress(stage, fraction)``; returning ``False`` cancels.
+    ///     progress: called about every 30 ms as ``progress(stage, fraction)``. Returning ``False`` cancels.
     ///
     /// Raises:
     ///     FileError: the file can't be read.
@@ -89,7 +89,7 @@ impl Scan {
         content_object(py, Watch::new(progress).run(py, |progress| self.scan.read_with(progress))?)
     }
 
-    /// The scan with what a region holds, whenever it is read, merged or aligned; nothing is read now. See ``surfrecon.keep``.
+    /// The scan with what a region holds, whenever it is read, merged or aligned. Nothing is read now. See ``surfrecon.keep``.
     ///
     /// Args:
     ///     region: a ``Box``, a ``Plane`` or a mask: (rows, cols) bool, or (n,) for a mesh or a cloud.
@@ -100,7 +100,7 @@ impl Scan {
         to_object(py, Edit::select(region, true)?.of_scan(&self.scan)?)
     }
 
-    /// The scan without what a region holds; as ``keep``.
+    /// The scan without what a region holds. Works as ``keep``.
     fn remove(&self, py: Python<'_>, region: &Bound<'_, PyAny>) -> PyResult<Py<Scan>> {
         to_object(py, Edit::select(region, false)?.of_scan(&self.scan)?)
     }
@@ -110,7 +110,7 @@ impl Scan {
         to_object(py, Edit::transform(&similarity.0).of_scan(&self.scan)?)
     }
 
-    /// What makes the scan again in a process that sees the same files; its samples stay there.
+    /// The arguments that make the scan again in a process that sees the same files. Its samples stay there.
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
         pickling::of_scan(py, &self.scan)
     }
@@ -138,7 +138,7 @@ impl Scan {
 #[pyclass(frozen, extends = Scan, module = "surfrecon")]
 pub struct Frame;
 
-/// What a file holds as a Python object.
+/// The content of a file as a Python object.
 ///
 /// # Errors
 /// None but of Python itself.
@@ -178,7 +178,7 @@ fn whole(scan: &import::FileScan, progress: &Progress<'_>) -> surfrecon::Result<
 
 #[pymethods]
 impl Frame {
-    /// Whether there is a colour image; it is not read.
+    /// Whether there is a colour image. It is not read.
     #[getter]
     fn has_colour(slf: PyRef<'_, Self>) -> bool {
         slf.as_super().scan.has_colour()
@@ -193,7 +193,7 @@ impl Frame {
         Ok(Some(flat.reshape([rows, cols, 3])?.into_any()))
     }
 
-    /// (rows, cols) uint8, how far the sensor trusts its depths, in its own levels, or ``None``; samples of the lowest
+    /// (rows, cols) uint8, how far the sensor trusts its depths, in its own levels, or ``None``. Samples of the lowest
     /// level are left out of ``image``.
     #[getter]
     fn confidence<'py>(slf: PyRef<'py, Self>) -> PyResult<Option<Bound<'py, PyAny>>> {
@@ -202,7 +202,7 @@ impl Frame {
         Ok(Some(PyArray1::from_vec(slf.py(), image.levels).reshape([rows, cols])?.into_any()))
     }
 
-    /// The ``Camera`` of the colour image, placed in the world; that of the depth image where there is none.
+    /// The ``Camera`` of the colour image, placed in the world. Without a colour image, the camera of the depth image.
     #[getter]
     fn camera(slf: PyRef<'_, Self>) -> PyResult<Camera> {
         let world_from_sensor = slf.as_super().scan.world_from_sensor;
@@ -228,14 +228,14 @@ impl Frame {
         arrays::matrix(slf.py(), &slf.as_super().scan.world_from_sensor)
     }
 
-    /// The depths as a ``RangeImage`` as they were recorded, nothing left out or removed, without colours; in true size.
+    /// The depths as a ``RangeImage`` as they were recorded, nothing left out or removed, without colours, in true size.
     #[getter]
     fn depth(slf: PyRef<'_, Self>) -> PyResult<RangeImage> {
         Ok(read(&slf, whole)?.depth.into())
     }
 
     /// The ``RangeImage`` that ``read`` gives: depths that can be trusted, each with the colour that the colour camera
-    /// sees there; alpha is 0 where it sees none, since the sample lies outside of the colour image or behind a nearer
+    /// sees there. Alpha is 0 where it sees none, since the sample lies outside of the colour image or behind a nearer
     /// one.
     #[getter]
     fn image(slf: PyRef<'_, Self>) -> PyResult<RangeImage> {

@@ -9,11 +9,11 @@ use surfrecon::threads::Exclusive;
 
 use crate::sources::{Source, as_dyn};
 
-/// The scans of a merger as they were, and what it keeps; free of Python.
+/// The scans of a merger as they were, and what it keeps, free of Python.
 pub struct Incremental {
     /// Scans with their numbers.
     pub scans: Vec<(u64, Arc<Source>)>,
-    /// What is kept.
+    /// The kept state.
     pub kept: Arc<Exclusive<Merger>>,
 }
 
@@ -34,7 +34,7 @@ impl Incremental {
         progress: &Progress<'_>,
     ) -> surfrecon::Result<Merged> {
         let (sources, versions) = (self.sources(), self.scans.iter().map(|scan| scan.0).collect::<Vec<_>>());
-        // Where another thread merges, too, this merge neither takes nor leaves anything.
+        // If another thread merges, too, this merge neither takes nor leaves anything.
         let mut kept = self.kept.take().ok();
         let reuse = kept.as_mut().map(|kept| Reuse { merger: kept, versions: &versions });
         merge::merge(&as_dyn(&sources), params, Run { store, memory, reuse }, progress)

@@ -66,7 +66,7 @@ impl Job {
     /// Starts ``surfrecon.align`` with the same arguments but ``progress``.
     ///
     /// Raises:
-    ///     ParameterError, TypeError: like ``align``, at once; InputError for arrays of another shape. Other errors are raised by
+    ///     ParameterError, TypeError: like ``align``, at once. InputError for arrays of another shape. Other errors are raised by
     ///         ``result``.
     #[staticmethod]
     // options: align
@@ -103,7 +103,7 @@ impl Job {
         Job::of(Background::start(move |progress| made_class(Aligner::from(call.run(progress)?))))
     }
 
-    /// Starts ``surfrecon.merge`` with the same arguments but ``progress``; or ``Merger.merge``, of a ``Merger`` in the place of scans.
+    /// Starts ``surfrecon.merge`` with the same arguments but ``progress``, or ``Merger.merge``, of a ``Merger`` in the place of scans.
     ///
     /// Raises:
     ///     ParameterError, TypeError: like ``merge``, at once. Other errors are raised by ``result``.
@@ -228,7 +228,7 @@ impl Job {
         }))
     }
 
-    /// Reads scans that ``surfrecon.open`` found, one after the other; the result is a list of what ``Scan.read`` gives.
+    /// Reads scans that ``surfrecon.open`` found, one after the other. The result is a list of what ``Scan.read`` gives.
     ///
     /// Raises:
     ///     TypeError: anything but scans. Other errors are raised by ``result``.
@@ -282,7 +282,7 @@ impl Job {
     /// Starts ``surfrecon.adaptive_quads`` with the same arguments but ``progress``.
     ///
     /// Raises:
-    ///     ParameterError, InputError, TypeError: an option out of its range, both errors given, no such option; at once.
+    ///     ParameterError, InputError, TypeError: an option out of its range, both errors given, no such option, all at once.
     ///     Other errors are raised by ``result``.
     #[staticmethod]
     // options: quads
@@ -310,7 +310,7 @@ impl Job {
         }))
     }
 
-    /// Starts ``surfrecon.cluster`` with the same arguments but ``progress``; with ``levels``, a list of numbers of vertices,
+    /// Starts ``surfrecon.cluster`` with the same arguments but ``progress``. With ``levels``, a list of numbers of vertices,
     /// ``surfrecon.cluster_levels``, whose list is the result.
     ///
     /// Raises:
@@ -335,7 +335,7 @@ impl Job {
         self.call.progress()
     }
 
-    /// Asks the work to stop, which it does within a tenth of a second; ``result`` then raises ``Cancelled``.
+    /// Asks the work to stop, which it does within a tenth of a second. ``result`` then raises ``Cancelled``.
     ///
     /// >>> job = surfrecon.Job.align(scans)
     /// >>> job.cancel()
@@ -350,12 +350,12 @@ impl Job {
     /// Whether the work has ended, in whatever way. Also true once the result was fetched, and in a process forked from the
     /// job's, where nobody works on it.
     ///
-    /// A cancelled job has ended as soon as its work has; its thread may still be giving memory back.
+    /// A cancelled job has ended as soon as its work has. Its thread may still be giving memory back.
     fn done(&self) -> bool {
         self.call.done()
     }
 
-    /// Waits for the end and hands out what the call returns; once only.
+    /// Waits for the end and hands out what the call returns, once only.
     ///
     /// Raises:
     ///     Cancelled: after ``cancel``.

@@ -1,4 +1,4 @@
-//! What calls tell, to Python: the logger `surfrecon`, or what a context was given.
+//! Messages of calls to Python: to the logger `surfrecon`, or to the function of a context.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -17,7 +17,7 @@ fn number(level: Level) -> u8 {
     }
 }
 
-/// Calls with the interpreter lock; what is raised fails no call, as in handlers of `logging`, but Ctrl-C is not lost.
+/// Calls with the interpreter lock. An exception fails no call, as in handlers of `logging`, but Ctrl-C is not lost.
 fn call(function: impl FnOnce(Python<'_>) -> PyResult<()>) {
     // Once Python ends nobody listens.
     let _ = attached(|py| {
@@ -79,7 +79,7 @@ impl Listener {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).as_ref().map(|function| function.clone_ref(py))
     }
 
-    /// What tells it.
+    /// A log that tells the function.
     pub fn log(self: &Arc<Self>) -> Log {
         let listener = self.clone();
         Log::To(Arc::new(move |level, text| {

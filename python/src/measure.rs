@@ -30,16 +30,16 @@ use crate::sources::{Clouds, Source, as_dyn, sources};
 /// Args:
 ///     points: (n, 3) real numbers.
 ///     mesh: the surface, or scans as ``merge`` takes them, with the points in the world.
-///     signed: whether distances behind the surface are negative; right wherever the mesh is closed.
+///     signed: whether distances behind the surface are negative. Right wherever the mesh is closed.
 ///     crs: the coordinate reference system that the points are in, if that is known.
 ///     threads: worker threads, 0 for one a core. The result is the same for any number.
-///     progress: called as ``progress(stage, fraction)``; ``False`` cancels. Ctrl-C cancels as well.
+///     progress: called as ``progress(stage, fraction)``. ``False`` cancels. Ctrl-C cancels as well.
 ///
 /// Returns:
 ///     (n,) float64, in the unit of the points.
 ///
 /// Raises:
-///     InputError: a mesh without triangles, a point that isn't finite; points and mesh, or scans, of different systems, or in
+///     InputError: a mesh without triangles, a point that isn't finite, points and mesh, or scans, of different systems, or in
 ///         degrees.
 ///     FormatError, FileError: a scan that can't be read.
 ///     Cancelled: ``progress`` returned ``False``.
@@ -68,7 +68,7 @@ pub struct DistanceCall {
     threads: usize,
 }
 
-/// What is measured against.
+/// The surface that distances are measured to.
 enum Reference {
     Mesh(Arc<TriMesh>),
     Scans(Vec<Source>),
@@ -130,7 +130,7 @@ impl DistanceCall {
 ///     points: (n, 3) real numbers.
 ///     mesh: the surface.
 ///     threads: worker threads, 0 for one a core. The result is the same for any number.
-///     progress: called as ``progress(stage, fraction)``; ``False`` cancels. Ctrl-C cancels as well.
+///     progress: called as ``progress(stage, fraction)``. ``False`` cancels. Ctrl-C cancels as well.
 ///
 /// Returns:
 ///     (n,) uint32, indices into ``mesh.triangles``.
@@ -165,16 +165,16 @@ pub fn nearest_triangles<'py>(
 /// Args:
 ///     mesh: the surface that is measured.
 ///     reference: the surface it is measured against, in the same frame.
-///     signed: whether distances behind the reference are negative; right wherever it is closed.
+///     signed: whether distances behind the reference are negative. Right wherever it is closed.
 ///     threads: worker threads, 0 for one a core. The result is the same for any number.
-///     progress: called as ``progress(stage, fraction)``; ``False`` cancels. Ctrl-C cancels as well.
+///     progress: called as ``progress(stage, fraction)``. ``False`` cancels. Ctrl-C cancels as well.
 ///
 /// Returns:
-///     A ``DistanceReport``; no point of ``mesh`` exceeds its ``bound``, which is within 1 % of ``reached``, or a millionth of the
+///     A ``DistanceReport``. No point of ``mesh`` exceeds its ``bound``, which is within 1 % of ``reached``, or a millionth of the
 ///     reference's extent above it, unless that takes more than 8 measurements a vertex and 100,000.
 ///
 /// Raises:
-///     InputError: a reference without triangles; meshes of different coordinate reference systems, or in degrees.
+///     InputError: a reference without triangles, meshes of different coordinate reference systems, or in degrees.
 ///     Cancelled: ``progress`` returned ``False``.
 #[pyfunction]
 #[pyo3(signature = (mesh, reference, *, signed = false, threads = None, progress = None))]
@@ -190,7 +190,7 @@ pub fn surface_distance<'py>(
     distance_report(py, Watch::new(progress).run(py, |progress| call.run(progress))?)
 }
 
-/// What `surface_distance` returns.
+/// The report that `surface_distance` returns.
 ///
 /// # Errors
 /// None but of Python itself.

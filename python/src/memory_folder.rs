@@ -19,7 +19,7 @@ use crate::paths;
 ///
 /// So scans, lists of scans and whole recordings are read from memory, and whatever can be written is written there.
 ///
-/// It works like a ``dict`` of names and ``bytes``; names have / between folders. Scans that were opened in it keep it. Where one file is
+/// It works like a ``dict`` of names and ``bytes``. Names have / between folders. Scans that were opened in it keep it. Where one file is
 /// read or written, a binary file object with a ``name`` does as well, a ``io.BytesIO`` that was given one too.
 ///
 /// >>> from pathlib import Path
@@ -32,9 +32,9 @@ use crate::paths;
 ///
 /// Args:
 ///     sink: called with the name of a file and its next bytes, or ``None`` once it is complete, instead of keeping what is written. On any
-///         thread, never on two at once, so that it must not write into the folder itself; what it raises comes out of the call that
-///         writes, and the file is not complete then, nor the list of a set, which is told last. It is kept as long as the folder,
-///         which it must not be what keeps.
+///         thread, never on two at once, so that it must not write into the folder itself. An exception of it comes out of the call that
+///         writes, and the file is not complete then, nor the list of a set, which is told last. It is kept as long as the folder.
+///         So it must not keep the folder itself.
 #[pyclass(frozen, mapping, module = "surfrecon")]
 pub struct MemoryFolder {
     folder: memory_folder::MemoryFolder,
@@ -79,8 +79,8 @@ impl MemoryFolder {
     /// Args:
     ///     name: of the file.
     ///     length: number of bytes.
-    ///     read: called with the place of the first byte and the most that are wanted, at least 1; gives up to as many bytes, at least 1. On
-    ///         any thread. What it raises comes out of the call that reads.
+    ///     read: called with the place of the first byte and the most that are wanted, at least 1. Gives up to as many bytes, at least 1. On
+    ///         any thread. An exception of it comes out of the call that reads.
     ///
     /// Raises:
     ///     InputError: a name that is no file's within the folder.
@@ -215,7 +215,7 @@ fn bytes_of(content: &Bound<'_, PyAny>) -> PyResult<PyBackedBytes> {
         return Ok(bytes);
     }
     let given = if content.hasattr("read")? { content.call_method0("read")? } else { content.clone() };
-    // What lies in a buffer of any kind.
+    // The bytes of a buffer of any kind.
     let view = PyMemoryView::from(&given);
     let bytes =
         view.and_then(|view| py.get_type::<PyBytes>().call1((view,))?.extract::<PyBackedBytes>().map_err(PyErr::from));
@@ -229,7 +229,7 @@ fn bytes_of(content: &Bound<'_, PyAny>) -> PyResult<PyBackedBytes> {
     })
 }
 
-/// Where a file is: a path, or a file object, which lies in a folder of its own while it is needed.
+/// The place of a file: a path, or a file object, which lies in a folder of its own while it is needed.
 pub struct Place {
     path: PathBuf,
     _folder: Option<memory_folder::MemoryFolder>,
@@ -253,7 +253,7 @@ impl Place {
     /// A file that is read.
     ///
     /// # Errors
-    /// What is no path and no file object; what reading it raises.
+    /// A value that is no path and no file object. An exception while it is read.
     pub fn to_read(given: &Bound<'_, PyAny>) -> PyResult<Self> {
         Place::of(given, "read", |folder, name| {
             let bytes = bytes_of(given)?;
@@ -298,7 +298,7 @@ impl<'py> FromPyObject<'_, 'py> for Place {
     }
 }
 
-/// What the name of a file object ends with: it says the format where the content does not.
+/// The name of a file object. Its ending says the format where the content does not.
 fn name_of(file: &Bound<'_, PyAny>) -> PyResult<String> {
     let decoded =
         |name: Bound<'_, PyAny>| file.py().import("os")?.call_method1("fsdecode", (name,))?.extract::<PathBuf>();

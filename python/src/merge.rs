@@ -22,8 +22,8 @@ use crate::sources::{Clouds, Source, as_dyn, sources};
 /// Merges registered scans into one surface (Marching Intersections).
 ///
 /// Options that are ``None`` take their defaults. The default voxel is measured on up to eight scans, spread through the list in
-/// the order of their names; ``report.voxel_reason`` says what decided. Where memory makes it grow, that follows from the scans and the limit
-/// (``max_memory``, ``set_memory_limit`` or the context's) alone; without a limit it follows from what is free at that moment: for equal
+/// the order of their names. ``report.voxel_reason`` says what decided. If memory makes it grow, its size follows from the scans and the limit
+/// (``max_memory``, ``set_memory_limit`` or the context's) alone. Without a limit it follows from what is free at that moment: for equal
 /// results give a limit, or ``voxel``.
 ///
 /// The noise of range images is measured and averaged out. Of three and more range images that know from where they were seen
@@ -42,25 +42,26 @@ use crate::sources::{Clouds, Source, as_dyn, sources};
 ///     files: ``"always"`` merges more scans than memory holds into a surface that it does hold, the same to the bit: what stages leave for
 ///         each other is in files of the workspace, up to 200 bytes for each intersection of a scan with the grid, which are removed
 ///         at the end. ``"if_needed"`` begins in memory, and anew in files once it is foreseen, or found, that the voxel as given or
-///         measured does not fit there (``report.in_files``); where files do not do either, a measured voxel grows. ``"never"``,
+///         measured does not fit there (``report.in_files``). If files do not do either, a measured voxel grows. ``"never"``,
 ///         the default without ``max_memory`` and ``workspace``, only lets it grow.
-///     max_memory: most bytes that the merge takes; scans that are being read come on top, one a thread, and in files the surface.
+///     max_memory: most bytes that the merge takes. Scans that are being read come on top, one a thread, and in files the surface.
 ///         Default, for 0 too, and at most: what ``set_memory_limit`` or the context allow, else what is free.
 ///     workspace: a folder that exists, for what memory does not hold: on a disk, which the system's for temporary files, the
 ///         default, is not on every system.
-///     progress: called as ``progress(stage, fraction)`` about every 30 ms on the calling thread; ``False`` cancels.
+///     progress: called as ``progress(stage, fraction)`` about every 30 ms on the calling thread. ``False`` cancels.
 ///         Ctrl-C cancels as well.
 ///
 /// Returns:
-///     A ``MergeResult`` with ``mesh`` (in the world; its attributes: ``confidence``; ``noise``, the standard deviation of the samples
-///     along their rays; ``source_scan``, the scan of largest weight by its place in ``report.scan_names``, -1 where ``interpolated``;
-///     ``colour`` if any scan has it; of faces ``hole_fill``), ``report`` and, if asked for, ``distances``. Colours are averaged in linear light, without highlights where three scans and more have a say;
-///     alpha is 0 where no scan has one, which have the nearest one.
+///     A ``MergeResult`` with ``mesh`` in the world, ``report`` and, if asked for, ``distances``. Attributes of vertices: ``confidence``,
+///     ``noise`` (the standard deviation of the samples along their rays), ``interpolated`` (on no scan exactly), ``source_scan`` (the
+///     scan of largest weight by its place in ``report.scan_names``, -1 where ``interpolated``), and ``colour`` if any scan has it.
+///     Attribute of faces: ``hole_fill``. Colours are averaged in linear light, without highlights where three scans and more have a
+///     say. Alpha is 0 where no scan has a colour: such vertices have the nearest one.
 ///
 /// Raises:
-///     ParameterError: an option out of its range; the text names value, range and unit.
+///     ParameterError: an option out of its range. The text names value, range and unit.
 ///     InputError, FormatError, FileError: a scan that can't be used or read.
-///     OutOfMemoryError: a given ``voxel`` that needs more memory than there is; the text names one that fits. In files: no memory for
+///     OutOfMemoryError: a given ``voxel`` that needs more memory than there is. The text names one that fits. In files: no memory for
 ///         the surface, or less than 12 MB.
 ///     Cancelled: ``progress`` returned ``False``.
 #[pyfunction]
@@ -111,7 +112,7 @@ pub fn store(
 /// A merge with all it needs, free of Python.
 pub struct MergeCall {
     sources: Vec<Arc<Source>>,
-    /// What a merger keeps, where the scans are one's.
+    /// The kept state of a merger, where the scans are one's.
     incremental: Option<Incremental>,
     params: MergeParams,
     measure: bool,
@@ -167,7 +168,7 @@ impl MergeCall {
         MergeResult::new(py, merged)
     }
 
-    /// Share of the whole that [`MergeCall::run`] takes; [`MergeCall::measured`] takes the rest.
+    /// Share of the whole that [`MergeCall::run`] takes. [`MergeCall::measured`] takes the rest.
     pub fn merging(&self) -> f64 {
         if self.measure { MERGING } else { 1.0 }
     }
@@ -221,13 +222,13 @@ impl MergeCall {
 pub struct MergeResult {
     /// The surface, in the world. Vertex attributes: ``confidence`` (summed over the scans), ``interpolated`` (on no scan
     /// exactly), ``source_scan`` (the scan of largest weight, -1 where interpolated), ``noise`` (of the samples, as measured), and
-    /// ``colour`` if any scan has colours; attribute of the triangles: ``hole_fill``.
+    /// ``colour`` if any scan has colours. Attribute of the triangles: ``hole_fill``.
     #[pyo3(get)]
     mesh: Py<Mesh>,
     /// Figures of the run: a ``MergeReport``.
     #[pyo3(get)]
     report: Py<PyAny>,
-    /// (n,) float64: the distance of each vertex from the nearest point of the scans; ``None`` unless it was asked for, and
+    /// (n,) float64: the distance of each vertex from the nearest point of the scans. ``None`` unless it was asked for, and
     /// where memory was too short for it after a merge in files.
     #[pyo3(get)]
     distances: Option<Py<PyArray1<f64>>>,

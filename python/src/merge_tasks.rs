@@ -45,7 +45,7 @@ pub fn _merge_task(
     Watch::new(progress).run(py, move |progress| call.run((stage, number), progress))
 }
 
-/// Writes the surface once all tasks are done; gives the report.
+/// Writes the surface once all tasks are done. Gives the report.
 #[pyfunction]
 #[pyo3(signature = (scans, folder, path, *, tasks, keep = false, has_a_part = false, max_memory = None, encoding = None, part_triangles = None, provenance = None, progress = None, **options))]
 #[expect(clippy::too_many_arguments, reason = "Python's keyword arguments")]
@@ -94,7 +94,7 @@ pub fn _end_merge_tasks(
     })
 }
 
-/// What all tasks of a merge take, free of Python.
+/// The arguments that all tasks of a merge take, free of Python.
 struct TaskCall {
     sources: Vec<Arc<Source>>,
     params: MergeParams,

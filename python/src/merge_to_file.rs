@@ -37,7 +37,7 @@ pub fn _check_file_in_pieces(path: Place, encoding: Option<&str>) -> PyResult<()
 ///
 /// The file's bytes are those of ``surfrecon.merge`` with the same options and ``Mesh.write``. Neither all scans nor the surface are in
 /// memory at once: what stages leave for each other is in files of the workspace, which are removed at the end. They take up to 200 bytes
-/// for each intersection of a scan with the grid (``report.intersections``); the room for the surface is taken from the disk as soon as its
+/// for each intersection of a scan with the grid (``report.intersections``). The room for the surface is taken from the disk as soon as its
 /// size is known. Give ``workspace`` a fast disk.
 ///
 /// >>> report = surfrecon.merge_to_file(scans, "surface.ply", max_memory=2 * 10**9)
@@ -46,18 +46,18 @@ pub fn _check_file_in_pieces(path: Place, encoding: Option<&str>) -> PyResult<()
 ///     scans: as for ``surfrecon.merge``. Only those of files, as ``surfrecon.open`` gives them, are not in memory already.
 ///     path: its ending is ``.ply``. A file that is there is replaced once all is written, or stays as it is.
 #[doc = include_str!("params/merge.txt")]
-///     max_memory: most bytes that the merge takes; scans that are being read come on top, one a thread. Default, and at most: what
+///     max_memory: most bytes that the merge takes. Scans that are being read come on top, one a thread. Default, and at most: what
 ///         ``set_memory_limit`` or the context allow, else what is free.
 ///     workspace: a folder that exists, for what memory does not hold. Default: that of the file.
 ///     keep: what the merge finds out stays in the workspace, which has to be given: the next merge with the same parameters that finds it
-///         there renews only what scans have a part in that are new, gone or moved, and goes on where one was stopped or killed; the bytes are those
-///         of a first merge. Files are taken for the same as long as their sizes and times are. It takes some 300 bytes an intersection; remove
+///         there renews only what scans have a part in that are new, gone or moved, and goes on where one was stopped or killed. The bytes are those
+///         of a first merge. Files are taken for the same as long as their sizes and times are. It takes some 300 bytes an intersection. Remove
 ///         the folder ``surfrecon-merge-...`` when it is of no more use.
-///     encoding: ``"binary"``, the default, or ``"binary_double"``, as for ``Mesh.write``; text has no place here.
+///     encoding: ``"binary"``, the default, or ``"binary_double"``, as for ``Mesh.write``. Text has no place here.
 ///     part_triangles: most triangles of a file, as for ``Mesh.write``: of a larger surface files beside it get the rest. That takes
 ///         the disk's room for the surface twice, and 12 bytes of memory for each triangle of a part. 0 for one file.
 ///     provenance: what the file says of where it is from, as for ``Mesh.write``.
-///     progress: called as ``progress(stage, fraction)`` about every 30 ms on the calling thread; ``False`` cancels.
+///     progress: called as ``progress(stage, fraction)`` about every 30 ms on the calling thread. ``False`` cancels.
 ///         Ctrl-C cancels as well.
 ///
 /// Returns:
@@ -65,8 +65,8 @@ pub fn _check_file_in_pieces(path: Place, encoding: Option<&str>) -> PyResult<()
 ///
 /// Raises:
 ///     ParameterError: an option out of its range.
-///     InputError: a name that does not end in ``.ply``; a workspace that is no folder; scans that can't be used.
-///     FormatError, FileError: a scan that can't be read, files that can't be written; a full disk, with the bytes that were wanted.
+///     InputError: a name that does not end in ``.ply``, a workspace that is no folder, scans that can't be used.
+///     FormatError, FileError: a scan that can't be read, files that can't be written, a full disk, with the bytes that were wanted.
 ///     OutOfMemoryError: less memory than it takes at least, 12 MB a thread.
 ///     Cancelled: ``progress`` returned ``False``. As after each error no file is left, and the workspace is as it
 ///         was, but for what ``keep`` leaves there.

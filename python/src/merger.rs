@@ -18,13 +18,13 @@ use crate::sources::{Clouds, Source, object, source, sources};
 /// next, which then reads and counts only those scans that are new to it, and renews what these have a part in. The result
 /// is that of ``surfrecon.merge``, to the bit.
 ///
-/// Of files that change on the disk nothing is noticed: put the scan in its place again. Where the measured voxel or merge distance
-/// differs, since a scan has changed, all follows from it anew; giving both as options makes that rarer. What is kept takes about 125 bytes
+/// Of files that change on the disk nothing is noticed: put the scan in its place again. If the measured voxel or merge distance
+/// differs, since a scan has changed, all follows from it anew. Giving both as options makes that rarer. The kept state takes about 125 bytes
 /// for each intersection of a scan with the grid.
 ///
 /// ``len(merger)`` is the number of scans, ``merger[i]`` is one of them, ``merger[i] = scan`` replaces one, ``del merger[i]`` removes one,
 /// ``insert`` and ``add`` put one between them or at the end.
-/// What ``merger[i]`` and iterating give are objects of their own, of a mesh ``(Mesh, world_from_mesh, name)``: changing them changes
+/// ``merger[i]`` and iterating give objects of their own, of a mesh ``(Mesh, world_from_mesh, name)``: changing them changes
 /// nothing here until they are put back. ``Job.merge`` takes a merger in the place of scans.
 ///
 /// >>> merger = surfrecon.Merger(scans)
@@ -33,7 +33,7 @@ use crate::sources::{Clouds, Source, object, source, sources};
 /// >>> mesh = merger.merge().mesh
 ///
 /// Args:
-///     scans: as for ``surfrecon.merge``; changing the objects later changes nothing here.
+///     scans: as for ``surfrecon.merge``. Changing the objects later changes nothing here.
 #[pyclass(frozen, module = "surfrecon")]
 pub struct Merger {
     scans: Mutex<Scans>,
@@ -66,7 +66,7 @@ impl Merger {
         self.scans.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// What a merge of its scans as they are now needs.
+    /// The state that a merge needs of its scans as they are now.
     pub fn call(&self) -> Incremental {
         Incremental { scans: self.scans().list.clone(), kept: self.kept.clone() }
     }
@@ -114,7 +114,7 @@ impl Merger {
     /// (6, 'view0')
     ///
     /// Args:
-    ///     index: where it is afterwards; a negative one counts from the end.
+    ///     index: where it is afterwards. A negative one counts from the end.
     ///     scan: as for ``add``.
     fn insert(&self, index: isize, scan: &Bound<'_, PyAny>) -> PyResult<()> {
         let place = |count: usize| match usize::try_from(index) {
@@ -172,8 +172,8 @@ impl Merger {
         Ok(())
     }
 
-    /// Merges the scans; options, result and errors as of ``surfrecon.merge``. What is found in files is not kept; with ``files="if_needed"``
-    /// what is kept is given back where it does not fit into memory.
+    /// Merges the scans. Options, result and errors as of ``surfrecon.merge``. A merge in files keeps nothing. With ``files="if_needed"``
+    /// the kept state is given back where it does not fit into memory.
     ///
     /// >>> merger = surfrecon.Merger(scans)
     /// >>> mesh = merger.merge(voxel=4.0, merge_distance=6.0).mesh

@@ -1,4 +1,4 @@
-//! `Mesh`: a triangle mesh that never changes; its arrays are views.
+//! `Mesh`: a triangle mesh that never changes. Its arrays are views.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -21,7 +21,7 @@ use crate::pickling::{self, Reduced, crs_part, reduced};
 use crate::progress::Watch;
 use crate::similarity::Given;
 
-/// A triangle mesh with attributes. It never changes; its arrays are read-only views without copying.
+/// A triangle mesh with attributes. It never changes. Its arrays are read-only views without copying.
 ///
 /// Triangles turn counter-clockwise seen from outside. Attribute names in use: ``colour`` (uint8 RGBA, sRGB),
 /// ``confidence``, ``intensity``, ``error`` (world units), ``interpolated`` (vertices not on any scan), ``hole_fill``
@@ -151,7 +151,7 @@ impl Mesh {
         guarded(|| self.rounded(DVec3::from_array(origin), scale)).map(|near| numpy::PyArray1::from_vec(py, near))
     }
 
-    /// The coordinate reference system that the coordinates are in, as files name it: well-known text, or a code as ``EPSG:25832``;
+    /// The coordinate reference system that the coordinates are in, as files name it: well-known text, or a code as ``EPSG:25832``.
     /// ``None`` where that is not known, and in a frame of one scan. Files say it where their format has a place for it.
     #[getter]
     fn crs(&self) -> Option<String> {
@@ -161,10 +161,10 @@ impl Mesh {
     /// The same mesh in a coordinate reference system: nothing is moved.
     ///
     /// Args:
-    ///     crs: its text; ``None`` for none.
+    ///     crs: its text. ``None`` for none.
     ///
     /// Raises:
-    ///     InputError: what names none.
+    ///     InputError: a text that names none.
     fn with_crs(&self, py: Python<'_>, crs: Option<crs::CrsText>) -> PyResult<Self> {
         let crs = crs::crs_of(crs)?;
         if crs == self.mesh.crs {
@@ -174,7 +174,7 @@ impl Mesh {
         Ok(TriMesh { crs, ..mesh }.into())
     }
 
-    /// Lowest and highest coordinates, (2, 3) float64; ``None`` without vertices.
+    /// Lowest and highest coordinates, (2, 3) float64. ``None`` without vertices.
     #[getter]
     fn bounds<'py>(&self, py: Python<'py>) -> Option<Bound<'py, numpy::PyArray2<f64>>> {
         let (low, high) = measure::bounds(&self.mesh.positions)?;
@@ -220,14 +220,14 @@ impl Mesh {
     ///         have it as comments, ``.glb`` in ``asset.extras.surfrecon``, ``.stl`` has no place for it. The first three also
     ///         say the mesh's ``crs``.
     ///     coarser: the same surface as meshes of fewer and fewer triangles, written into the ``.glb`` as its levels of detail
-    ///         (``MSFT_lod``); programs that don't know the extension show the finest.
-    ///     progress: called with the stage's name and the share of the call that is done; ``False`` cancels.
+    ///         (``MSFT_lod``). Programs that don't know the extension show the finest.
+    ///     progress: called with the stage's name and the share of the call that is done. ``False`` cancels.
     ///
     /// Raises:
     ///     ParameterError: an option out of its range.
     ///     InputError: another ending, ``coarser`` for another format or with more triangles than before, coordinates that don't fit single precision.
-    ///     FileError: writing failed; no file is left, and one that was there is untouched.
-    ///     Cancelled: the callback said so; likewise.
+    ///     FileError: writing failed. No file is left, and one that was there is untouched.
+    ///     Cancelled: the callback said so. Files are as after a failure.
     // options: $self write
     #[pyo3(signature = (path, *, provenance = None, coarser = Vec::new(), progress = None, **options), text_signature = "($self, path, *, metres_per_unit=1.0, up='y', encoding='binary', part_triangles=0, provenance=None, coarser=(), progress=None)")]
     fn write(
@@ -274,7 +274,7 @@ impl Mesh {
         self.selected(py, &Edit::select(region, true)?, world_from_mesh)
     }
 
-    /// The mesh without the vertices that a region holds, and without the faces at them; as ``keep``.
+    /// The mesh without the vertices that a region holds, and without the faces at them. Works as ``keep``.
     #[pyo3(signature = (region, *, world_from_mesh = None))]
     fn remove(
         &self,
@@ -354,7 +354,7 @@ pub fn linear_colours<'py>(colours: &Bound<'py, PyAny>) -> PyResult<Bound<'py, n
     Ok(numpy::PyArray1::from_vec(colours.py(), linear))
 }
 
-/// What a file is to say of where it is from.
+/// The provenance that a file is to have.
 ///
 /// # Errors
 /// `TypeError` for what JSON can't hold, `InputError` for what is no mapping.

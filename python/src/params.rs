@@ -51,7 +51,7 @@ impl Parameter {
         }
     }
 
-    /// Value when none is given: a number, a ``bool`` or the name of a choice; ``None`` when the data give it.
+    /// Value when none is given: a number, a ``bool`` or the name of a choice. ``None`` when the data give it.
     #[getter]
     fn default<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         Ok(match self.spec.default_value() {
@@ -90,7 +90,7 @@ impl Parameter {
         self.spec.max
     }
 
-    /// What it may be in words, for example ``"> 0 and <= 1"``.
+    /// The values that it may have in words, for example ``"> 0 and <= 1"``.
     #[getter]
     fn allowed(&self) -> String {
         self.spec.allowed()
@@ -102,26 +102,26 @@ impl Parameter {
     /// >>> limit.check(1.2)
     ///
     /// Raises:
-    ///     ParameterError: it lies outside of the range; the text names value, range and unit.
+    ///     ParameterError: it lies outside of the range. The text names value, range and unit.
     ///     TypeError: a value of another kind.
     fn check(&self, value: &Bound<'_, PyAny>) -> PyResult<()> {
         let taken = taken(self.spec, value)?;
         self.spec.check_value(taken.value()).map_err(|e| to_python(&e))
     }
 
-    /// What it may be, of a choice: ``(name, name for people, text)`` each.
+    /// The values that a choice may have: ``(name, name for people, text)`` each.
     #[getter]
     fn choices(&self) -> Vec<(&'static str, &'static str, &'static str)> {
         self.spec.choices().iter().map(|&Choice { name, label, text }| (name, label, text)).collect()
     }
 
-    /// What it does, and what smaller and larger values do. Of a flag, what it does when it is on.
+    /// Its text for people: what it does, and what smaller and larger values do. Of a flag, what it does when it is on.
     #[getter]
     fn text(&self) -> &'static str {
         self.spec.text
     }
 
-    /// What 0, or a flag that is off, does; empty where that is plain from the text.
+    /// The effect of 0, or of a flag that is off. Empty where it is plain from the text.
     #[getter]
     fn off(&self) -> &'static str {
         self.spec.off
@@ -161,7 +161,7 @@ pub fn parameters(operation: Option<&str>) -> PyResult<Vec<Parameter>> {
     Ok(table().filter(|p| operation.is_none_or(|o| o == p.operation)).map(|spec| Parameter { spec }).collect())
 }
 
-/// What `function` was given as `**options`: the parameters of an operation. `None` stands for the default.
+/// The parameters of an operation that `function` was given as `**options`. `None` stands for the default.
 ///
 /// # Errors
 /// `ParameterError`, `InputError` for several of which one may be given, `TypeError`.
@@ -254,7 +254,7 @@ fn taken(row: &ParamSpec, value: &Bound<'_, PyAny>) -> PyResult<Taken> {
 /// A whole number.
 pub fn whole(row: &ParamSpec, value: &Bound<'_, PyAny>) -> PyResult<f64> {
     match value.extract::<i64>() {
-        // What a double can't hold is more than anything here counts.
+        // A number that a double can't hold is more than anything here counts.
         Ok(number) if number as f64 as i64 == number => Ok(number as f64),
         Ok(_) => Err(to_python(&row.refused(value))),
         Err(error) if error.is_instance_of::<PyOverflowError>(value.py()) => Err(to_python(&row.refused(value))),

@@ -12,7 +12,7 @@ use crate::pickling::{self, Reduced, crs_part, reduced};
 use crate::progress::Watch;
 use crate::similarity::Given;
 
-/// Scattered points with optional normals and colours. It never changes; its arrays are read-only views.
+/// Scattered points with optional normals and colours. It never changes. Its arrays are read-only views.
 ///
 /// >>> cloud = image.to_cloud()
 /// >>> cloud.positions.shape == cloud.normals.shape
@@ -60,7 +60,7 @@ impl PointCloud {
         arrays::view(py, &self.cloud, intensities, intensity.len()).map(Some)
     }
 
-    /// (3,) float64: where all points were seen from, in the cloud's own frame; ``None`` where that is not known. Of PCD files it is their
+    /// (3,) float64: where all points were seen from, in the cloud's own frame. ``None`` where that is not known. Of PCD files it is their
     /// VIEWPOINT, unless that is the origin, which stands there where nobody set it.
     #[getter]
     fn sensor<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyAny>> {
@@ -74,7 +74,7 @@ impl PointCloud {
     }
 
     /// The coordinate reference system of the world that it is placed in, as files name it: well-known text, or a code as
-    /// ``EPSG:25832``; ``None`` where that is not known.
+    /// ``EPSG:25832``. ``None`` where that is not known.
     #[getter]
     fn crs(&self) -> Option<String> {
         crs::text_of(self.cloud.crs.as_ref())
@@ -92,7 +92,7 @@ impl PointCloud {
         self.edited(py, &Edit::select(region, true)?)
     }
 
-    /// The cloud without what a region holds; as ``keep``.
+    /// The cloud without what a region holds. Works as ``keep``.
     fn remove(&self, py: Python<'_>, region: &Bound<'_, PyAny>) -> PyResult<Self> {
         self.edited(py, &Edit::select(region, false)?)
     }

@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use surfrecon::{Progress, Tick};
 
 /// Calls `callback(stage, fraction)` with the interpreter lock at every tick, on the calling thread, and with 1 at the end of what
-/// succeeded; `False` cancels. An exception of the callback, or Ctrl-C, cancels as well and is kept for the caller.
+/// succeeded. `False` cancels. An exception of the callback, or Ctrl-C, cancels as well and is kept for the caller.
 pub struct Watch {
     callback: Option<Py<PyAny>>,
     raised: Mutex<Option<PyErr>>,

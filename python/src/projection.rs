@@ -7,7 +7,7 @@ use surfrecon::range_image::{DepthKind, Projection, Viewing};
 use crate::arrays;
 use crate::errors::{input_error, reworded};
 
-/// "parallel" with a direction, or "from" an origin; along -z without either.
+/// "parallel" with a direction, or "from" an origin. Along -z without either.
 ///
 /// # Errors
 /// `InputError` for anything else.

@@ -38,7 +38,7 @@ impl QuadCall {
 
 /// Makes a regular grid of quads of a range image, dense where the surface bends.
 ///
-/// Every vertex lies on a pixel of its own; seen on the pixels no quad folds over. The grid covers the whole image; quads on
+/// Every vertex lies on a pixel of its own. Seen on the pixels no quad folds over. The grid covers the whole image. Quads on
 /// the background are left out of ``QuadGrid.quads``. Its mean error is at most that of the uniform grid of the same size.
 /// Options that are ``None`` take their defaults.
 ///
@@ -50,14 +50,14 @@ impl QuadCall {
 /// Args:
 ///     image: the range image.
 #[doc = include_str!("params/quads.txt")]
-///     progress: called as ``progress(stage, fraction)`` about every 30 ms on the calling thread; ``False`` cancels.
+///     progress: called as ``progress(stage, fraction)`` about every 30 ms on the calling thread. ``False`` cancels.
 ///         Ctrl-C cancels as well.
 ///
 /// Returns:
 ///     A ``QuadGrid``.
 ///
 /// Raises:
-///     ParameterError: an option out of its range; the text names value, range and unit.
+///     ParameterError: an option out of its range. The text names value, range and unit.
 ///     InputError: fewer pixels than vertices along a side, no valid pixel, both errors given.
 ///     Cancelled: ``progress`` returned ``False``.
 #[pyfunction]
@@ -74,10 +74,10 @@ pub fn adaptive_quads(
     Ok(QuadGrid::from(made))
 }
 
-/// A regular grid of quads over a range image. It never changes; its arrays are read-only views without copying.
+/// A regular grid of quads over a range image. It never changes. Its arrays are read-only views without copying.
 ///
-/// Quads turn counter-clockwise seen from the sensor. Where two quads touch in a vertex only, each has its own, so
-/// ``positions`` may hold a place twice; ``grid`` holds every vertex of the grid once, those on the background as well.
+/// Quads turn counter-clockwise seen from the sensor. Quads that touch in a vertex only have a vertex each, so
+/// ``positions`` may hold a place twice. ``grid`` holds every vertex of the grid once, those on the background as well.
 ///
 /// >>> grid = surfrecon.adaptive_quads(image)
 /// >>> grid.grid.shape == (grid.rows, grid.columns, 3)
@@ -109,7 +109,7 @@ impl QuadGrid {
         self.core.cols
     }
 
-    /// (rows, columns, 3) float64: every vertex of the grid in the sensor's frame; on the background, a continuation of the
+    /// (rows, columns, 3) float64: every vertex of the grid in the sensor's frame. On the background, a continuation of the
     /// surface. A read-only view.
     #[getter]
     fn grid<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
@@ -117,7 +117,7 @@ impl QuadGrid {
         arrays::view(py, &self.core, |g| arrays::coordinates(&g.positions), shape)
     }
 
-    /// (rows, columns, 2) uint32: row and column of each vertex's pixel; rising strictly along both. A read-only view.
+    /// (rows, columns, 2) uint32: row and column of each vertex's pixel. Rising strictly along both. A read-only view.
     #[getter]
     fn pixels<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         arrays::view(py, &self.core, |g| g.pixels.as_flattened(), (self.core.rows, self.core.cols, 2))
@@ -185,7 +185,7 @@ impl QuadGrid {
     ///
     /// Args:
     #[doc = include_str!("params/spline.txt")]
-    ///     progress: called with the stage's name and the share of the call that is done; ``False`` cancels.
+    ///     progress: called with the stage's name and the share of the call that is done. ``False`` cancels.
     ///
     /// Raises:
     ///     ParameterError: an option out of its range.
@@ -214,7 +214,7 @@ impl QuadGrid {
     ///
     /// Raises:
     ///     InputError: another ending.
-    ///     FileError: writing failed; no file is left, and one that was there is untouched.
+    ///     FileError: writing failed. No file is left, and one that was there is untouched.
     #[pyo3(signature = (path, *, provenance = None))]
     fn write(&self, py: Python<'_>, path: Place, provenance: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
         write_quads(py, path, self.mesh.clone(), provenance_of(provenance)?)
@@ -257,7 +257,7 @@ fn write_quads(py: Python<'_>, path: Place, mesh: Arc<QuadMesh>, provenance: Opt
     })
 }
 
-/// A tensor-product B-spline surface over 0..1 x 0..1: u runs along columns, v down rows; knots are uniform and clamped.
+/// A tensor-product B-spline surface over 0..1 x 0..1: u runs along columns, v down rows. Knots are uniform and clamped.
 ///
 /// >>> spline = surfrecon.adaptive_quads(image).spline()
 /// >>> spline.evaluate([0.0, 0.5], [0.5, 0.5]).shape  # at the left border, and in the middle
@@ -346,7 +346,7 @@ impl Spline {
     ///
     /// Raises:
     ///     InputError: fewer than 2 x 2 or more than 67,108,864 points, another ending.
-    ///     FileError: writing failed; no file is left, and one that was there is untouched.
+    ///     FileError: writing failed. No file is left, and one that was there is untouched.
     fn write(&self, py: Python<'_>, path: Place, rows: &Bound<'_, PyAny>, columns: &Bound<'_, PyAny>) -> PyResult<()> {
         let points =
             |name: &str, given: &Bound<'_, PyAny>| count(name, given, 2, "Give the number of points along it.");

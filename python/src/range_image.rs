@@ -33,7 +33,7 @@ use crate::vertices::{self, GridCamera, PerVertex};
 ///
 /// Made by ``from_points``, ``orthographic``, ``pinhole`` or ``spherical``, or by reading a file. Lengths are in the unit
 /// of the samples, angles in radians. Pixels that are not finite are invalid. Arrays it returns are read-only views
-/// without copying where the text says so; setting an attribute never changes an array given out before.
+/// without copying where the text says so. Setting an attribute never changes an array given out before.
 ///
 /// >>> depths = np.full((48, 64), 2.0)
 /// >>> image = surfrecon.RangeImage.pinhole(depths, focal=(50, 50), centre=(31.5, 23.5))
@@ -60,7 +60,7 @@ impl From<Arc<Core>> for RangeImage {
 }
 
 impl RangeImage {
-    /// The image as it is now; later changes don't reach it.
+    /// The image as it is now. Later changes don't reach it.
     pub fn image(&self) -> Arc<Core> {
         self.locked().clone()
     }
@@ -155,9 +155,9 @@ impl RangeImage {
     /// 2880
     ///
     /// Args:
-    ///     points: (rows, cols, 3) real numbers in the sensor's frame, kept as float32; not finite or masked: invalid
+    ///     points: (rows, cols, 3) real numbers in the sensor's frame, kept as float32. Not finite or masked: invalid
     ///         pixel. Large offsets belong into ``world_from_sensor``.
-    ///     viewing: ``("parallel", direction)`` or ``("from", origin)`` in the sensor's frame; by default parallel along
+    ///     viewing: ``("parallel", direction)`` or ``("from", origin)`` in the sensor's frame. By default parallel along
     ///         -z, the sensor at +z.
     ///     name: for messages and reports.
     ///
@@ -195,8 +195,8 @@ impl RangeImage {
     /// array([1000., 2000.])
     ///
     /// Args:
-    ///     values: (rows, cols) real numbers; not finite or masked: invalid pixel.
-    ///     step: x from column to column and y from row to row; negative y puts row 0 at the top.
+    ///     values: (rows, cols) real numbers. Not finite or masked: invalid pixel.
+    ///     step: x from column to column and y from row to row. Negative y puts row 0 at the top.
     ///     first: x and y of pixel (0, 0).
     ///     name: for messages and reports.
     ///
@@ -225,7 +225,7 @@ impl RangeImage {
     /// 3
     ///
     /// Args:
-    ///     values: (rows, cols) real numbers; not finite or masked: invalid pixel.
+    ///     values: (rows, cols) real numbers. Not finite or masked: invalid pixel.
     ///     focal: fx and fy in pixels.
     ///     centre: cx and cy in pixels, pixel centres at whole numbers.
     ///     depth: what values measure: ``"planar"`` (z) or ``"ray"`` (distance along the ray).
@@ -254,9 +254,9 @@ impl RangeImage {
     /// >>> room = surfrecon.RangeImage.spherical(distances, step=(step, -step), first=(0, 45 * step))
     ///
     /// Args:
-    ///     values: (rows, cols) real numbers; not finite or masked: invalid pixel.
+    ///     values: (rows, cols) real numbers. Not finite or masked: invalid pixel.
     ///     step: azimuth from column to column and elevation from row to row, radians.
-    ///     first: azimuth and elevation of pixel (0, 0), radians; azimuth turns from +x toward +y, elevation toward +z.
+    ///     first: azimuth and elevation of pixel (0, 0), radians. Azimuth turns from +x toward +y, elevation toward +z.
     ///     name: for messages and reports.
     ///
     /// Raises:
@@ -276,8 +276,8 @@ impl RangeImage {
 
     /// The image that a host's vertices are, however its user moved them: what ``to_mesh`` gave, less deleted vertices.
     ///
-    /// Where all were moved, turned, scaled and mirrored alike, in single precision, and each lies on its pixel's ray, the
-    /// projection stays of its kind, with parameters scaled and mirrored. Where they were stretched or edited one by one,
+    /// If all were moved, turned, scaled and mirrored alike, in single precision, and each lies on its pixel's ray, the
+    /// projection stays of its kind, with parameters scaled and mirrored. If they were stretched or edited one by one,
     /// it becomes a grid of points seen from where it was. Samples lie in the world where the vertices do.
     ///
     /// >>> mesh, camera = image.to_mesh(), image.grid_camera()  # what a host keeps
@@ -290,7 +290,7 @@ impl RangeImage {
     ///     camera: what ``grid_camera`` gave, scaled as the vertices are if the host has another unit.
     ///     row, col: (n,) integers, the pixel of each vertex.
     ///     positions: (n, 3) real numbers in the host's frame.
-    ///     world_from_host: 4 x 4, any affine matrix; by default the identity.
+    ///     world_from_host: 4 x 4, any affine matrix. By default the identity.
     ///     colour: (n, 3) or (n, 4), uint8 or floats of 0 to 1, sRGB.
     ///     intensity: (n,) real numbers.
     ///     confidence: (n,) real numbers >= 0.
@@ -333,7 +333,7 @@ impl RangeImage {
     }
 
     /// The coordinate reference system of the world that it is placed in, as files name it: well-known text, or a code as
-    /// ``EPSG:25832``; ``None`` where that is not known.
+    /// ``EPSG:25832``. ``None`` where that is not known.
     #[getter]
     fn crs(&self) -> Option<String> {
         crs::text_of(self.image().crs.as_ref())
@@ -377,7 +377,7 @@ impl RangeImage {
         Ok(PyArray1::from_vec(py, points).reshape([rows, cols, 3])?.into_any())
     }
 
-    /// (3,) float64: where its rays start, in the world; ``None`` where they are parallel.
+    /// (3,) float64: where its rays start, in the world. ``None`` where they are parallel.
     #[getter]
     fn sensor<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyAny>> {
         self.image().sensor().map(|sensor| PyArray1::from_slice(py, &sensor.to_array()).into_any())
@@ -391,7 +391,7 @@ impl RangeImage {
         Ok(PyArray1::from_vec(py, points).reshape([rows, cols, 3])?.into_any())
     }
 
-    /// (rows, cols) float64 as the projection measures them, NaN where invalid, a read-only view; ``None`` for images made
+    /// (rows, cols) float64 as the projection measures them, NaN where invalid, a read-only view. ``None`` for images made
     /// from points.
     #[getter]
     fn values<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
@@ -488,7 +488,7 @@ impl RangeImage {
         Ok(())
     }
 
-    /// Writes the image: ``.ply`` as a Stanford range grid (binary; its pose is not written: see ``write_scans``),
+    /// Writes the image: ``.ply`` as a Stanford range grid (binary, without its pose: see ``write_scans``),
     /// ``.ptx`` or ``.e57`` with its pose.
     ///
     /// >>> image.write("scan.ply")
@@ -498,13 +498,13 @@ impl RangeImage {
     /// Args:
     ///     path: the file.
     ///     provenance: what an ``.e57`` says of where it is from: as for ``write_scans``.
-    ///     progress: called with the stage's name and the share of the call that is done; ``False`` cancels.
+    ///     progress: called with the stage's name and the share of the call that is done. ``False`` cancels.
     ///
     /// Raises:
-    ///     InputError: a name that ends otherwise; for ``.ply`` rays that go round more than half a sphere, for the
+    ///     InputError: a name that ends otherwise. For ``.ply`` rays that go round more than half a sphere, for the
     ///         others parallel rays.
-    ///     FileError: writing failed; no file is left, and one that was there is untouched.
-    ///     Cancelled: the callback said so; likewise.
+    ///     FileError: writing failed. No file is left, and one that was there is untouched.
+    ///     Cancelled: the callback said so. Files are as after a failure.
     #[pyo3(signature = (path, *, provenance = None, progress = None))]
     fn write(
         &self,
@@ -578,7 +578,7 @@ impl RangeImage {
         Ok(PointCloud { cloud: Arc::new(cloud) })
     }
 
-    /// What a host keeps beside the vertices of ``to_mesh``: how pixels see, and where some of the vertices were.
+    /// The data that a host keeps beside the vertices of ``to_mesh``: how pixels see, and where some of the vertices were.
     fn grid_camera(&self, py: Python<'_>) -> PyResult<GridCamera> {
         let image = self.image();
         Watch::new(None).run(py, move |progress| CoreCamera::of(&image, progress)).map(GridCamera::from)
@@ -596,7 +596,7 @@ impl RangeImage {
         self.edited(py, &Edit::select(region, true)?)
     }
 
-    /// The image without what a region holds; as ``keep``.
+    /// The image without what a region holds. Works as ``keep``.
     fn remove(&self, py: Python<'_>, region: &Bound<'_, PyAny>) -> PyResult<Self> {
         self.edited(py, &Edit::select(region, false)?)
     }

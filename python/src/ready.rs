@@ -18,7 +18,7 @@ use crate::params::params_only;
 use crate::progress::Watch;
 use crate::sources::{Clouds, Source, as_dyn, sources};
 
-/// Scans, and what was made ready of them; free of Python.
+/// Scans, and what was made ready of them, free of Python.
 pub struct Ready {
     pub sources: Vec<Source>,
     pub prepared: Prepared,
@@ -76,7 +76,7 @@ impl Ready {
         Ok(scan)
     }
 
-    /// What Python's `poses` means; without, the poses that the scans have.
+    /// The poses that Python's `poses` means. Without it, the poses that the scans have.
     pub fn poses(&self, given: Option<&Bound<'_, PyAny>>) -> PyResult<Poses> {
         let Some(given) = given else {
             return Ok(self.sources.iter().map(|source| Some(source.world_from_scan())).collect());

@@ -32,19 +32,19 @@ type Shared = Arc<Exclusive<CoreReconstructor<Arc<CoreCloud>>>>;
 ///
 /// Args:
 ///     points: a ``PointCloud``, or (n, 3) real numbers. Points that aren't finite, and exact copies, are dropped.
-///     normals: (n, 3), towards the side of the surface from which it is seen; zero where unknown. Default: the cloud's.
+///     normals: (n, 3), towards the side of the surface from which it is seen. Zero where unknown. Default: the cloud's.
 ///     colour: (n, 3) or (n, 4), bytes or floats from 0 to 1, for the mesh. Default: the cloud's.
-///     sensors: (3,) or (n, 3): where the points were seen from; NaN where that is not known of a point, whose normal counts
+///     sensors: (3,) or (n, 3): where the points were seen from. NaN where that is not known of a point, whose normal counts
 ///         then. The surface is turned towards it, whatever the normals. Without normals and sensors closed surfaces are turned
-///         outwards, open ones up. Where points carry noise, sensors and normals also tell the sides of thin walls apart, and
-///         what is inside; normals whose signs change from point to point say nothing of that. Open surfaces span no jumps, over
-///         which sensors looked from one point past it at another, and no gaps and holes through which points were seen; what was
-///         seen from one side only is closed only if that is asked for. A jump is told only between points whose sensors are all
+///         outwards, open ones up. If points carry noise, sensors and normals also tell the sides of thin walls apart, and
+///         what is inside. Normals whose signs change from point to point say nothing of that. Open surfaces span no jumps, over
+///         which sensors looked from one point past it at another, and no gaps and holes through which points were seen. Parts that were
+///         seen from one side only are closed only if that is asked for. A jump is told only between points whose sensors are all
 ///         known. Default: the cloud's.
-///     toward: (3,): the surface is turned towards this place, whatever normals and sensors say; the points need not have been
+///     toward: (3,): the surface is turned towards this place, whatever normals and sensors say. The points need not have been
 ///         seen from there.
 #[doc = include_str!("params/reconstruct.txt")]
-///     progress: called as ``progress(stage, fraction)`` about every 30 ms on the calling thread; ``False`` cancels.
+///     progress: called as ``progress(stage, fraction)`` about every 30 ms on the calling thread. ``False`` cancels.
 ///         Ctrl-C cancels as well.
 ///
 /// Options that are ``None`` take their defaults.
@@ -53,7 +53,7 @@ type Shared = Arc<Exclusive<CoreReconstructor<Arc<CoreCloud>>>>;
 ///     A ``Reconstructed`` with the mesh, in the frame of the points, and which points are not on it.
 ///
 /// Raises:
-///     ParameterError: an option out of its range; the text names value, range and unit.
+///     ParameterError: an option out of its range. The text names value, range and unit.
 ///     InputError: fewer than three different points, points on one line, a closed surface of points in one plane, arrays
 ///         of another length.
 ///     Cancelled: ``progress`` returned ``False``.
@@ -86,7 +86,7 @@ pub fn reconstruct(
 /// >>> smoothed = reconstructor.surface(closure="closed", smooth=0.2)  # a fraction of the time
 ///
 /// Args:
-///     points, normals, colour, sensors, toward: as for ``reconstruct``; changing the arrays later changes nothing here.
+///     points, normals, colour, sensors, toward: as for ``reconstruct``. Changing the arrays later changes nothing here.
 ///
 /// Raises:
 ///     InputError: arrays of another length than the points.
@@ -112,7 +112,7 @@ impl Reconstructor {
         Ok(Reconstructor { reconstructor: Arc::new(Exclusive::new(reconstructor)), points })
     }
 
-    /// Makes a surface; options, result and errors as of ``reconstruct``.
+    /// Makes a surface. Options, result and errors as of ``reconstruct``.
     ///
     /// >>> reconstructor = surfrecon.Reconstructor(points)
     /// >>> reconstructor.surface(closure="closed").report.closed
@@ -156,7 +156,7 @@ impl SurfaceCall {
     /// Runs it.
     ///
     /// # Errors
-    /// See [`CoreReconstructor::surface`]; [`Error::Input`] while another surface is being made: waiting for that could be
+    /// See [`CoreReconstructor::surface`]. [`Error::Input`] while another surface is being made: waiting for that could be
     /// waiting for this very thread, from a progress callback.
     pub fn run(&self, progress: &Progress<'_>) -> surfrecon::Result<Core> {
         self.take()?
@@ -164,7 +164,7 @@ impl SurfaceCall {
             .surface(&self.params, progress)
     }
 
-    /// Runs it once the surface before is made, or a cancelled one's memory given back; for threads without callbacks.
+    /// Runs it once the surface before is made, or a cancelled one's memory given back. For threads without callbacks.
     ///
     /// # Errors
     /// See [`CoreReconstructor::surface`].
@@ -251,7 +251,7 @@ fn prepared(
 /// 10
 #[pyclass(frozen, module = "surfrecon")]
 pub struct Reconstructed {
-    /// The surface, in the frame of the points; its vertices are the used points in their order. Vertex attributes:
+    /// The surface, in the frame of the points. Its vertices are the used points in their order. Vertex attributes:
     /// ``source_point`` (which point it is), and ``colour``, ``intensity``, ``normal_x``, ``normal_y``, ``normal_z`` where
     /// the points have them.
     #[pyo3(get)]

@@ -64,7 +64,7 @@ impl OrientedBox {
         Ok(OrientedBox { region, text: format!("<Box between {:?} and {:?}>", low.to_array(), high.to_array()) })
     }
 
-    /// Which points, (n, 3) in the world, lie in the box or on its sides: (n,) bool.
+    /// Whether points, (n, 3) in the world, lie in the box or on its sides: (n,) bool.
     fn contains<'py>(&self, points: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArray1<bool>>> {
         of_points(points, |at| self.region.contains(at))
     }
@@ -184,7 +184,7 @@ impl Plane {
         PyArray1::from_slice(py, &self.plane.normal().to_array())
     }
 
-    /// What lies at most so far above belongs to the region, in the unit of the scans.
+    /// The margin: samples at most so far above belong to the region, in the unit of the scans.
     #[getter]
     fn margin(&self) -> f64 {
         self.plane.margin()
@@ -208,7 +208,7 @@ impl Plane {
         of_points(points, |at| self.plane.height(at))
     }
 
-    /// Which points, (n, 3) in the world, lie below, on the plane, or at most the margin above: (n,) bool.
+    /// Whether points, (n, 3) in the world, lie below, on the plane, or at most the margin above: (n,) bool.
     fn contains<'py>(&self, points: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArray1<bool>>> {
         of_points(points, |at| self.plane.contains(at))
     }

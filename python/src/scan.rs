@@ -117,8 +117,8 @@ impl Camera {
     /// Args:
     ///     rows, cols: size of the image.
     ///     focal: focal lengths in pixels, across and down.
-    ///     centre: column and row of the principal point; pixel centres are whole numbers.
-    ///     world_from_sensor: 4 x 4, rigid; the sensor looks along +z, x to the right, y down.
+    ///     centre: column and row of the principal point. Pixel centres are whole numbers.
+    ///     world_from_sensor: 4 x 4, rigid. The sensor looks along +z, x to the right, y down.
     ///
     /// Raises:
     ///     InputError: numbers that aren't usable, a pose that isn't rigid.
@@ -244,7 +244,7 @@ fn made(camera: surfrecon::Result<scan::VirtualCamera>) -> PyResult<Camera> {
 ///     elevation: their height over the ring, radians.
 ///     up: the vertical.
 ///     pixels: rows and columns of each image.
-///     height_angle: angle between the first and the last row of a pinhole camera, radians; ``None``: orthographic.
+///     height_angle: angle between the first and the last row of a pinhole camera, radians. ``None``: orthographic.
 ///
 /// Raises:
 ///     InputError: a mesh without size, a vertical without direction.
@@ -303,13 +303,13 @@ pub fn turntable<'py>(
 ///     mesh: what is scanned.
 ///     cameras: a ``Camera``, or a list of them.
 #[doc = include_str!("params/scan.txt")]
-///     progress: called as ``progress(stage, fraction)``; ``False`` cancels. Ctrl-C cancels as well.
+///     progress: called as ``progress(stage, fraction)``. ``False`` cancels. Ctrl-C cancels as well.
 ///
 /// Returns:
 ///     A ``RangeImage``, or a list of them, with the reported pose.
 ///
 /// Raises:
-///     ParameterError: an option out of its range; the text names value, range and unit.
+///     ParameterError: an option out of its range. The text names value, range and unit.
 ///     Cancelled: ``progress`` returned ``False``.
 #[pyfunction]
 // options: scan
@@ -326,7 +326,7 @@ pub fn virtual_scan<'py>(
     scanned(py, images, call.single)
 }
 
-/// What `virtual_scan` returns: an image, or a list of them.
+/// The result of `virtual_scan`: an image, or a list of them.
 ///
 /// # Errors
 /// None but of Python itself.
@@ -364,7 +364,7 @@ impl ScanCall {
         Ok(ScanCall { mesh: mesh.mesh.clone(), cameras, params, single })
     }
 
-    /// Scans with one camera after the other; `part` gives the progress of scan k of so many.
+    /// Scans with one camera after the other. `part` gives the progress of scan k of so many.
     ///
     /// # Errors
     /// See [`scan::scan`].
@@ -389,9 +389,9 @@ impl ScanCall {
 /// (True, ['colour'])
 ///
 /// Args:
-///     cell: edge of the lattice it is made with, mm; by default 1.8, which gives about 400,000 triangles.
+///     cell: edge of the lattice it is made with, mm. By default 1.8, which gives about 400,000 triangles.
 ///     threads: worker threads, 0 for one a core. The result is the same for any number.
-///     progress: called with the stage's name and the share of the call that is done; ``False`` cancels.
+///     progress: called with the stage's name and the share of the call that is done. ``False`` cancels.
 ///
 /// Raises:
 ///     InputError: a cell below 0.5 or above 20.

@@ -28,12 +28,12 @@ use crate::similarity::Given;
 /// Opens scans without reading their samples.
 ///
 /// Scans are PLY, height maps and depth images (PNG, PGM, PFM, TIFF, NPY, ESRI grids, SRTM tiles), points in text and
-/// more: ``formats`` lists all. A camera's file among the paths makes the images depth images; a trajectory among them,
+/// more: ``formats`` lists all. A camera's file among the paths makes the images depth images. A trajectory among them,
 /// or a file ``NAME.xf``, ``NAME.tf`` or ``NAME.pose.txt`` beside a scan, places them.
 ///
-/// What depth cameras and phones record opens as ``Frame`` objects, which merge and align as other scans do: folders or zip
+/// Recordings of depth cameras and phones open as ``Frame`` objects, which merge and align as other scans do: folders or zip
 /// archives of 7-Scenes, TUM RGB-D, ICL-NUIM, Open3D, Redwood, nerfstudio, Polycam (raw data), Record3D (also ``.r3d``), 3D
-/// Scanner App, Stray Scanner and COLMAP (dense workspaces); ``.sens`` files of ScanNet. No frame is decoded but a few, to see
+/// Scanner App, Stray Scanner and COLMAP (dense workspaces), and ``.sens`` files of ScanNet. No frame is decoded but a few, to see
 /// how they overlap.
 ///
 /// >>> scans = surfrecon.open("folder of scans")
@@ -52,7 +52,7 @@ use crate::similarity::Given;
 ///
 /// Raises:
 ///     FileError: a file can't be read.
-///     FormatError: a file does not hold what its format promises; the text names file, place and remedy.
+///     FormatError: a file does not hold what its format promises. The text names file, place and remedy.
 ///     ParameterError: an option out of its range.
 ///     InputError: a ``crs`` that is neither well-known text nor a code, nor what PROJ calls one.
 #[pyfunction]
@@ -70,7 +70,7 @@ pub fn open(
     ScanSet::new(py, set)
 }
 
-/// What is to be opened, free of Python.
+/// The scans to be opened, free of Python.
 pub struct OpenCall {
     paths: Vec<Place>,
     options: ReadOptions,
@@ -174,15 +174,15 @@ pub fn read<'py>(
 /// Args:
 ///     path: ends in ``.conf`` (the grids go into its folder), ``.ptx`` or ``.e57``.
 ///     images: range images, for ``.conf`` with different names.
-///     provenance: what an ``.e57`` says of where it is from, as for ``Mesh.write``; the others have no place for it. An ``.e57`` also
+///     provenance: what an ``.e57`` says of where it is from, as for ``Mesh.write``. The others have no place for it. An ``.e57`` also
 ///         says the images' ``crs``.
-///     progress: called with the stage's name and the share of the call that is done; ``False`` cancels.
+///     progress: called with the stage's name and the share of the call that is done. ``False`` cancels.
 ///
 /// Raises:
-///     InputError: a name that can't be a file's, or is there twice; rays that go round more than half a sphere; an ``.e57`` of images
+///     InputError: a name that can't be a file's, or is there twice, rays that go round more than half a sphere, an ``.e57`` of images
 ///         in different coordinate reference systems.
-///     FileError: writing failed; no file is left, and those that were there are untouched.
-///     Cancelled: the callback said so; likewise.
+///     FileError: writing failed. No file is left, and those that were there are untouched.
+///     Cancelled: the callback said so. Files are as after a failure.
 #[pyfunction]
 #[pyo3(signature = (path, images, *, provenance = None, progress = None))]
 pub fn write_scans(
@@ -207,14 +207,14 @@ pub fn write_scans(
 /// Args:
 ///     path: the file.
 ///     content: what is written.
-///     provenance: what the file says of where it is from, as for ``Mesh.write``; of range images ``.e57`` has a place for it.
-///     progress: called with the stage's name and the share of the call that is done; ``False`` cancels.
+///     provenance: what the file says of where it is from, as for ``Mesh.write``. Of range images ``.e57`` has a place for it.
+///     progress: called with the stage's name and the share of the call that is done. ``False`` cancels.
 ///     options: for a mesh the keyword arguments of ``Mesh.write``.
 ///
 /// Raises:
 ///     InputError: an ending that doesn't fit the content, or what the format can't hold.
-///     FileError: writing failed; no file is left, and one that was there is untouched.
-///     Cancelled: the callback said so; likewise.
+///     FileError: writing failed. No file is left, and one that was there is untouched.
+///     Cancelled: the callback said so. Files are as after a failure.
 ///     TypeError: content of another type.
 #[pyfunction]
 #[pyo3(signature = (path, content, *, provenance = None, progress = None, **options))]
@@ -257,7 +257,7 @@ pub fn write(
     write_scans(py, path.extract()?, images, provenance, progress)
 }
 
-/// What a file that this library wrote says of where it is from: ``.ply``, ``.obj``, ``.glb``, ``.e57``; ``None`` where it says nothing.
+/// The provenance in a file that this library wrote: ``.ply``, ``.obj``, ``.glb``, ``.e57``. ``None`` where it says nothing.
 ///
 /// >>> mesh.write("vase.ply", provenance={"found in": "trench 4"})
 /// >>> surfrecon.provenance("vase.ply")["found in"]
@@ -275,7 +275,8 @@ pub fn provenance<'py>(py: Python<'py>, path: &Bound<'py, PyAny>) -> PyResult<Op
     said.map(|said| py.import("json")?.call_method1("loads", (said.to_json(),))).transpose()
 }
 
-/// What of the coordinate reference system of a content a file of that name has no place for, in words; ``None`` where nothing is lost.
+/// A note, in words, on the part of a content's coordinate reference system that a file of that name can't hold. ``None`` where nothing is
+/// lost.
 ///
 /// >>> surfrecon.crs_note("terrain.ply", "mesh", "EPSG:25832") is None
 /// True
@@ -288,7 +289,7 @@ pub fn provenance<'py>(py: Python<'py>, path: &Bound<'py, PyAny>) -> PyResult<Op
 ///     crs: the system of the content, if it has one.
 ///
 /// Raises:
-///     InputError: ``content`` is none of these; what names no system.
+///     InputError: ``content`` is none of these, or ``crs`` names no system.
 #[pyfunction]
 pub fn crs_note(path: FsPath, content: &str, crs: Option<crs::CrsText>) -> PyResult<Option<String>> {
     Ok(export::crs_note(&path.0, holding(content, "content")?, crs::crs_of(crs)?.as_ref()))
@@ -326,7 +327,7 @@ pub fn formats<'py>(py: Python<'py>, written: Option<&str>) -> PyResult<Bound<'p
     Ok(dict)
 }
 
-/// What a word says that a file holds.
+/// The kind of content that a word names.
 fn holding(word: &str, argument: &str) -> PyResult<Holding> {
     Holding::named(word).ok_or_else(|| {
         let known: Vec<_> = Holding::CHOICES.iter().map(|choice| format!("\"{}\"", choice.name)).collect();
@@ -342,8 +343,8 @@ fn holding(word: &str, argument: &str) -> PyResult<Holding> {
 #[pyclass(frozen, sequence, module = "surfrecon")]
 pub struct ScanSet {
     scans: Vec<Py<Scan>>,
-    /// What a person should know about how the files were understood, for example the quaternion convention used; of a
-    /// recording what was found, what is missing and what is left out.
+    /// Notes for people on how the files were understood, for example on the quaternion convention used. Of a recording
+    /// they say what was found, what is missing and what is left out.
     #[pyo3(get)]
     notes: Vec<String>,
 }
@@ -381,7 +382,7 @@ impl ScanSet {
 
 #[pymethods]
 impl ScanSet {
-    /// The coordinate reference system that all scans which name one lie in: well-known text, or a code as ``EPSG:25832``; ``None``
+    /// The coordinate reference system that all scans which name one lie in: well-known text, or a code as ``EPSG:25832``. ``None``
     /// where none does.
     ///
     /// Raises:
@@ -405,7 +406,7 @@ impl ScanSet {
         self.edited(py, &edits(region, true, self.count())?)
     }
 
-    /// The set without what a region holds of each scan; as ``keep``.
+    /// The set without what a region holds of each scan. Works as ``keep``.
     fn remove(&self, py: Python<'_>, region: &Bound<'_, PyAny>) -> PyResult<Self> {
         self.edited(py, &edits(region, false, self.count())?)
     }

@@ -20,7 +20,7 @@ use crate::report;
 /// Distances are measured along each sample's own ray. The mesh covers what ``RangeImage.triangulate`` covers: nothing
 /// over invalid pixels, nothing across jumps. One exception: triangles that hide behind others, as seen along the rays
 /// (``report.hidden_triangles``), are left out, and the tolerance does not hold for samples that have only such triangles.
-/// These count as ``isolated_pixels``; the certificate does not measure them. Options that are ``None`` take their
+/// These count as ``isolated_pixels``. The certificate does not measure them. Options that are ``None`` take their
 /// defaults.
 ///
 /// >>> sculpted = surfrecon.sculpt(image, tolerance=0.5)
@@ -31,14 +31,14 @@ use crate::report;
 /// Args:
 ///     image: the range image.
 #[doc = include_str!("params/sculpt.txt")]
-///     progress: called as ``progress(stage, fraction)`` about every 30 ms on the calling thread; ``False`` cancels.
+///     progress: called as ``progress(stage, fraction)`` about every 30 ms on the calling thread. ``False`` cancels.
 ///         Ctrl-C cancels as well.
 ///
 /// Returns:
 ///     A ``Sculpted`` with the mesh and its certificate.
 ///
 /// Raises:
-///     ParameterError: an option out of its range; the text names value, range and unit.
+///     ParameterError: an option out of its range. The text names value, range and unit.
 ///     InputError: both tolerances given, an image that gives no triangle, or one that can't be used.
 ///     Cancelled: ``progress`` returned ``False``.
 #[pyfunction]
@@ -57,7 +57,7 @@ pub fn sculpt(
     Sculpted::new(py, made, rows, cols)
 }
 
-/// A number of triangles; more than there can be are as good as any.
+/// A number of triangles. More than there can be are as good as any.
 fn number_of_triangles(given: &Bound<'_, PyAny>) -> PyResult<usize> {
     let given = given.call_method0("__index__").map_err(|error| {
         let kind = given.get_type().name().map_or_else(|_| "something else".to_owned(), |name| name.to_string());
@@ -78,7 +78,7 @@ fn shown(x: f64) -> String {
 
 /// A range image ready to be sculpted to one tolerance after the other.
 ///
-/// Finds once where the mesh may be; the result of a tolerance does not depend on the tolerances before.
+/// Finds once where the mesh may be. The result of a tolerance does not depend on the tolerances before.
 ///
 /// >>> sculptor = surfrecon.Sculptor(image)
 /// >>> small = sculptor.at_most(1000)
@@ -87,7 +87,7 @@ fn shown(x: f64) -> String {
 /// >>> fine, coarse = sculptor.levels([0.1, 1.0])
 ///
 /// Args:
-///     image: the range image; changing it later does not change the sculptor.
+///     image: the range image. Changing it later does not change the sculptor.
 ///     effort, interpolate, min_angle, simplify_borders, edge_limit, grazing_limit, threads: as for ``sculpt``.
 ///
 /// Raises:
@@ -166,7 +166,7 @@ impl Sculptor {
         self.sculptor.depth_extent()
     }
 
-    /// The mesh within a tolerance, finer or coarser than any before; arguments and errors as of ``sculpt``.
+    /// The mesh within a tolerance, finer or coarser than any before. Arguments and errors as of ``sculpt``.
     ///
     /// >>> sculptor = surfrecon.Sculptor(image)
     /// >>> sculptor.refine(tolerance=0.2).tolerance
@@ -234,7 +234,7 @@ impl Sculptor {
 #[pyclass(frozen, module = "surfrecon")]
 pub struct Sculpted {
     /// The surface, in the sensor's frame. Vertex attributes: ``range_row``, ``range_col``, ``error`` (largest of the
-    /// vertex's triangles), and ``colour``, ``intensity``, ``confidence`` where the image has them; attribute of the
+    /// vertex's triangles), and ``colour``, ``intensity``, ``confidence`` where the image has them. Attribute of the
     /// triangles: ``error``, the largest distance of the samples seen in it.
     #[pyo3(get)]
     mesh: Py<Mesh>,
@@ -290,7 +290,7 @@ impl Sculpted {
         self.core.certificate.worst_pixel.map(Into::into)
     }
 
-    /// (rows, cols) float32: signed distance a pixel, positive where the mesh lies behind the sample, rounded away from 0; NaN
+    /// (rows, cols) float32: signed distance a pixel, positive where the mesh lies behind the sample, rounded away from 0. NaN
     /// where there is no mesh. Newly copied.
     #[getter]
     fn error_image<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {

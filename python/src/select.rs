@@ -1,4 +1,4 @@
-//! Keeps, removes and transforms scans of every kind; the dominant plane.
+//! Keeps, removes and transforms scans of every kind. Finds the dominant plane.
 
 use std::sync::Arc;
 
@@ -16,7 +16,7 @@ use crate::scans::ScanSet;
 use crate::similarity::Given;
 use crate::sources::{self, Clouds, Source, as_dyn, sources};
 
-/// A scan of any kind with an edit; errors name it.
+/// A scan of any kind with an edit. Errors name it.
 fn of_source(edit: &Edit, source: Source, progress: &Progress<'_>) -> surfrecon::Result<Source> {
     let named = |name: &str, error| match error {
         surfrecon::Error::Input(text) => surfrecon::Error::Input(format!("{name}: {text}")),
@@ -74,10 +74,10 @@ fn edited<'py>(
     Ok(PyList::new(py, placed.collect::<PyResult<Vec<_>>>()?)?.into_any())
 }
 
-/// Keeps what a region holds of each scan; all else goes. Where samples lie decides, in the world; what lies on the border is inside.
+/// Keeps what a region holds of each scan. All else goes. The place of samples in the world decides. Samples on the border are inside.
 ///
-/// Range images keep grid, projection and pose: what goes are missing pixels, through which a merge does not see. Meshes keep faces of
-/// which all vertices stay. Scans in files are not read: what is kept of them is, whenever they are read, merged or aligned.
+/// Range images keep grid, projection and pose: removed samples become missing pixels, through which a merge does not see. Meshes keep faces of
+/// which all vertices stay. Scans in files are not read now: the kept part is read when they are read, merged or aligned.
 ///
 /// >>> upper = surfrecon.keep(scans, surfrecon.Box.between((-100, -100, 0), (100, 100, 120)))
 /// >>> len(upper)
@@ -87,10 +87,10 @@ fn edited<'py>(
 ///     scans: a ``ScanSet`` or a list, as for ``align``.
 ///     region: a ``Box``, a ``Plane``, or a list of one mask a scan, ``None`` for those that stay whole: bool, (rows, cols) for a range
 ///         image, (n,) for a mesh's vertices or a cloud's points.
-///     progress: called as ``progress(stage, fraction)`` about every 30 ms on the calling thread; ``False`` cancels.
+///     progress: called as ``progress(stage, fraction)`` about every 30 ms on the calling thread. ``False`` cancels.
 ///
 /// Returns:
-///     The scans in their order, as ``merge`` and ``align`` take them: a ``ScanSet`` for one, else a list; a mesh as (``Mesh``, matrix,
+///     The scans in their order, as ``merge`` and ``align`` take them: a ``ScanSet`` for one, else a list. A mesh as (``Mesh``, matrix,
 ///     name). Some may have no samples left: ``merge`` passes over these.
 ///
 /// Raises:
@@ -178,19 +178,19 @@ impl PlaneCall {
 /// >>> scans = surfrecon.remove(scans, surfrecon.dominant_plane(scans))
 ///
 /// Args:
-///     scans: a ``ScanSet`` or a list, as for ``align``; clouds need no normals. Where they lie counts: align them first.
+///     scans: a ``ScanSet`` or a list, as for ``align``. Clouds need no normals. Where they lie counts: align them first.
 #[doc = include_str!("params/plane.txt")]
-///     progress: called as ``progress(stage, fraction)`` about every 30 ms on the calling thread; ``False`` cancels.
+///     progress: called as ``progress(stage, fraction)`` about every 30 ms on the calling thread. ``False`` cancels.
 ///
 /// Options that are ``None`` take their defaults.
 ///
 /// Returns:
-///     A ``Plane`` with ``share`` and ``spread``. Above is the side that its samples were seen from; where that is not known, the one
-///     that most of the others lie on.
+///     A ``Plane`` with ``share`` and ``spread``. Above is the side that its samples were seen from. If that is not known, it is the
+///     side that most of the others lie on.
 ///
 /// Raises:
 ///     ParameterError: an option out of its range.
-///     InputError, FormatError, FileError: no plane that stands out, with the remedy; a scan that can't be used or read.
+///     InputError, FormatError, FileError: no plane that stands out, with the remedy, a scan that can't be used or read.
 ///     Cancelled: ``progress`` returned ``False``.
 #[pyfunction]
 // options: plane

@@ -6,12 +6,12 @@ use surfrecon::memory;
 
 use crate::errors::input_error;
 
-/// Sets the most memory that calls may take, in bytes; together, where several run at a time.
+/// Sets the most memory that calls may take, in bytes, together where several run at a time.
 ///
-/// What is foreseen to need more, or more than is free, raises ``MemoryError`` before it begins; what turns out to need more
-/// raises it then, and nothing is left behind. It limits calls, not what they leave: what was handed out before (meshes, images) does not
-/// count, however much it is, unless another call was running all the time since; nor does what Python and NumPy allocate. ``None``, the
-/// default, and 0 allow all that is free. Calls in a ``Context`` with a limit of its own have that one instead.
+/// A call that is foreseen to need more, or more than is free, raises ``MemoryError`` before it begins. A call that turns out to need
+/// more raises it then, and nothing is left behind. It limits calls, not what they leave: what was handed out before (meshes, images) does not
+/// count, however much it is, unless another call was running all the time since. Memory that Python and NumPy allocate does not count either.
+/// ``None``, the default, and 0 allow all that is free. Calls in a ``Context`` with a limit of its own have that one instead.
 ///
 /// >>> surfrecon.set_memory_limit(8 * 10**9)
 /// >>> result = surfrecon.merge(scans)
@@ -25,7 +25,7 @@ pub fn set_memory_limit(bytes: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
     Ok(())
 }
 
-/// A number of bytes that memory is to be limited to; `None` for 0, which is no limit.
+/// A number of bytes that memory is to be limited to. `None` for 0, which is no limit.
 pub fn limit_of(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Option<u64>> {
     let bytes = given.extract::<u64>().map_err(|error| {
         if !error.is_instance_of::<PyOverflowError>(given.py()) {
@@ -38,7 +38,7 @@ pub fn limit_of(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Option<u64>> {
     Ok((bytes > 0).then_some(bytes))
 }
 
-/// What ``set_memory_limit`` set: bytes, or ``None``.
+/// The limit that ``set_memory_limit`` set: bytes, or ``None``.
 ///
 /// >>> surfrecon.set_memory_limit(8 * 10**9)
 /// >>> surfrecon.memory_limit()

@@ -20,7 +20,7 @@ use crate::regions::Plane;
 ///     matrix: 4 x 4 that scales all directions alike, turns and shifts, within 0.02 of that.
 ///
 /// Raises:
-///     InputError: a matrix that does anything else; numbers that are not finite.
+///     InputError: a matrix that does anything else, numbers that are not finite.
 #[pyclass(frozen, module = "surfrecon")]
 #[derive(Clone, Copy)]
 pub struct Similarity {
@@ -61,18 +61,18 @@ impl Similarity {
         arrays::matrix(py, &self.similarity.to_affine())
     }
 
-    /// What lengths are multiplied with.
+    /// The factor of lengths.
     #[getter]
     fn scale(&self) -> f64 {
         self.similarity.scale()
     }
 
-    /// What takes it back.
+    /// The similarity that takes it back.
     fn inverse(&self) -> Self {
         Similarity { similarity: self.similarity.inverse() }
     }
 
-    /// Where points, (n, 3), come to lie: (n, 3) float64.
+    /// Points, (n, 3), where they come to lie: (n, 3) float64.
     fn apply<'py>(&self, points: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         let (coordinates, shape) = arrays::floats(points, "points", &[None, Some(3)])?;
         let moved: Vec<f64> = guarded(|| {

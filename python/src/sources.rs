@@ -83,7 +83,7 @@ pub fn sources(scans: &Bound<'_, PyAny>, clouds: Clouds) -> PyResult<Vec<Source>
     iterator.enumerate().map(|(i, item)| source(i, &item?, clouds)).collect()
 }
 
-/// A scan of Python; `index` is what a mesh without a name is called by.
+/// A scan of Python. `index` is what a mesh without a name is called by.
 ///
 /// # Errors
 /// `TypeError` naming what is no scan.

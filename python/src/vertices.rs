@@ -13,7 +13,7 @@ use crate::params::count;
 use crate::progress::Watch;
 use crate::projection;
 
-/// What a host keeps of a range image beside its vertices: how pixels see, and by anchors where some of the vertices were,
+/// The data that a host keeps of a range image beside its vertices: how pixels see, and by anchors where some of the vertices were,
 /// from which ``RangeImage.from_vertices`` tells how all of them were moved. Made by ``RangeImage.grid_camera``, or from what
 /// a host stored. It never changes.
 ///
@@ -97,7 +97,7 @@ impl GridCamera {
         Ok(self.camera.scaled(scale).map_err(|e| to_python(&e))?.into())
     }
 
-    /// What a copy, or one unpickled, is made of.
+    /// The arguments that a copy, or one unpickled, is made of.
     fn __getnewargs__<'py>(&self, py: Python<'py>) -> PyResult<(usize, usize, Bound<'py, PyDict>, Bound<'py, PyAny>)> {
         Ok((self.camera.rows, self.camera.cols, self.projection(py)?, self.anchors(py)?))
     }
@@ -127,7 +127,7 @@ fn of_rows(anchors: &Bound<'_, PyAny>) -> PyResult<Vec<Anchor>> {
         .collect()
 }
 
-/// What Python hands over, one entry a vertex.
+/// Arrays that Python hands over, one entry a vertex.
 pub struct PerVertex<'a, 'py> {
     pub row: &'a Bound<'py, PyAny>,
     pub col: &'a Bound<'py, PyAny>,
@@ -174,7 +174,7 @@ pub fn image(
     })
 }
 
-/// Rows or columns; what 32 bits can't hold lies outside of any grid and stays so.
+/// Rows or columns. Numbers that 32 bits can't hold lie outside of any grid and stay so.
 fn places(value: &Bound<'_, PyAny>, what: &str, vertices: [Option<usize>; 1]) -> PyResult<Vec<i32>> {
     let (places, _) = arrays::integers(value, what, &vertices)?;
     Ok(places.into_iter().map(|place| place.clamp(i32::MIN.into(), i32::MAX.into()) as i32).collect())

@@ -52,7 +52,7 @@ NOT_OF_ALL = {
     "colour": {"gain_error_pct", "cpu_s", "wall_s", "peak_mb"},
     "blender": {"ms", "blender_minimum_ms", "peak_mb"},
     "cluster": {"genus"},
-    # What is extrapolated was compared with nothing; blocks of a quick merge may be gone before they are seen.
+    # Extrapolated rows were compared with nothing. Blocks of a quick merge may be gone before they are seen.
     "scale": {"same_bytes", "blocks", "replaced_cpu_s"},
     "install": {"tests_passed", "tests_failed", "excused"},
     # Known of points with noise on shapes whose truth is known: see `check_noise`.

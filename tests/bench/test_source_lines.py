@@ -1,4 +1,4 @@
-"""What counts as a line of a program."""
+"""The lines that count as lines of a program."""
 
 from source_lines import lines
 

@@ -24,7 +24,7 @@ def ring(count, finer=1):
 
 
 def images(count, subject=None, finer=1):
-    """What the cameras measure of a surface, in whole millimetres; 0 where nothing is."""
+    """The images that the cameras measure of a surface, in whole millimetres. 0 where nothing is."""
     subject = subject or torus()
     for camera in ring(count, finer):
         values = surfrecon.virtual_scan(subject, camera).values

@@ -1,4 +1,4 @@
-"""What adjusting an operation needs: kept work, chains that are not made twice, previews; materials face by face; the
+"""Needs of adjusting an operation: kept work, chains that are not made twice, previews; materials face by face; the
 messages that the README for artists explains.
 """
 

@@ -71,7 +71,7 @@ def figures(obj):
 
 
 def lies(objects):
-    """Where objects are, to the bit."""
+    """The places of objects, to the bit."""
     return [[tuple(getattr(obj, name)) for name in TRANSFORM] for obj in objects]
 
 
@@ -107,7 +107,7 @@ def test_scans_come_to_where_they_belong_wherever_their_vertices_are(scans, imag
     select(scans)
     bpy.ops.object.transform_apply(location=True, rotation=True, scale=True)
     throw(scans, seed=8)
-    # Where an object belongs follows from where its vertices were.
+    # The place of an object follows from where its vertices were.
     for obj, image in zip(scans, images, strict=True):
         before = np.asarray(image.points, float)[image.valid]
         after = np.array([v.co[:] for v in obj.data.vertices])

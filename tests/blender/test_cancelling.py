@@ -87,7 +87,7 @@ def call(scans_file, extension, tmp_path):
         if name in {"align", "merge", "merge_to_file", "clean"}:
             chosen = scans
         if name in {"ground", "remove_background"}:
-            # Which is hidden once nothing of it is left.
+            # A plane is hidden once nothing of it is left.
             below.hide_set(False)
             chosen = [*scans, below]
         for obj in chosen:
@@ -122,7 +122,7 @@ def test_a_stopped_operator_changes_nothing(call, extension, monkeypatch, name, 
     assert call(name) == {"CANCELLED"}
     monkeypatch.undo()
     after = state()
-    # What was selected for the call is the test's own doing.
+    # The selection for the call is the test's own doing.
     assert after[:3] == before[:3]
     assert running.job is None and jobs and all(job.done() for job in jobs)
     assert call(name) == {"FINISHED"}

@@ -176,7 +176,7 @@ def test_half_a_file_changes_nothing(tmp_path, kind):
 
 @pytest.mark.parametrize("kind", ["e57", "glb", "npy", "png", "ply", "las", "pcd", "tif"])
 def test_bytes_of_no_meaning_change_nothing(tmp_path, kind):
-    """What is changed may still be a file; if it isn't, nothing is in the scene."""
+    """A changed file may still be a file. If it isn't, nothing is in the scene."""
     path = tmp_path / name_of(kind)
     MAKERS[kind](path)
     whole = bytearray(path.read_bytes())

@@ -93,7 +93,7 @@ def test_unit_and_axes(conf, images):
 
 def test_forward_follows_up_in_the_dialog(extension):
     check = extension.operators.import_scans.SURFRECON_OT_import_scans.check
-    # What Blender's dialog holds when Up was just chosen: both on one axis.
+    # The choices of Blender's dialog when Up was just chosen: both on one axis.
     for up, forward in (("Y", "-Z"), ("-Y", "Z"), ("X", "Y"), ("-Z", "Y")):
         dialog = SimpleNamespace(axis_up=up, axis_forward=up, up_before="Z")
         assert check(dialog, None)

@@ -1,4 +1,4 @@
-"""What a merge leaves for the next one."""
+"""Work that a merge leaves for the next one."""
 
 import bpy
 import pytest
@@ -28,7 +28,7 @@ def scans(tmp_path, images):
 
 @pytest.fixture
 def kept(extension):
-    """Where it is kept; nothing is at first."""
+    """The store of kept work, empty at first."""
     found = extension.kept_merge.KeptMerge
     found.forget()
     yield found

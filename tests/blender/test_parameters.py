@@ -11,7 +11,7 @@ from test_cancelling import LONG
 from test_merge import add_mesh
 from test_selections import state
 
-# What is set besides; large enough that nothing takes long.
+# Values that are set besides, large enough that nothing takes long.
 OTHERS = {
     "reproject": {"percent": 100},
     "virtual_scan": {"percent": 100},

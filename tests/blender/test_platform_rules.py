@@ -1,4 +1,4 @@
-"""What extensions.blender.org asks of an extension, as far as the zip and the running extension can show it.
+"""The rules of extensions.blender.org for an extension, as far as the zip and the running extension can show it.
 
 CONTRIBUTING.md, "Blender's extension platform", has the rules with their sources.
 """
@@ -28,7 +28,7 @@ OTHERS = {
     "numpy",
     "surfrecon",
 }
-# What talks to others, or starts programs.
+# Modules that talk to others, or start programs.
 NETWORK = {"asyncio", "ftplib", "http", "requests", "smtplib", "socket", "ssl", "subprocess", "urllib", "webbrowser"}
 
 
@@ -121,7 +121,7 @@ def test_nothing_is_needed_that_is_not_in_it(sources, built):
     for wheel in wheels(built):
         metadata = next(name for name in wheel.namelist() if name.endswith(".dist-info/METADATA"))
         needed = re.findall(r"^Requires-Dist: ([\w-]+)(?!.*extra ==)", wheel.read(metadata).decode(), re.M)
-        # Which Blender brings.
+        # Blender brings NumPy.
         assert needed == ["numpy"]
 
 

@@ -191,7 +191,7 @@ def test_range_images_know_their_sensors(extension):
     x, y = np.meshgrid(np.arange(40.0), np.arange(40.0)) + 0.2 * np.random.default_rng(1).random((2, 40, 40))
     points = np.stack([x, y, 100 + np.where(x < 20, 0, 20.0) + y**2 / 64], 2)
     scan = add_scan(extension, "scan", points, ("from", (20, 20, -1000)))
-    # Where it stands changes nothing of what is made in its own frame.
+    # Its place changes nothing of what is made in its own frame.
     scan.location = (5, 6, 7)
     bpy.context.view_layer.update()
     vertices = np.array([v.co[:] for v in scan.data.vertices])

@@ -144,7 +144,7 @@ def test_the_background_is_found_and_removed_undone_too(standing):
         assert world(obj)[:, 2].min() > low and len(obj.data.vertices) > 100
     assert sum(len(obj.data.vertices) for obj in scans()) < 0.7 * before
     places, _ = corners(merge([*scans(), rest()]))
-    # What lies beside the torus was floor.
+    # Points beside the torus were floor.
     assert np.linalg.norm(places[:, :2], axis=1).max() < 1
     bpy.ops.ed.undo()
     assert sum(len(obj.data.vertices) for obj in scans()) == before and "recording_selections" not in rest()
@@ -195,7 +195,7 @@ def test_what_is_left_keeps_all_it_had(standing, extension, plain):
 
 
 def ruler(*points):
-    """What Blender's ruler leaves in a scene; Python can't draw one."""
+    """A scene as Blender's ruler leaves it. Python can't draw one."""
     stroke = SimpleNamespace(points=[SimpleNamespace(co=Matrix.Translation(p).translation) for p in points])
     layer = SimpleNamespace(frames=[SimpleNamespace(strokes=[stroke])])
     return SimpleNamespace(annotation=SimpleNamespace(layers={"RulerData3D": layer}))
@@ -341,7 +341,7 @@ def test_a_plane_becomes_the_ground(standing, baked):
             obj.matrix_world = tilt @ obj.matrix_world
         bpy.context.view_layer.update()
         if baked:
-            # Where they were seen from only their vertices tell, then.
+            # Then only their vertices tell where they were seen from.
             choose(scans(), scans()[0])
             bpy.ops.object.transform_apply(location=True, rotation=True, scale=True)
         chosen = [*scans(), rest()]

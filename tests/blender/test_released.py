@@ -22,7 +22,7 @@ VOXEL = 0.1
 
 
 def images():
-    """What was scanned, the same for all versions."""
+    """Images of the scanned object, the same for all versions."""
     return torus_scans(pixels=45)
 
 
@@ -37,7 +37,7 @@ def test_writing_the_file_of_this_version(tmp_path):
     saved = tmp_path / "saved.blend"
     bpy.ops.wm.save_as_mainfile(filepath=str(saved), copy=True, relative_remap=False)
     content = saved.read_bytes()
-    # Where it was made is nobody's business.
+    # The folder in which it was made is nobody's business.
     for folder in (tmp_path, Path.home()):
         content = re.sub(re.escape(bytes(folder)) + rb"[^\0]*", lambda found: bytes(len(found[0])), content)
     FOLDER.mkdir(exist_ok=True)

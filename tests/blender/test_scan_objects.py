@@ -9,7 +9,7 @@ from mathutils import Matrix
 from shapes import torus
 from test_panels import draw
 
-# What a few operations in single precision leave of coordinates, as a share of the largest.
+# The error of coordinates after a few operations in single precision, as a share of the largest.
 SINGLE = 2e-6
 
 # A ray may be so many pixels off.
@@ -297,7 +297,7 @@ def test_edit_mode_leaves_the_camera(image, extension):
     before = convert_positions(obj)
     bpy.ops.object.mode_set(mode="EDIT")
     edited = bmesh.from_edit_mesh(obj.data)
-    # What its operators call, one after the other; without a window Blender 4.2 can't run these.
+    # The calls of its operators, one after the other. Without a window Blender 4.2 can't run these.
     bmesh.ops.translate(edited, verts=edited.verts, vec=(0.3, -0.7, 2))
     bmesh.ops.rotate(edited, verts=edited.verts, cent=(1, 2, 3), matrix=Matrix.Rotation(0.7, 3, "Y"))
     bmesh.ops.scale(edited, verts=edited.verts, vec=(1.5, 1.5, 1.5))
@@ -364,7 +364,7 @@ def test_objects_of_the_version_before_are_range_images(image, change, extension
     lies(extension, obj, image, change)
     extension.scaling.grow(obj, 2.0)
     lies(extension, obj, image, Matrix.Scale(2, 4) @ change)
-    # Where their vertices were nobody knows: moved ones are points.
+    # Nobody knows where their vertices were: moved ones are points.
     obj.data.transform(TURNED)
     found = read(extension, obj)
     seen = in_world(convert_positions(obj), obj.matrix_world)

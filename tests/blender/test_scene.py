@@ -207,7 +207,7 @@ def test_presets_are_written_as_in_the_guide():
         assert f"*{bpy.path.display_name(path.name, title_case=False)}*" in guide
 
 
-# What Blender itself has in all its languages.
+# Words that Blender itself has in all its languages.
 BLENDER_S_OWN = {
     "File Path",
     "Forward",

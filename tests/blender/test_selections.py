@@ -296,7 +296,7 @@ SELECTIONS = [
 
 
 def state():
-    """What a refusal must leave as it was."""
+    """The state that a refusal must leave as it was."""
     kinds = (bpy.data.objects, bpy.data.meshes, bpy.data.collections, bpy.data.materials, bpy.data.curves)
     counts = {mesh.name: (len(mesh.vertices), sorted(mesh.attributes.keys())) for mesh in bpy.data.meshes}
     properties = {obj.name: sorted(obj.keys()) for obj in bpy.data.objects}

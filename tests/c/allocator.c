@@ -20,7 +20,7 @@ static int none_for_workers;
 static pthread_t here;
 static const char *wrong;
 
-/* What lies before each block. */
+/* The header before each block. */
 struct head {
     void *whole;
     size_t size, alignment;
@@ -129,7 +129,7 @@ int main(int count, char **arguments)
     if (count > 1) allocator.reallocate = reallocate;
     allocator.user = &blocks;
     here = pthread_self();
-    /* Who asks wrongly, and reads why, may ask again. */
+    /* A caller who asks wrongly, and reads why, may ask again. */
     must(srf_last_error_message()[0] == 0 && srf_set_allocator(NULL) == SRF_ERR_NULL, "null");
     must(strstr(srf_last_error_message(), "allocator must not be NULL") != NULL, "null");
     allocator.deallocate = NULL;

@@ -58,7 +58,7 @@ by_guide() {
         asks_for_files "$folder/app" && asks_for_files "$folder/build/app"
 }
 
-# What that program does without arguments.
+# Checks what that program does without arguments.
 asks_for_files() {
     "$1"
     [ $? = 2 ]
@@ -160,7 +160,7 @@ tells_types() {
 }
 
 check "installs, and is moved" installs_and_moves
-# Where the library is found is said by its consumer, not by a path inside it.
+# The consumer of the library says where it is found, not a path inside it.
 export LD_LIBRARY_PATH=$prefix/lib
 check "examples build with CMake" by_cmake
 check "C example built by CMake runs" says_how_to_use "$scratch/build/merge_scans"

@@ -31,7 +31,7 @@ def programs(folder):
 
 
 def jobs():
-    """Where they keep what they know of jobs, a folder each."""
+    """The folders in which they keep what they know of jobs, one each."""
     return Path(os.environ["STAND_INS"])
 
 

@@ -1,4 +1,4 @@
-"""What Dask sees of a merge: how tasks are called, what they hand over, how often they are tried, how far all is."""
+"""A merge as Dask sees it: how tasks are called, what they hand over, how often they are tried, how far all is."""
 
 import io
 import json
@@ -123,7 +123,7 @@ def test_each_task_is_tried_again(client, scans, by_one, workspace, tmp_path, re
         assert {path.name for path in (tmp_path / "tried").iterdir()} == tasks and len(tasks) > 10
     else:
         assert not (tmp_path / "surface.ply").exists()
-        # What went wrong is no more: the same call goes on.
+        # The cause of the error is gone: the same call goes on.
         distributed.merge(scans, tmp_path / "surface.ply", **given)
     assert (tmp_path / "surface.ply").read_bytes() == by_one
 
@@ -150,7 +150,7 @@ def test_the_memory_of_a_worker_is_of_all_its_threads(scans, workspace, tmp_path
 
 
 def prefixes(dask_scheduler):
-    """What the dashboard calls the tasks that the scheduler has."""
+    """The names that the dashboard has for the tasks of the scheduler."""
     return list(dask_scheduler.task_prefixes)
 
 

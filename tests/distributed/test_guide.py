@@ -1,4 +1,4 @@
-"""What docs/site/guide/cluster.md shows runs, as it stands there, and makes what one process makes.
+"""The examples of docs/site/guide/cluster.md run, as they stand there, and make what one process makes.
 
 SLURM and Kubernetes are not there: `schedulers` stands in for their programs. Workers, tasks and dask-jobqueue are
 real.
@@ -69,7 +69,7 @@ def texts(name, language, heading):
 def run(text, **names):
     """Runs a block of Python, as a script is."""
     names["__name__"] = "__main__"
-    # What it sets for Dask is for its cluster.
+    # The setting for Dask is for its cluster.
     with dask.config.set({"distributed.scheduler.allowed-failures": 3}):
         exec(compile(text, GUIDE, "exec"), names)
     assert isinstance(names["report"], surfrecon.MergeReport)

@@ -1,4 +1,4 @@
-"""Where the pages of the site come from, and what the other tests already make."""
+"""The scenes of examples, and modules of the tools and of the other tests."""
 
 import sys
 from pathlib import Path

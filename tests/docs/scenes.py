@@ -1,4 +1,4 @@
-"""What the examples of the guides find when they run: files in their folder, and names that they do not make."""
+"""Scenes for the examples of the guides: files in their folder, and names that they do not make."""
 
 import functools
 import shutil

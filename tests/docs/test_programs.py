@@ -1,4 +1,4 @@
-"""What the guides show of the command line, of C and of C++ runs; nothing is shown that no test runs.
+"""The examples of the command line, of C and of C++ in the guides run. No example is there that no test runs.
 
 SURFRECON_LIBRARY names the built library.
 """
@@ -18,7 +18,7 @@ from sections import blocks
 LIBRARY = os.environ.get("SURFRECON_LIBRARY")
 INCLUDE = ROOT / "c-api" / "include"
 
-# Who runs the blocks of a language, besides this file and the one for Python.
+# The files that run the blocks of a language, besides this file and the one for Python.
 RUN_BY = {
     "rust": "rust-core/src/lib.rs",
     "": "rust-core/src/lib.rs",
@@ -30,7 +30,7 @@ RUN_BY = {
 # Programs of lines that no test calls as they stand there: they take minutes, or what a user has.
 CALLED = {"cargo", "cmake", "perf", "pip"}
 
-# What the lines of the guide use and do not make.
+# Names that the lines of the guide use and do not make.
 CPP = r"""
 #include <surfrecon.hpp>
 #include <cstdio>
@@ -74,7 +74,7 @@ SHOWN
 """
 
 
-# What commands of a page find, and the files that they make.
+# Files that commands of a page find, and the files that they make.
 SHELL = {
     "README.md": ("heap", {"placed.conf", "surface.glb"}),
     "docs/site/guide/heaps.md": ("python", {"placed.conf", "surface.ply"}),

@@ -17,7 +17,7 @@ from surfrecon import bar, distributed
 
 matplotlib.use("Agg")
 
-# What the examples below a heading find; without a heading those of the whole page, one after the other.
+# Scenes of the examples below a heading. Without a heading, of those of the whole page, one after the other.
 FOUND = {
     ("README.md", "From a folder to a surface"): "heap",
     ("python/README.md", "surfrecon"): "listed",
@@ -38,7 +38,7 @@ FOUND = {
     ("docs/site/guide/terrain.md", None): "nothing",
     ("docs/site/guide/turntable.md", None): "turn",
 }
-# What those of docstrings find, where it is not a list of scans.
+# Scenes of docstrings' examples, unless it is a list of scans.
 DOCSTRINGS_FOUND = {
     "Frame": "table",
     "LeftOutReport": "table",

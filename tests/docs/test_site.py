@@ -26,7 +26,7 @@ def site(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def names(site):
-    """What can be linked to: the names, by domain and kind."""
+    """The names that can be linked to, by domain and kind."""
     _, _, rest = (site / "objects.inv").read_bytes().partition(b"zlib.\n")
     made = {}
     for line in zlib.decompress(rest).decode().splitlines():

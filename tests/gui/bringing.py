@@ -38,7 +38,7 @@ def installing():
     area = place()["area"]
     area.spaces[0].show_region_ui = True
     area.spaces[0].overlay.show_floor = False
-    # Which would cover the colours.
+    # The outline would cover the colours.
     area.spaces[0].overlay.show_outline_selected = False
     yield 0.5
     next(region for region in area.regions if region.type == "UI").active_panel_category = "Scans"

@@ -1,4 +1,4 @@
-"""What a user does meanwhile: cancelling, another editor, another scene, another file."""
+"""Disturbances by a user: cancelling, another editor, another scene, another file."""
 
 import os
 import threading
@@ -64,7 +64,7 @@ def asking():
 
 
 def meddling(scans, folder):
-    """What else a user does while a merge runs: it ends well, whatever happens to the scene."""
+    """Other work of a user while a merge runs: it ends well, whatever happens to the scene."""
     running = extension().job.Running
 
     def begin(voxel=0.0003):

@@ -58,7 +58,7 @@ def key(name, at=None, unicode=None):
 KEYS = ["ZERO", "ONE", "TWO", "THREE", "FOUR", "FIVE", "SIX", "SEVEN", "EIGHT", "NINE", "PERIOD"]
 DIGITS = dict(zip("0123456789.", KEYS, strict=True))
 
-# Where F9 opens its panel, in pixels from the lower left corner, and from there the second field below the presets.
+# The place of the panel that F9 opens, in pixels from the lower left corner, and from there fields below the presets.
 PANEL, SECOND_FIELD, FOURTH_FIELD = (120, 760), (208, -97), (208, -143)
 
 
@@ -108,7 +108,7 @@ def extension():
 
 
 def names():
-    """What a cancelled operation must leave as it was."""
+    """The names that a cancelled operation must leave as they were."""
     kinds = (bpy.data.objects, bpy.data.meshes, bpy.data.materials, bpy.data.collections)
     return [sorted(kind.keys()) for kind in kinds]
 

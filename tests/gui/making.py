@@ -122,7 +122,7 @@ def adjusting(scans):
 
 
 def adjusting_long():
-    """What takes longer than a second when adjusted leaves the window alive, and ESC brings the first result back."""
+    """Adjusting that takes longer than a second leaves the window alive, and ESC brings the first result back."""
     running = extension().job.Running
     select([merged_object()])
     run(bpy.ops.ed.undo_push, "EXEC_DEFAULT", message="select")

@@ -39,7 +39,7 @@ def serve():
 
 
 def repository():
-    """What the preferences have under our name; None before."""
+    """The repository that the preferences have under our name. None before."""
     repos = bpy.context.preferences.extensions.repos
     return next((repo for repo in repos if repo.name == NAME), None)
 

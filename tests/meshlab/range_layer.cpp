@@ -43,7 +43,7 @@ const Kind kinds[] = {
 
 bool is_points(const srf_projection &projection) { return projection.kind >= SRF_PROJECTION_GRID_PARALLEL; }
 
-// What MeshLab's matrices and vertices hold in most builds.
+// Whether numbers are single, as MeshLab's matrices and vertices are in most builds.
 bool single = false;
 double stored(double x) { return single ? static_cast<double>(static_cast<float>(x)) : x; }
 
@@ -235,7 +235,7 @@ void round_trips(const Kind &kind)
     single = false;
 }
 
-// What was not moved is the same to the last bit, and in the layer's frame lies where the sensor was.
+// A layer that was not moved is the same to the last bit, and the sensor is where it was, in the layer's frame.
 void untouched(const Kind &kind)
 {
     const Image image = image_of(kind.projection);
@@ -262,7 +262,7 @@ void untouched(const Kind &kind)
     compare(srf::range_image(layer, Frame::layer), layer, here, {});
 }
 
-// Where vertices are not where their pixels see, they are points, seen from where they were.
+// Vertices that are not where their pixels see are points, seen from where they were.
 void stretched(const Kind &kind)
 {
     const Image image = image_of(kind.projection);

@@ -1,4 +1,4 @@
-"""What only programs around MeshLab's library can do: say no to a filter's progress, and look at what layers hold."""
+"""Programs around MeshLab's library do what no script can: say no to a filter's progress, look at what layers hold."""
 
 import os
 import subprocess

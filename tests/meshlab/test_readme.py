@@ -13,7 +13,7 @@ def test_the_example_runs(tmp_path):
     surfrecon.write_scans(tmp_path / "scans.conf", look())
     text = (ROOT / "meshlab-plugin" / "README.md").read_text("utf-8")
     (source,) = re.findall(r"^```python\n(.*?)^```", text, re.M | re.S)
-    # Where the plugin lies is for each to say; a second load of the same one is refused.
+    # The place of the plugin is for each to say. A second load of the same one is refused.
     load = 'pymeshlab.load_plugin("libfilter_surfrecon.so")\n'
     assert load in source and (plugins() / "libfilter_surfrecon.so").is_file()
     names = {"pymeshlab": pymeshlab}

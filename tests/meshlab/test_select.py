@@ -72,7 +72,7 @@ def test_range_images_stay_range_images(imported):
 
 
 def test_layers_of_few_vertices_stay_range_images(document, tmp_path):
-    """What lies in a point or on a line does not tell where it was moved; its matrix does."""
+    """Vertices in a point or on a line do not tell where they were moved. Their matrix does."""
     images = torus_scans(pixels=90, noise=0.004)
     row, col = np.argwhere(images[1].valid)[1000]
     in_row, alone = np.zeros(images[1].valid.shape, bool), np.zeros(images[2].valid.shape, bool)

@@ -1,4 +1,4 @@
-"""What MeshLab asks for and opens, against the library's own tables: each parameter with its default, each ending."""
+"""MeshLab's parameters and formats, against the library's own tables: each parameter with its default, each ending."""
 
 import os
 

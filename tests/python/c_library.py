@@ -166,7 +166,7 @@ class Library:
         return self.structs["srf_projection"](self.constants[kind], 0, four)
 
     def _out(self, kind, name, argument):
-        """Where a call puts a result."""
+        """The place in which a call puts a result."""
         kind = kind.removesuffix("*").strip()
         if kind.endswith("*"):
             return ctypes.c_char_p() if kind == "const char *" else ctypes.c_void_p()

@@ -47,7 +47,7 @@ def data(folder):
 
 
 def states(folder, *options, code=1):
-    """What became of each job."""
+    """The state of each job."""
     done = run("batch", folder / "jobs.toml", "--json", *options)
     assert done.returncode == code, done.stderr
     return {job["name"]: job["state"] for job in json.loads(done.stdout)["jobs"]}

@@ -62,7 +62,7 @@ def revolved(radius, height=1.0, detail=96):
 
 
 def turned_scans(mesh, count):
-    """What a sensor that stands still sees of a mesh on a turntable; its axis in the sensor's frame, and the angles."""
+    """Scans of a mesh on a turntable by a sensor that stands still, the axis in the sensor's frame, and the angles."""
     cameras = surfrecon.turntable(mesh, around=count, above=0, below=0, pixels=130)
     scans = surfrecon.virtual_scan(mesh, cameras)
     sensor_from_world = np.linalg.inv(cameras[0].world_from_sensor)

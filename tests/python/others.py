@@ -20,5 +20,5 @@ def looked_at(workspace):
 
 
 def ours(workspace):
-    """What else is there."""
+    """The other files that are there."""
     return {path.name for path in workspace.iterdir()} - {name.split("/")[0] for name in NAMES}

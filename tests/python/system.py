@@ -1,4 +1,4 @@
-"""What tests ask the system for."""
+"""Questions of tests to the system."""
 
 import ctypes
 import os

@@ -1,4 +1,4 @@
-"""What the user says when scans are aligned: picks, turntables, drawing one by hand, looking at what does not fit."""
+"""Help of the user when scans are aligned: picks, turntables, drawing one by hand, looking at what does not fit."""
 
 import numpy as np
 import pytest
@@ -57,7 +57,7 @@ def test_a_scan_is_drawn_back_to_where_it_belongs(truth, in_place, aligned, degr
 
 
 def test_a_scan_is_drawn_to_those_that_have_a_pose(truth, aligner):
-    """What was not aligned by itself is placed by hand beside what was."""
+    """A scan that was not aligned by itself is placed by hand beside those that were."""
     poses = [scan.world_from_sensor for scan in truth]
     poses[3] = None
     start = pushed(truth[3], 5, 0.02)
@@ -229,7 +229,7 @@ def test_a_turntable_is_found(turntable):
     wrapped = (turns - sign * angles + np.pi) % (2 * np.pi) - np.pi
     assert np.abs(wrapped).max() < 0.02, (turns, angles)
     assert repr(found).startswith("TurntableFound(axis=")
-    # What was found can be given.
+    # The axis and the angles that were found can be given.
     again = surfrecon.align(without_poses(scans), axis=found.axis, angles=found.angles)
     assert np.all(errors(scans, again) < 1.5), str(again.report)
 

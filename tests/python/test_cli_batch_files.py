@@ -1,4 +1,4 @@
-"""What jobs of a manifest read and write: no file has two purposes, and all that was read is known."""
+"""Files that jobs of a manifest read and write: no file has two purposes, and all that was read is known."""
 
 import json
 import os
@@ -62,7 +62,7 @@ def recording(folder):
 
 
 CONFLICTS = [
-    # What a job reads, and what another writes.
+    # A file that one job reads and another writes.
     (
         [("a", "x.ply", "y.ply"), ("b", "y.ply", "x.ply")],
         None,
@@ -252,7 +252,7 @@ def test_large_whole_numbers_are_numbers(sources):
 
 
 def test_grids_beside_lists_are_not_those_of_other_jobs(sources):
-    """Which these are is known once the scans are read."""
+    """Their names are known once the scans are read."""
     (sources / "a").mkdir()
     shutil.copy(sources / "scan05.ply", sources / "a/scan05.ply")
     first = job("convert", ["ring.conf"], output="a/first.conf")

@@ -1,4 +1,4 @@
-"""What may be written where: known before the work, without loss of what is there."""
+"""Files that may be written, and where: known before the work, without loss of what is there."""
 
 import json
 import os

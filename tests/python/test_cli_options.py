@@ -12,7 +12,7 @@ ROWS = [(command.name, row) for command in COMMANDS.values() for row in command.
 
 
 def asked(*arguments):
-    """What a command line asks, without running it."""
+    """The request of a command line, without running it."""
     return requested(parser().parse_args([*arguments]))
 
 

@@ -1,4 +1,4 @@
-"""What results of the command line, and of the library, say of where they are from."""
+"""The provenance in results of the command line and of the library."""
 
 import hashlib
 import json

@@ -227,12 +227,12 @@ def ctrl_c_at_any_time_leaves_nothing_or_all(folder, tmp_path, name):
     assert any(code != 0 for code in codes)
 
 
-# What is installed as the program.
+# The script that is installed as the program.
 INSTALLED = "import sys\nfrom surfrecon.cli import main\nif __name__ == '__main__':\n    sys.exit(main())\n"
 
 
 def ctrl_c_from_the_start(folder, tmp_path, how):
-    """Python itself takes a hundredth of a second to begin; once the package's first module has run nothing is traced."""
+    """Python takes a hundredth of a second to begin. Nothing is traced once the package's first module has run."""
     (tmp_path / "surfrecon").write_text(INSTALLED, "utf-8")
     program = PROGRAM if how == "module" else [sys.executable, tmp_path / "surfrecon"]
     arguments = ["merge", folder / "ring.conf", "-o", tmp_path / "a.ply", "--voxel", "0.004"]
@@ -319,7 +319,7 @@ def signals_as_programs_take_them(folder, tmp_path):
         found, said = stopped(arguments, 0.5, numbers)
         assert (found, list(tmp_path.iterdir())) == (code, []), said
         assert time.monotonic() - began < 60
-    # What a shell starts in the background does not hear Ctrl-C.
+    # A program started in the background does not hear Ctrl-C.
     arguments[-1] = "0.05"
     ignoring = lambda: signal.signal(signal.SIGINT, signal.SIG_IGN)  # noqa: E731
     code, said = stopped(arguments, 0.1, [signal.SIGINT], preexec_fn=ignoring)
@@ -337,7 +337,7 @@ def test_names_that_are_not_utf_8(folder, tmp_path):
         [*PROGRAM, "convert", source, "-o", out, "--report", report], env=ENVIRONMENT, capture_output=True
     )
     assert done.returncode == 0, done.stderr
-    # What it says has the name's own bytes.
+    # Its output has the name's own bytes.
     assert os.fsencode(out) in done.stdout or sys.platform == "win32"
     found = json.loads(Path(report).read_text("ascii"))
     for files, name in ((found["inputs"], source), (found["outputs"], out)):

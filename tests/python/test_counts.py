@@ -167,7 +167,7 @@ def test_a_keyword_that_is_like_none_is_told_what_there_is():
         TypeError, match=r"open\(\) got an unexpected keyword argument 'zzz'\. It takes allow_outside, .*step\."
     ):
         surfrecon.open("a", zzz=1)
-    # What a function leaves to others is not offered.
+    # A parameter that a function leaves to others is not offered.
     with pytest.raises(TypeError, match="'max_errors'") as refused:
         surfrecon.cluster_levels(torus(8), [20], max_errors=1)
     assert "Did you mean 'max_error'" not in str(refused.value)

@@ -93,7 +93,7 @@ def test_who_names_a_system_names_one_that_can_be_looked_up(tmp_path, ground):
         assert done.returncode == 1
         assert "coordinate reference system" in done.stderr
         assert "give well-known text, or a code as EPSG:25832" in done.stderr
-    # What files call theirs stays, and may be handed on.
+    # The name that a file gives its system stays, and may be handed on.
     named = surfrecon.Mesh(ground[:3], [[0, 1, 2]]).with_crs("Our grid")
     assert named.with_crs(named.crs).crs == "Our grid"
 

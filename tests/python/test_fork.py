@@ -52,7 +52,7 @@ def measured():
 
 
 def in_child(work):
-    """What ``work()`` returns in a forked child."""
+    """The value that ``work()`` returns in a forked child."""
     answers = FORK.SimpleQueue()
     child = FORK.Process(target=lambda: answers.put(work()), daemon=True)
     child.start()

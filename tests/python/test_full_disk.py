@@ -14,7 +14,7 @@ OPTIONS = {"voxel": 0.02, "threads": 2}
 # The least that two threads do with: blocks of two bricks.
 LEAST = 24_000_000
 BYTES = r"\d+ [kMG]B"
-# What a write says that found no room, and what is said before any.
+# The error of a write that found no room, and the one before any write.
 NO_ROOM = re.compile(
     f"(the disk is full after {BYTES} of this file|the disk has no room for the {BYTES} of this file"
     f"|which take {BYTES} to {BYTES}; {BYTES} are free): free some"
@@ -136,7 +136,7 @@ def test_a_task_that_finds_no_room_leaves_nothing_and_is_done_once_there_is(list
                 assert {name for name in after if "/done-" in name} == before, (stage, number, spare)
             small.resize(1 << 20)
             plan.run(number)
-    # Who removes what nobody wants any more has room, and the surface lies elsewhere.
+    # A stage that removes what nobody wants any more has room, and the surface lies elsewhere.
     assert full >= {stage.name for stage in plan.stages} - {"colours", "write"}
     assert keep <= ("colours" in full)
     assert path.read_bytes() == expected[0]

@@ -155,7 +155,7 @@ def test_signatures_show_the_defaults_of_the_table(operation, function):
 
 
 def test_a_default_beside_what_excludes_it_is_no_choice():
-    """What the signature shows can be handed over as it is."""
+    """A default that the signature shows can be handed over as it is."""
     image = surfrecon.RangeImage.orthographic(np.add.outer(np.arange(9.0), np.arange(9.0) ** 2), step=(1.0, 1.0))
     defaults = {p.name: p.default for p in surfrecon.parameters("sculpt")}
     shown = surfrecon.sculpt(image, **defaults | {"tolerance": 0.5})
@@ -251,7 +251,7 @@ def test_what_cannot_be_merged_is_named():
 )
 def test_ctrl_c_while_a_value_is_looked_at_stays_ctrl_c(call, error):
     class Bad(Sequence):
-        """Where Ctrl-C is pressed, or memory ends, whatever is asked."""
+        """A sequence that answers each question with Ctrl-C, or with an end of memory."""
 
         def stop(self, *_):
             raise error

@@ -210,7 +210,7 @@ def test_finite_in_finite_out(name, number):
         try:
             answer = CALLS[name](number)
         except (surfrecon.InputError, surfrecon.ParameterError, surfrecon.OutOfMemoryError) as error:
-            # What is refused is named as it was given, not as what became of it. A unit too small may have no number.
+            # A refused number is named as it was given, not as it was converted. A unit too small may have no number.
             assert re.search(r"\d", str(error)) or number in TINY, error
             assert not re.search(r"\b(inf|nan)\b", str(error), re.IGNORECASE), error
             return

@@ -38,7 +38,7 @@ def test_the_limit_holds_until_it_is_lifted(limit):
     with pytest.raises(MemoryError) as refused:
         surfrecon.reconstruct(points)
     said = "not enough memory: a surface through 1000 points needs about 400 kB, {} kB are allowed; about {} would fit"
-    # What the call holds already, some hundred bytes, may take the place of a few points.
+    # The memory that the call holds already, some hundred bytes, may take the place of a few points.
     assert str(refused.value) in [said.format(kb, fit) for kb in (98, 99, 100) for fit in range(245, 251)]
     limit(None)
     mesh = surfrecon.sculpture()

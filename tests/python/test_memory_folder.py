@@ -50,7 +50,7 @@ WRITERS = {
 
 
 def on_disk(folder, name):
-    """What the writer leaves on a disk."""
+    """The files that the writer leaves on a disk."""
     WRITERS[name](folder / name)
     return {path.name: path.read_bytes() for path in sorted(folder.iterdir())}
 

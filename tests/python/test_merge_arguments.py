@@ -45,7 +45,7 @@ def scans(tmp_path_factory):
 
 
 class Cluster:
-    """What a merge asks a client before it hands over a task."""
+    """A client that answers what a merge asks before it hands over a task."""
 
     def scheduler_info(self, n_workers):
         return {"workers": {"one": {"nthreads": 1, "memory_limit": 10**9}}}

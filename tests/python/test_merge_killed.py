@@ -35,7 +35,7 @@ def whole(workspace):
 
 
 def check_stayed(before, now):
-    """What there was is as it was, unless nobody wants it any more."""
+    """Files that were there are as they were, unless nobody wants them any more."""
     again = [name for name in before if now.get(name, before[name]) != before[name]]
     assert not again, again
 

@@ -29,7 +29,7 @@ def workspace(tmp_path):
 
 @pytest.fixture(scope="module")
 def at_once(scans, tmp_path_factory):
-    """What merging and writing make, and the report."""
+    """The file that merging and writing make, and the report."""
     result = surfrecon.merge(scans, **OPTIONS)
     path = tmp_path_factory.mktemp("at_once") / "surface.ply"
     result.mesh.write(path)
@@ -73,7 +73,7 @@ def test_a_workspace_that_is_kept_takes_further_scans(tmp_path):
     first = both(images[:-1])
     more = both(images)
     segments = [name for name in first if name.startswith("segment-")]
-    # What others had found out stays, and is not made again.
+    # The findings of others stay, and are not made again.
     assert segments and all(more.get(name) == first[name] for name in segments)
     files = list(surfrecon.open(tmp_path / "scans"))
     known = both(files)

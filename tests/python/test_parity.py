@@ -86,7 +86,7 @@ def same_image(c, handle, image):
 
 
 def same_report(struct, report, least):
-    """What both reports name is the same, and they name that many together."""
+    """The figures that both reports name are the same, and there are at least so many."""
     shared = [field for field, *_ in struct._fields_ if field in report]
     assert len(shared) >= least, sorted(report)
     for field in shared:

@@ -17,7 +17,7 @@ from command_line import run
 from surfrecon import distributed
 
 OPTIONS = {"voxel": 0.02, "threads": 1}
-# What two threads need at least.
+# The least memory that two threads need.
 LEAST = 24_000_000
 
 

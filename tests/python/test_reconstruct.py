@@ -273,7 +273,7 @@ def test_noisy_points_are_smoothed_unless_the_surface_is_to_go_through_them():
     options = [{}, {"smooth": 0.3}, {"noisy_points": "put_back"}]
     smoothed, near, through = (surfrecon.reconstruct(points, **option) for option in options)
     for made in (smoothed, near, through):
-        # What is measured of the points is the same whatever is made of them. Their noise is one spacing.
+        # The measured figures of the points are the same whatever is made of them. Their noise is one spacing.
         assert made.report["noise"] == smoothed.report["noise"] and made.report["spacing"] == smoothed.report["spacing"]
         outliers = made.dropped["outlier"]
         assert (outliers >= 5000).sum() > 120 and (outliers < 5000).sum() < 50

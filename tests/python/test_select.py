@@ -108,7 +108,7 @@ def test_a_merge_of_what_is_kept_is_that_of_scans_cropped_by_hand(files, region)
 
 
 def test_selections_stay_with_the_samples(files):
-    """What was kept is kept wherever the scan is placed later, and whatever size it is given."""
+    """Kept samples stay kept wherever the scan is placed later, and whatever size it is given."""
     scan = files[3]
     size = surfrecon.true_size((0, 0, 0), (1, 0, 0), 10)
     moved = scan.keep(BOX).transformed(size).transformed(surfrecon.Similarity(TILT))

@@ -20,7 +20,7 @@ follow_imports = skip
 disallow_any_unimported = False
 """
 
-# What a type checker must take, and what it must refuse.
+# Code that a type checker must take, and code that it must refuse.
 RIGHT = """
 import numpy as np
 import surfrecon

@@ -149,7 +149,7 @@ def test_moved_vertices_of_which_too_few_are_known_are_refused(image):
     positions = moved(mesh.positions, similarity()).astype(np.float32)
     with pytest.raises(surfrecon.InputError, match="only 2 of those .* nothing tells from where they were seen"):
         back(camera, mesh, positions, kept=few)
-    # Where they were, or where the matrix takes them, all is known.
+    # All is known of vertices where they were, or where the matrix takes them.
     assert back(camera, mesh, kept=few, world_from_host=similarity()).projection["kind"] == image.projection["kind"]
     assert back(camera, mesh, positions, kept=few, world_from_host=similarity()).valid.sum() == 2
 

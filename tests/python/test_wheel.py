@@ -1,4 +1,4 @@
-"""What an installed wheel brings along."""
+"""The content of an installed wheel."""
 
 import importlib.metadata
 import json
@@ -25,7 +25,7 @@ def test_what_is_linked_is_there_with_its_licence():
     assert {"pyo3", "rayon", "png", "flate2"} <= crates
     assert "Rust's standard library" in names
     assert "Permission is hereby granted, free of charge" in licences
-    # Where it was built is nobody's business, and differs from build to build.
+    # The folder of the build is nobody's business, and differs from build to build.
     assert set(re.findall(r"file:///[^/#\"]*", bill)) == {"file:///surfrecon"}
     # The bill also has what only runs in the compiler.
     assert crates <= {component["name"] for component in json.loads(bill)["components"]}

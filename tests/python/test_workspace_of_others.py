@@ -37,7 +37,7 @@ def test_a_merge_and_one_that_is_cancelled_leave_them(scans, workspace, tmp_path
         except surfrecon.Cancelled:
             cancelled.append(most)
         assert keep or not ours(workspace)
-    # What is kept of one makes the next shorter.
+    # The kept work of one makes the next shorter.
     assert cancelled[:2] == [0, 2]
     for _ in range(2):
         surfrecon.merge_to_file(surfrecon.open(scans), tmp_path / "a.ply", **given)

@@ -72,7 +72,17 @@ def test_all_pages_are_held_to_the_limits(monkeypatch, tmp_path):
     monkeypatch.setattr(check_tree, "ROOT", tmp_path)
     monkeypatch.setattr(check_tree, "files", lambda: sorted(path for path in tmp_path.rglob("*") if path.is_file()))
     told = {problem.partition(":")[0] for problem in check_tree.word_problems()}
-    assert told == {"README.md", "deep/new.md"}
+    assert told == {"README.md", "PARAMETERS.md", "deep/new.md"}
+    for page in tmp_path.rglob("*.md"):
+        page.write_text("| a |\n|---|\n| b; c |\n", "utf-8")
+    told = {problem.rpartition(": make")[0] for problem in check_tree.word_problems()}
+    assert told == {"README.md:3", "PARAMETERS.md:3", "deep/new.md:3"}
+
+
+def test_rows_of_tables_have_no_semicolons_but_in_code():
+    code = "```sh\n| a; b |\n```\n"
+    assert not list(plain_words.rows_with_semicolons(f"| a | `b; c` | d&nbsp;e |\n\na; b\n\n{code}"))
+    assert list(plain_words.rows_with_semicolons(f"{code}\n| a | b; c |\n")) == [(5, "| a | b; c |")]
 
 
 def test_decisions_begin_with_their_verdict_and_are_in_the_index():
@@ -115,6 +125,38 @@ def test_comments_begin_with_what_the_item_is(lines):
     assert not any(plain_words.QUESTION.match(text) for _, _, text in plain_words.comments(lines))
 
 
+@pytest.mark.parametrize(
+    ("lines", "number"),
+    [
+        ('"""What a module is for."""', 1),
+        ('class A:\n    """\n    Who asks.\n    """', 2),
+        ('def a():\n    """Which of them is meant.\n\n    The first.\n    """', 2),
+        ('a = 1\n"""Where it lies."""', 2),
+        ("# What lies outside.", 1),
+        ("def a():\n    # Where it ends.\n    return 1", 2),
+        ("a = 1  # Which of them was first.", 1),
+        ("a = 1  # The first.\n# What comes then.", 2),
+    ],
+)
+def test_comments_of_python_that_begin_with_a_question_are_told(lines, number):
+    found = plain_words.python_comments(f"{lines}\n")
+    assert [line for line, text in found if plain_words.QUESTION.match(text)] == [number]
+
+
+@pytest.mark.parametrize(
+    "lines",
+    [
+        '"""The content.\n\nWhat is more, it is outside.\n"""',
+        "# Points that lie\n# What is more, outside.",
+        'a = "# What lies outside."',
+        'a = "What lies outside."',
+        "# Whether it is outside.",
+    ],
+)
+def test_comments_of_python_begin_with_what_the_item_is(lines):
+    assert not any(plain_words.QUESTION.match(text) for _, text in plain_words.python_comments(f"{lines}\n"))
+
+
 def test_doc_comments_are_prose_without_code():
     code = f"/// {PLAIN}///\n/// ```\n/// a; b, c\n/// ```\n// Not; for readers.\nfn a() {{ b; c }}\n/// # Errors\n"
     assert plain_words.doc_comments(code).figures() == plain_words.markdown(PLAIN).figures()
@@ -126,7 +168,6 @@ def crates(monkeypatch, tmp_path):
     """Two crates, the second one within the first, and the means to write files into them."""
     monkeypatch.setattr(check_tree, "ROOT", tmp_path)
     monkeypatch.setattr(check_tree, "files", lambda: sorted(path for path in tmp_path.rglob("*") if path.is_file()))
-    monkeypatch.setattr(check_tree, "UNPLAIN_COMMENTS", ())
     for folder in ("core/src", "core/inner/src"):
         (tmp_path / folder).mkdir(parents=True)
         (tmp_path / folder / "lib.rs").write_text(f"//! {PLAIN}", "utf-8")
@@ -143,14 +184,6 @@ def test_figures_of_doc_comments_are_those_of_a_crate(crates):
 
 def test_a_comment_that_begins_with_a_question_is_told_with_its_line(crates):
     (crates / "core/src/a.rs").write_text("/// Places.\nfn a() {\n    // Where it ends.\n}\n", "utf-8")
-    (found,) = check_tree.comment_problems()
-    assert found.startswith("core/src/a.rs:3: ")
-
-
-def test_exceptions_are_those_that_are_needed(crates, monkeypatch):
-    (crates / "core/src/a.rs").write_text(f"/// {RIDDLE}", "utf-8")
-    monkeypatch.setattr(check_tree, "UNPLAIN_COMMENTS", ("core/src/a.rs",))
-    assert not list(check_tree.comment_problems())
-    (crates / "core/src/a.rs").write_text(f"/// {PLAIN}", "utf-8")
-    (found,) = check_tree.comment_problems()
-    assert "core/src/a.rs" in found and "UNPLAIN_COMMENTS" in found
+    (crates / "a.py").write_text("# Places.\na = 1\n# What it counts.\nb = 2\n", "utf-8")
+    python, rust = check_tree.comment_problems()
+    assert python.startswith("a.py:3: ") and rust.startswith("core/src/a.rs:3: ")

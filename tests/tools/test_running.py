@@ -1,4 +1,4 @@
-"""What runs the tests: steps in their order, outcomes as they are, a place for every test, a cost for each."""
+"""The tools that run the tests: steps in their order, outcomes as they are, a place for every test, a cost for each."""
 
 import json
 import subprocess
@@ -20,7 +20,7 @@ def python(code):
 
 
 def ended(folder, *steps, cores=2):
-    """What became of each step, by its name."""
+    """The outcome of each step, by its name."""
     return {one.step.name: one for one in Graph(steps, folder / "logs", folder, cores).run()}
 
 
@@ -87,7 +87,7 @@ def test_a_command_that_cannot_be_made_or_found_fails(tmp_path):
 
 
 def rust(*events):
-    """What is read of the JSON lines of a Rust program that took two seconds."""
+    """The outcomes read from the JSON lines of a Rust program that took two seconds."""
     output = outputs.RustOutput("program")
     for event in events:
         output.line(event if isinstance(event, str) else json.dumps({"type": "test"} | event))
@@ -130,7 +130,7 @@ class TestClass:
 
 
 def recorded(folder, tier):
-    """What is read of a run of pytest over TESTS."""
+    """The outcomes read from a run of pytest over TESTS."""
     (folder / "pytest.ini").write_bytes((ROOT / "tests" / "pytest.ini").read_bytes())
     (folder / "conftest.py").write_bytes((ROOT / "tests" / "conftest.py").read_bytes())
     (folder / "test_it.py").write_text(TESTS)

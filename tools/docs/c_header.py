@@ -14,7 +14,7 @@ _ROW = re.compile(r"^([a-z_]\w*(?:, \w+)*)  +(\S.*)$")
 
 @dataclass
 class Entry:
-    """What a comment of the header tells of; `members` of an enum or a struct: declaration and comment."""
+    """An item that a comment of the header tells of. `members` of an enum or a struct: declaration and comment."""
 
     kind: str
     name: str
@@ -101,7 +101,7 @@ def _chapter(name, known):
     for chapter, (_, text) in known.items():
         if re.search(rf"\b(?:fn|struct|enum|type|const) {name}\b", text):
             return chapter
-    # What stands in the header's own frame.
+    # A line of the header's own frame.
     return None
 
 

@@ -4,7 +4,7 @@ import argparse
 
 from words import escaped, indented, title
 
-# What argparse calls groups that have no name of ours.
+# The names that argparse gives groups that have no name of ours.
 _TITLES = {"positional arguments": "arguments"}
 
 

@@ -20,7 +20,7 @@ def _closed(text, at):
 
 
 def _declaration(text, at):
-    """What is declared from a place on, the body that it has, and the place behind both."""
+    """The declaration from a place on, its body, and the place behind both."""
     depth, called, start = 0, False, at
     while True:
         mark = text[at]
@@ -42,7 +42,7 @@ def _declaration(text, at):
 
 
 def _items(text, hidden=False):
-    """What a namespace or a class holds: comment, declaration, body."""
+    """The items of a namespace or a class: comment, declaration, body."""
     at, comment = 0, []
     while at < len(text):
         if found := _COMMENT.match(text, at):

@@ -4,7 +4,7 @@ import re
 from html.parser import HTMLParser
 from urllib.parse import unquote, urlsplit
 
-# What a page shows or runs must lie in the site, which is read without a network.
+# Files that a page shows or runs must lie in the site, which is read without a network.
 FETCHED = {"img": "src", "script": "src", "link": "href", "iframe": "src", "source": "src"}
 
 

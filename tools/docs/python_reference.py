@@ -89,7 +89,7 @@ _NAPOLEON = Config(napoleon_use_rtype=False, napoleon_use_ivar=False, napoleon_u
 
 @dataclass
 class Declared:
-    """What a stub or a source says of a name: signatures of a function, type of a value, members of a class."""
+    """A name in a stub or a source: signatures of a function, type of a value, members of a class."""
 
     kind: str
     signatures: list = field(default_factory=list)
@@ -160,7 +160,7 @@ def _member(made, node):
 
 
 def declarations(path):
-    """What a stub or a source declares, by name."""
+    """The declarations of a stub or a source, by name."""
     made = {}
     for node in ast.parse(path.read_text("utf-8")).body:
         if isinstance(node, ast.FunctionDef):
@@ -240,7 +240,7 @@ def _class(name, of, declared):
 
 
 def named(full):
-    """What a public name stands for."""
+    """The thing that a public name stands for."""
     module, _, name = full.rpartition(".")
     return getattr(importlib.import_module(f"surfrecon.{module}".rstrip(".")), name)
 

@@ -108,7 +108,7 @@ class Composer:
         """`base` has the sources; the results go to `folder`."""
         self.base, self.folder = base, folder
         self.pages = sorted(base.rglob("*.md"))
-        # Where files and their headings are shown: the page, by (file, anchor), the anchor empty for the file.
+        # The pages that show files and their headings, by (file, anchor). The anchor is empty for the file.
         self.places = {}
         for page in self.pages:
             for line in page.read_text("utf-8").splitlines():

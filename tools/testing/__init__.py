@@ -1,4 +1,4 @@
-"""What `make test` is made of; tools/run_tests.py starts it.
+"""The parts of `make test`. tools/run_tests.py starts it.
 
 - outcome: counts of tests, and what one test came to and cost
 - outputs: reads what each kind of runner prints

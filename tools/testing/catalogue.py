@@ -1,4 +1,4 @@
-"""Which test runs in which tier. A test that is in neither is an error, and so is one that should have run and did not.
+"""The tier of each test. A test that is in neither is an error, and so is one that should have run and did not.
 
 The list is out/tests/tiers.json. Tests in Rust are those that the programs list; tests in Python those that the
 source files declare, so that one is found even where no step looks.

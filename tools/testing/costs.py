@@ -1,4 +1,4 @@
-"""What each step and each test cost: out/tests/times.json and a table of the dearest.
+"""The cost of each step and each test: out/tests/times.json and a table of the dearest.
 
 A step's CPU is that of its program and of all that it called. A test in Python measures its own; tests in Rust share
 that of their program by their time, since the runner knows no more. This is a report, never a red test: clocks lie.

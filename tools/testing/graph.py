@@ -36,13 +36,13 @@ class Step:
     env: dict = field(default_factory=dict)
     # Names of steps that must have ended well.
     needs: tuple = ()
-    # What only one step at a time may use, such as cargo's folder.
+    # Things that only one step at a time may use, such as cargo's folder.
     holds: tuple = ()
     # Cores that it keeps busy, about; 0 for what mostly waits.
     cores: float = 1.0
     # The status that says that what the step needs can't be had here: it is skipped, and so are those that need it.
     unavailable: int | None = None
-    # Where it runs, unless that is the tree's root.
+    # The folder that it runs in, unless that is the tree's root.
     folder: Path | None = None
 
 

@@ -164,7 +164,7 @@ class Plan:
         self.pytest(f"MeshLab {version}", f"meshlab-{version}", "tests/meshlab", tiers, needs, env, ignored)
 
     def second(self):
-        """What the second tier adds."""
+        """Steps that the second tier adds."""
         needs = {"needs": ("build",), "holds": ("cargo",)}
         for version in BLENDER[1:]:
             self.blender(version, (ALL,))

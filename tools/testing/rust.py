@@ -94,7 +94,7 @@ def command(program, thorough):
 
 
 def environment(program):
-    """What cargo sets for a test program."""
+    """The environment that cargo sets for a test program."""
     sysroot = subprocess.run(
         ["rustc", "--print", "sysroot"], stdout=subprocess.PIPE, text=True, check=True
     ).stdout.strip()

@@ -25,8 +25,8 @@ REPORT = "surfrecon_align"
 
 PARAMETERS = {p.name: p for p in surfrecon.parameters("align")}
 
-# What single precision and a parent make of a matrix: entries of its rotation, and its location as a share of the
-# coordinates or the object's size. Who lies farther off is held there.
+# The error of a matrix by single precision and a parent: entries of its rotation, and its location as a share of the
+# coordinates or the object's size. An object farther off is held there.
 ROUNDING = 1e-4
 
 
@@ -88,7 +88,7 @@ class SURFRECON_OT_align(JobOperator, bpy.types.Operator):
             usable.movable(obj)
             if self.show_misfit and not recording.is_recording(obj):
                 usable.writable(obj)
-        # Where each object was, and how a scan lies in its object if somebody moved the vertices.
+        # The place of each object before, and that of a scan in its object if somebody moved the vertices.
         self.before, self.scan_from_object, self.through_points = {}, {}, []
         found = yield from gathered(context, objects, self.scan_of_object)
         # The name of the object that each scan is of, or stands for.
@@ -100,7 +100,7 @@ class SURFRECON_OT_align(JobOperator, bpy.types.Operator):
         return surfrecon.Job.align(recording.of_all(found), fixed=fixed, **given(self, PARAMETERS))
 
     def scan_of_object(self, obj, depsgraph):
-        """What is aligned of an object, or a generator of the frames that it stands for."""
+        """The scan of an object to align, or a generator of the frames that it stands for."""
         if recording.is_recording(obj):
             self.before[obj.name] = whereabouts(obj), Matrix(recording.refuse_scaled(obj, depsgraph))
             return recording.frames(obj, depsgraph)
@@ -210,7 +210,7 @@ def has_misfit(obj):
 
 
 def natural(name):
-    """What sorts "scan 10" after "scan 9"."""
+    """The key that sorts "scan 10" after "scan 9"."""
     return [(int(part), "") if part.isdecimal() else (-1, part) for part in re.split(r"(\d+)", name)]
 
 
@@ -284,7 +284,7 @@ def lines_of(report, owners, frames):
 
 
 def figures_of(lines, report):
-    """What the sidebar shows."""
+    """The figures that the sidebar shows."""
     names, states, deviations, reasons = ([*column] for column in zip(*lines, strict=True))
     return convert.plain(
         {

@@ -20,7 +20,7 @@ class SURFRECON_OT_remove_background(JobOperator, bpy.types.Operator):
     """Runs the operation `plane`."""
 
     bl_options = {"REGISTER", "UNDO"}
-    # What is removed is told by the vertices that were there at the start.
+    # The vertices that were there at the start tell what is removed.
     may_be_handed_over = False
 
     __annotations__ = {name: option(parameter) for name, parameter in PARAMETERS.items()}

@@ -35,7 +35,7 @@ class SURFRECON_OT_clean(JobOperator, bpy.types.Operator):
         soft_max=1,
     )
 
-    # What is removed is told by the vertices that were there at the start.
+    # The vertices that were there at the start tell what is removed.
     may_be_handed_over = False
 
     @classmethod
@@ -94,7 +94,7 @@ class SURFRECON_OT_clean(JobOperator, bpy.types.Operator):
 
 
 def samples_kept(name, count, confidence, corners, smallest, least):
-    """Which of so many samples stay, and the figures."""
+    """Whether each of so many samples stays, and the figures."""
     keep = np.ones(count, bool)
     if confidence is not None and least > 0:
         keep &= confidence >= least

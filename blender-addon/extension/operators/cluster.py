@@ -24,7 +24,7 @@ from ..translations import NAMES
 REPORT = "surfrecon_cluster"
 
 PARAMETERS = {p.name: p for p in surfrecon.parameters("cluster")}
-# What says how fine the result is; the others hold for each.
+# The parameters that say how fine the result is. The others hold for each.
 RESOLUTIONS = ("vertices", "patches", "max_error")
 OPTIONS = tuple(name for name in PARAMETERS if name not in RESOLUTIONS)
 
@@ -211,7 +211,7 @@ def content(mesh):
 
 
 def figures(level):
-    """What the sidebar shows of a level."""
+    """The figures of a level in the sidebar."""
     report = level.report
     after = report["after"]
     return {

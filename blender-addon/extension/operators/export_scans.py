@@ -15,7 +15,7 @@ from ..running import Refused
 from ..telling import tell
 from ..words import sentence
 
-# What is said of the formats that the library writes.
+# Words for the formats that the library writes.
 WORDS = {
     "conf": ("Stanford (.conf)", "A list that places the scans, and beside it a range-grid PLY for each"),
     "ptx": ("PTX (.ptx)", "One text file of all scans, seen from a point each"),
@@ -91,7 +91,7 @@ class SURFRECON_OT_export_scans(bpy.types.Operator, ExportHelper):
 
 
 def origin_of(collection):
-    """Where importing moved the scans of a collection from."""
+    """The origin that importing took off the scans of a collection."""
     try:
         origin = np.array(collection.get("world_origin", (0.0, 0.0, 0.0)), np.float64)
     except (TypeError, ValueError):

@@ -402,7 +402,7 @@ class SURFRECON_FH_scans(bpy.types.FileHandler):
 
     @classmethod
     def poll_drop(cls, context):
-        """Where objects can be dropped."""
+        """Whether files can be dropped here: where objects can be."""
         return poll_file_object_drop(context)
 
 

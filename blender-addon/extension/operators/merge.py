@@ -24,12 +24,12 @@ REPORT = "surfrecon_report"
 # Cells along the diagonal of what the preview merges.
 PREVIEW_CELLS = 150
 
-# What is said of a merge for which memory was short.
+# The note on a merge for which memory was short.
 IN_FILES = "memory was short, so it worked in temporary files"
 
 
 class OfSelected(JobOperator, MergeOptions):
-    """What operators share that merge the selected objects."""
+    """The common part of operators that merge the selected objects."""
 
     @classmethod
     def poll(cls, context):
@@ -75,7 +75,7 @@ class OfSelected(JobOperator, MergeOptions):
         return chosen.objects
 
     def scan_of_object(self, obj, depsgraph):
-        """What is merged of an object, or a generator of the frames that it stands for."""
+        """The scan of an object to merge, or a generator of the frames that it stands for."""
         if recording.is_recording(obj):
             return recording.frames(obj, depsgraph)
         scan = scan_objects.scan_of_object(obj, depsgraph)

@@ -23,12 +23,12 @@ REPORT = "surfrecon_sculpt"
 
 PARAMETERS = {p.name: p for p in surfrecon.parameters("sculpt") + surfrecon.parameters("triangulate")}
 TOLERANCES = ("tolerance", "relative_tolerance")
-# What a sculptor is made with; the tolerance may change afterwards.
+# The parameters that a sculptor is made with. The tolerance may change afterwards.
 MAKING = tuple(name for name in PARAMETERS if name not in TOLERANCES)
 
 
 def key_of(image, options):
-    """What tells sculptors apart: an image and some of the library's options."""
+    """The key that tells sculptors apart: an image and some of the library's options."""
     content = fingerprint(image.points, image.colour, image.confidence)
     return (content, repr(image.projection), image.rows, tuple(sorted(options.items(), key=str)))
 

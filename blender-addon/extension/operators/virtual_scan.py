@@ -32,7 +32,7 @@ GROUPS = (
 
 
 class ScanOperator(JobOperator):
-    """What both operators share: cameras to choose, and what is done with the images."""
+    """The common part of both operators: cameras to choose, and what is done with the images."""
 
     bl_options = {"REGISTER", "UNDO", "PRESET"}
 
@@ -77,7 +77,7 @@ class ScanOperator(JobOperator):
         return surfrecon.Job.virtual_scan(surface, views, **options)
 
     def preview(self, context):
-        """What the cameras see, with fewer pixels."""
+        """The images of the cameras, with fewer pixels."""
         return surfrecon.Job.virtual_scan(*self.rough, threads=1)
 
     def preview_mesh(self, images):

@@ -17,7 +17,7 @@ typedef struct {
     srf_pose world_from_sensor;
 } Frame;
 
-/* Where the k-th of so many cameras stands: spread over a sphere, looking at its middle. x right, y down, z forward. */
+/* The pose of the k-th of so many cameras: spread over a sphere, looking at its middle. x right, y down, z forward. */
 static srf_pose place(int k, int count)
 {
     const double angle = 2.399963229728653 * k, height = 1 - (2 * k + 1.0) / count, ring = sqrt(1 - height * height);

@@ -1,4 +1,4 @@
-// What a slider in a host does: the range image is made ready once, then sculpted to one tolerance after the other.
+// The work of a slider in a host: the range image is made ready once, then sculpted to one tolerance after the other.
 // Usage: live_tolerance [OUT.ply]
 // Scans a torus of radii 1 and 0.4 virtually from a distance of 4. C++17.
 

@@ -180,7 +180,7 @@ std::string receive(Client &client, surfrecon::Folder &files)
 // Does what a request asks for, and sends the result; what is said of it.
 std::string serve(Client &client)
 {
-    // What one request takes is nothing to the limit of another, and its threads work for nobody else.
+    // The memory of one request is nothing to the limit of another, and its threads work for nobody else.
     surfrecon::Context context;
     context.set_memory_limit(most_memory);
     context.set_threads(std::max(1U, std::thread::hardware_concurrency() / WORKERS));

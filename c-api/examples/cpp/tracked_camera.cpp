@@ -1,4 +1,4 @@
-// What an app with a depth camera does: frames arrive on a thread of the camera's, 16-bit depths in millimetres, RGB, and the pose that
+// The work of an app with a depth camera: frames arrive on a thread of the camera's, 16-bit depths in millimetres, RGB, and the pose that
 // tracking found; each becomes a range image and is added, all so far are merged now and then for a preview, and in the end for good.
 // Usage: tracked_camera OUT [FRAMES]      OUT ends in .glb, .ply, .obj or .stl
 // Here the camera is virtual, and flies around a ball with bumps, half a metre in radius; a program with a real one puts its frames into the
@@ -31,7 +31,7 @@ constexpr double FOCAL = 200, CX = 0.5 * (COLS - 1), CY = 0.5 * (ROWS - 1);  // 
 constexpr double MILLIMETRE = 0.001, PREVIEW_VOXEL = 0.02;                    // metres
 constexpr int FRAMES_A_PREVIEW = 12;
 
-// What the camera delivers.
+// The data that the camera delivers.
 struct Captured {
     std::vector<std::uint16_t> depths;         // millimetres, 0 where nothing was measured
     std::vector<std::uint8_t> colours;         // RGB

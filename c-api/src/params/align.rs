@@ -6,7 +6,7 @@ use crate::settings::SRF_FROM_DATA;
 use crate::sized;
 use crate::status::srf_status;
 
-/// What is known of the poses that the scans have.
+/// Facts that are known of the poses of the scans.
 #[allow(non_camel_case_types, dead_code)]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,10 +44,10 @@ pub enum srf_turntable {
 pub struct srf_align_params {
     /// Bytes of this struct.
     pub struct_size: u32,
-    /// Worker threads, at most 1024; 0, the default, for the number of srf_set_threads(). Results are the same for any
+    /// Worker threads, at most 1024. 0, the default, for the number of srf_set_threads(). Results are the same for any
     /// number.
     pub threads: u32,
-    /// What is known of the poses that the scans have. A value of srf_start, default SRF_START_AUTO.
+    /// Facts that are known of the poses of the scans. A value of srf_start, default SRF_START_AUTO.
     pub start: u64,
     /// With rough poses, how far off they may be: no sample of a scan is placed further from where its pose has it. A scan
     /// that fits no nearer is left out, and the report says how far that would be. > 0. SRF_FROM_DATA, the default: a tenth
@@ -61,8 +61,8 @@ pub struct srf_align_params {
     pub tolerance: f64,
     /// Scans fit only if one of them lies on the other with at least this share of its surface. 0 to 1, default 0.03.
     pub min_overlap: f64,
-    /// Where shape lets scans turn or slide, or fits in several places, their colours or intensities decide. Off: shape
-    /// alone counts. 1 or 0, default 1.
+    /// Colours or intensities decide where shape lets scans turn or slide, or fits in several places. Off: shape alone
+    /// counts. 1 or 0, default 1.
     pub use_colour: u64,
 }
 

@@ -14,7 +14,7 @@ use crate::status::srf_status;
 pub struct srf_merge_params {
     /// Bytes of this struct.
     pub struct_size: u32,
-    /// Worker threads, at most 1024; 0, the default, for the number of srf_set_threads(). Results are the same for any
+    /// Worker threads, at most 1024. 0, the default, for the number of srf_set_threads(). Results are the same for any
     /// number.
     pub threads: u32,
     /// Size of a cell of the grid. Smaller keeps more detail and costs time and memory with its inverse square. > 0.

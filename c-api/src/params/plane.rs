@@ -14,7 +14,7 @@ use crate::status::srf_status;
 pub struct srf_plane_params {
     /// Bytes of this struct.
     pub struct_size: u32,
-    /// Worker threads, at most 1024; 0, the default, for the number of srf_set_threads(). Results are the same for any
+    /// Worker threads, at most 1024. 0, the default, for the number of srf_set_threads(). Results are the same for any
     /// number.
     pub threads: u32,
     /// Samples that lie further off do not count for the plane. > 0. SRF_FROM_DATA, the default: three times the scatter of

@@ -13,7 +13,7 @@ use crate::status::srf_status;
 pub struct srf_quads_params {
     /// Bytes of this struct.
     pub struct_size: u32,
-    /// Worker threads, at most 1024; 0, the default, for the number of srf_set_threads(). Results are the same for any
+    /// Worker threads, at most 1024. 0, the default, for the number of srf_set_threads(). Results are the same for any
     /// number.
     pub threads: u32,
     /// Tiles from top to bottom. Every tile gets the same number of rows: more tiles spread them more evenly over the

@@ -69,7 +69,7 @@ pub enum srf_noisy_points {
 pub struct srf_reconstruct_params {
     /// Bytes of this struct.
     pub struct_size: u32,
-    /// Worker threads, at most 1024; 0, the default, for the number of srf_set_threads(). Results are the same for any
+    /// Worker threads, at most 1024. 0, the default, for the number of srf_set_threads(). Results are the same for any
     /// number.
     pub threads: u32,
     /// Makes the threshold on the perimeters of facets larger. Larger closes more gaps and keeps more stray points. 1 to 2,

@@ -14,7 +14,7 @@ use crate::status::srf_status;
 pub struct srf_scan_params {
     /// Bytes of this struct.
     pub struct_size: u32,
-    /// Worker threads, at most 1024; 0, the default, for the number of srf_set_threads(). Results are the same for any
+    /// Worker threads, at most 1024. 0, the default, for the number of srf_set_threads(). Results are the same for any
     /// number.
     pub threads: u32,
     /// Standard deviation of the Gaussian noise along each ray. >= 0, default 0.

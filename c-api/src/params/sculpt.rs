@@ -13,7 +13,7 @@ use crate::status::srf_status;
 pub struct srf_sculpt_params {
     /// Bytes of this struct.
     pub struct_size: u32,
-    /// Worker threads, at most 1024; 0, the default, for the number of srf_set_threads(). Results are the same for any
+    /// Worker threads, at most 1024. 0, the default, for the number of srf_set_threads(). Results are the same for any
     /// number.
     pub threads: u32,
     /// Largest distance between a sample and the mesh along the sample's ray. Larger values give fewer triangles. 0: every

@@ -77,7 +77,7 @@ def unexpected(function: str, name: str, known: Iterable[str]) -> TypeError:
         known: parameters that it takes; those that its signature shows come on top.
     """
     names = {*known}
-    # What is none in the module is a function of Python's, whose caller says all it takes.
+    # A name that the module does not have is a function of Python's, whose caller says all it takes.
     with contextlib.suppress(AttributeError, ValueError):
         shown = inspect.signature(operator.attrgetter(function)(_native)).parameters.values()
         names |= {one.name for one in shown if one.kind is one.KEYWORD_ONLY}
@@ -87,5 +87,5 @@ def unexpected(function: str, name: str, known: Iterable[str]) -> TypeError:
 
 
 def wrong_kind(name: str, allowed: str, value: object) -> TypeError:
-    """What is said of a value of another kind."""
+    """The error for a value of another kind."""
     return TypeError(f"{name} must be {allowed}, got {value!r}")

@@ -3,7 +3,7 @@
 The package is loaded before any module of the command line, so it loads this first. In other programs nothing changes.
 """
 
-# What `signal` is made of; that itself would be interrupted while it is loaded.
+# The module behind `signal`, which itself would be interrupted while it is loaded.
 import _signal  # type: ignore[import-not-found]
 import sys
 

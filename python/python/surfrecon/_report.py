@@ -72,7 +72,7 @@ def _short(value: Any) -> str:
 
 
 def jsonable(value: Any) -> Any:
-    """What JSON can hold of a value: arrays as lists, numbers that aren't finite as ``None``."""
+    """A value as JSON can hold it: arrays as lists, numbers that aren't finite as ``None``."""
     if isinstance(value, dict):
         return {str(name): jsonable(entry) for name, entry in value.items()}
     # Arrays of NumPy and their numbers; NumPy is not loaded before it is needed.

@@ -1,4 +1,4 @@
-"""What each call reports; lengths are in the unit of the scans."""
+"""The reports of calls. Lengths are in the unit of the scans."""
 
 from __future__ import annotations
 

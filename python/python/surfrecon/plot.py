@@ -157,7 +157,7 @@ def mesh(
     return ax
 
 
-# What became of a pair, and its mark in the picture.
+# States of a pair, and their marks in the picture.
 MARKS = {
     "misfit": "off",
     "slides": "slides",
@@ -170,7 +170,7 @@ MARKS = {
 
 
 def alignment(result: Alignment, ax: Any = None) -> Any:
-    """Which scans overlap: a square a pair, darker the more of the smaller they share, red where the pair was not used.
+    """The overlap of scans: a square a pair, darker the more of the smaller they share, red if the pair was not used.
 
     Names of scans that have no place are red.
 

@@ -94,7 +94,7 @@ fn grow(
     }
 }
 
-/// The area of what stands beside walls and lies on each other; `None` where sensors see through the arrangement.
+/// The area of what stands beside walls and lies on each other. `None` where sensors see through the arrangement.
 fn support(views: &[View], frames: &[usize], poses: &[DAffine3]) -> Option<f64> {
     let (mut told, mut touching, mut through) = (0.0, 0.0, 0.0);
     for i in 0..frames.len() {

@@ -13,7 +13,7 @@ use crate::reach::Bound;
 use crate::sequence::{Joins, Steps};
 use crate::view::View;
 
-/// What became of a pair.
+/// The outcome of a pair.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Standing {
     /// It joined two groups.
@@ -37,11 +37,11 @@ const SAMPLES: usize = 150;
 /// A join is refused if so much of a scan is seen through, and so much of what can be told speaks against it ...
 const THROUGH: [f64; 2] = [0.08, 0.3];
 /// ... or if so much of what all sensors of both groups can tell together speaks against it. Right joins of real scans had at most 0.0011
-/// and of noisy rooms nothing; wrong ones of box-shaped rooms, where corners fit corners, had 0.01 to 0.2, a few 0.002.
+/// and of noisy rooms nothing. Wrong ones of box-shaped rooms, where corners fit corners, had 0.01 to 0.2, a few 0.002.
 const JOINTLY: f64 = 0.005;
 /// Of up to so many scans of a room a pair that is sure is believed. More scans have many more pairs, of which some are sure by chance:
 /// there a pair that holds less than this, or shares less of one scan and of the other, is confirmed by another one. Of 60 virtual heaps
-/// four had frames placed wrongly by such a pair; a twentieth of the frames is left out for them.
+/// four had frames placed wrongly by such a pair. A twentieth of the frames is left out for them.
 const FEW_SCANS: usize = 5;
 const HELD: f64 = 0.01;
 const SHARED: [f64; 2] = [0.2, 0.4];
@@ -104,9 +104,9 @@ struct Assembly<'a> {
     standings: Vec<Standing>,
 }
 
-/// Joins `groups` by the pairs that are sure or trusted, the best first; then by pairs that are weak or doubted where two say the same;
-/// with rough poses, which hold what may slide, then by pairs that slide; all but by those that would put a scan beyond reach.
-/// Returns the groups, and what became of each pair.
+/// Joins `groups` by the pairs that are sure or trusted, the best first. Then by pairs that are weak or doubted where two say the same.
+/// Rough poses hold what may slide: with them then by pairs that slide. Never by those that would put a scan beyond reach.
+/// Returns the groups, and the outcome of each pair.
 pub(crate) fn assemble(
     views: &[View],
     pairs: &[Pair],
@@ -149,7 +149,7 @@ pub(crate) fn assemble(
         while let Some(k) = assembly.confirmed(&weak) {
             assembly.join(k, false);
         }
-        // What waited may wait for these.
+        // Pairs that waited may wait for these.
         if limit.steps.is_none() || assembly.joined() == before {
             break;
         }
@@ -225,7 +225,7 @@ impl Assembly<'_> {
         self.pose(*a) * modes[0].a_from_b * self.pose(*b).inverse()
     }
 
-    /// Joins by pairs, each with whether it is trusted, the best first; those that wait for others again, until none joins.
+    /// Joins by pairs, each with whether it is trusted, the best first. Those that wait for others again, until none joins.
     fn join_all(&mut self, order: &[(bool, f64, usize)]) {
         loop {
             let before = self.joined();
@@ -254,7 +254,7 @@ impl Assembly<'_> {
         }
     }
 
-    /// Joins the groups of a pair's scans, unless sensors speak against it; says whether it agrees with what is joined.
+    /// Joins the groups of a pair's scans, unless sensors speak against it. Says whether it agrees with what is joined.
     fn join(&mut self, k: usize, trusted: bool) {
         let Pair { a, b, ref modes, .. } = self.pairs[k];
         if self.are_together(k) {

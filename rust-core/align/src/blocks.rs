@@ -33,7 +33,7 @@ impl BlockSystem {
         }
     }
 
-    /// Factors it; `None` if it isn't positive definite. Cost and memory grow with what fills in.
+    /// Factors it. `None` if it isn't positive definite. Cost and memory grow with what fills in.
     pub fn factor(&self) -> Option<Factor> {
         let count = self.diagonal.len();
         let order = self.order();

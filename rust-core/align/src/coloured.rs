@@ -1,7 +1,7 @@
 //! The place where colours or intensities agree, of scans that may turn or slide by shape, or fit in several places.
 //!
-//! What is coloured alike is found by means and deviations over rings around a point; how well tints agree where surfaces lie on
-//! each other tells places apart.
+//! Places that are coloured alike are found by means and deviations over rings around a point. The agreement of tints where surfaces lie
+//! on each other tells places apart.
 
 use glam::{DAffine3, DVec3};
 
@@ -78,8 +78,8 @@ impl Coloured {
     }
 }
 
-/// Of two scans that fit by their shape, but not in one place alone, the place where their tints agree, if there is one alone;
-/// places by shape are looked at as well.
+/// Of two scans that fit by their shape, but not in one place alone, the place where their tints agree, if there is one alone.
+/// Places by shape are looked at as well.
 pub(crate) fn place(both: [&View; 2], by_shape: &[Mode], limits: &Limits) -> Option<Mode> {
     let cell = both[0].coarse.cell.max(both[1].coarse.cell);
     let radius = both[0].reduced.radius.min(both[1].reduced.radius);

@@ -1,4 +1,4 @@
-//! What the caller knows of the scans.
+//! Knowledge of the caller about the scans.
 
 use glam::DVec3;
 
@@ -11,11 +11,11 @@ use base::error::{Error, Result, Shown};
 pub struct Pick {
     /// The scans, by their numbers.
     pub scans: [usize; 2],
-    /// Where the point is, in each scan's own frame.
+    /// The place of the point, in each scan's own frame.
     pub points: [DVec3; 2],
     /// Outward normals there, in the scans' frames, where known: two picks with normals already give a pose.
     pub normals: Option<[DVec3; 2]>,
-    /// What it counts: at 1 as much as a two-thousandth of the smaller scan's surface, so that it chooses a place, and shape where in it.
+    /// Its weight: 1 counts as much as a two-thousandth of the smaller scan's surface, so that it chooses a place, and shape where in it.
     pub weight: f64,
 }
 
@@ -35,7 +35,7 @@ pub struct Axis {
     pub direction: DVec3,
 }
 
-/// What the caller knows: empty by default.
+/// Knowledge of the caller: empty by default.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Constraints {
     /// Scans that stay where they are, by their numbers.
@@ -46,19 +46,19 @@ pub struct Constraints {
     pub trusted: Vec<[usize; 2]>,
     /// Pairs of scans that must not be compared.
     pub rejected: Vec<[usize; 2]>,
-    /// The axis of the turntable that the object stood on; found where it is not given and `turntable` says that there was one.
+    /// The axis of the turntable that the object stood on. Found where it is not given and `turntable` says that there was one.
     pub axis: Option<Axis>,
     /// By how much the turntable was turned when each scan was taken, in radians, counter-clockwise where the axis points to the
-    /// viewer; either way round if the axis is not given. Empty where that is not known.
+    /// viewer. Either way round if the axis is not given. Empty where that is not known.
     pub angles: Vec<f64>,
 }
 
 impl Constraints {
-    /// Refuses what doesn't go together for so many scans.
+    /// Refuses constraints that don't go together for so many scans.
     ///
     /// # Errors
-    /// A number of a scan that isn't there; a pair of a scan with itself, or both trusted and rejected; numbers that are not finite; a
-    /// weight that is not positive; a normal or an axis without direction; angles for another number of scans.
+    /// A number of a scan that isn't there. A pair of a scan with itself, or both trusted and rejected. Numbers that are not finite, a
+    /// weight that is not positive, a normal or an axis without direction. Angles for another number of scans.
     pub fn validate(&self, count: usize) -> Result<()> {
         let known = |what: &str, scan: usize| match scan < count {
             true => Ok(()),
@@ -210,7 +210,7 @@ impl Constraints {
     }
 }
 
-/// [`Constraints`] by the numbers inside; of each pair the smaller first.
+/// [`Constraints`] by the numbers inside. Of each pair the smaller first.
 pub(crate) struct Inside {
     pub is_fixed: Vec<bool>,
     pub picks: Vec<Pick>,
@@ -226,11 +226,11 @@ pub(crate) struct Ordered {
     pub frames: Vec<usize>,
     /// Their places in the recording, which count frames that are missing.
     pub places: Vec<u64>,
-    /// Whether the caller says that each follows the one before; otherwise the recording's list alone does.
+    /// Whether the caller says that each follows the one before. Otherwise the recording's list alone does.
     pub is_told: bool,
 }
 
-/// What is known of a turntable.
+/// Knowledge of a turntable.
 pub(crate) struct Told {
     pub axis: Option<Axis>,
     pub angles: Option<Vec<f64>>,

@@ -1,4 +1,4 @@
-//! Which points of two scans look alike.
+//! Points of two scans that look alike.
 
 use glam::DVec3;
 
@@ -14,7 +14,7 @@ const MOST: usize = 900;
 pub(crate) struct Match {
     pub a: u32,
     pub b: u32,
-    /// Difference, in that of the next likest that is not chosen; less is better.
+    /// Difference, in that of the next likest that is not chosen. Less is better.
     pub ratio: f32,
 }
 
@@ -32,7 +32,7 @@ fn offer(list: &mut Likest, difference: u32, other: u32) {
     }
 }
 
-/// For each point of either scan the likest of the other; those that choose each other first, the clearest first.
+/// For each point of either scan the likest of the other. Those that choose each other come first, the clearest first.
 pub(crate) fn correspond(a: &Features, b: &Features) -> Vec<Match> {
     let none = [(u32::MAX, u32::MAX); LIKEST + 1];
     let mut of_a = vec![none; a.points.len()];

@@ -1,8 +1,8 @@
-//! What the surface looks like around a point: fast point feature histograms \[RBB09\] at two radii.
+//! Descriptions of the surface around a point: fast point feature histograms \[RBB09\] at two radii.
 //!
 //! Rusu, Blodow, Beetz, "Fast Point Feature Histograms (FPFH) for 3D Registration", ICRA 2009. Differences: neighbours weigh by the
 //! area they stand for, entries fall linearly into two bins, weights of neighbouring histograms fall linearly to the radius, and
-//! what is compared are roots of shares (so that a full bin does not outweigh all others), by the sum of their differences.
+//! roots of shares are compared (so that a full bin does not outweigh all others), by the sum of their differences.
 
 use glam::{DVec3, Vec3};
 
@@ -161,7 +161,7 @@ pub(crate) fn difference_below(a: &Descriptor, b: &Descriptor, limit: u32) -> Op
 /// Entries that are compared first.
 const FIRST: usize = 32;
 
-/// Sum of the differences of some entries. Where it is known which, a few instructions.
+/// Sum of the differences of some entries. It takes a few instructions where it is known which entries.
 #[inline(always)]
 fn apart(a: &Descriptor, b: &Descriptor, first: usize, end: usize) -> u32 {
     let mut sum = 0;

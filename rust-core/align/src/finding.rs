@@ -4,18 +4,18 @@ use crate::judge::{Mode, Verdict};
 use crate::params::AlignParams;
 use crate::view::View;
 
-/// What was found of two scans.
+/// The outcome for two scans.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Finding {
     /// No motion makes them touch.
     Nothing,
     /// They touch by less than is asked for.
     Little,
-    /// Where they touch, surfaces lie further from each other than noise explains.
+    /// Their surfaces lie further from each other where they touch than noise explains.
     Loose,
     /// The sensor of one saw through the surface of the other.
     SeenThrough,
-    /// What both scans hold stands still before the sensor, but they differ elsewhere.
+    /// The part that both scans hold stands still before the sensor, but they differ elsewhere.
     Background,
     /// They share hardly more than walls, which fit other walls as well.
     Walls,
@@ -29,12 +29,12 @@ pub(crate) enum Finding {
     Sure,
 }
 
-/// What is asked of a pair.
+/// Limits for a pair.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Limits {
     /// Share of a scan that must lie on the other.
     pub min_overlap: f64,
-    /// Largest root mean square of the distances between surfaces that touch; by default from cell and noise.
+    /// Largest root mean square of the distances between surfaces that touch. By default from cell and noise.
     pub tolerance: Option<f64>,
     /// Whether tints may decide where shape does not.
     pub use_colour: bool,
@@ -91,7 +91,7 @@ pub(crate) fn fits(views: [&View; 2], verdict: &Verdict, limits: &Limits) -> Fin
     }
 }
 
-/// What the first of the modes, ranked by score, is beside the others.
+/// The outcome of the first of the modes, ranked by score, beside the others.
 pub(crate) fn find(views: [&View; 2], modes: &[Mode], limits: &Limits) -> Finding {
     find_where(modes, |verdict| fits(views, verdict, limits))
 }

@@ -2,8 +2,8 @@
 //!
 //! Two pairs agree if the points lie equally far apart in both scans and their normals make the same angles with the line between
 //! them and with each other: four numbers that no motion changes (point pair features, Drost et al. 2010). Motions are
-//! sought around the edges of that graph with most common neighbours (second-order compatibility, Chen et al., "SC2-PCR", CVPR 2022;
-//! pivots of 3-cliques as in Yan et al., "TurboReg", 2025), each fitted to what agrees with it. Nothing is drawn at random.
+//! sought around the edges of that graph with most common neighbours (second-order compatibility, Chen et al., "SC2-PCR", CVPR 2022,
+//! with pivots of 3-cliques as in Yan et al., "TurboReg", 2025), each fitted to what agrees with it. Nothing is drawn at random.
 
 use glam::{DAffine3, DVec3};
 

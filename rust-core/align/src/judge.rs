@@ -1,4 +1,4 @@
-//! What speaks for a motion and what against it: surface on surface, and surface where a sensor saw through \[HH03\].
+//! Evidence for a motion and against it: surface on surface, and surface where a sensor saw through \[HH03\].
 //!
 //! Huber & Hebert, "Fully automatic registration of multiple 3D data sets", Image and Vision Computing 21, 2003.
 
@@ -15,15 +15,15 @@ use crate::visibility::Seen;
 pub(crate) struct Verdict {
     /// Of samples of the first and of the second: on the other's surface.
     pub on: [f64; 2],
-    /// Where the other's sensor saw through.
+    /// The area that the other's sensor saw through.
     pub through: [f64; 2],
-    /// Where the other's surface is near and faces another way; told by a glance alone.
+    /// The area where the other's surface is near and faces another way. Told by a glance alone.
     pub otherwise: [f64; 2],
-    /// Behind what the other saw, of both; told by a glance alone.
+    /// Behind what the other saw, of both. Told by a glance alone.
     pub hidden: f64,
     /// Of all samples.
     pub total: [f64; 2],
-    /// What a scan's own neighbours lie apart along their normals, of both scans, as a deviation.
+    /// The distance of a scan's own neighbours along their normals, of both scans, as a deviation.
     pub expected: f64,
     /// Mean square of the distances of those on the other's surface, along the normal.
     pub mean_square: f64,
@@ -46,7 +46,7 @@ impl Verdict {
         [0, 1].map(|i| self.on[i] / self.total[i].max(f64::MIN_POSITIVE))
     }
 
-    /// What to rank motions of the same two scans by.
+    /// The score that ranks motions of the same two scans.
     pub fn score(&self) -> f64 {
         self.touching() * self.closeness()
             - 2.0 * (self.through[0] + self.through[1])
@@ -60,7 +60,7 @@ impl Verdict {
     }
 
     /// How close surfaces lie for what they can: 1 where they coincide, 0 from what is too far for the same surface. Different
-    /// surfaces that bend alike lie 1.4 to 5 times as far apart as the same; the same lie at most 0.85 times `expected`.
+    /// surfaces that bend alike lie 1.4 to 5 times as far apart as the same. The same lie at most 0.85 times `expected`.
     pub fn closeness(&self) -> f64 {
         let far = FAR * self.expected;
         if self.expected == 0.0 { 1.0 } else { (1.0 - self.mean_square / (far * far)).max(0.0) }
@@ -196,10 +196,10 @@ pub(crate) struct Mode {
     pub verdict: Verdict,
 }
 
-/// What keeps a scan from sliding on another: the normal equations' eigenvalues, lengths and turns (times the radius) alike.
+/// The hold of a scan against sliding on another: the normal equations' eigenvalues, lengths and turns (times the radius) alike.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Hold {
-    /// Rising; their mean is 1. Below 0 by noise alone.
+    /// Rising. Their mean is 1. Below 0 by noise alone.
     pub values: [f64; 6],
     /// Turn (times the radius) and shift of each, about `middle`.
     pub vectors: Matrix6,

@@ -81,7 +81,7 @@ impl Level {
         self.points.len()
     }
 
-    /// Indices of about `count` of the points inside the surface, spread evenly; of all where there are fewer.
+    /// Indices of about `count` of the points inside the surface, spread evenly. Of all where there are fewer.
     pub fn spread(&self, count: usize) -> Vec<u32> {
         let step = (self.inside.len() as f64 / count as f64).max(1.0);
         let picked = (self.inside.len() as f64 / step) as usize;
@@ -89,7 +89,7 @@ impl Level {
     }
 }
 
-/// What surfaces may lie apart that are the same, as a deviation: as a scan's own neighbours do, of both scans.
+/// The distance of surfaces that are the same, as a deviation: as a scan's own neighbours do, of both scans.
 pub(crate) fn expected([first, second]: [&Level; 2]) -> f64 {
     first.noise.hypot(second.noise).max(STEADY * first.cell.max(second.cell))
 }

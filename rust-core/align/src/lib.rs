@@ -1,11 +1,18 @@
 //! From a heap of scans without poses to one frame.
 //!
-//! Steps, each a file: a scan's surface by few points and by more (`level`), what its sensor saw through (`visibility`); what looks like
-//! what (`features`, `correspond`); which scans may touch (`retrieve`); motions that many like points agree on (`hypothesise`),
-//! made exact (`refine`), judged (`judge`) and found sure or not (`finding`; not where a scan repeats itself, `symmetries`, nor where walls
-//! alone fit, `walls`), from frame to frame of a recording (`sequence`), on a turntable about its axis (`turntable`), by colours where shape leaves it open (`tint`, `coloured`), near poses that are rough
-//! (`reach`), only as gravity allows (`gravity`); groups (`assemble`); all poses at once (`relax`) and how far they may be off (`uncertainty`); what no pose explains (`misfit`); what is said (`report`:
-//! `summary`, `rivals`, `words`). One scan alone, by hand: `snap`.
+//! | files | steps |
+//! |---|---|
+//! | `level`, `visibility` | a scan's surface by few points and by more, and what its sensor saw through |
+//! | `features`, `correspond`, `retrieve` | points that look alike, and scans that may touch |
+//! | `hypothesise`, `refine`, `judge` | motions that many like points agree on, made exact and judged |
+//! | `finding`, `symmetries`, `walls` | whether a motion is sure: not where a scan repeats itself, nor where walls alone fit |
+//! | `sequence`, `turntable` | motions from frame to frame of a recording, and on a turntable about its axis |
+//! | `tint`, `coloured` | motions by colours where shape leaves them open |
+//! | `reach`, `gravity` | motions only near poses that are rough, and only as gravity allows |
+//! | `assemble`, `relax`, `uncertainty` | groups, all poses at once, and how far they may be off |
+//! | `misfit` | differences that no pose explains |
+//! | `report`, `summary`, `rivals`, `words` | the report |
+//! | `snap` | one scan alone, by hand |
 //!
 //! A scan is placed only if overlap, balance and uniqueness pass: never guessed. Nothing is drawn at random, and scans are
 //! taken by size and content, so that results are the same bytes for any number of threads and any order of the scans.
@@ -88,7 +95,7 @@ const BYTES_A_SCAN: f64 = 3.2e6;
 
 /// Brings scans to one frame: [`Prepared::read`], then [`Prepared::align`].
 ///
-/// Poses of the scans are used where they are fixed and where `params.start` says that they are rough; otherwise only that of the
+/// Poses of the scans are used where they are fixed and where `params.start` says that they are rough. Otherwise only that of the
 /// largest scan is, which stays.
 ///
 /// # Errors
@@ -122,7 +129,8 @@ impl Prepared {
     /// Reads scans. O(samples).
     ///
     /// # Errors
-    /// Fewer than two scans; scans of different coordinate reference systems, or in degrees; a scan whose pose is not rigid; whatever loading a scan can meet; [`Error::Cancelled`].
+    /// Fewer than two scans. Scans of different coordinate reference systems, or in degrees. A scan whose pose is not rigid. Errors of loading
+    /// a scan. [`Error::Cancelled`].
     pub fn read(sources: &[&dyn ScanSource], threads: usize, progress: &Progress<'_>) -> Result<Self> {
         progress.plan(READING_ALONE);
         Prepared::new(sources, threads, progress)
@@ -164,7 +172,7 @@ impl Prepared {
     /// Brings the scans to one frame.
     ///
     /// # Errors
-    /// Parameters out of range; a constraint on a scan that isn't there, or that can't be; [`Error::Cancelled`].
+    /// Parameters out of range. A constraint on a scan that isn't there, or that can't be. [`Error::Cancelled`].
     pub fn align(&self, params: &AlignParams, constraints: &Constraints, progress: &Progress<'_>) -> Result<Alignment> {
         params.validate()?;
         constraints.validate(self.len())?;
@@ -186,11 +194,11 @@ impl Prepared {
     }
 
     /// Draws one scan, from a rough pose, to others, which stay: for placing by hand. `world_from_scan` has a pose for each scan that it
-    /// may be drawn to; its own is where it starts. It is drawn no further than `reach`, about; by default a tenth of its size. Of
+    /// may be drawn to. Its own is where it starts. It is drawn no further than `reach`, about: by default a tenth of its size. Of
     /// `params` tolerance and least overlap count. O(1): some tens of milliseconds.
     ///
     /// # Errors
-    /// Parameters out of range; no such scan, or no pose of it; not as many poses as scans, or one that is not rigid;
+    /// Parameters out of range. No such scan, or no pose of it. Not as many poses as scans, or one that is not rigid.
     /// [`Error::Cancelled`].
     pub fn snap(
         &self,
@@ -224,7 +232,7 @@ impl Prepared {
     /// O(points + scans).
     ///
     /// # Errors
-    /// No such scan, or no pose of it; not as many poses as scans, or one that is not rigid; [`Error::Cancelled`].
+    /// No such scan, or no pose of it. Not as many poses as scans, or one that is not rigid. [`Error::Cancelled`].
     pub fn misfit(
         &self,
         scan: usize,
@@ -280,7 +288,7 @@ impl Prepared {
     }
 }
 
-/// The scans made ready, the largest first, ties by content; and the number that each had.
+/// The scans made ready, the largest first, ties by content, and the number that each had.
 fn read(sources: &[&dyn ScanSource], progress: &Progress<'_>) -> Result<(Vec<View>, Vec<usize>)> {
     let reduced = sources.par_iter().map(|source| {
         let reduced = Reduced::read(*source, progress)?;

@@ -1,4 +1,4 @@
-//! What no rigid pose explains: where surfaces that should be one lie apart, and what may be the reason.
+//! Misfits that no rigid pose explains: where surfaces that should be one lie apart, and what may be the reason.
 
 use glam::{DAffine3, DVec3, IVec3};
 use rustc_hash::FxHashMap;
@@ -41,7 +41,7 @@ const LEAST_SCALE: f64 = 0.002;
 const FLOOR: f64 = 0.6;
 /// A part that moved is at most this share of the surface.
 const PART: f64 = 0.45;
-/// What moved lies together: its spread, by that of all.
+/// Parts that moved lie together: their spread, by that of all.
 const TOGETHER: f64 = 0.6;
 /// Least area that moved, as a share.
 const LEAST: f64 = 0.02;
@@ -66,7 +66,7 @@ fn contacts(scan: &Placed<'_>, others: &[Placed<'_>]) -> Vec<Contact> {
     found
 }
 
-/// Why a scan that lies in place doesn't fit the others exactly; `None` if it does, or touches too little to tell.
+/// Why a scan that lies in place doesn't fit the others exactly. `None` if it does, or touches too little to tell.
 pub(crate) fn cause(scan: &Placed<'_>, others: &[Placed<'_>], limits: &Limits) -> Option<Cause> {
     let contacts = contacts(scan, others);
     if contacts.len() < FEWEST {
@@ -75,7 +75,7 @@ pub(crate) fn cause(scan: &Placed<'_>, others: &[Placed<'_>], limits: &Limits) -
     let expected = others.iter().map(|other| expected([other.view.fine(), scan.view.fine()])).fold(0.0, f64::max);
     let closest = limits.tolerance.unwrap_or(APART * expected);
     let before = mean_square(&contacts);
-    // What stays in any case, by noise and by what lies between samples.
+    // The mean square that stays in any case, by noise and by what lies between samples.
     let floor = (FLOOR * expected).powi(2);
     if before > floor
         && let Some((scale, after)) = scaled(scan, others)
@@ -231,7 +231,7 @@ impl Map {
         if weight > 0.0 { sum / weight } else { f64::NAN }
     }
 
-    /// Root mean square of what is left once noise is averaged out; `None` where nothing is near.
+    /// Root mean square of what is left once noise is averaged out. `None` where nothing is near.
     pub fn root_mean_square(&self) -> Option<f64> {
         let values: Vec<f64> = self.points.iter().map(|&p| self.at(p)).collect();
         (!values.is_empty()).then(|| (values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64).sqrt())

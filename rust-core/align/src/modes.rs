@@ -1,4 +1,4 @@
-//! Motions of two scans, refined at their coarser levels and made exact at the finer ones; each kept once, the best first.
+//! Motions of two scans, refined at their coarser levels and made exact at the finer ones. Each kept once, the best first.
 
 use glam::DAffine3;
 
@@ -56,7 +56,7 @@ pub(crate) fn exact(both: [&View; 2], rough: &[DAffine3]) -> Vec<Mode> {
     modes
 }
 
-/// The best first; those that are the same once.
+/// Puts the best first, and keeps those that are the same once.
 pub(crate) fn rank(modes: &mut Vec<Mode>, both: [&View; 2]) {
     let cell = both[0].coarse.cell.max(both[1].coarse.cell);
     let radius = both[0].reduced.radius.min(both[1].reduced.radius);

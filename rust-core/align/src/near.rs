@@ -1,13 +1,13 @@
 //! The point of a level nearest to a place: by a grid whose cells hold about a point each, and know how far the next is.
 //!
 //! A search looks for tens of millions of them, most where nothing is near. A tree, which is as good for any points, took a third of
-//! all time; these lie evenly.
+//! all time. These lie evenly.
 
 use glam::DVec3;
 
 /// Most cells of a grid: 5 bytes each.
 const CELLS: usize = 1 << 16;
-/// Cells are as wide as the limits of most searches; wider where there would be too many, by so much at a time.
+/// Cells are as wide as the limits of most searches. They are wider where there would be too many, by so much at a time.
 const WIDER: f64 = 1.2;
 /// Farther than so many cells all is equally far.
 const FAR: u8 = 6;
@@ -19,7 +19,7 @@ pub(crate) struct Near {
     high: DVec3,
     side: f64,
     counts: [usize; 3],
-    /// The first entry of each cell; the last is how many there are.
+    /// The first entry of each cell. The last is how many there are.
     starts: Vec<u32>,
     entries: Vec<(DVec3, u32)>,
     /// Steps, along any axis or diagonal, from each cell to the next that holds a point.
@@ -110,7 +110,7 @@ impl Near {
         let mut steps = away.max(1);
         loop {
             let all = self.search(at, cell, steps, &mut best);
-            // What lies outside of the cells that were searched is no nearer than this.
+            // Points outside of the cells that were searched are no nearer than this.
             let searched = (steps as f64 + margin).max(0.0) * self.side;
             if all || searched * searched >= best.squared {
                 break;
@@ -120,7 +120,7 @@ impl Near {
         (best.place != u32::MAX).then(|| (best.place, best.squared.sqrt()))
     }
 
-    /// Looks at all cells within some steps of one; says whether these were all.
+    /// Looks at all cells within some steps of one. Says whether these were all.
     #[inline(always)]
     fn search(&self, at: DVec3, cell: [usize; 3], steps: usize, best: &mut Best) -> bool {
         let [x, y, z] = self.counts;

@@ -7,7 +7,7 @@ pub(crate) struct Neighbours {
     low: DVec3,
     side: f64,
     counts: [usize; 3],
-    /// The first entry of each cell; the last is how many there are.
+    /// The first entry of each cell. The last is how many there are.
     starts: Vec<u32>,
     entries: Vec<(DVec3, u32)>,
 }

@@ -16,13 +16,13 @@ use crate::symmetries::symmetries;
 use crate::view::View;
 use crate::walls::beside_walls;
 
-/// Hypotheses refined roughly by a quick search, and of these refined wholly; a thorough one takes more of both.
+/// Hypotheses refined roughly by a quick search, and of these refined wholly. A thorough one takes more of both.
 const ROUGH: usize = 6;
 const WHOLE: usize = 4;
 const THOROUGHLY: usize = 3;
 
 /// Least share of the points that look alike in two views of a room that must agree on a motion, so that a quick search goes on. The least
-/// of 341 right pairs of virtual rooms was 0.036, and 0.043 the tenth; of 1210 others a third have less than 0.033.
+/// of 341 right pairs of virtual rooms was 0.036, and 0.043 the tenth. Of 1210 others a third have less than 0.033.
 const AGREEING: f64 = 1.0 / 30.0;
 
 /// Two scans, and what was found of them: the likeliest mode first.

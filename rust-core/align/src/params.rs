@@ -3,7 +3,7 @@
 use base::params::{choice, flag, length, ratio};
 
 base::choices! {
-    /// What is known of the scans' poses.
+    /// Facts that are known of the scans' poses.
     pub enum Start {
         /// As the scans say: `sequence` where all are frames of one recording that follow each other in time and at least half of them fit
         /// the frame before, `unknown` otherwise.
@@ -34,7 +34,7 @@ base::params! {
     /// How scans are brought to one frame. Lengths are in the unit of the scans.
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct AlignParams of "align" with threads {
-        /// What is known of the poses that the scans have.
+        /// Facts that are known of the poses of the scans.
         start: Start = choice("Start", Start::CHOICES),
         /// With rough poses, how far off they may be: no sample of a scan is placed further from where its pose has it. A scan that fits no nearer is left out, and the report says how far that would be.
         reach: Option<f64> = length("Reach")
@@ -46,7 +46,7 @@ base::params! {
             .from_data("a fifth of the distance of the points that are compared, 8,000 to a scan, or more where noise asks for it").above(0.0),
         /// Scans fit only if one of them lies on the other with at least this share of its surface.
         min_overlap: f64 = ratio("Min overlap (share)").default(0.03).at_most(1.0),
-        /// Where shape lets scans turn or slide, or fits in several places, their colours or intensities decide.
+        /// Colours or intensities decide where shape lets scans turn or slide, or fits in several places.
         use_colour: bool = flag("Use colour").on()
             .off("shape alone counts"),
     }

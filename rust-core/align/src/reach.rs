@@ -20,7 +20,7 @@ const LEVER: f64 = 1.5;
 
 /// How far each scan may be placed from where it was given.
 pub(crate) struct Bound {
-    /// By the numbers inside, 0 for scans that are fixed; `None` where nothing is known of poses.
+    /// By the numbers inside, 0 for scans that are fixed. `None` where nothing is known of poses.
     reaches: Option<Vec<f64>>,
     /// Whether poses are said to be rough, but all sensors stand at the origin and look the same way: nobody has placed the scans.
     is_without_poses: bool,

@@ -1,8 +1,8 @@
 //! A motion made exact: symmetric point-to-plane ICP \[RUS19\].
 //!
 //! Rusinkiewicz, "A Symmetric Objective Function for ICP", ACM TOG 38(4), 2019, equation 9: residual `(p - q) . (n_p + n_q)`, half of the
-//! rotation on either side. Differences: points of both scans look for their nearest in the other; points on borders are matched with none
-//! (Turk & Levoy 1994), matches weigh less the farther they are from the plane (Welsch).
+//! rotation on either side. Differences: points of both scans look for their nearest in the other. Points on borders are matched with none
+//! (Turk & Levoy 1994). Matches weigh less the farther they are from the plane (Welsch).
 
 use glam::{DAffine3, DQuat, DVec3};
 
@@ -30,12 +30,12 @@ pub(crate) struct Contact {
     pub indices: [u32; 2],
     pub a: DVec3,
     pub b: DVec3,
-    /// Unit normals; of a contact by colour gradients of a tint, in deviations of distance a deviation of tint.
+    /// Unit normals. Of a contact by colour gradients of a tint, in deviations of distance a deviation of tint.
     pub normals: [DVec3; 2],
     /// The mean of both.
     pub normal: DVec3,
     pub area: f64,
-    /// What is added to the distance: 0, but for contacts by colour.
+    /// A term that is added to the distance: 0, but for contacts by colour.
     pub offset: f64,
 }
 
@@ -126,7 +126,7 @@ impl<'a> Both<'a> {
     }
 
     /// The equations that tints give at contacts, three each: gradients are to tints what normals are to distances (Park, Zhou, Koltun,
-    /// "Colored Point Cloud Registration Revisited", ICCV 2017, equation 8; here symmetric, and a deviation of a tint's noise counts
+    /// "Colored Point Cloud Registration Revisited", ICCV 2017, equation 8. Here it is symmetric, and a deviation of a tint's noise counts
     /// as much as one of distance).
     pub fn by_tints(&self, a_from_b: &DAffine3, contacts: &[Contact]) -> Vec<Contact> {
         let [a, b] = self.levels.map(|level| &level.tints);
@@ -160,7 +160,7 @@ impl<'a> Both<'a> {
         Some((rigid(&(step * *a_from_b)), by))
     }
 
-    /// Steps at falling reaches, each until steps are small; `None` where the scans don't touch.
+    /// Steps at falling reaches, each until steps are small. `None` where the scans don't touch.
     pub fn refine(&self, start: &DAffine3, schedule: &[Reach], radius: f64) -> Option<DAffine3> {
         let mut motion = *start;
         for reach in schedule {

@@ -1,4 +1,4 @@
-//! What is said of an alignment.
+//! The report of an alignment.
 
 use glam::{DAffine3, DVec3};
 
@@ -10,15 +10,15 @@ use base::report::{Found, Measured, Report as _};
 /// Result of [`run`](crate::run).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Alignment {
-    /// The pose of each scan, in the order given; `None` for those that aren't placed. All are rigid. A fixed scan's is its
+    /// The pose of each scan, in the order given. `None` for those that aren't placed. All are rigid. A fixed scan's is its
     /// own to the bit, as is that of the largest scan where none is fixed, and those of scans that stay undecided.
     pub world_from_scan: Vec<Option<DAffine3>>,
-    /// What was found.
+    /// The report.
     pub report: AlignReport,
 }
 
 base::choices! {
-    /// What became of a scan.
+    /// The outcome of a scan.
     pub enum ScanState {
         /// It has no place: the reason says why.
         Unplaced = "unplaced" "Not placed",
@@ -34,7 +34,7 @@ base::choices! {
 }
 
 base::choices! {
-    /// What became of a pair of scans.
+    /// The outcome of a pair of scans.
     pub enum PairState {
         /// No motion was found that lays one on the other.
         Nothing = "nothing" "No match",

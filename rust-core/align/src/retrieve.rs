@@ -1,4 +1,4 @@
-//! Which scans may touch: those whose points look like each other most often.
+//! Scans that may touch: those whose points look like each other most often.
 
 use rayon::prelude::*;
 
@@ -7,7 +7,7 @@ use crate::view::View;
 use base::error::Result;
 use base::progress::Progress;
 
-/// Points of each scan that look for others; fewer of many scans, so that the cost, which grows with the square, stays bounded.
+/// Points of each scan that look for others. Fewer of many scans, so that the cost, which grows with the square, stays bounded.
 const SAMPLES: usize = 100;
 const ALL_SAMPLES: usize = 20_000;
 /// Points of other scans that each votes for.

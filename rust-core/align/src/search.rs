@@ -37,7 +37,7 @@ const ROUNDS: usize = 6;
 /// Least share of the frames of a recording that fit the one before, if nobody says that they are a sequence.
 const FOLLOWED: f64 = 0.5;
 
-/// What the search found.
+/// The outcome of the search.
 pub(crate) struct Found {
     pub pairs: Vec<Pair>,
     pub standings: Vec<Standing>,
@@ -54,7 +54,7 @@ struct Search<'a, 'p> {
     limits: Limits,
     bound: &'a Bound,
     progress: &'a Progress<'p>,
-    /// How much scans look like each other; found when first asked for.
+    /// How much scans look like each other. Found when first asked for.
     likeness: OnceLock<Vec<Vec<f64>>>,
     pairs: BTreeMap<[usize; 2], Pair>,
     /// Those that were searched thoroughly.
@@ -120,7 +120,7 @@ pub(crate) fn search(
             let before = found.0.len();
             search.round(wanted, effort)?;
             found = search.joined();
-            // What is less alike joins no more.
+            // Scans that are less alike join no more.
             if search.steps.is_none() && count > FEW_SCANS && found.0.len() == before {
                 break;
             }
@@ -289,7 +289,7 @@ impl Search<'_, '_> {
         let Some(table) = self.table.clone() else { return Ok(()) };
         let (views, inside, bound, limits) = (self.views, self.inside, self.bound, self.limits);
         let is_told = |pair: &Pair| inside.is_trusted(pair.a, pair.b);
-        // What lies elsewhere is no turn; what was not found, or not for sure, may be found on the table.
+        // Motions elsewhere are no turns. Pairs without a motion, or without a sure one, may get theirs on the table.
         self.pairs.retain(|_, pair| {
             is_told(pair) || (matches!(pair.finding, Finding::Sure | Finding::Weak) && table.is_on(views, pair))
         });
@@ -299,7 +299,7 @@ impl Search<'_, '_> {
         self.add(&wanted, |a, b| Some(table.pair(views, a, b, bound, &limits)))
     }
 
-    /// Frames of a recording, each beside the next; says whether they are taken for a sequence.
+    /// Frames of a recording, each beside the next. Says whether they are taken for a sequence.
     fn followed(&mut self, order: &Ordered) -> Result<bool> {
         let mut found = followed(self.views, &order.frames, &self.limits, self.progress)?;
         found.retain(|pair| self.is_open([pair.a, pair.b]) && !self.pairs.contains_key(&[pair.a, pair.b]));

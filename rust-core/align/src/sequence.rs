@@ -1,7 +1,7 @@
 //! Frames of a recording, which follow each other: each is compared with the next, near where it would lie had the sensor stood still.
 //!
-//! Neighbours overlap and differ by a small motion, so that ICP from rest finds it, and no other place where they fit is looked for. Where
-//! that fails, the motion before or after is tried, then the next frame but one; then track is lost. Pieces of the recording are joined like
+//! Neighbours overlap and differ by a small motion, so that ICP from rest finds it, and no other place where they fit is looked for. If
+//! that fails, the motion before or after is tried, then the next frame but one. Then track is lost. Pieces of the recording are joined like
 //! any scans, but in their order, and only where the sensor would not have to leap ([`Steps`]).
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -55,7 +55,7 @@ fn places(at: &[f64]) -> Vec<u64> {
 /// Neighbours are off by this share of their radius, about.
 const REACH: f64 = 0.2;
 
-/// The pairs of frames that follow each other, `frames` in their order; where track is lost, of the next but one as well. O(frames).
+/// The pairs of frames that follow each other, `frames` in their order. Where track is lost, those of the next but one as well. O(frames).
 pub(crate) fn followed(
     views: &[View],
     frames: &[usize],
@@ -272,6 +272,6 @@ pub(crate) enum Joins {
     /// Once the groups between the two have their places.
     Later,
     /// The sensor would have to leap from a frame of one to the next of the other, further than it does elsewhere or out of sight of what it
-    /// saw before; or what was recorded repeats itself.
+    /// saw before. Or what was recorded repeats itself.
     Never,
 }

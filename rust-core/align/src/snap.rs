@@ -1,6 +1,6 @@
 //! One scan drawn to others, which stay, from where it lies: for placing by hand.
 //!
-//! Symmetric ICP (`refine`) against all of them at once, at reaches that halve; what was found is judged like a pair.
+//! Symmetric ICP (`refine`) against all of them at once, at reaches that halve. The outcome is judged like a pair.
 
 use glam::DAffine3;
 use rayon::prelude::*;
@@ -178,7 +178,7 @@ fn judged(view: &View, start: &DAffine3, pose: DAffine3, others: &[&Stays<'_>], 
         all.hold = Hold::of(&held, held.iter().map(|touch| touch.area).sum(), view.reduced.radius);
     }
     let largest = others.iter().map(|other| other.view).max_by(|x, y| x.reduced.area.total_cmp(&y.reduced.area));
-    // What is asked of a share of the smaller scan is asked of that on its best neighbour.
+    // The limit for the share of a pair's smaller scan holds for the scan's share on its best neighbour.
     let finding = match largest {
         Some(_) if overlap < limits.min_overlap => Finding::Little,
         Some(other) => fits([other, view], &all, &Limits { min_overlap: 0.0, ..*limits }),
@@ -208,7 +208,7 @@ fn judged(view: &View, start: &DAffine3, pose: DAffine3, others: &[&Stays<'_>], 
     }
 }
 
-/// Less balance than this is none; from a rough pose less is enough than without any.
+/// Less balance than this is none. From a rough pose less is enough than without any.
 const SLIDES: f64 = 0.0005;
 /// Share of its surface on another from which a scan touches it.
 const TOUCHES: f64 = 0.02;

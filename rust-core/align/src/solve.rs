@@ -26,7 +26,7 @@ use crate::view::View;
 use base::error::Result;
 use base::progress::Progress;
 
-/// What was found, by the numbers inside.
+/// The outcome, by the numbers inside.
 pub(crate) struct Solved {
     pub groups: Vec<SolvedGroup>,
     pub pairs: Vec<Pair>,
@@ -47,7 +47,7 @@ pub(crate) struct Solved {
 
 /// Scans in one frame.
 pub(crate) struct SolvedGroup {
-    /// Numbers and poses (world from local) of the scans; those that moved with nothing else lie where they were given.
+    /// Numbers and poses (world from local) of the scans. Those that moved with nothing else lie where they were given.
     pub members: Vec<(usize, DAffine3)>,
     /// In the gauges of the scans, in the order of the members.
     pub covariances: Vec<Matrix6>,
@@ -107,7 +107,7 @@ impl Looked {
     }
 }
 
-/// What groups are settled by.
+/// The data that groups are settled by.
 #[derive(Clone, Copy)]
 struct Known<'a> {
     views: &'a [View],
@@ -172,7 +172,7 @@ pub(crate) fn solve(views: &[View], params: &AlignParams, inside: &Inside, progr
     })
 }
 
-/// A group settled; what falls apart, because pairs that joined it don't fit beside the others, as several.
+/// A group settled. It becomes several if it falls apart because pairs that joined it don't fit beside the others.
 fn held(known: &Known<'_>, group: &Group, progress: &Progress<'_>) -> Result<Vec<Settled>> {
     let Known { views, inside, limits, .. } = *known;
     let (solved, links) = settle(known, group, progress)?;
@@ -220,7 +220,7 @@ fn held(known: &Known<'_>, group: &Group, progress: &Progress<'_>) -> Result<Vec
     Ok(all)
 }
 
-/// A group without the frame that the others see through most, and that frame by itself; `None` where none is seen through by much.
+/// A group without the frame that the others see through most, and that frame by itself. `None` where none is seen through by much.
 fn without_worst(
     known: &Known<'_>,
     solved: &SolvedGroup,

@@ -151,7 +151,7 @@ impl AlignedScan {
         (self.covariance, self.deviation, self.freedoms) = ([[0.0; 6]; 6], reach, Vec::new());
     }
 
-    /// What is trusted, and holds by nothing: its covariance comes of noise alone.
+    /// The freedom of a scan that is trusted and holds by nothing: its covariance comes of noise alone.
     fn slack(&mut self, links: &[&Looked], k: usize, views: &[View], group: &SolvedGroup) {
         let of_scan = links.iter().filter(|looked| looked.link.a == k || looked.link.b == k);
         let Some(best) = of_scan.max_by(|x, y| x.verdict.hold.balance().total_cmp(&y.verdict.hold.balance())) else {

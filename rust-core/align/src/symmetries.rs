@@ -61,7 +61,7 @@ const SAMPLES: usize = 300;
 /// Cells between looks along a screw.
 const STEP: f64 = 1.5;
 
-/// Where a scan fits itself best along each of the screws that its normal equations have as eigenvectors, the best first.
+/// Motions by which a scan fits itself best along each of the screws that its normal equations have as eigenvectors, the best first.
 fn along_screws(view: &View) -> Vec<DAffine3> {
     let both = Both::new(&view.coarse, &view.coarse, SAMPLES);
     let cell = view.coarse.cell;
@@ -86,7 +86,7 @@ fn along_screws(view: &View) -> Vec<DAffine3> {
 
 /// A turn about an axis with a shift along it.
 struct Screw {
-    /// A point of the axis, and its direction times the turn; or no turn, and a shift.
+    /// A point of the axis, and its direction times the turn. Or no turn, and a shift.
     point: DVec3,
     turn: DVec3,
     shift: DVec3,

@@ -4,7 +4,7 @@ use glam::{DMat3, DVec3};
 
 use crate::neighbours::Neighbours;
 
-/// Brightness, and red and blue against the others, 0 to 1 and -1 to 1; of intensities the first alone.
+/// Brightness, and red and blue against the others, 0 to 1 and -1 to 1. Of intensities the first alone.
 pub(crate) type Tint = DVec3;
 
 /// Tints of samples, where there are colours or intensities.
@@ -28,13 +28,13 @@ pub(crate) fn tints(colour: Option<&[[u8; 4]]>, intensity: Option<&[f32]>) -> Op
     Some(intensity.iter().map(tint).collect())
 }
 
-/// The tints of a level's points; empty where the scan has none.
+/// The tints of a level's points. Empty where the scan has none.
 #[derive(Default)]
 pub(crate) struct Tints {
     pub values: Vec<Tint>,
     /// How each of the three changes along the surface.
     pub gradients: Vec<[DVec3; 3]>,
-    /// What neighbours differ by that gradients don't explain, as a deviation.
+    /// The difference of neighbours that gradients don't explain, as a deviation.
     pub noise: f64,
     /// Mean square of the differences from the mean.
     pub variance: f64,

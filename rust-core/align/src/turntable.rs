@@ -31,11 +31,11 @@ const STEPS: usize = 10;
 const AGREE: f64 = 3.0;
 /// Share of the pairs that are sure by themselves that must turn as the table does: else it is another, or its angles are.
 const BELIEVED: f64 = 0.75;
-/// What shape alone doesn't hold must share so much: where the axis is wrong, slivers touch.
+/// Scans that shape alone doesn't hold must share so much: slivers touch where the axis is wrong.
 const TOUCHES: f64 = 0.2;
 /// Turns by less say little of their axis.
 const LEAST_TURN: f64 = 0.1;
-/// What the axis counts in the poses of all scans, as a pick.
+/// The weight of the axis in the poses of all scans, as of a pick.
 const WEIGHT: f64 = 200.0;
 /// How far the axis may be off, in cells, as a deviation.
 const EXACT: f64 = 0.1;
@@ -77,7 +77,7 @@ fn about(point: DVec3, direction: DVec3, angle: f64) -> DAffine3 {
 }
 
 impl Table {
-    /// As the pairs that are sure say, near where the caller has it, if he does; as he has it where no pair says anything. `None` where
+    /// As the pairs that are sure say, near where the caller has it, if he does. As he has it where no pair says anything. `None` where
     /// pairs don't agree with each other, with the angles, or with him.
     pub fn find(told: &Told, views: &[View], pairs: &[&Pair]) -> Option<Self> {
         let sure = |pair: &&&Pair| matches!(pair.finding, Finding::Sure | Finding::Weak);
@@ -120,7 +120,7 @@ impl Table {
         }
     }
 
-    /// The axis that turns have in common, those of negative signs taken the other way round; `None` if there is none.
+    /// The axis that turns have in common, those of negative signs taken the other way round. `None` if there is none.
     fn through(motions: &[(&DAffine3, f64)], told: &Told) -> Option<Self> {
         let mut direction = DVec3::ZERO;
         for (motion, sign) in motions {
@@ -171,7 +171,7 @@ impl Table {
         let turn = |pose: &DAffine3| {
             let first_from_scan = first.expect("there is a pose").inverse() * *pose;
             let turn = DQuat::from_mat3(&first_from_scan.matrix3).normalize();
-            // What is a little less than none would be a whole turn.
+            // A turn by a little less than none would be a whole turn.
             let angle = (-2.0 * turn.xyz().dot(self.direction).atan2(turn.w)).rem_euclid(TAU);
             if TAU - angle < 1e-9 { 0.0 } else { angle }
         };
@@ -291,7 +291,7 @@ impl Table {
         held / length > BALANCE
     }
 
-    /// What holds a group's scans to the axis: points of it that all of them share, and of what turned, where angles are known.
+    /// Ties of a group's scans to the axis: points of it that all of them share, and of what turned, where angles are known.
     pub fn ties(&self, views: &[View], members: &[usize], frame: usize) -> Vec<Tie> {
         let across = self.direction.any_orthonormal_vector();
         let mut ties = Vec::new();

@@ -2,7 +2,7 @@
 //!
 //! Distances between surfaces that lie beside each other are off together: by noise that was smoothed over them, by what lies
 //! between samples, by warp. Each piece of space counts as one observation, however many samples there are. Sandwich of
-//! inverse normal matrices around the sum over pieces (Liang & Zeger 1986); white noise, which others assume, gives far too little.
+//! inverse normal matrices around the sum over pieces (Liang & Zeger 1986). White noise, which others assume, gives far too little.
 
 use glam::{DVec3, IVec3};
 use rayon::prelude::*;
@@ -15,7 +15,7 @@ use crate::relax::{NARROW, Net, Tie, Use, contacts, weight_of};
 use base::error::Result;
 use base::progress::Progress;
 
-/// Covariances of the scans that have unknowns, in their gauges; zero for the others.
+/// Covariances of the scans that have unknowns, in their gauges. Zero for the others.
 pub(crate) fn covariances(net: &Net<'_>, progress: &Progress<'_>) -> Result<Vec<Matrix6>> {
     let (reach, scale) = NARROW;
     let equations = |purpose| net.equations(reach, scale, purpose, progress);

@@ -27,7 +27,7 @@ const QUIET: f64 = 0.15;
 /// Finest cell in distances between samples.
 const FINEST: f64 = 1.2;
 
-/// Points of a scan, fewer than it has; frames are the scan's own, moved so that the middle of its points is the origin.
+/// Points of a scan, fewer than it has. Frames are the scan's own, moved so that the middle of its points is the origin.
 pub(crate) struct Reduced {
     /// Place of the middle in the scan's own frame.
     pub middle: DVec3,
@@ -41,11 +41,11 @@ pub(crate) struct Reduced {
     pub bounds: [DVec3; 2],
     /// The same for the same samples.
     pub content: u64,
-    /// Whether its tints are colours; else they are intensities, if there are any.
+    /// Whether its tints are colours. Else they are intensities, if there are any.
     pub has_chroma: bool,
     /// Damage of its files, after its name.
     pub damage: Option<String>,
-    /// Where its sensor stood, in the scan's own frame.
+    /// The place of its sensor, in the scan's own frame.
     pub eye: Option<DVec3>,
     /// Direction of up, where its sensor measured gravity.
     pub up: Option<DVec3>,
@@ -54,10 +54,10 @@ pub(crate) struct Reduced {
 }
 
 impl Reduced {
-    /// Reads a scan. O(samples); of these nothing is kept.
+    /// Reads a scan. O(samples). Of these nothing is kept.
     ///
     /// # Errors
-    /// What reading can meet; cancelled.
+    /// Errors of reading. Cancelled.
     pub fn read(source: &dyn ScanSource, progress: &Progress<'_>) -> Result<Self> {
         let OrientedPoints { mut positions, areas, viewing, spacing, world_from_points, colour, intensity } =
             source.oriented_points(progress)?;
@@ -112,7 +112,7 @@ impl Reduced {
 }
 
 impl Reduced {
-    /// Where the scan lies as it is given.
+    /// The pose of the scan as it is given.
     pub fn world_from_local(&self) -> DAffine3 {
         self.world_from_scan * DAffine3::from_translation(self.middle)
     }
@@ -134,14 +134,14 @@ const FLAT: f64 = 0.95;
 pub(crate) struct View {
     pub reduced: Reduced,
     pub coarse: Level,
-    /// Descriptions of its points; found when first asked for.
+    /// Descriptions of its points. Found when first asked for.
     features: OnceLock<Features>,
-    /// Whether each point of the finer level is of a wall; found when first asked for.
+    /// Whether each point of the finer level is of a wall. Found when first asked for.
     walls: OnceLock<Vec<bool>>,
     is_of_room: OnceLock<bool>,
-    /// Motions that lay the scan on itself; found when first asked for.
+    /// Motions that lay the scan on itself. Found when first asked for.
     pub symmetries: OnceLock<Vec<DAffine3>>,
-    /// What is coloured alike; found when first asked for.
+    /// Descriptions by colours. Found when first asked for.
     pub colour_features: OnceLock<Features>,
 }
 

@@ -1,4 +1,4 @@
-//! What a scan's sensor saw of the space before its samples: coarse depths, for judging where another scan may lie.
+//! The space before a scan's samples as its sensor saw it: coarse depths, for judging where another scan may lie.
 //!
 //! For one scan of very many, beside [`image::visibility`], which is exact and holds every pixel.
 
@@ -15,7 +15,7 @@ const WIDE: f64 = 0.2;
 /// Share of a mesh's area that must face one direction, so that it is taken for seen from there.
 const ONE_SIDED: f64 = 0.5;
 
-/// What lies at a place.
+/// The thing at a place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Seen {
     /// Outside of the view, or nothing came back, or it can't be told.
@@ -38,7 +38,7 @@ enum Rays {
 /// The samples of a pixel.
 #[derive(Clone, Copy)]
 struct Pixel {
-    /// Nearest and farthest; NaN without any.
+    /// Nearest and farthest. NaN without any.
     depths: [f32; 2],
     /// Sum of the vector areas.
     area: Vec3,
@@ -62,7 +62,7 @@ pub(crate) struct DepthMap {
 }
 
 impl DepthMap {
-    /// Of samples, their vector areas and where they were seen from; guessed for a mesh whose faces look one way. `None` where it
+    /// Of samples, their vector areas and where they were seen from. Guessed for a mesh whose faces look one way. `None` where it
     /// can't be told.
     pub fn new(points: &[DVec3], areas: &[DVec3], spacing: f64, viewing: Option<Viewing>) -> Option<Self> {
         let total: f64 = areas.iter().map(|a| a.length()).sum();
@@ -150,7 +150,7 @@ impl DepthMap {
             .then_some([x as usize, y as usize])
     }
 
-    /// What the sensor says of a piece of surface that may be off by `tolerance` along its normal.
+    /// The evidence of the sensor on a piece of surface that may be off by `tolerance` along its normal.
     #[inline]
     pub fn see(&self, at: DVec3, normal: DVec3, tolerance: f64) -> Seen {
         let Some(view) = self.view(at) else { return Seen::Nothing };

@@ -94,7 +94,7 @@ pub(crate) fn reason(
         let there = too_far(*moved, solved.bound.reach(k));
         return closed(format!("it fits other scans {there}: check its pose, or raise reach"));
     }
-    // What of a room lies on others nearly may be anywhere.
+    // A scan of a room that nearly lies on others may be anywhere.
     if !views[k].is_of_room()
         && let Some(text) = nearly(views, solved, names, k, progress)?
     {
@@ -164,7 +164,7 @@ fn touching(pair: &Pair) -> f64 {
     pair.modes[0].verdict.touching()
 }
 
-/// Why a scan `k` is not joined to `other` by a pair of both; `None` if they plainly have nothing to do with each other.
+/// Why a scan `k` is not joined to `other` by a pair of both. `None` if they plainly have nothing to do with each other.
 fn why_not(views: &[View], solved: &Solved, pair: &Pair, other: &str) -> Option<String> {
     let verdict = &pair.modes[0].verdict;
     match pair.finding {
@@ -201,7 +201,7 @@ fn why_not(views: &[View], solved: &Solved, pair: &Pair, other: &str) -> Option<
     }
 }
 
-/// What keeps a scan `k` that nearly fits the first group from fitting it; `None` where it isn't near, or nothing does.
+/// The reason that keeps a scan `k`, which nearly fits the first group, from fitting it. `None` where it isn't near, or nothing does.
 fn nearly(
     views: &[View],
     solved: &Solved,
@@ -282,7 +282,7 @@ fn because(cause: Cause) -> String {
 /// Points below which nothing can be compared.
 const TOO_FEW: usize = 30;
 
-/// What the user should know of all scans.
+/// Messages for the user on all scans.
 pub(crate) fn say(
     report: &mut AlignReport,
     views: &[View],
@@ -424,7 +424,7 @@ fn ways(free: &[Freedom]) -> String {
     }
 }
 
-/// Where what the caller says doesn't agree with the scans.
+/// Messages on what the caller says that doesn't agree with the scans.
 fn told(views: &[View], names: &[&str], solved: &Solved) -> Vec<String> {
     let mut said = Vec::new();
     let group_of = |scan: usize| solved.groups.iter().find(|group| group.has(scan));

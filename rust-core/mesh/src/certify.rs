@@ -1,8 +1,8 @@
 //! How far one surface lies from another: exact at the vertices, with a bound that holds for every point between them.
 //!
 //! Triangles that may hold a farther point than any found are split until none can, as in \[CRS98\] but to a certificate
-//! instead of a sampling density. Two facts bound the distance over a triangle: it changes no faster than the point moves;
-//! and the distance to **one** triangle of the reference is a convex function, largest at a corner.
+//! instead of a sampling density. Two facts bound the distance over a triangle: it changes no faster than the point moves.
+//! The distance to **one** triangle of the reference is a convex function, largest at a corner.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -90,7 +90,7 @@ impl Part {
 /// How far `surface` lies from `reference`, both in one frame, with `threads` threads, 0 for one a core.
 ///
 /// # Guarantees
-/// No point of `surface` is farther from `reference` than `bound`; some point is as far as `reached`, up to rounding. The
+/// No point of `surface` is farther from `reference` than `bound`. Some point is as far as `reached`, up to rounding. The
 /// bound is within 1 % of `reached`, or a millionth of the reference's extent above it, unless that takes more than 8
 /// measurements a vertex and 100,000. The result is the same for any number of threads.
 ///
@@ -99,7 +99,8 @@ impl Part {
 ///
 /// # Errors
 /// [`Error::Input`] for a reference without triangles, bad indices, and coordinates that aren't finite or are larger than
-/// [`magnitude::LARGEST`]; for two meshes of different coordinate reference systems, or in degrees; [`Error::Cancelled`].
+/// [`magnitude::LARGEST`]. The same for two meshes of different coordinate reference systems, or in degrees.
+/// [`Error::Cancelled`].
 pub fn certify(
     surface: &TriMesh,
     reference: &TriMesh,
@@ -138,7 +139,7 @@ fn between(
 ) -> Result<(f64, f64)> {
     let (low, high) = super::measure::bounds(&reference.positions).unwrap_or_default();
     let largest = surface.positions.iter().chain([&low, &high]).fold(0.0_f64, |m, p| m.max(p.abs().max_element()));
-    // What rounding may have taken off any of the distances.
+    // The most that rounding may have taken off any of the distances.
     let rounding = 16.0 * f64::EPSILON * largest;
     let floor = FLOOR * low.distance(high) + rounding;
     let mut budget = (PER_VERTEX * surface.positions.len()).max(AT_LEAST);
@@ -210,7 +211,7 @@ const AT_LEAST_WITHIN: f64 = 1e6;
 /// A triangle's share at least.
 const LEAST_SHARE: f64 = 64.0;
 
-/// What is known of a surface that should lie within a limit of another.
+/// How far a surface that should lie within a limit of another does so.
 pub struct Within {
     /// No point of the triangles that do is farther.
     pub bound: f64,
@@ -218,11 +219,11 @@ pub struct Within {
     pub beyond: Vec<[u32; 2]>,
 }
 
-/// Which triangles of a surface lie within `limit` of a reference: all their points. Both are valid, and neither is empty.
-/// Runs in the pool that it is called in; the result is the same for any.
+/// The triangles of a surface that lie within `limit` of a reference, with all their points. Both meshes are valid and not empty.
+/// Runs in the pool that it is called in. The result is the same for any.
 ///
 /// # Errors
-/// Coordinates larger than [`magnitude::LARGEST`]; [`Error::Cancelled`].
+/// Coordinates larger than [`magnitude::LARGEST`]. [`Error::Cancelled`].
 #[doc(hidden)]
 pub fn within(surface: &TriMesh, reference: &TriMesh, limit: f64, progress: &Progress<'_>) -> Result<Within> {
     let bvh = Bvh::build_with(&reference.positions, &reference.triangles, rayon::current_num_threads(), progress)?;
@@ -232,7 +233,7 @@ pub fn within(surface: &TriMesh, reference: &TriMesh, limit: f64, progress: &Pro
     let budget = (PER_VERTEX_WITHIN * vertices as f64).max(AT_LEAST_WITHIN);
     let largest =
         surface.positions.iter().chain(&reference.positions).fold(0.0_f64, |m, p| m.max(p.abs().max_element()));
-    // What rounding may have taken off any of the distances.
+    // The most that rounding may have taken off any of the distances.
     let rounding = 16.0 * f64::EPSILON * largest;
     let limit = limit - rounding;
     let settle = |t: usize| {
@@ -258,8 +259,8 @@ pub fn within(surface: &TriMesh, reference: &TriMesh, limit: f64, progress: &Pro
     Ok(within)
 }
 
-/// A bound on the distances of a triangle's points that is not above `limit`; or, if there is none or `measurements` don't show
-/// one, the triangle of the reference closest to a point that may lie beyond.
+/// A bound on the distances of a triangle's points that is not above `limit`. If there is none, or `measurements` don't show
+/// one: the triangle of the reference closest to a point that may lie beyond.
 fn settled(
     corners: [DVec3; 3],
     reference: &TriMesh,

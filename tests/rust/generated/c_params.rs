@@ -158,7 +158,7 @@ fn file(schema: &Schema) -> String {
     let _ = write!(out, "pub struct {name} {{\n    /// Bytes of this struct.\n    pub struct_size: u32,\n");
     if has_threads(schema) {
         out += &comment(
-            "Worker threads, at most 1024; 0, the default, for the number of srf_set_threads(). Results are the same for any number.",
+            "Worker threads, at most 1024. 0, the default, for the number of srf_set_threads(). Results are the same for any number.",
             "    ",
         );
         out += "    pub threads: u32,\n";

@@ -128,7 +128,7 @@ def _reason(job: Job, given: argparse.Namespace, shown: Shown, stops: Stops, cha
 
 
 def _changed_files(job: Job, report: dict[str, Any], work: Work) -> str | None:
-    """Which files are no more what a report says. Where their folders lie does not matter."""
+    """The files that are no more as a report says. The places of their folders do not matter."""
     given = job.request.inputs
     for paths in [given[:1], given[1:]] if job.request.command == "measure" else [given]:
         work.open(paths)
@@ -166,7 +166,7 @@ def _is_within(path: str, changed: set[str]) -> bool:
 
 
 def _as_written(job: Job) -> dict[str, Any]:
-    """What a report of the job would say now, as it is read back."""
+    """The report that the job would have now, as it is read back."""
     written: dict[str, Any] = json.loads(record.text({"parameters": job.request.parameters}))
     return written
 

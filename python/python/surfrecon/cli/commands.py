@@ -28,7 +28,7 @@ class Command:
     # In a line, and in full.
     summary: str
     text: str
-    # What its files are called.
+    # The names of its files.
     inputs: str
     run: Callable[[Work], Made]
     # Operations of the core whose parameters it takes.
@@ -57,7 +57,7 @@ class Command:
 
     @property
     def written(self) -> str:
-        """What it writes, in words."""
+        """Its output, in words."""
         *most, last = (f".{ending}" for ending in self.endings)
         return f"{', '.join(most)} or {last}" if most else last
 
@@ -152,7 +152,7 @@ _CRS = Own(
 _THREADS = [row for row in rows("merge") if row.name == "threads"]
 
 
-# What kinds of results are written as.
+# The endings of kinds of results.
 _ENDINGS = {"a mesh": _MESHES, "a grid of quads": _written("quads")}
 
 
@@ -174,7 +174,7 @@ def _operation(name: str, *, parts: tuple[str, ...] = (), own: tuple[Row, ...] |
 
 _DECLARED = {operation.name: operation for operation in _native.operations() if operation.command}
 
-# What commands have besides what their operations declare.
+# Options that commands have besides those that their operations declare.
 _SPECIAL: dict[str, dict[str, Any]] = {
     "align": dict(
         own=(

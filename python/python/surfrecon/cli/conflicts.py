@@ -46,7 +46,7 @@ def refuse_conflicts(jobs: Sequence[Job], manifest: str, summary: str | None) ->
 
 
 def of_others(jobs: Sequence[Job], one: Job, manifest: str, summary: str | None) -> list[str]:
-    """What a job may not write beside its output: what is another's, and what those before it read."""
+    """The files that a job may not write beside its output: those of another, and those that jobs before it read."""
     found = [manifest, *filter(None, [summary])]
     before = True
     for job in jobs:
@@ -60,7 +60,7 @@ def of_others(jobs: Sequence[Job], one: Job, manifest: str, summary: str | None)
 
 
 def _made(job: Job) -> list[str]:
-    """What a job's report says that it wrote, wherever its folder lies now."""
+    """The files that a job wrote, by its report, wherever its folder lies now."""
     # A pipe would be waited for.
     if not os.path.isfile(job.report):
         return []

@@ -1,4 +1,4 @@
-"""What scans hold, once they are read."""
+"""The content of scans, once they are read."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ def image(work: Work) -> _native.RangeImage:
 
 
 def kind(content: Content) -> str:
-    """What it is, in words."""
+    """The kind of content, in words."""
     kinds = {_native.RangeImage: "range image", _native.Mesh: "mesh", _native.PointCloud: "point cloud"}
     return kinds[type(content)]
 
@@ -130,7 +130,7 @@ def points_in_world(scan: _native.Scan, content: Content) -> Any:
 
 
 def described(scan: _native.Scan, content: Content) -> dict[str, Any]:
-    """What people want to know of a scan, by name."""
+    """The facts of a scan for people, by name."""
     known: dict[str, Any] = {"name": scan.name, **named(os.fspath(scan.path)), "part": scan.part, "kind": kind(content)}
     if isinstance(content, _native.RangeImage):
         known |= {"rows": content.rows, "cols": content.cols, "samples": int(content.valid.sum())}
@@ -153,7 +153,7 @@ def described(scan: _native.Scan, content: Content) -> dict[str, Any]:
 
 
 def line(known: dict[str, Any]) -> str:
-    """What is known of a scan in a line."""
+    """The facts of a scan in a line."""
     if known["kind"] == "range image":
         counts = f"{known['rows']} x {known['cols']} pixels, {known['samples']:,} samples"
     elif known["kind"] == "point cloud":

@@ -98,7 +98,7 @@ def _named_when_whole(folder: str, names: tuple[str, ...], text: str) -> str | N
 
 def _keep_permissions(file: TextIO, path: str) -> None:
     """Those of the file that is replaced, if there is one."""
-    # Where a system can't, as Windows before Python 3.13, there is but the mark of being read-only, which was refused.
+    # Some systems can't, as Windows before Python 3.13. They have only the mark of being read-only, which was refused.
     if hasattr(os, "fchmod"):
         with contextlib.suppress(FileNotFoundError):
             os.fchmod(file.fileno(), stat.S_IMODE(os.stat(path).st_mode))
@@ -116,7 +116,7 @@ def is_same(path: str, other: str) -> bool:
 
 
 def identity(path: str) -> tuple[int, int] | str:
-    """What all names of a file have in common, hard links too; of one that is not there yet, where it will lie."""
+    """The identity that all names of a file share, hard links too. Of a file that is not there yet, its place."""
     try:
         known = os.stat(path)
     except OSError:

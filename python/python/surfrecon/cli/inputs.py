@@ -1,4 +1,4 @@
-"""Which files a command reads, and their hashes."""
+"""The files that a command reads, and their hashes."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def named(path: str) -> dict[str, str]:
 
 
 def path_of(file: dict[str, Any]) -> str:
-    """What `named` has made of a name, backwards."""
+    """The name that `named` had made an entry of."""
     return os.fsdecode(bytes.fromhex(file["path_hex"])) if "path_hex" in file else file["path"]
 
 

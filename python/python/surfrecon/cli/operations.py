@@ -1,4 +1,4 @@
-"""What each command does: from scans in files to a result that is still to be written, and a report."""
+"""The work of each command: from scans in files to a result that is still to be written, and a report."""
 
 from __future__ import annotations
 
@@ -196,7 +196,7 @@ def plan(work: Work) -> Made:
     return Made(Report({"folder": made.folder, "stages": stages}), lines, lambda *_: None)
 
 
-# What of a plan a merge by one process does not have.
+# Options of a plan that a merge by one process does not have.
 _PLANNING = ("surface", "tasks", "keep")
 
 
@@ -279,7 +279,7 @@ def quads(work: Work) -> Made:
     def write(path: str, _: Shown, provenance: dict[str, Any] | None) -> None:
         grid.write(path, provenance=provenance)
 
-    # Where a quad spans a jump, what is farthest says nothing of the rest.
+    # If a quad spans a jump, the farthest point says nothing of the rest.
     off = f"{report.rms_error:.4g} off (root mean square), {report.max_error:.4g} at most (jumps included)"
     counts = f"{grid.rows} x {grid.columns} vertices, {report.quads:,} quads; {off}"
     return Made(report, [counts], write)
@@ -323,7 +323,7 @@ def cluster(work: Work) -> Made:
     options, levels = work.given("cluster"), work.request.parameters.get("levels")
     is_mesh = isinstance(content, _native.Mesh)
     dense: Any
-    # Which knows where the rays start, by which surfaces of points tell jumps.
+    # The cloud knows where the rays start. Surfaces of points tell jumps by that.
     points = content.to_cloud() if isinstance(content, _native.RangeImage) else content
     dense, pose = (content, scan.world_from_sensor) if is_mesh else contents.points(scan, points)
     with work.showing() as shown:
@@ -363,7 +363,7 @@ def measure(work: Work) -> Made:
 
 
 def _told(report: Report, options: Mapping[str, Any]) -> Report:
-    """What is told of distances: of those without a sign there is no bias."""
+    """The report of distances. Distances without a sign have no bias."""
     left_out = {"distances"} | (set() if options.get("signed") else {"bias"})
     return Report({name: value for name, value in report.items() if name not in left_out})
 

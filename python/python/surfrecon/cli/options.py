@@ -14,7 +14,7 @@ __all__ = ["Own", "Row", "add", "parsed", "read", "rows"]
 
 
 class Row(Protocol):
-    """What the command line needs to know of an option; `surfrecon.Parameter` has it."""
+    """The facts that the command line needs of an option. `surfrecon.Parameter` has them."""
 
     @property
     def name(self) -> str: ...  # noqa: D102
@@ -71,7 +71,7 @@ class Own:
 
     @property
     def allowed(self) -> str:
-        """What it may be, in words."""
+        """The values that it may have, in words."""
         many = f"{self.length} " if self.length else ""
         words = {
             "flag": "on or off",
@@ -162,7 +162,7 @@ def parsed(row: Row, value: Any) -> Any:
             return read(row, value)
         if isinstance(value, list):
             value = [_number(row, part) if isinstance(part, str) else part for part in value]
-    # Where a number is asked for, the core takes true for 1.
+    # The core takes true for 1 where a number is asked for.
     if isinstance(value, bool) and row.kind != "flag":
         raise _refused(row, value)
     try:
@@ -237,6 +237,6 @@ def _default(row: _native.Parameter) -> str:
         return "on" if row.default else "off"
     if not isinstance(row.default, float):
         return str(row.default)
-    # What is rounded may be more than is allowed, as a right angle is.
+    # A rounded number may be more than is allowed, as that of a right angle is.
     short = f"{row.default:.10g}"
     return short if float(short) == row.default else repr(row.default)

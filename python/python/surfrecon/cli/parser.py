@@ -46,7 +46,7 @@ class BadCommandLine(UsageError):
 class _Parser(argparse.ArgumentParser):
     def __init__(self, *arguments: Any, **options: Any) -> None:
         super().__init__(*arguments, **options)
-        # What begins like a number is a value, not only what argparse takes for one: -1e5, -5deg, -1,2,3,4.
+        # A text that begins like a number is a value, not only what argparse takes for one: -1e5, -5deg, -1,2,3,4.
         self._negative_number_matcher = re.compile(r"-\.?\d|-inf|-nan")
 
     def _print_message(self, message: str, file: object = None) -> None:
@@ -159,7 +159,7 @@ def _size(text: str) -> int:
 
 
 def requested(given: argparse.Namespace) -> Request:
-    """What the command line asks of a command."""
+    """The request of the command line to a command."""
     known = vars(given)
     parameters = {name: known[name] for name in COMMANDS[given.command].options() if name in known}
     # A flag of a command alone is on or was not given.

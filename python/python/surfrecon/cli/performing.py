@@ -19,7 +19,7 @@ DONE, FAILED, WRONG_USE, CLOSED_PIPE = 0, 1, 2, 141
 
 
 def problem_of(problem: BaseException) -> str:
-    """What an error says, with the file's name where that is not in its text."""
+    """The text of an error, with the file's name if the text does not have it."""
     if isinstance(problem, OSError) and not isinstance(problem, SurfreconError):
         return f"{os.fsdecode(problem.filename or '')}: {problem.strerror}".removeprefix(": ")
     return str(problem) or "out of memory"

@@ -124,7 +124,7 @@ def _dispatch(given: argparse.Namespace, stops: Stops) -> int:
     try:
         document, made = perform(work)
     except SurfreconError:
-        # What went wrong may follow from it.
+        # The error may follow from it.
         _tell_notes(given, work)
         raise
     show(given, document)

@@ -1,4 +1,4 @@
-"""What is kept of a run: its report, and what its result says of where it is from."""
+"""The records of a run: its report, and the provenance in its result."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .work import Made, Work
 
 __all__ = ["INDIFFERENT", "failed", "finished", "given", "provenance", "text"]
 
-# What has no say in a result.
+# Options that have no say in a result.
 INDIFFERENT = {"keep", "threads", "workspace"}
 
 # More are not named in a result one by one, as the frames of a recording.
@@ -23,7 +23,7 @@ _MOST_FILES = 100
 
 
 def provenance(work: Work) -> dict[str, Any] | None:
-    """What makes a result again: program, command, parameters that were given, hashes of all files that were read.
+    """The provenance of a result: program, command, parameters that were given, hashes of all files that were read.
 
     It is the same wherever the files lie, for any number of threads and any workspace, as results are. Of many files
     it has one hash.

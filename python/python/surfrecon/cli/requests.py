@@ -1,4 +1,4 @@
-"""What is asked of a command, on the command line or by a manifest."""
+"""Requests to a command, on the command line or by a manifest."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ __all__ = ["Request", "UsageError"]
 
 
 class UsageError(Exception):
-    """What was asked can't be: of the command line, or of a manifest."""
+    """A request of the command line, or of a manifest, that can't be met."""
 
 
 @dataclass(frozen=True)

@@ -58,7 +58,7 @@ class Stops:
             raise Stopped(number)
 
     def _not_raised(self, problem: Any) -> None:
-        """What Python does where nothing can be raised: a stop waits for where it can."""
+        """Takes the place of Python's hook for errors that can't be raised: a stop waits until it can be raised."""
         if problem.exc_type is Stopped:
             self._deferred = False
         else:

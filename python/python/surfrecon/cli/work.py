@@ -26,7 +26,7 @@ Write = Callable[[str, Shown, dict[str, Any] | None], None]
 
 @dataclass(frozen=True)
 class Made:
-    """What a command made, before it is written."""
+    """The result of a command, before it is written."""
 
     report: Report
     # For people, a line each.
@@ -49,7 +49,7 @@ class Work:
     also: Sequence[str] = ()
     # Files of others, which the run may not write besides its output.
     kept: Callable[[], Sequence[str]] = lambda: ()
-    # What people should know, each once.
+    # Notes for people, each once.
     notes: list[str] = field(default_factory=list)
     # The files that are read, and what is known of each.
     files: list[str] = field(default_factory=list)
@@ -73,7 +73,7 @@ class Work:
         held = inputs.in_folders(paths)
         # Of a recording that is read more than its scans is, so that there reports replace reports alone.
         self.refuse([path for path in self.also if not is_report(path)], held)
-        # What this run writes into a folder is no scan of it, or it would have been refused.
+        # A file that this run writes into a folder is no scan of it, or it would have been refused.
         own = {identity(path) for path in written}
         found = [path for path in held if identity(path) not in own]
         files = [path for path in inputs.ordered([*read, *found]) if path not in self.files]

@@ -1,4 +1,4 @@
-"""What no merge by tasks has, refused before anything is planned; and plans that were changed by hand."""
+"""Refuses options that no merge by tasks has, before anything is planned, and plans that were changed by hand."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ __all__ = ["MOST_TASKS", "check", "check_made", "check_names", "name_of"]
 # Of a stage.
 MOST_TASKS = 100_000
 
-# What plans hold, and of which kind it is.
+# The content of plans, and its kinds.
 _KINDS: dict[str, type | tuple[type, ...]] = {
     "surfrecon": str,
     "paths": list,
@@ -87,7 +87,7 @@ def check_names(paths: Iterable[str], output: str) -> None:
 
 
 def name_of(content: Mapping[str, Any]) -> str:
-    """What the merge of a plan is called, by all that decides what its tasks leave; if it keeps, for any scans."""
+    """The name of a plan's merge, by all that decides what its tasks leave. If it keeps, for any scans."""
     same = {name: content[name] for name in ("reading", "tasks", "keep")}
     if not content["keep"]:
         # Of another version's merge nothing is of use; what it keeps its folder tells.
@@ -99,7 +99,7 @@ def name_of(content: Mapping[str, Any]) -> str:
 
 
 def check_made(content: Any) -> str | None:
-    """What is wrong with the content of a plan, in words.
+    """The fault of a plan's content, in words.
 
     What its tasks would find is decided when it is made: they took what others had left for their own if that were
     changed afterwards.

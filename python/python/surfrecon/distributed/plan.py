@@ -20,7 +20,7 @@ from .storage import Storage, plain, read_text, remove_file, write_text
 
 __all__ = ["Plan", "Stage"]
 
-# What a stage reads of the stages before, and what it leaves, by the beginnings of the names of files.
+# The files that a stage reads of the stages before, and those that it leaves, by the beginnings of their names.
 _READS = {
     "plan": (),
     "collect": (),
@@ -33,7 +33,7 @@ _READS = {
     "build": ("done-overlap-", "done-label-", "labels-"),
     "write": ("done-overlap-", "done-drop-", "done-colours-", "done-label-", "done-build-", "tile-"),
 }
-# What nobody wants any more once a stage has begun.
+# Files that nobody wants any more once a stage has begun.
 _SPENT = {"look": ("segment-",), "colours": ("votes-",), "build": ("block-", "left-"), "write": ("labels-",)}
 WRITE = "write"
 
@@ -209,12 +209,12 @@ class Plan:
 
     @property
     def name(self) -> str:
-        """What the merge is called: the same for the same scans, parameters and tasks; if it keeps, for any scans."""
+        """The name of the merge: the same for the same scans, parameters and tasks. If it keeps, for any scans."""
         return str(self._content["name"])
 
     @property
     def folder(self) -> str:
-        """Where tasks leave what they find; the merge's own."""
+        """The merge's own folder, in which tasks leave what they find."""
         return self._storage().place
 
     @property
@@ -268,7 +268,7 @@ class Plan:
         try:
             return self._run(stage, first, number, threads, max_memory, scratch, progress)
         except (FileError, FormatError, InputError):
-            # Who did the last task at the same time has removed what tasks had left.
+            # A process that did the last task at the same time has removed what tasks had left.
             with suppress(FileError, FormatError):
                 self._content = Plan.read(self.path)._content
             if (figures := self._made(stage, number)) is not None:
@@ -390,7 +390,7 @@ _IS_NAME = 3
 
 
 def _stamps(scans: _native.ScanSet) -> list[list[Any]]:
-    """What tells of each scan whether it is the same: name, file, part, size, time, pose."""
+    """The facts that tell of each scan whether it is the same: name, file, part, size, time, pose."""
     found: list[list[Any]] = []
     files: dict[str, list[int]] = {}
     for scan in scans:
@@ -403,7 +403,7 @@ def _stamps(scans: _native.ScanSet) -> list[list[Any]]:
 
 
 def _changed(before: list[list[Any]], now: list[list[Any]]) -> str | None:
-    """What became of scans, by their stamps: the first that is gone, came, or is another."""
+    """The change of scans, by their stamps: the first that is gone, came, or is another."""
     for these, those, became in ((before, now, "is gone"), (now, before, "came")):
         others = {tuple(stamp[:_IS_NAME]) for stamp in those}
         different = [stamp for stamp in these if tuple(stamp[:_IS_NAME]) not in others]

@@ -1,4 +1,4 @@
-"""Where tasks leave their files: a folder that all processes reach, or what fsspec reaches, a part at a time."""
+"""The places of tasks' files: a folder that all processes reach, or what fsspec reaches, a part at a time."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ __all__ = ["Storage", "plain", "read_text", "remove_file", "write_text"]
 
 # Marks that a task is done: handed over last.
 _MARK = "done-"
-# What nobody has finished.
+# The beginning of the names of files that nobody has finished.
 _UNFINISHED = "unfinished-"
 
 
@@ -107,7 +107,7 @@ class Local(Storage):
 
 
 class Remote(Storage):
-    """What fsspec reaches. Files never change once they have their names, so each is fetched once by a process."""
+    """A folder that fsspec reaches. Files with their names never change, so a process fetches each once."""
 
     is_remote = True
 
@@ -168,7 +168,7 @@ class Remote(Storage):
             _caches.pop(root, None)
 
 
-# What this process has fetched, by the folder it is from: goes with the process.
+# The files that this process has fetched, by their folder. They go with the process.
 _caches: dict[str, tempfile.TemporaryDirectory[str]] = {}
 _fetching = threading.Lock()
 
@@ -198,7 +198,7 @@ def _linked(path: str, to: str) -> None:
 
 @contextmanager
 def _failures(place: str) -> Iterator[None]:
-    """What a server says, as an error of a file: each of fsspec's implementations has errors of its own."""
+    """A server's error as an error of a file: each of fsspec's implementations has errors of its own."""
     try:
         yield
     except Exception as problem:

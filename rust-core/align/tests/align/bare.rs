@@ -66,7 +66,7 @@ fn a_heap_of_a_cube_fits_in_several_places() {
     is_said(&alignment, "places");
 }
 
-/// Theorem: corners hold neighbours. Where a frame shows too little of one track is lost, which is said, and pieces are not joined.
+/// Theorem: corners hold neighbours. If a frame shows too little of one, track is lost, which is said, and pieces are not joined.
 #[test]
 fn a_cube_is_followed_as_far_as_its_corners_hold() {
     let images = turn(&cube(), 40, if base::tier::is_thorough() { 40 } else { 8 });
@@ -78,7 +78,7 @@ fn a_cube_is_followed_as_far_as_its_corners_hold() {
     assert!(alignment.report.messages.iter().any(lost), "{}", lines(&alignment));
 }
 
-/// Two walls, floor and ceiling; no ends.
+/// Two walls, floor and ceiling. No ends.
 fn plain_corridor() -> TriMesh {
     let mut scene = TriMesh::default();
     add(

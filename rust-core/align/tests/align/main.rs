@@ -106,7 +106,7 @@ fn fixed_scans_stay_to_the_bit() {
     }
 }
 
-/// What no search can place: the reason names it.
+/// Checks that scans which no search can place are not placed, and that a reason names it.
 fn refused(images: &[RangeImage], words: &str) {
     let alignment = aligned(&without_poses(images), &Constraints::default());
     let unplaced: Vec<_> = alignment.report.scans.iter().filter(|scan| scan.state != ScanState::Kept).collect();

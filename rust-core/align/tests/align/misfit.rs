@@ -1,4 +1,4 @@
-//! What no rigid pose explains is measured and said.
+//! Misfits that no rigid pose explains are measured and said.
 
 use base::progress::Progress;
 use glam::{DAffine3, DVec3};
@@ -47,7 +47,7 @@ fn another_size_is_said() {
 
 #[test]
 fn a_part_that_moved_is_said() {
-    // What is high leans by a fiftieth of the statue.
+    // The upper part leans by a fiftieth of the statue.
     let (meshes, _) = bent(2, |p| if p.z > 0.36 { p + DVec3::new(0.02, 0.0, 0.0) } else { p });
     let text = lines(&aligned(&meshes));
     assert!(text.contains("moved"), "{text}");

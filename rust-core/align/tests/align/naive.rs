@@ -11,14 +11,14 @@ use crate::scans::{PIXELS, aligned, look, statue, without_poses};
 /// Turns by so many degrees, shifts by so much of the object.
 const TURN: f64 = 20.0;
 const SHIFT: f64 = 0.12;
-/// What the sensors of [`look`] see of the height, as the tangent of half of it.
+/// The height that the sensors of [`look`] see, as the tangent of half of it.
 const HALF: f64 = 0.2;
 
 struct Scan {
     points: Vec<DVec3>,
     normals: Vec<DVec3>,
     middle: DVec3,
-    /// By pixel; infinite where nothing came back.
+    /// By pixel. Infinite where nothing came back.
     depths: Vec<f64>,
 }
 
@@ -42,7 +42,7 @@ impl Scan {
         (at.z > 0.0 && is_in(col) && is_in(row)).then(|| row as usize * PIXELS + col as usize)
     }
 
-    /// What speaks for a point of another scan here, and what against it.
+    /// Evidence for a point of another scan here, and against it.
     fn says(&self, at: DVec3, normal: DVec3, off: f64) -> f64 {
         let Some(pixel) = Scan::pixel(at) else { return 0.0 };
         let depth = self.depths[pixel];

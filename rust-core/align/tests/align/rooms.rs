@@ -26,7 +26,7 @@ fn no_frame_without_a_pose_is_placed_wrongly() {
     }
 }
 
-/// Theorem: with exact poses, what data do not hold is not placed; nothing that is placed has slid along walls.
+/// Theorem: with exact poses, what data do not hold is not placed. Nothing that is placed has slid along walls.
 #[test]
 fn nothing_slides_in_an_empty_room() {
     for things in [0, 2] {

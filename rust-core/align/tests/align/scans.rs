@@ -24,7 +24,7 @@ pub fn camera(mesh: &TriMesh, from: DVec3, roll: f64) -> VirtualCamera {
     VirtualCamera::pinhole(PIXELS, PIXELS, 2.0 * 0.2_f64.atan(), eye, lo.midpoint(hi), up).unwrap()
 }
 
-/// What a camera sees, with noise in spacings; the samples are in the sensor's frame.
+/// The image of a camera, with noise in spacings. The samples are in the sensor's frame.
 pub fn seen(mesh: &TriMesh, camera: &VirtualCamera, noise: f64, seed: u64) -> RangeImage {
     let (lo, hi) = mesh::measure::bounds(&mesh.positions).unwrap();
     let noise = noise * (hi - lo).length() / PIXELS as f64;
@@ -33,7 +33,7 @@ pub fn seen(mesh: &TriMesh, camera: &VirtualCamera, noise: f64, seed: u64) -> Ra
     scan(mesh, &bvh, camera, &params, &Progress::none()).unwrap()
 }
 
-/// What a pinhole camera sees from a direction.
+/// The image of a pinhole camera from a direction.
 pub fn look(mesh: &TriMesh, from: DVec3, roll: f64, noise: f64) -> RangeImage {
     let mut image = seen(mesh, &camera(mesh, from, roll), noise, (roll * 1000.0) as _);
     let DVec3 { x, y, z } = from.normalize();

@@ -20,7 +20,7 @@ pub fn followed(images: &[RangeImage], threads: usize) -> Alignment {
     run(&sources(&without_poses(images)), &params, &Constraints::default(), &Progress::none()).unwrap()
 }
 
-/// How many are placed; none of them wrongly: by more than 2 spacings of its samples, and than what is said it may be off.
+/// How many are placed. None of them is placed wrongly: by more than 2 spacings of its samples, and than what is said it may be off.
 fn placed(images: &[RangeImage], alignment: &Alignment) -> usize {
     let off = errors(images, alignment);
     println!("{} of {} placed: {off:.2?}", off.iter().flatten().count(), off.len());
@@ -84,7 +84,7 @@ fn a_gap_is_bridged_and_said() {
 }
 
 /// Ten frames are missing, and neighbours share next to nothing. Theorem: what was lost is found again where the turn closes and numbers
-/// say that frames are missing; else pieces stay apart. Both is said.
+/// say that frames are missing. Else pieces stay apart. Both is said.
 #[test]
 fn a_gap_that_breaks_track_is_said() {
     // Of a turn of 60 frames it is beyond what is found from rest: of fewer it is wider still.
@@ -183,7 +183,7 @@ fn a_sensor_that_is_covered_for_a_while() {
     assert!(placed(&of(&images), &rest) >= 28);
 }
 
-/// Someone walks through before the sensor: in each frame a pillar stands elsewhere. Track may be lost, which is said; nothing is wrong.
+/// Someone walks through before the sensor: in each frame a pillar stands elsewhere. Track may be lost, which is said. Nothing is wrong.
 #[test]
 fn a_person_who_walks_through() {
     let still = room(11, 14);
@@ -214,7 +214,7 @@ fn what_slides_is_said() {
     assert!(alignment.report.messages.iter().any(|text| text.contains("track was lost")), "{}", lines(&alignment));
 }
 
-/// An empty room slides along its walls; photos of what hangs there hold it.
+/// An empty room slides along its walls. Photos of what hangs there hold it.
 #[test]
 fn colours_hold_what_walls_leave_free() {
     let mut walls = painted(Shape::Cuboid { half: DVec3::new(2.5, 2.0, 1.35) }.mesh(120));

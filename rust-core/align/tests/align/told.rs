@@ -1,4 +1,4 @@
-//! What the caller says, and is wrong about.
+//! Constraints of the caller that are wrong.
 
 use base::progress::Progress;
 use glam::{DAffine3, DVec3};

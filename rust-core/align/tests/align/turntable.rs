@@ -11,7 +11,7 @@ use surfrecon_align::{AlignParams, Alignment, Axis, Constraints, Turntable, run}
 
 use crate::scans::{camera, errors, seen, sources, statue, without_poses};
 
-/// What a sensor that stands still sees of something that turns about a line through `foot`: in the object's frame the sensor goes
+/// Images by a sensor that stands still of something that turns about a line through `foot`: in the object's frame the sensor goes
 /// around it.
 fn turned(mesh: &TriMesh, count: usize, noise: f64) -> (Vec<RangeImage>, Axis) {
     let camera = camera(mesh, DVec3::new(1.0, 0.0, 0.5), 0.2);
@@ -23,7 +23,7 @@ fn turned(mesh: &TriMesh, count: usize, noise: f64) -> (Vec<RangeImage>, Axis) {
         let positions: Vec<DVec3> = mesh.positions.iter().map(|p| turned.transform_point3(*p)).collect();
         let there = TriMesh { positions, triangles: mesh.triangles.clone(), ..TriMesh::default() };
         let mut image = seen(&there, &camera, noise, k as u64);
-        // Where the sensor was, if the object had stood still.
+        // The place of the sensor, if the object had stood still.
         image.world_from_sensor = turned.inverse() * camera.world_from_sensor;
         image.name = format!("step {k}");
         image

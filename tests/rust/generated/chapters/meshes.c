@@ -100,7 +100,7 @@ static srf_status lie_in_box(const double *points, size_t count, const srf_image
     return status;
 }
 
-/* What a host keeps of a range image: vertices, which it takes times 1000, and the camera of them. */
+/* The data that a host keeps of a range image: vertices, which it takes times 1000, and the camera of them. */
 static srf_status to_host(const srf_image *image, srf_mesh **out_mesh, srf_grid_camera *out_camera)
 {
     srf_status status;

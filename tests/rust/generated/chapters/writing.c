@@ -19,7 +19,7 @@ static srf_status merge_into(const srf_merger *merger, const char *path)
     return status;
 }
 
-/* What a file says of where it is from; free() releases the text. */
+/* The provenance in a file. free() releases the text. */
 static srf_status provenance_of(const char *path, char **out_text)
 {
     size_t length = 0;
