@@ -184,7 +184,7 @@ def test_the_command_line_and_batches(scans, at_once, tmp_path):
         assert (refused.returncode, text in refused.stderr) == (2, True), refused.stderr
     few = run(*merge, "b.ply", "--workspace", "scratch", "--max-memory", "1M", cwd=tmp_path)
     assert few.returncode == 1
-    assert "1 MB are allowed; allow more, or fewer threads" in few.stderr
+    assert "1 MB are allowed: allow more, or fewer threads" in few.stderr
     manifest = tmp_path / "jobs.toml"
     manifest.write_text(
         '[[job]]\ncommand = "merge"\ninputs = ["scans.conf"]\noutput = "batch.ply"\n'

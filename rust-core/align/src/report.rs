@@ -175,22 +175,23 @@ base::report! {
 }
 
 impl AlignReport {
-    /// The report as lines of text: each scan, then what the user should know. For logs.
+    /// The report as lines of text: what the user should know, then each scan. For logs.
     pub fn lines(&self) -> Vec<String> {
         let mut lines = vec![format!(
-            "{} of {} scans placed; {} pairs compared, {} overlap and fit{}",
+            "{} of {} scans placed. {} pairs of scans were compared, and {} of these pairs overlap and fit{}.",
             self.placed(),
             self.scans.len(),
             self.compared,
             self.pairs.iter().filter(|pair| pair.state == PairState::Fits).count(),
             self.residual.map_or(String::new(), |residual| format!(", {} apart", Shown::digits(residual, 3))),
         )];
+        lines.extend(self.messages.iter().cloned());
         for scan in &self.scans {
             let name = &scan.name;
             lines.push(match scan.state {
                 ScanState::Kept => format!("{name}: stays where it is"),
                 ScanState::Placed => format!(
-                    "{name}: placed, to {}; shares {:.0} % with another; {} apart",
+                    "{name}: placed, to {}, shares {:.0} % with another, {} apart",
                     Shown::digits(scan.deviation, 2),
                     100.0 * scan.overlap,
                     Shown::digits(scan.residual, 3),
@@ -199,7 +200,6 @@ impl AlignReport {
                 ScanState::Apart | ScanState::Unplaced => format!("{name}: not placed: {}", scan.reason),
             });
         }
-        lines.extend(self.messages.iter().cloned());
         lines
     }
 
