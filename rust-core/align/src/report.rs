@@ -4,7 +4,7 @@ use glam::{DAffine3, DVec3};
 
 use crate::constraints::Axis;
 use crate::judge::Hold;
-use base::error::Shown;
+use base::error::{Shown, counted};
 use base::report::{Found, Measured, Report as _};
 
 /// Result of [`run`](crate::run).
@@ -177,13 +177,14 @@ base::report! {
 impl AlignReport {
     /// The report as lines of text: what the user should know, then each scan. For logs.
     pub fn lines(&self) -> Vec<String> {
+        let fit = self.pairs.iter().filter(|pair| pair.state == PairState::Fits).count();
         let mut lines = vec![format!(
-            "{} of {} scans placed. {} pairs of scans were compared, and {} of these pairs overlap and fit{}.",
+            "{} of {} scans placed. {}{}. {} compared to find the places.",
             self.placed(),
             self.scans.len(),
-            self.compared,
-            self.pairs.iter().filter(|pair| pair.state == PairState::Fits).count(),
+            counted(fit as u64, "pair of scans overlaps there and fits", "pairs of scans overlap there and fit"),
             self.residual.map_or(String::new(), |residual| format!(", {} apart", Shown::digits(residual, 3))),
+            counted(self.compared as u64, "pair was", "pairs were"),
         )];
         lines.extend(self.messages.iter().cloned());
         for scan in &self.scans {

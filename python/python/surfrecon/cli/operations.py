@@ -281,7 +281,7 @@ def quads(work: Work) -> Made:
 
     # Where a quad spans a jump, what is farthest says nothing of the rest.
     off = f"{report.rms_error:.4g} off (root mean square), {report.max_error:.4g} at most (jumps included)"
-    counts = f"{grid.rows} x {grid.columns} vertices, {report.quads:,} quads; {off}"
+    counts = f"{grid.rows} x {grid.columns} vertices, {report.quads:,} quads, {off}"
     return Made(report, [counts], write)
 
 

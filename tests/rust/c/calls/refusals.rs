@@ -61,7 +61,11 @@ pub(super) fn arrays_that_lie_are_refused() {
     };
     api.refused(create(Array { kind: 42, ..good }, &[]), PARAMETER, "type must be a value of srf_type, 1 to 6, got 42");
     api.refused(create(Array { components: 2, ..good }, &[]), PARAMETER, "components must be 3, got 2");
-    api.refused(create(Array { stride: 11, ..good }, &[]), PARAMETER, "a stride must be 0 or at least the 12 bytes of an element, got 11");
+    api.refused(
+        create(Array { stride: 11, ..good }, &[]),
+        PARAMETER,
+        "a stride must be 0 or at least the 12 bytes of an element, got 11",
+    );
     api.refused(create(Array { count: usize::MAX, ..good }, &[]), PARAMETER, "more than there can be");
     api.refused(create(Array { data: std::ptr::null(), ..good }, &[]), NULL, "positions.data must not be NULL");
     api.refused(create(good, &[[0, 1, 3]]), INPUT, "triangle 0 names vertex 3");

@@ -132,7 +132,7 @@ pub(super) fn open_archive(path: &Path, options: &Arc<ReadOptions>, progress: &P
         Ok((layout, store)) => open(layout, store, &Asked { options, progress }),
         Err(store) => {
             let known: Vec<&str> = LAYOUTS.iter().map(|layout| layout.name).collect();
-            let hidden = store.hidden().map(|hidden| format!("; {hidden}")).unwrap_or_default();
+            let hidden = store.hidden().map(|hidden| format!(": {hidden}")).unwrap_or_default();
             let problem = format!("this archive is no recording that is known: {}{hidden}", known.join(", "));
             Err(Error::format(path, "list of files", problem))
         }
