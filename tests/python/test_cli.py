@@ -345,6 +345,7 @@ def test_files_that_cannot_be_used_are_exit_code_1_and_one_line(folder, tmp_path
         (["info", folder / "ring.conf", "--report", "no/a.json"], "no/a.json: there is no folder no"),
         (["sculpt", folder / "ring.conf", "-o", "a.ply"], "there are 12 scans: choose one with --scan"),
         (["sculpt", folder / "ring.conf", "--scan", "x", "-o", "a.ply"], "there is no scan 'x'"),
+        (["sculpt", folder / "ring.conf", "--scan", "scn03", "-o", "a.ply"], "from 0 to 11. Did you mean 'scan03'?"),
         (["sculpt", folder / "torus.ply", "-o", "a.ply"], "torus is a mesh: sculpt takes a range image"),
         (["convert", folder / "torus.ply", folder / "ring.conf", "-o", "a.e57"], "only range images share a file"),
         (["convert", folder / "points.xyz", "--mesh", "-o", "a.stl"], "make a mesh of it with surfrecon reconstruct"),

@@ -189,7 +189,7 @@ def test_failures_stop_others_only_if_asked(folder):
         ("threads = 1", "threads = {}", "defaults: 'threads' must be a value"),
         ('inputs = ["ring.conf"]', 'inputs = "ring.conf"', "inputs must be a list of files and folders"),
         ('inputs = ["ring.conf"]', "inputs = []", "inputs must be a list of files and folders"),
-        ('inputs = ["ring.conf"]', 'input = ["ring.conf"]', "there is no key 'input': a job may have name, command, inputs"),
+        ('inputs = ["ring.conf"]', 'input = ["ring.conf"]', "there is no key 'input': a job may have name, command, "),
         ('inputs = ["ring.conf"]', 'input = ["ring.conf"]', "report, parameters. Did you mean 'inputs'?"),
         ('output = "surface.ply"', 'output = "surface.txt"', "the name of the output must end in .ply"),
         ('output = "surface.ply"', 'report = "surface.json"', "merge needs an output"),

@@ -174,7 +174,8 @@ def test_misspelt_keywords_are_told_what_was_meant(call, given, meant):
     ],
 )
 def test_misspelt_words_are_told_what_was_meant(call, given, meant):
-    with pytest.raises((surfrecon.ParameterError, surfrecon.InputError), match=rf'"{given}"\. Did you mean "{meant}"\?'):
+    refused = (surfrecon.ParameterError, surfrecon.InputError)
+    with pytest.raises(refused, match=rf'"{given}"\. Did you mean "{meant}"\?'):
         call()
 
 
