@@ -1,6 +1,6 @@
 """Checks the files of the tree: no paths of somebody's machine, no large files, citations with a reference,
-dependencies and long files with a reason, licences where they belong, workflows that call what there is, pages
-and comments that are easy to read, guides that promise nothing that is not published.
+dependencies and long files with a reason, licences where they belong, workflows that call what there is, pages,
+comments and messages that are easy to read, guides that promise nothing that is not published.
 """
 
 import re
@@ -9,6 +9,8 @@ import sys
 import tomllib
 from pathlib import Path
 
+import message_form
+import messages
 import plain_words
 import platforms
 
@@ -150,6 +152,20 @@ def comment_problems():
         yield from unplain_comments(crate, found)
 
 
+def message_problems():
+    """Yields messages of errors whose form is wrong, and exceptions that no message needs."""
+    found = [one for path in messages.sources(ROOT) for one in messages.messages(path, ROOT)]
+    for one in found:
+        for fault in message_form.faults(one):
+            yield f"{one.file}:{one.line}: the message {one.text[:80]!r} {fault}"
+    for text in message_form.EXCEPTIONS:
+        if not any(one.text.startswith(text) for one in found):
+            yield f"tools/message_form.py: no message begins with {text!r}: take it out of EXCEPTIONS"
+    for name in message_form.INTERNAL:
+        if not any(one.file == name for one in found):
+            yield f"tools/message_form.py: {name} has no message: take it out of INTERNAL"
+
+
 def unplain_comments(crate, codes):
     """Yields what makes the comments of some files hard to read, by their names."""
     for name, code in codes.items():
@@ -188,6 +204,7 @@ def problems():
     """Yields one sentence for each thing wrong."""
     yield from word_problems()
     yield from comment_problems()
+    yield from message_problems()
     yield from publishing_problems()
     yield from dependency_problems()
     yield from workflow_problems()

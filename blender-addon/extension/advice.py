@@ -17,11 +17,11 @@ TABLE = (
     ("place it by pairs of points, or leave it out", "place it by hand, or leave it out"),
     (
         "or give it by three points, or change the tolerance",
-        "or press Ground with a ruler bent over three of its points; Remove Background has a Tolerance",
+        "or press Ground with a ruler bent over three of its points. Remove Background has a Tolerance",
     ),
     (
         "or give it by three points, or lower the least share",
-        "or press Ground with a ruler bent over three of its points; Remove Background has a Min share",
+        "or press Ground with a ruler bent over three of its points. Remove Background has a Min share",
     ),
     ("or give it by three points", "or press Ground with a ruler bent over three of its points"),
     ("give the plane by three points", "press Ground with a ruler bent over three points of the plane"),

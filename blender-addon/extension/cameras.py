@@ -36,7 +36,7 @@ def scanner(camera, scene, depsgraph, rows, columns):
     place, turn, _ = camera.evaluated_get(depsgraph).matrix_world.decompose()
     pose = Matrix.LocRotScale(place, turn, None)
     if not np.isfinite(np.array(pose)).all():
-        raise Refused(f'The camera "{camera.name}" has a location or rotation that is no number')
+        raise Refused(f'The camera "{camera.name}" has a location or rotation that is no number: check it in N, Item')
     data = camera.evaluated_get(depsgraph).data
     right, up, back = (pose.to_3x3().col[k] for k in range(3))
     if data.type == "PANO":

@@ -257,12 +257,12 @@ def points_of_object(obj, depsgraph, in_world):
         with Placed(obj, depsgraph) as mesh:
             # Blender 4.2 has no positions where there are no vertices.
             if mesh is None or len(mesh.vertices) == 0:
-                raise Refused(f'"{obj.name}" has no vertices')
+                raise Refused(f'"{obj.name}" has no vertices: deselect it')
             points, colour = positions(mesh), vertex_colours(mesh)
     else:
         raise Refused(f'"{obj.name}" has no points: deselect it')
     if len(points) == 0:
-        raise Refused(f'"{obj.name}" has no vertices')
+        raise Refused(f'"{obj.name}" has no vertices: deselect it')
     points = points.astype(np.float64)
     if in_world:
         matrix = np.array(evaluated.matrix_world, np.float64)

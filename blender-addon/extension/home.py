@@ -21,7 +21,7 @@ class Home:
         """The scene; refuses one that is gone."""
         found = by_number(bpy.data.scenes, self.scene)
         if found is None:
-            raise Refused("The scene in which this was begun was removed meanwhile")
+            raise Refused("The scene in which this was begun was removed meanwhile: try again in another")
         return found
 
     def there(self, context):

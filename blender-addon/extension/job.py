@@ -58,7 +58,7 @@ class JobOperator:
     def poll(cls, context):
         """One job at a time, and meshes can be read in object mode only."""
         if Running.job is not None and Adjusting.handed is None:
-            cls.poll_message_set(told(f"{Running.title} is running"))
+            cls.poll_message_set(told(f"{Running.title} is running: wait for it, or cancel it with ESC"))
             return False
         return in_object_mode(cls, context)
 

@@ -130,8 +130,8 @@ def frames(obj, depsgraph):
         raise
     except (surfrecon.SurfreconError, TypeError) as problem:
         raise Refused(
-            f'"{name}" stands for frames of {paths[0]}, which cannot be opened: put the recording back there, or write'
-            f" where it is now into the object's custom property {PATHS} ({problem})"
+            f'"{name}" stands for frames of {paths[0]}, which cannot be opened: put them back there, or write'
+            f" their new place into the custom property {PATHS} ({problem})"
         ) from problem
     if len(scans) != total or not numbers or not 0 <= min(numbers) <= max(numbers) < total:
         raise Refused(
@@ -186,7 +186,7 @@ def placement(obj, depsgraph):
     mirrored = np.linalg.det(left @ right) < 0
     if mirrored or stretch[0] == 0 or stretch[0] - stretch[2] > ALIKE * stretch[0]:
         raise Refused(
-            f'"{obj.name}" is scaled differently along its axes or mirrored, which frames of a recording cannot be:'
+            f'"{obj.name}" is scaled differently along its axes or mirrored, which frames cannot be:'
             " give it and its parents one scale above 0 along all axes"
         )
     size = 1.0 if abs(stretch[1] - 1) < ALIKE else stretch[1]

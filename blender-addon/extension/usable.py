@@ -90,6 +90,6 @@ def refuse_not_finite(obj, points):
     if not finite.all():
         number = int(np.argmin(finite.all(axis=1)))
         raise Refused(
-            f'"{obj.name}" has a vertex whose coordinates are no numbers: in the Python console,'
-            f" C.object.data.vertices[{number}].co = (0, 0, 0) makes it one that can be selected and deleted"
+            f'"{obj.name}" has a vertex whose coordinates are no numbers: enter C.object.data.vertices[{number}].co ='
+            " (0, 0, 0) in the Python console, then select and delete it"
         )

@@ -291,7 +291,7 @@ fn pick_of(aligner: &Aligner, given: &srf_pick) -> Result<Pick, Failure> {
     let scans = pair(aligner, names, given.scans.map(|scan| scan as usize))?;
     let has_normals = flag("pick.has_normals", given.has_normals)?;
     if !given.points.as_flattened().iter().all(|x| x.is_finite()) {
-        return refused("pick.points has a number that is not finite".to_owned());
+        return refused("pick.points must have finite numbers".to_owned());
     }
     let normals = has_normals.then(|| given.normals.map(DVec3::from));
     if normals.is_some_and(|normals| normals.iter().any(|n| !(n.is_finite() && n.length() > 0.0))) {

@@ -126,7 +126,7 @@ impl<'a> Borrowed<'a> {
         }
         let stride = if array.stride == 0 { size } else { array.stride };
         if stride < size {
-            return Err(wrong(format!("a stride of {stride} bytes is less than the {size} bytes of an element")));
+            return Err(wrong(format!("a stride must be 0 or at least the {size} bytes of an element, got {stride}")));
         }
         let too_many = || wrong(format!("{} elements are more than there can be", array.count));
         let spanned = |count: usize, stride: usize, last: usize| match count {
@@ -141,7 +141,9 @@ impl<'a> Borrowed<'a> {
         let a_row = spanned(cols, stride, size).ok_or_else(too_many)?;
         let row_stride = if row_stride == 0 { cols.checked_mul(stride).ok_or_else(too_many)? } else { row_stride };
         if row_stride < a_row {
-            return Err(wrong(format!("rows {row_stride} bytes apart have no room for the {a_row} bytes of a row")));
+            return Err(wrong(format!(
+                "a row stride must be 0 or at least the {a_row} bytes of a row, got {row_stride}"
+            )));
         }
         let length = spanned(if cols == 0 { 0 } else { rows }, row_stride, a_row).ok_or_else(too_many)?;
         let bytes = pointer::bytes(&format!("{name}.data"), array.data.cast(), length)?;
@@ -164,7 +166,10 @@ impl<'a> Borrowed<'a> {
         all.try_reserve_exact(self.count).map_err(|_| {
             Failure::new(
                 SRF_ERR_OUT_OF_MEMORY,
-                format!("not enough memory for the {} elements of {}", self.count, self.name),
+                format!(
+                    "not enough memory for the {} elements of {}: give fewer, or free memory",
+                    self.count, self.name
+                ),
             )
         })?;
         let size = size_of::<T>();
@@ -314,7 +319,8 @@ impl<'a> Borrowed<'a> {
             (t, n) => Err(Failure::new(
                 SRF_ERR_PARAMETER,
                 format!(
-                    "{name}: an attribute has one SRF_TYPE_F32, SRF_TYPE_I32 or SRF_TYPE_U8 (a flag) or four SRF_TYPE_U8 (a colour) an element, got {n} {}",
+                    "{name}: an attribute must have one SRF_TYPE_F32, SRF_TYPE_I32 or SRF_TYPE_U8 (a flag) or four \
+                        SRF_TYPE_U8 (a colour) per element, got {n} {}",
                     name_of_type(t)
                 ),
             )),

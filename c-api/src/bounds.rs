@@ -153,7 +153,7 @@ fn near(
         false => DVec3::from_array(pointer::read("origin", origin.cast::<[f64; 3]>())?),
     };
     if !origin.is_finite() {
-        return Err(Failure::new(SRF_ERR_PARAMETER, "origin has a number that is not finite"));
+        return Err(Failure::new(SRF_ERR_PARAMETER, "origin must be finite"));
     }
     watched(progress, |progress| {
         let near = progress.watch(|| {

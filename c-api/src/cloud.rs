@@ -22,7 +22,7 @@ fn one_a_point(name: &str, count: usize, points: usize) -> Result<(), Failure> {
     if count == points {
         return Ok(());
     }
-    Err(Failure::new(SRF_ERR_INPUT, format!("{name} has {count} entries for {points} points")))
+    Err(Failure::new(SRF_ERR_INPUT, format!("{name} has {count} entries for {points} points: give one each")))
 }
 
 /// Makes a cloud.

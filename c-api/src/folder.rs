@@ -245,7 +245,7 @@ pub unsafe extern "C" fn srf_folder_put(
         let given = pointer::bytes("bytes", bytes.cast(), count)?;
         let mut kept = Vec::new();
         if kept.try_reserve_exact(count).is_err() {
-            return Err(Failure::new(SRF_ERR_OUT_OF_MEMORY, format!("not enough memory: {name}: {count} bytes")));
+            return Err(Failure::new(SRF_ERR_OUT_OF_MEMORY, format!("not enough memory: {name} takes {count} bytes")));
         }
         kept.extend_from_slice(given);
         folder.folder.put(name, kept)?;
@@ -348,7 +348,13 @@ pub unsafe extern "C" fn srf_folder_bytes(
         pointer::writable("out_count", out_count)?;
         let (folder, name) = (handle::get("folder", folder)?, pointer::text("name", name)?);
         let Some(bytes) = folder.folder.bytes(name) else {
-            return Err(Failure::new(SRF_ERR_INPUT, format!("{name}: this folder holds no bytes of such a file")));
+            return Err(Failure::new(
+                SRF_ERR_INPUT,
+                format!(
+                    "{name}: this folder holds no bytes of such a file: put \
+                them there, or write to it first"
+                ),
+            ));
         };
         pointer::write("out_count", out_count, bytes.len())?;
         pointer::write("out_bytes", out_bytes, bytes.as_ptr().cast())?;

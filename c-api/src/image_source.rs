@@ -82,7 +82,7 @@ impl MadeScan {
             return Err(self.failed(answer, &text));
         }
         if made.is_null() {
-            return Err(wrong("the source made no image and gave no reason: out_image is NULL"));
+            return Err(wrong("the source made no image and gave no reason: out_image must not be NULL"));
         }
         let Image { mut image, .. } = handle::take("out_image of the source", made).map_err(|e| wrong(&e.text))?;
         image.world_from_sensor = self.world_from_sensor;

@@ -3,6 +3,7 @@
 use std::ffi::{CString, c_char};
 
 use surfrecon::TriMesh;
+use surfrecon::error::meant;
 use surfrecon::mesh::{Attribute, try_check, try_check_welded};
 use surfrecon::reports::Report as _;
 
@@ -176,8 +177,9 @@ pub unsafe extern "C" fn srf_mesh_attribute(
         let name = pointer::text("name", name)?;
         let found = attributes.iter().find(|a| a.name == name).ok_or_else(|| {
             let there: Vec<&str> = attributes.iter().map(|a| a.name.as_str()).collect();
+            let meant = meant(name, there.iter().copied());
             let there = if there.is_empty() { "none".to_owned() } else { there.join(", ") };
-            Failure::new(SRF_ERR_INPUT, format!("the mesh has no attribute {name} there; it has {there}"))
+            Failure::new(SRF_ERR_INPUT, format!("the mesh has no attribute {name} there: there are {there}{meant}"))
         })?;
         pointer::write("out_data", out_data, array::attribute(&found.data))
     })

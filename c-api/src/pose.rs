@@ -25,11 +25,11 @@ pub fn read(name: &str, pose: *const srf_pose) -> Result<DAffine3, Failure> {
 fn transform(name: &str, pose: &srf_pose) -> Result<DAffine3, Failure> {
     let m = pose.matrix;
     if m.iter().any(|x| !x.is_finite()) {
-        return Err(Failure::new(SRF_ERR_INPUT, format!("{name} has a number that is not finite")));
+        return Err(Failure::new(SRF_ERR_INPUT, format!("{name} must have finite numbers")));
     }
     if [m[3], m[7], m[11], m[15]] != [0.0, 0.0, 0.0, 1.0] {
         let text = format!(
-            "{name}: the last row must be 0 0 0 1, got {} {} {} {}; columns follow each other",
+            "{name}: the last row must be 0 0 0 1, got {} {} {} {}. Columns follow each other.",
             Shown(m[3]),
             Shown(m[7]),
             Shown(m[11]),

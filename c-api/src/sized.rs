@@ -35,7 +35,7 @@ pub fn read<T: Pod>(name: &str, given: *const T, defaults: T) -> Result<T, Failu
     let known = size.min(size_of::<T>());
     if let Some(i) = bytes[known..].iter().position(|&byte| byte != 0) {
         let text = format!(
-            "{name} is from a newer header: the byte at offset {} is set, this library knows {known} bytes; use a newer library",
+            "{name} is from a newer header: the byte at offset {} is set, this library knows {known} bytes. Use a newer library.",
             known + i
         );
         return Err(Failure::new(SRF_ERR_STRUCT_SIZE, text));

@@ -37,8 +37,8 @@ surfrecon::Cloud cloud(const MeshModel &layer)
     const LayerArrays flat = arrays(layer, Frame::layer);
     const std::vector<float> directions = normals(layer, flat);
     if (!has_normals(directions)) {
-        refuse("The layer " + quoted(layer) + " has points only, and no normals that tell its outside: compute them with " +
-               "Compute Normals for Point Sets, hide it, or import it from its file with \"" + import_name + "\"");
+        refuse("The layer " + quoted(layer) + " has points only, and no normals that tell its outside. Compute them with " +
+               "Compute Normals for Point Sets, hide it, or import it from its file with \"" + import_name + "\".");
     }
     const std::size_t count = flat.kept.size();
     return surfrecon::Cloud::create(View<double, 3>(flat.positions.data(), count), View<float, 3>(directions.data(), count), {},

@@ -35,7 +35,7 @@ Outputs run(Job &job)
     const RichParameterList &given = job.parameters;
     const MeshModel *const layer = job.document.mm();
     if (layer == nullptr) refuse("There is no layer: open a mesh first");
-    if (layer->cm.vn == 0) refuse("The layer " + quoted(*layer) + " has no vertices");
+    if (layer->cm.vn == 0) refuse("The layer " + quoted(*layer) + " has no vertices: choose another");
     const int levels = given.getInt("levels");
     surfrecon::ClusterParams params;
     read_parameters(given, cluster_parameters, &params);

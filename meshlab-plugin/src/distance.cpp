@@ -128,7 +128,7 @@ void tell(const Job &job, Outputs &out, const std::string &suffix, const MeshMod
     job.log("From the " + std::to_string(m.figures.count) + " vertices of " + quoted(from) + " to " + quoted(to) + ": mean " +
             shown(m.figures.mean) + ", RMS " + shown(m.figures.rms) + ", 95 % within " + shown(m.figures.p95) + ", largest " +
             shown(m.figures.max));
-    job.log("No point of " + quoted(from) + " is farther than " + shown(m.bound) + "; " + shown(m.reached) + " was found");
+    job.log("No point of " + quoted(from) + " is farther than " + shown(m.bound) + ", and " + shown(m.reached) + " was found");
 }
 
 Outputs run(Job &job)
@@ -139,8 +139,8 @@ Outputs run(Job &job)
     if (measured == nullptr || reference == nullptr) refuse("Choose the layer to measure and the layer to measure it against");
     const bool both = given.getBool("both_ways");
     if (measured->cm.vn == 0) refuse("The layer " + quoted(*measured) + " is empty: there is nothing to measure");
-    if (reference->cm.fn == 0) refuse("The layer " + quoted(*reference) + " has no faces: distances are to a surface");
-    if (both && measured->cm.fn == 0) refuse("The layer " + quoted(*measured) + " has no faces: it can't be measured both ways");
+    if (reference->cm.fn == 0) refuse("The layer " + quoted(*reference) + " has no faces, but distances are to a surface: choose another");
+    if (both && measured->cm.fn == 0) refuse("The layer " + quoted(*measured) + " has no faces, but measuring both ways needs some: switch it off");
 
     const LayerArrays from = arrays(*measured, Frame::world);
     const surfrecon::Mesh to = mesh(*reference, Frame::world);

@@ -67,7 +67,7 @@ inline double length(const RichParameterList &parameters, const char *name, bool
 {
     const double value = parameters.getAbsPerc(name);
     if (!(value >= 0)) {
-        const std::string hint = from_data ? "; 0 stands for a length measured from the data" : "";
+        const std::string hint = from_data ? ", where 0 stands for a length measured from the data" : "";
         refuse(std::string(name) + " must be at least 0, got " + shown(value) + hint);
     }
     return from_data && value == 0 ? SRF_FROM_DATA : value;

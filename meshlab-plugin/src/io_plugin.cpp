@@ -63,7 +63,7 @@ std::vector<int> load(const QString &file, const Layers &layers, const RichParam
     } catch (const surfrecon::Error &error) {
         srf::refuse(error.what());
     } catch (const std::bad_alloc &) {
-        srf::refuse("There is not enough memory");
+        srf::refuse("There is not enough memory: close other programs");
     }
 }
 

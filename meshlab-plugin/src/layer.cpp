@@ -107,7 +107,7 @@ LayerArrays arrays(const MeshModel &layer, Frame frame, NotFinite broken)
     const double *const m = pose.matrix;
     const bool moved = frame == Frame::world && !is_identity(pose);
     const std::uint32_t none = 0xffffffff;
-    if (mesh.vert.size() >= none) refuse("The layer " + quoted(layer) + " has more vertices than can be counted");
+    if (mesh.vert.size() >= none) refuse("The layer " + quoted(layer) + " has more vertices than can be counted: split it");
 
     LayerArrays found;
     found.positions.reserve(3 * static_cast<std::size_t>(mesh.vn));

@@ -26,7 +26,7 @@ double number(double value, const Parameter &parameter)
 [[noreturn]] void refuse_below(const Parameter &parameter, double least, double value)
 {
     refuse(std::string(parameter.name) + " must be at least " + shown(least) + ", got " + shown(value) +
-           (parameter.from_data ? "; 0 stands for what the data give" : ""));
+           (parameter.from_data ? ", where 0 stands for what the data give" : ""));
 }
 
 double given_value(const RichParameterList &given, const Parameter &parameter)

@@ -63,7 +63,7 @@ srf::Outputs SurfreconFilterPlugin::run(compat::Action *action, const RichParame
     } catch (const surfrecon::Error &error) {
         srf::refuse(error.what());
     } catch (const std::bad_alloc &) {
-        srf::refuse("There is not enough memory");
+        srf::refuse("There is not enough memory: close other programs");
     }
 }
 

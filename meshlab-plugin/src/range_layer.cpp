@@ -49,7 +49,7 @@ Grid grid(const MeshModel &layer)
         if (!whole(rows[i]) || !whole(columns[i])) {
             refuse("Vertex " + std::to_string(i) + " of the layer " + quoted(layer) + " has row " + std::to_string(rows[i]) +
                    " and column " + std::to_string(columns[i]) +
-                   " in range_row and range_col: both must be whole, at least 0 and less than 2147483647");
+                   ", but range_row and range_col must be whole, 0 to 2147483646");
         }
         found.row.push_back(static_cast<std::uint32_t>(rows[i]));
         found.column.push_back(static_cast<std::uint32_t>(columns[i]));
@@ -63,7 +63,7 @@ Grid grid(const MeshModel &layer)
     const double most = std::max(1e6, 256.0 * static_cast<double>(found.row.size()));
     if (found.camera == nullptr && pixels > most) {
         refuse("range_row and range_col of the layer " + quoted(layer) + " span " + std::to_string(found.rows) + " x " +
-               std::to_string(found.columns) + " pixels for " + std::to_string(found.row.size()) + " vertices: that is no range image");
+               std::to_string(found.columns) + " pixels for " + std::to_string(found.row.size()) + " vertices: import the range image again");
     }
     std::vector<bool> taken(found.rows * found.columns);
     for (std::size_t i = 0; i < found.row.size(); ++i) {
@@ -71,7 +71,7 @@ Grid grid(const MeshModel &layer)
         if (taken[pixel]) {
             refuse("Two vertices of the layer " + quoted(layer) + " are the pixel in row " + std::to_string(found.row[i]) +
                    ", column " + std::to_string(found.column[i]) +
-                   ": the layer was refined or joined with another and is no range image any more. Import it again");
+                   ". The layer was refined or joined with another and is no range image any more. Import it again.");
         }
         taken[pixel] = true;
     }

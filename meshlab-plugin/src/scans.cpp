@@ -33,7 +33,7 @@ surfrecon::ReadOptions read_options(const RichParameterList &given)
     bool good = words.size() == 4;
     for (int k = 0; k < 4 && good; ++k) options.intrinsics[k] = words[k].toDouble(&good);
     if (!good) {
-        refuse("The camera must be four numbers in pixels, fx fy cx cy, for example 525 525 319.5 239.5; got \"" +
+        refuse("The camera must be four numbers in pixels, fx fy cx cy, for example 525 525 319.5 239.5, got \"" +
                std::string(given.getString("camera").toUtf8().constData()) + "\"");
     }
     return options;
@@ -43,14 +43,14 @@ surfrecon::Scans open(const QString &file, const RichParameterList &given)
 {
     const std::string path = file.toUtf8().constData();
     surfrecon::Scans scans = surfrecon::Scans::open({path}, read_options(given));
-    if (scans.size() == 0) refuse("There is no scan in " + path);
+    if (scans.size() == 0) refuse("There is no scan in " + path + ": choose another file");
     return scans;
 }
 
 std::vector<std::size_t> chosen(const surfrecon::Scans &scans, const RichParameterList &given)
 {
     const int most = given.getInt("max_frames");
-    if (most < 0) refuse("max_frames must be at least 0, got " + std::to_string(most) + "; 0 stands for all");
+    if (most < 0) refuse("max_frames must be at least 0, got " + std::to_string(most) + ", where 0 stands for all");
     std::vector<std::size_t> frames, all;
     for (std::size_t i = 0; i < scans.size(); ++i) (scans.is_frame(i) ? frames : all).push_back(i);
     const std::size_t count = most == 0 ? frames.size() : std::min(frames.size(), static_cast<std::size_t>(most));

@@ -79,7 +79,7 @@ std::array<double, 3> place_of(const RichParameterList &given, const char *name)
 // The box of a layer's vertices as it lies in the world.
 surfrecon::Region box_of(const MeshModel &layer)
 {
-    if (layer.cm.vn == 0) refuse("The layer " + quoted(layer) + " has no vertices, so that it is no box");
+    if (layer.cm.vn == 0) refuse("The layer " + quoted(layer) + " has no vertices, so that it is no box: choose another");
     const Point3m low = layer.cm.bbox.min, high = layer.cm.bbox.max;
     surfrecon::Pose box;
     for (int axis = 0; axis < 3; ++axis) {
@@ -170,7 +170,7 @@ surfrecon::Plane plane_of(const std::vector<MeshModel *> &layers, const surfreco
 void tell(Job &job, const surfrecon::Plane &plane)
 {
     job.log("The plane has " + shown(100 * plane.share) + " % of the vertices, which scatter by " + shown(plane.spread) +
-            "; margin " + shown(plane.margin));
+            ", margin " + shown(plane.margin));
 }
 
 namespace background {

@@ -277,8 +277,8 @@ fn file_of(source: &Source, world_from_file: DAffine3, list: &Path, is_list: boo
         }
         Source::Read(scan) if is_list && scan.is_depth_image() => {
             return Err(input_error(format!(
-                "{:?} is a depth image, and a list of this kind does not say its camera: write the poses as .tum, and open the images with it and \
-                 the camera",
+                "{:?} is a depth image, and a list of this kind does not say its camera. Write the poses as .tum, \
+                    and open the images with it and the camera.",
                 scan.name
             )));
         }
@@ -301,7 +301,8 @@ fn file_of(source: &Source, world_from_file: DAffine3, list: &Path, is_list: boo
         other if !is_list => other.as_source().name().to_owned(),
         other => {
             return Err(input_error(format!(
-                "{:?} is no file of its own, so that no list can place it: write each scan to a file with surfrecon.write() and align the files, or write the poses as .tum",
+                "{:?} is no file of its own, so that no list can place it. Write each scan to a file with \
+                    surfrecon.write() and align the files, or write the poses as .tum.",
                 other.as_source().name()
             )));
         }

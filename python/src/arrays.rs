@@ -150,7 +150,7 @@ pub fn colours(value: &Bound<'_, PyAny>, what: &str, elements: &[Extent]) -> PyR
         // A value that is no number is black.
         if let Some(&x) = floats.iter().find(|&&x| !x.is_nan() && !(0.0..=255.0).contains(&of_255(x))) {
             return Err(input_error(format!(
-                "{what}: floats must be from 0 to 1, got {x}; give 0 to 255 as bytes (uint8), and clip what is brighter than white"
+                "{what}: floats must be from 0 to 1, got {x}. Give 0 to 255 as bytes (uint8), and clip values brighter than white."
             )));
         }
         floats.iter().map(|&x| of_255(x) as u8).collect()
@@ -261,7 +261,7 @@ pub fn matrix<'py>(py: Python<'py>, transform: &DAffine3) -> Bound<'py, PyAny> {
 pub fn affine(value: &Bound<'_, PyAny>, what: &str) -> PyResult<DAffine3> {
     let transform = any_affine(value, what)?;
     if transform.matrix3.determinant() == 0.0 {
-        return Err(input_error(format!("{what} flattens space: its determinant is 0")));
+        return Err(input_error(format!("{what} flattens space: its determinant must not be 0")));
     }
     Ok(transform)
 }
@@ -273,7 +273,7 @@ pub fn affine(value: &Bound<'_, PyAny>, what: &str) -> PyResult<DAffine3> {
 pub fn any_affine(value: &Bound<'_, PyAny>, what: &str) -> PyResult<DAffine3> {
     let (m, _) = floats(value, what, &[Some(4), Some(4)])?;
     if !m.iter().all(|x| x.is_finite()) {
-        return Err(input_error(format!("{what} has an entry that is not finite")));
+        return Err(input_error(format!("{what} must have finite entries")));
     }
     if m[12..] != [0.0, 0.0, 0.0, 1.0] {
         return Err(input_error(format!("{what} must end with the row 0 0 0 1, got {:?}", &m[12..])));

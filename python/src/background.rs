@@ -105,7 +105,9 @@ impl Background {
             )));
         }
         let Some(thread) = self.thread().take() else {
-            return Err(PyRuntimeError::new_err("the result of this job was already fetched"));
+            return Err(PyRuntimeError::new_err(
+                "the result of this job was already fetched: keep what .result() returns",
+            ));
         };
         if self.watched.is_stopping() && !thread.is_finished() {
             // Nobody waits for memory that is given back.

@@ -37,7 +37,10 @@ impl Drop for Counted {
 pub fn attached<R>(call: impl FnOnce(Python<'_>) -> PyResult<R>) -> std::io::Result<R> {
     let _counted = Counted::new();
     if ENDING.load(Ordering::SeqCst) {
-        return Err(std::io::Error::other("Python ends, and its functions can't be called any more"));
+        return Err(std::io::Error::other(
+            "the interpreter ends, and its functions can't be called any more: wait for \
+            the call before it ends",
+        ));
     }
     Python::attach(call).map_err(std::io::Error::other)
 }

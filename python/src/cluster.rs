@@ -95,7 +95,7 @@ impl ClusterCall {
     ) -> PyResult<Self> {
         let params: ClusterParams = params("cluster", options)?;
         if levels.is_some() && params.resolution != Resolution::Tenth {
-            return Err(input_error("levels go without vertices, patches and max_error".to_owned()));
+            return Err(input_error("levels must go without vertices, patches and max_error".to_owned()));
         }
         let chain = levels.is_some();
         let levels = match levels {

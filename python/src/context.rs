@@ -133,7 +133,9 @@ impl Context {
             };
             Some((left, exchange(now)))
         });
-        left.map(drop).ok_or_else(|| PyRuntimeError::new_err("this thread has not entered the context"))
+        left.map(drop).ok_or_else(|| {
+            PyRuntimeError::new_err("this thread has not entered the context: leave it where it was entered")
+        })
     }
 
     fn __repr__(&self) -> String {

@@ -27,7 +27,7 @@ pub fn parameter_error(text: String) -> PyErr {
 /// An `InternalError`: a broken invariant of ours.
 pub fn internal_error(panic: &(dyn std::any::Any + Send)) -> PyErr {
     let what = panic.downcast_ref::<String>().map(String::as_str).or_else(|| panic.downcast_ref::<&str>().copied());
-    let text = format!("internal error of surfrecon, please report it: {}", what.unwrap_or("no description"));
+    let text = format!("internal error of surfrecon: report it with this text: {}", what.unwrap_or("no description"));
     exception("InternalError", &text)
 }
 

@@ -126,7 +126,7 @@ mod _native {
     #[pymodule_export]
     use crate::operations::{Operation, all};
     #[pymodule_export]
-    use crate::params::{Parameter, parameters};
+    use crate::params::{_nearest, Parameter, parameters};
     #[pymodule_export]
     use crate::point_cloud::PointCloud;
     #[pymodule_export]

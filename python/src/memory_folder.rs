@@ -222,9 +222,7 @@ fn bytes_of(content: &Bound<'_, PyAny>) -> PyResult<PyBackedBytes> {
     bytes.map_err(|error| {
         reworded(error, || {
             let given = given.get_type();
-            PyTypeError::new_err(format!(
-                "a file consists of bytes, or of what a binary file object reads, got {given}"
-            ))
+            PyTypeError::new_err(format!("a file must be bytes or a binary file object, got {given}"))
         })
     })
 }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use surfrecon::error::meant;
 use surfrecon::merge::{MergeParams, Merged, Run, Store};
 use surfrecon::mesh::measure::Side;
 use surfrecon::{Error, Progress, memory};
@@ -102,7 +103,8 @@ pub fn store(
         "never" => Store::Memory,
         other => {
             let allowed = "\"never\", \"if_needed\" or \"always\"".to_owned();
-            let error = Error::Parameter { name: "files", value: format!("{other:?}"), allowed, unit: "" };
+            let meant = meant(other, ["never", "if_needed", "always"]);
+            let error = Error::Parameter { name: "files", value: format!("{other:?}{meant}"), allowed, unit: "" };
             return Err(to_python(&error));
         }
     };

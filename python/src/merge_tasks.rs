@@ -40,7 +40,12 @@ pub fn _merge_task(
     progress: Option<Py<PyAny>>,
     options: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<()> {
-    let stage = Stage::named(stage).ok_or_else(|| input_error(format!("there is no stage {stage:?} of a merge")))?;
+    let stage = Stage::named(stage).ok_or_else(|| {
+        input_error(format!(
+            "there is no stage {stage:?} of a merge: take \
+        one that the plan names"
+        ))
+    })?;
     let call = TaskCall::new(scans, folder, (tasks, keep, has_a_part), max_memory, options)?;
     Watch::new(progress).run(py, move |progress| call.run((stage, number), progress))
 }

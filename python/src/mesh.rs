@@ -374,8 +374,9 @@ pub fn ending_of(path: &Path, holding: Holding) -> PyResult<&'static str> {
 
 fn corners(indices: &[i64]) -> PyResult<Vec<[u32; 3]>> {
     let corner = |i: usize| {
-        u32::try_from(indices[i])
-            .map_err(|_| input_error(format!("triangle {} names vertex {}, which can't be", i / 3, indices[i])))
+        u32::try_from(indices[i]).map_err(|_| {
+            input_error(format!("triangle {} names vertex {}, but numbers must be 0 to 2^32 - 1", i / 3, indices[i]))
+        })
     };
     (0..indices.len() / 3).map(|t| Ok([corner(3 * t)?, corner(3 * t + 1)?, corner(3 * t + 2)?])).collect()
 }

@@ -3,6 +3,7 @@
 use pyo3::exceptions::{PyOverflowError, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use surfrecon::error::{meant, nearest};
 use surfrecon::params::{Choice, Default, Kind, ParamSpec, Params, Value, find, schemas, table};
 
 use crate::errors::{input_error, reworded, to_python};
@@ -155,8 +156,8 @@ impl Parameter {
 pub fn parameters(operation: Option<&str>) -> PyResult<Vec<Parameter>> {
     let known: Vec<&str> = schemas().map(|schema| schema.operation).collect();
     if let Some(operation) = operation.filter(|operation| !known.contains(operation)) {
-        let known = known.join("\", \"");
-        return Err(input_error(format!("operation must be one of \"{known}\", got {operation:?}")));
+        let (meant, known) = (meant(operation, known.iter().copied()), known.join("\", \""));
+        return Err(input_error(format!("operation must be one of \"{known}\", got {operation:?}{meant}")));
     }
     Ok(table().filter(|p| operation.is_none_or(|o| o == p.operation)).map(|spec| Parameter { spec }).collect())
 }
@@ -198,6 +199,12 @@ pub fn params_but<P: Params + std::default::Default>(
 fn unexpected(py: Python<'_>, function: &str, name: &str, known: Vec<&str>) -> PyErr {
     let made = py.import("surfrecon._arguments").and_then(|m| m.call_method1("unexpected", (function, name, known)));
     made.map_or_else(|failure| failure, PyErr::from_value)
+}
+
+/// The known name that was probably meant by one that is none.
+#[pyfunction]
+pub fn _nearest(given: &str, known: Vec<String>) -> Option<String> {
+    nearest(given, known.iter().map(String::as_str)).map(str::to_owned)
 }
 
 /// Like [`params`] where the function takes a few of them.

@@ -60,7 +60,7 @@ pub fn described<'py>(py: Python<'py>, projection: &Projection) -> PyResult<Boun
 /// `InputError` for a kind that isn't known, for parameters that are missing or of the wrong length.
 pub fn parsed(dict: &Bound<'_, PyDict>) -> PyResult<Projection> {
     let of = |name: &str| {
-        let lacking = || input_error(format!("projection lacks {name:?}, see RangeImage.projection"));
+        let lacking = || input_error(format!("projection must have {name:?}, see RangeImage.projection"));
         dict.get_item(name)?.ok_or_else(lacking)
     };
     let text = |name: &str| {

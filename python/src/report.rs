@@ -4,6 +4,7 @@ use numpy::PyArray2;
 use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
+use surfrecon::error::meant;
 use surfrecon::params::Choice;
 use surfrecon::reports::{self as core, Found, Kind, Report, Shape, Values};
 
@@ -115,8 +116,8 @@ impl Figure {
 pub fn figures(operation: Option<&str>) -> PyResult<Vec<Figure>> {
     if let Some(operation) = operation.filter(|operation| core::report(operation).is_none()) {
         let known: Vec<&str> = core::reports().map(|reported| reported.operation).collect();
-        let known = known.join("\", \"");
-        return Err(input_error(format!("operation must be one of \"{known}\", got {operation:?}")));
+        let (meant, known) = (meant(operation, known.iter().copied()), known.join("\", \""));
+        return Err(input_error(format!("operation must be one of \"{known}\", got {operation:?}{meant}")));
     }
     let asked = core::reports().filter(|reported| operation.is_none_or(|operation| operation == reported.operation));
     let all = asked

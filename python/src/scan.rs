@@ -277,7 +277,7 @@ pub fn turntable<'py>(
         height_angle,
     };
     let Some(bounds) = scan::bounds(&mesh.mesh.positions) else {
-        return Err(input_error("the mesh has no vertices".to_owned()));
+        return Err(input_error("the mesh has no vertices, but a scan needs some".to_owned()));
     };
     let cameras = Watch::new(None).run(py, move |progress| scan::turntable(bounds, &table, progress))?;
     let list = PyList::empty(py);

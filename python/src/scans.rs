@@ -6,7 +6,7 @@ use pyo3::exceptions::{PyIndexError, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyIterator, PyList, PySlice, PyTuple};
 use surfrecon::Progress;
-use surfrecon::error::counted;
+use surfrecon::error::{counted, meant};
 use surfrecon::export::{self, Holding, PlyOptions, write_points_ply};
 use surfrecon::import::{self, Camera, ReadOptions};
 use surfrecon::merge::{ScanSource, common_crs};
@@ -233,7 +233,7 @@ pub fn write(
         return content.call_method("write", (path,), Some(&options)).map(|_| ());
     }
     if options.is_some_and(|options| !options.is_empty()) {
-        return Err(PyTypeError::new_err("only meshes are written with options"));
+        return Err(PyTypeError::new_err("options must be left out: only meshes are written with them"));
     }
     if let Ok(cloud) = content.cast::<PointCloud>() {
         let path: Place = path.extract()?;
@@ -330,8 +330,9 @@ pub fn formats<'py>(py: Python<'py>, written: Option<&str>) -> PyResult<Bound<'p
 /// The kind of content that a word names.
 fn holding(word: &str, argument: &str) -> PyResult<Holding> {
     Holding::named(word).ok_or_else(|| {
-        let known: Vec<_> = Holding::CHOICES.iter().map(|choice| format!("\"{}\"", choice.name)).collect();
-        input_error(format!("{argument} must be one of {}, got {word:?}", known.join(", ")))
+        let known: Vec<&str> = Holding::CHOICES.iter().map(|choice| choice.name).collect();
+        let (meant, known) = (meant(word, known.iter().copied()), known.join("\", \""));
+        input_error(format!("{argument} must be one of \"{known}\", got {word:?}{meant}"))
     })
 }
 

@@ -52,7 +52,11 @@ pub fn _again<'py>(py: Python<'py>, kind: &str, parts: &Bound<'py, PyDict>) -> P
         }
         "scan" => parts.scan(py)?.into_bound(py).into_any(),
         "scans" => Bound::new(py, ScanSet::of(parts.taken("scans")?, parts.taken("notes")?))?.into_any(),
-        _ => return Err(input_error(format!("there is no kind {kind:?} of object: it is of a newer version"))),
+        _ => {
+            return Err(input_error(format!(
+                "there is no kind {kind:?} of object: read it with the newer version that wrote it"
+            )));
+        }
     })
 }
 
@@ -61,7 +65,8 @@ struct Parts<'a, 'py>(&'a Bound<'py, PyDict>);
 
 impl<'py> Parts<'_, 'py> {
     fn item(&self, name: &str) -> PyResult<Bound<'py, PyAny>> {
-        let lacking = || input_error(format!("the part '{name}' is missing: the object is of another version"));
+        let lacking =
+            || input_error(format!("the part '{name}' is missing: read the object with the version that wrote it"));
         self.0.get_item(name)?.ok_or_else(lacking)
     }
 

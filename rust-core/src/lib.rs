@@ -49,6 +49,7 @@ pub use sculpt;
 /// Errors: what the caller got wrong and what to do.
 pub mod error {
     pub use base::error::{Error, Result, Shown, counted};
+    pub use base::nearest::{meant, nearest};
 }
 
 /// Limits of numbers.

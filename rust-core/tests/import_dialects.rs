@@ -183,7 +183,7 @@ fn utf_16_is_named() {
         {
             let bytes: Vec<u8> = text.encode_utf16().flat_map(to_bytes).collect();
             match open_text(folder.path(), &name, &bytes) {
-                Err(error) if error.to_string().contains("this is UTF-16 text; save it as UTF-8") => {}
+                Err(error) if error.to_string().contains("this is UTF-16 text: save it as UTF-8") => {}
                 other => wrong.push(format!("{name}: {:?}", other.map(|_| "read").map_err(|e| e.to_string()))),
             }
         }

@@ -16,16 +16,16 @@ from test_sources import only
 
 # As the library says it; what is quoted are names.
 SAID = (
-    "no place was found where it fits another scan: it shares too little; give it a rough pose, or pairs of points",
-    "no place was found where it fits another scan: it shares too little; give it pairs of points",
+    "no place was found where it fits another scan: it shares too little: give it a rough pose, or pairs of points",
+    "no place was found where it fits another scan: it shares less than a third: give it pairs of points",
     'it fits "a" in 2 places, and no other scan decides: give it a rough pose, or a pair of points that both show',
     'it fits "a" in 2 places, and no other scan decides: give it a pair of points that both show',
-    "in other places as well: align the recording as a sequence, give it a rough pose, or scan more of the room",
-    "in other places as well: give it a rough pose, or scan more of what stands in the room",
+    "which fit elsewhere as well: align the recording as a sequence, give it a rough pose, or scan more of the room",
+    "which fit elsewhere as well: give it a rough pose, or scan more of what stands in the room",
     'it fits "a" but can slide along (1, 0, 0): give pairs of points that both show, or scan more around it',
     "it is bent: check the scanner's calibration, place it by pairs of points, or leave it out if it is something else",
-    "no plane stands out; crop the scans to where the plane is, or give it by three points, or change the tolerance",
-    "no plane stands out; crop the scans to where the plane is, or give it by three points, or lower the least share",
+    "no plane stands out. Crop the scans to where the plane is, or give it by three points, or change the tolerance",
+    "no plane stands out. Crop the scans to where the plane is, or give it by three points, or lower the least share",
     "no plane is told from others: give the plane by three points",
 )
 # Advice that no window and no panel of Ground can follow.

@@ -72,10 +72,9 @@ def test_translations_have_the_parts_of_their_sentences(extension):
         ("It has no surface: no sample has neighbours", "Er hat keine Fläche: kein Messpunkt hat Nachbarn"),
         (
             '"ball" is not placed: no place was found where it fits another scan: it is of something else, or shares'
-            " too little (neighbours should share a third of what they see); move it nearer to where it belongs",
+            " less than a third: move it nearer to where it belongs",
             '"ball" hat keinen Platz: kein Ort wurde gefunden, an dem er zu einem anderen Scan passt: er zeigt etwas'
-            " anderes, oder hat zu wenig gemeinsam (Nachbarn sollten ein Drittel von dem gemeinsam haben, was sie"
-            " sehen); näher dorthin schieben, wo er hingehört",
+            " anderes, oder hat weniger als ein Drittel gemeinsam: näher dorthin schieben, wo er hingehört",
         ),
     ],
 )

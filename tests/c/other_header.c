@@ -132,7 +132,7 @@ int main(void)
     /* What this library can't know is not passed over. */
     merge.value.added_later = 1;
     must(srf_merger_run(merger, &merge.value, NULL, &surface, NULL) == SRF_ERR_STRUCT_SIZE, "a field of the future");
-    must(strstr(srf_last_error_message(), "use a newer library") != NULL, "the remedy");
+    must(strstr(srf_last_error_message(), "Use a newer library.") != NULL, "the remedy");
 #endif
     must(srf_check_report_init_sized(&topology.value, 12) == SRF_ERR_STRUCT_SIZE, "a size that no struct has");
     srf_merger_free(merger);

@@ -108,7 +108,7 @@ def test_errors_come_back_as_they_are(client, scans, workspace, tmp_path):
         distributed.merge(scans, tmp_path / "surface.ply", max_memory=1000, **given)
     (plan,) = workspace.glob("*.json")
     distributed.Plan.read(plan).remove()
-    with pytest.raises(surfrecon.InputError, match="by the names of files and folders"):
+    with pytest.raises(surfrecon.InputError, match="must be names of files and folders"):
         distributed.merge(surfrecon.open(scans), tmp_path / "surface.ply", **given)
     with pytest.raises(surfrecon.InputError, match="s3://bucket/surface.ply: the surface is a file"):
         distributed.merge(scans, "s3://bucket/surface.ply", **given)

@@ -99,7 +99,7 @@ void run(const char *plugin, const char *scans)
     document.Log.print(log);
     const QString said = log.join("\n");
     const QString first = document.mm()->label() + ": stays where it is";
-    expect(said.contains(" scans placed; ") && said.contains(first), "the log lacks the table of the alignment: " + said.toStdString());
+    expect(said.contains(" scans placed. ") && said.contains(first), "the log lacks the table of the alignment: " + said.toStdString());
 }
 
 }  // namespace

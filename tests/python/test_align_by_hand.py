@@ -95,7 +95,7 @@ NOT_A_NUMBER = np.where(GOOD == 1, GOOD, np.nan)
         (0, np.eye(3), {}, surfrecon.InputError, r"world_from_scan must have shape \(4, 4\), got \(3, 3\)"),
         (0, SCALED, {}, surfrecon.InputError, "world_from_scan must be rigid"),
         (0, MIRRORED, {}, surfrecon.InputError, "world_from_scan must be rigid"),
-        (0, NOT_A_NUMBER, {}, surfrecon.InputError, "world_from_scan has an entry that is not finite"),
+        (0, NOT_A_NUMBER, {}, surfrecon.InputError, "world_from_scan must have finite entries"),
         (0, "here", {}, TypeError, "world_from_scan must be real numbers"),
         (0, GOOD, {"poses": [GOOD] * 5}, surfrecon.InputError, "5 poses are given for 6 scans"),
         (0, GOOD, {"poses": 3}, TypeError, "poses must be a list of 4 x 4 matrices or None"),

@@ -104,7 +104,7 @@ def test_depth_images_keep_their_times_and_their_camera(tmp_path):
     done = run("align", *names, *told, "-o", "placed.conf", cwd=tmp_path)
     assert done.returncode == 2 and "does not say the camera of the images" in done.stderr and ".tum" in done.stderr
     scans = surfrecon.open([tmp_path / name for name in names], camera=(60, 60, 25, 20))
-    with pytest.raises(surfrecon.InputError, match="does not say its camera: write the poses as .tum"):
+    with pytest.raises(surfrecon.InputError, match=r"does not say its camera\. Write the poses as \.tum"):
         surfrecon.align(scans, fixed=[0, 1]).write(tmp_path / "placed.mlp")
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(names)
     done = run("align", *names, *told, "-o", "placed.tum", cwd=tmp_path)
@@ -304,7 +304,13 @@ def test_help_and_version():
     "arguments, said",
     [
         ([], "surfrecon: the following arguments are required: COMMAND"),
-        (["melt"], "surfrecon: argument COMMAND: invalid choice: 'melt'"),
+        (["melt"], "surfrecon: argument COMMAND: must be one of info, convert, "),
+        (["mrege"], "got 'mrege'. Did you mean 'merge'? surfrecon --help says more."),
+        (["completion", "zhs"], "must be one of bash, zsh, fish, got 'zhs'. Did you mean 'zsh'?"),
+        (["align", "a.ply", "-o", "a.tum", "--start", "sequnce"], 'got "sequnce". Did you mean "sequence"?'),
+        (["merge", "a.ply", "-o", "b.ply", "--max_memroy=1"], "--max_memroy=1. Did you mean --max-memory?"),
+        (["merge", "a.ply", "--outptu", "b.ply"], "unrecognized arguments: --outptu. Did you mean --output?"),
+        (["merge", "a.ply", "-o", "b.ply", "--no-colors"], "unrecognized arguments: --no-colors"),
         (["merge", "a.ply"], "surfrecon: merge: the following arguments are required: -o/--output"),
         (["merge", "a.ply", "-o", "b.ply", "--voxel", "0"], "surfrecon: merge: argument --voxel: voxel must be "),
         (["merge", "a.ply", "-o", "b.ply", "--voxels", "1"], "surfrecon: merge: unrecognized arguments: --voxels"),
@@ -339,9 +345,10 @@ def test_files_that_cannot_be_used_are_exit_code_1_and_one_line(folder, tmp_path
         (["info", folder / "ring.conf", "--report", "no/a.json"], "no/a.json: there is no folder no"),
         (["sculpt", folder / "ring.conf", "-o", "a.ply"], "there are 12 scans: choose one with --scan"),
         (["sculpt", folder / "ring.conf", "--scan", "x", "-o", "a.ply"], "there is no scan 'x'"),
+        (["sculpt", folder / "ring.conf", "--scan", "scn03", "-o", "a.ply"], "from 0 to 11. Did you mean 'scan03'?"),
         (["sculpt", folder / "torus.ply", "-o", "a.ply"], "torus is a mesh: sculpt takes a range image"),
         (["convert", folder / "torus.ply", folder / "ring.conf", "-o", "a.e57"], "only range images share a file"),
-        (["convert", folder / "points.xyz", "--mesh", "-o", "a.stl"], "surfrecon reconstruct makes a mesh of it"),
+        (["convert", folder / "points.xyz", "--mesh", "-o", "a.stl"], "make a mesh of it with surfrecon reconstruct"),
         (["merge", folder / "ring.conf", "-o", "a.ply", "--voxel", "1e-5", "--max-memory", "40MB"], "a voxel of"),
         (["batch", "missing.toml"], "missing.toml: No such file or directory"),
     ]

@@ -150,7 +150,9 @@ def test_failures_stop_others_only_if_asked(folder):
     "old, new, said",
     [
         ('command = "merge"', 'command = "melt"', "job 'surface': command must be one of info, convert, "),
-        ("voxel = 0.1", "voxels = 0.1", "merge has no parameter 'voxels'"),
+        ('command = "merge"', 'command = "mrege"', "got 'mrege'. Did you mean 'merge'?"),
+        ("voxel = 0.1", "voxels = 0.1", "merge has no parameter 'voxels'. Did you mean 'voxel'?"),
+        ("voxel = 0.1", "grille = 0.1", "merge has no parameter 'grille'. surfrecon merge --help lists them."),
         ("voxel = 0.1", "voxel = 0", "defaults.merge: voxel must be a finite number > 0, got 0"),
         (
             'command = "measure"',
@@ -187,7 +189,8 @@ def test_failures_stop_others_only_if_asked(folder):
         ("threads = 1", "threads = {}", "defaults: 'threads' must be a value"),
         ('inputs = ["ring.conf"]', 'inputs = "ring.conf"', "inputs must be a list of files and folders"),
         ('inputs = ["ring.conf"]', "inputs = []", "inputs must be a list of files and folders"),
-        ('inputs = ["ring.conf"]', 'input = ["ring.conf"]', "there is no key 'input': a job has name, command, inputs"),
+        ('inputs = ["ring.conf"]', 'input = ["ring.conf"]', "there is no key 'input': a job may have name, command, "),
+        ('inputs = ["ring.conf"]', 'input = ["ring.conf"]', "report, parameters. Did you mean 'inputs'?"),
         ('output = "surface.ply"', 'output = "surface.txt"', "the name of the output must end in .ply"),
         ('output = "surface.ply"', 'report = "surface.json"', "merge needs an output"),
         (
@@ -200,7 +203,7 @@ def test_failures_stop_others_only_if_asked(folder):
         ('report = "distance.json"', 'report = "jobs.toml"', "job 'distance': "),
         ('output = "levels.glb"', 'output = "levels.glb"\nreport = "levels.glb"', "the report needs a name of its own"),
         ('name = "broken"', 'name = "surface"', "job 'surface': another has the same name"),
-        ("[[job]]", "[[jobs]]", "there is no key 'jobs': a manifest has [defaults] and [[job]]"),
+        ("[[job]]", "[[jobs]]", "there is no key 'jobs': a manifest may have [defaults] and [[job]]"),
         ("[[job]]", "[[job", "jobs.toml: "),
     ],
 )

@@ -38,9 +38,9 @@ UNREADABLE = "cut.ply"
 @pytest.mark.parametrize(
     "arguments, code, said",
     [
-        (["-o", "d.ply"], 1, "d.ply: this is a folder, not the name of a file"),
-        (["-o", "a.ply", "--report", "d.json"], 1, "d.json: this is a folder, not the name of a file"),
-        (["-o", "a.ply", "--report", "d.json/"], 1, "d.json/: this is a folder, not the name of a file"),
+        (["-o", "d.ply"], 1, "d.ply: this is a folder: give the name of a file in it"),
+        (["-o", "a.ply", "--report", "d.json"], 1, "d.json: this is a folder: give the name of a file in it"),
+        (["-o", "a.ply", "--report", "d.json/"], 1, "d.json/: this is a folder: give the name of a file in it"),
         (["-o", "a.ply", "--report", ""], 2, "the report has an empty name"),
         (["-o", "kept.ply"], 1, "kept.ply: the file is read-only"),
         (["-o", "a.ply", "--report", "kept.json"], 1, "kept.json: the file is read-only"),

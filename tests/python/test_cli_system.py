@@ -359,7 +359,7 @@ def test_names_that_are_not_utf_8(folder, tmp_path):
         bad = subprocess.run([*PROGRAM, "merge", "-o", source, f"--voxel={ODD}"], env=environment, capture_output=True)
         assert bad.returncode == 2 and b"voxel must be" in bad.stderr
         bad = subprocess.run([*PROGRAM, ODD], env=environment, capture_output=True)
-        assert bad.returncode == 2 and b"invalid choice" in bad.stderr
+        assert bad.returncode == 2 and b"must be one of" in bad.stderr
 
 
 def a_list_of_poses_cannot_have_names_that_are_not_utf_8(_, tmp_path):

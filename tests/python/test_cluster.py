@@ -109,7 +109,7 @@ def test_a_job_does_the_same(bumpy):
     assert np.array_equal(one.mesh.positions, surfrecon.cluster(bumpy, vertices=200).mesh.positions)
     chain = surfrecon.Job.cluster(bumpy, levels=[200]).result()
     assert isinstance(chain, list) and np.array_equal(chain[0].mesh.positions, one.mesh.positions)
-    with pytest.raises(surfrecon.InputError, match="levels go without"):
+    with pytest.raises(surfrecon.InputError, match="levels must go without"):
         surfrecon.Job.cluster(bumpy, levels=[200], vertices=200)
     job = surfrecon.Job.cluster(bumpy, max_error=1e-6)
     job.cancel()

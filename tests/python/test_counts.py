@@ -162,6 +162,33 @@ def test_misspelt_keywords_are_told_what_was_meant(call, given, meant):
         call(**{given: 1})
 
 
+@pytest.mark.parametrize(
+    "call, given, meant",
+    [
+        (lambda: surfrecon.align([], start="sequnce"), "sequnce", "sequence"),
+        (lambda: surfrecon.parameters("mereg"), "mereg", "merge"),
+        (lambda: surfrecon.figures("quds"), "quds", "quads"),
+        (lambda: surfrecon.formats(written="mehs"), "mehs", "mesh"),
+        (lambda: surfrecon.merge([], files="allways"), "allways", "always"),
+        (lambda: surfrecon.reconstruct(np.zeros((4, 3)), topology="manifolt"), "manifolt", "manifold"),
+    ],
+)
+def test_misspelt_words_are_told_what_was_meant(call, given, meant):
+    refused = (surfrecon.ParameterError, surfrecon.InputError)
+    with pytest.raises(refused, match=rf'"{given}"\. Did you mean "{meant}"\?'):
+        call()
+
+
+def test_misspelt_figures_and_endings_are_told_what_was_meant(tmp_path):
+    report = torus(8).check()
+    with pytest.raises(AttributeError, match=r"CheckReport has no 'trianlges'\. Did you mean 'triangles'\?"):
+        _ = report.trianlges
+    with pytest.raises(surfrecon.InputError, match=r"to hold a mesh\. Did you mean \.ply\?"):
+        torus(8).write(tmp_path / "a.pyl")
+    with pytest.raises(surfrecon.InputError, match=r"there is no name before \.ply: call it scan\.ply"):
+        torus(8).write(tmp_path / ".ply")
+
+
 def test_a_keyword_that_is_like_none_is_told_what_there_is():
     with pytest.raises(
         TypeError, match=r"open\(\) got an unexpected keyword argument 'zzz'\. It takes allow_outside, .*step\."

@@ -43,7 +43,7 @@ def test_the_limit_holds_until_it_is_lifted(limit):
     limit(None)
     mesh = surfrecon.sculpture()
     limit(40_000_000)
-    with pytest.raises(surfrecon.OutOfMemoryError, match="are allowed; a voxel of .* fits"):
+    with pytest.raises(surfrecon.OutOfMemoryError, match="are allowed: choose a voxel of .*, which fits"):
         surfrecon.merge([mesh], voxel=1e-4)
     limit(None)
     assert surfrecon.memory_limit() is None

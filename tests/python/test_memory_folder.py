@@ -196,7 +196,7 @@ def test_what_functions_raise_comes_out(tmp_path):
     for wrong, error, words in [
         (lambda at, count: b"", ValueError, "must give 1 to"),
         (lambda at, count: b"x" * (count + 1), ValueError, "must give 1 to"),
-        (lambda at, count: "text", TypeError, "consists of bytes"),
+        (lambda at, count: "text", TypeError, "must be bytes"),
     ]:
         folder.put_source("a.ply", 1000, wrong)
         with pytest.raises(error, match=words):
@@ -239,7 +239,7 @@ def test_a_folder_is_like_a_dictionary():
             surfrecon.open(wrong)
         with pytest.raises(TypeError, match="path must be a path or a binary file object, got"):
             mesh().write(wrong)
-        with pytest.raises(TypeError, match="a file consists of bytes"):
+        with pytest.raises(TypeError, match="a file must be bytes or a binary file object"):
             folder["x.ply"] = wrong
         with pytest.raises(TypeError):
             folder.put_source("x.ply", 3, wrong)
@@ -383,7 +383,7 @@ def test_folders_and_files_do_not_share_names():
     folder["a/b.xyz"] = b"0 0 0\n"
     with pytest.raises(surfrecon.InputError, match="this is a folder"):
         folder["a"] = b""
-    with pytest.raises(surfrecon.InputError, match=r"a/b\.xyz is a file, not a folder"):
+    with pytest.raises(surfrecon.InputError, match=r"a/b\.xyz is a file, but must be a folder"):
         mesh().write(folder / "a/b.xyz/mesh.ply")
     assert folder.get("a") is None and folder.get("a", 3) == 3 and folder.get("a/b.xyz") == b"0 0 0\n"
     assert folder.items() == [("a/b.xyz", b"0 0 0\n")] and folder.values() == [b"0 0 0\n"]

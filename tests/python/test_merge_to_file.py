@@ -120,7 +120,7 @@ def test_what_can_not_be_is_told_before_the_work(scans, tmp_path):
         assert not list(tmp_path.iterdir())
 
     refused(surfrecon.InputError, "surface.obj: only .ply is written piece by piece", "surface.obj")
-    refused(surfrecon.InputError, 'the encoding "ascii" is none', encoding="ascii")
+    refused(surfrecon.InputError, 'must be binary, got the encoding "ascii"', encoding="ascii")
     refused(surfrecon.ParameterError, "encoding must be", encoding="morse")
     refused(surfrecon.ParameterError, "voxel must be", voxel=-1)
     refused(surfrecon.InputError, "none: the workspace must be a folder that exists", workspace=tmp_path / "none")
@@ -177,14 +177,14 @@ def test_the_command_line_and_batches(scans, at_once, tmp_path):
     for wrong, text in (
         (["b.glb", "--workspace", "scratch"], "b.glb: only .ply is written piece by piece"),
         (["b.ply", "--workspace", "none"], "none: the workspace must be a folder that exists"),
-        (["b.ply", "--workspace", "scratch", "--encoding", "ascii"], 'encoding "ascii" is none'),
+        (["b.ply", "--workspace", "scratch", "--encoding", "ascii"], 'must be binary, got the encoding "ascii"'),
         (["b.ply", "--workspace", "scratch", "--measure"], "give measure or workspace, not both"),
     ):
         refused = run(*merge, *wrong, cwd=tmp_path)
         assert (refused.returncode, text in refused.stderr) == (2, True), refused.stderr
     few = run(*merge, "b.ply", "--workspace", "scratch", "--max-memory", "1M", cwd=tmp_path)
     assert few.returncode == 1
-    assert "1 MB are allowed; allow more, or fewer threads" in few.stderr
+    assert "1 MB are allowed: allow more, or fewer threads" in few.stderr
     manifest = tmp_path / "jobs.toml"
     manifest.write_text(
         '[[job]]\ncommand = "merge"\ninputs = ["scans.conf"]\noutput = "batch.ply"\n'

@@ -170,7 +170,7 @@ def test_scans_in_memory_say_that_others_do_not_see_them():
     scan = surfrecon.open(folder / "mesh.ply")[0]
     assert copy.deepcopy(scan) is scan
     with pytest.raises(
-        surfrecon.InputError, match=r"mesh\.ply lies in the memory of this process, but .*: write the file"
+        surfrecon.InputError, match=r"mesh\.ply lies in the memory of this process, but .*\. Write the file"
     ):
         pickle.dumps(scan)
 

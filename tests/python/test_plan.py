@@ -104,7 +104,7 @@ def test_what_is_kept_serves_scans_that_come_and_go(tmp_path):
         assert surface.read_bytes() == expected.read_bytes()
         assert sorted(os.listdir(workspace)) == ["notes.txt", plan.name]
         assert not [name for name in os.listdir(plan.folder) if name.startswith("done-")]
-    with pytest.raises(surfrecon.InputError, match="kept in a folder, not in an object store"):
+    with pytest.raises(surfrecon.InputError, match="keep needs a workspace that is a folder, not an object store"):
         planned(tmp_path, listed, workspace="memory://work", keep=True)
 
 
@@ -265,7 +265,7 @@ def test_what_is_not_done_yet_is_named(scans, tmp_path):
         with pytest.raises(surfrecon.InputError) as problem:
             plan.run(number)
         assert text in str(problem.value)
-    with pytest.raises(surfrecon.InputError, match="there is no task 99: tasks are numbered from 0 to"):
+    with pytest.raises(surfrecon.InputError, match="there is no task 99: give one from 0 to"):
         plan.run(99)
     plan.clear()
     with pytest.raises(surfrecon.FileError, match="the folder of the tasks is not there: plan the merge anew"):
@@ -323,7 +323,7 @@ def test_bad_plans_are_refused(scans, tmp_path):
         ({"grazing": 3}, TypeError, "unexpected keyword argument 'grazing'"),
         ({"workspace": "unheard://of"}, surfrecon.InputError, "unheard"),
         ({"voxel": -1.0}, surfrecon.ParameterError, "voxel must be"),
-        ({"encoding": "ascii"}, surfrecon.InputError, "in binary"),
+        ({"encoding": "ascii"}, surfrecon.InputError, "must be binary, got 'ascii'"),
         ({"max_memory": 0}, surfrecon.InputError, "max_memory must be bytes > 0"),
     ]:
         with pytest.raises(kind, match=text):
@@ -338,7 +338,7 @@ def test_bad_plans_are_refused(scans, tmp_path):
     for given in ([scans, "s3://bucket/surface.ply"], ["s3://bucket/scans.conf", tmp_path / "surface.ply"]):
         with pytest.raises(surfrecon.InputError, match="s3://bucket/.*only the workspace and the plan may be URLs"):
             distributed.Plan.make(tmp_path / "p.json", *given)
-    with pytest.raises(surfrecon.InputError, match="by the names of files and folders"):
+    with pytest.raises(surfrecon.InputError, match="must be names of files and folders"):
         distributed.Plan.make(tmp_path / "p.json", surfrecon.open(scans), tmp_path / "surface.ply")
     made.clear()
     with pytest.raises(surfrecon.FileError, match=r"nowhere/p\.json"):

@@ -69,7 +69,7 @@ def test_figures_are_had_by_name_and_by_key(reports, kind):
         assert getattr(report, name) is report[name] and name in dir(report)
     # Type checkers know each figure, and no other.
     assert set(inspect.get_annotations(kind)) == set(report)
-    with pytest.raises(AttributeError, match=rf"{kind.__name__} has no 'nothing': there are {next(iter(report))}, "):
+    with pytest.raises(AttributeError, match=rf"{kind.__name__} has no 'nothing'\. There are {next(iter(report))}, "):
         report.nothing  # noqa: B018
     with pytest.raises(KeyError):
         report["nothing"]

@@ -196,7 +196,7 @@ def test_a_camera_that_cannot_be_is_refused():
         ((1, 1, projection | {"focal": (0, 1)}), "focal length fx"),
         ((1, 1, projection | {"depth": "deep"}), 'depth of projection must be "planar" or "ray"'),
         ((1, 1, projection | {"kind": "fish"}), "kind of projection must be"),
-        ((1, 1, {"kind": "orthographic", "first": (0, 0)}), 'projection lacks "step"'),
+        ((1, 1, {"kind": "orthographic", "first": (0, 0)}), 'projection must have "step"'),
         ((1, 1, projection, anchors + 1), "anchor 0 is pixel"),
         ((1, 1, projection, anchors + 0.5), "must be whole numbers"),
         ((1, 1, projection, np.zeros((257, 5))), "at most 256 anchors"),

@@ -180,7 +180,7 @@ class SURFRECON_OT_align(JobOperator, bpy.types.Operator):
         text = f"{report.placed} of {number(len(self.owners), 'scan', 'scans')} placed{self.said}"
         if self.through_points:
             clouds = number(len(self.through_points), "cloud", "clouds")
-            text += f"; {clouds} by the surface through the points"
+            text += f", {clouds} by the surface through the points"
         if report.placed == len(self.owners):
             tell(self, {"INFO"}, text)
         else:
@@ -239,8 +239,8 @@ def place(context, before, moved):
             for other, (there, _) in before.items():
                 put_back(bpy.data.objects[other], there)
             raise Refused(
-                f'"{name}" does not stay where it is put: turn off its constraints and drivers,'
-                " or lock its location and rotation to let the others come to it"
+                f'"{name}" does not stay where it is put: turn off constraints and drivers,'
+                " or lock location and rotation, so that the others come to it"
             )
 
 

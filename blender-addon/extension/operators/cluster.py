@@ -161,7 +161,7 @@ class SURFRECON_OT_remesh(JobOperator, bpy.types.Operator):
         put_forward(context, made, [source])
         angle = math.degrees(chain[0].report["after"]["mean_smallest_angle"])
         counts = ", ".join(f"{len(level.mesh.positions):,}" for level in chain)
-        tell(self, {"INFO"}, f"{counts} vertices; mean smallest angle {angle:.1f} degrees")
+        tell(self, {"INFO"}, f"{counts} vertices, mean smallest angle {angle:.1f} degrees")
 
 
 class SURFRECON_OT_cluster(bpy.types.Operator):

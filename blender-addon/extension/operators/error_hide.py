@@ -19,7 +19,7 @@ class SURFRECON_OT_error_hide(bpy.types.Operator):
         """Something must show an error map."""
         shown = any(is_shown(obj) for obj in context.selected_objects)
         if not shown:
-            cls.poll_message_set(told("No selected object shows an error map"))
+            cls.poll_message_set(told("No selected object shows an error map: select one that does"))
         return shown
 
     def execute(self, context):

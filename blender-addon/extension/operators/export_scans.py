@@ -61,7 +61,7 @@ class SURFRECON_OT_export_scans(bpy.types.Operator, ExportHelper):
         try:
             refuse_no_numbers(self)
             if not objects:
-                raise Refused("No range scan is selected: those that File > Import > Range Scans made are")
+                raise Refused("No range scan is selected: select objects that File > Import > Range Scans has made")
             depsgraph = context.evaluated_depsgraph_get()
             path = os.path.splitext(self.filepath)[0] + "." + self.file_format.lower()
             images = [self.image(obj, depsgraph) for obj in objects]

@@ -248,7 +248,7 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
         paths = [os.path.normpath(path) if os.path.isdir(path) else path for path in paths]
         self.paths, self.opened = yield from recording.opened(paths, self.whole, self.reading())
         if not len(self.opened):
-            raise Refused(f"{os.path.basename(self.paths[0])} holds no scan")
+            raise Refused(f"{os.path.basename(self.paths[0])} holds no scan: choose another file")
         if self.follows_format():
             self.axis_forward, self.axis_up = formats.axes_of(self.paths, self.opened.notes)
         # An adjustment begins with the axes that were taken.
@@ -293,7 +293,8 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
         if damaged and not made:
             raise Refused(damaged[0])
         if not made:
-            raise Refused(f"No sample of the {number(blind, 'frame', 'frames')} that were read can be trusted")
+            read = number(blind, "frame", "frames")
+            raise Refused(f"No sample of the {read} that were read can be trusted: record the scene once more")
         objects = [obj for obj, _ in made]
         name = set_name(self.paths)
         collection = into_collection(context, name, objects)

@@ -65,7 +65,7 @@ class SURFRECON_OT_merge_to_file(OfSelected, bpy.types.Operator, ExportHelper):
     def launch(self, context):
         """Merges what is selected. What memory does not hold is beside the file meanwhile."""
         if not self.filepath:
-            raise surfrecon.InputError("no file is named for the surface: choose one, or give its path")
+            raise surfrecon.InputError("No file is named for the surface: choose one, or give its path")
         scans = yield from self.gather(context)
         self.count = len(scans)
         self.path = bpy.path.ensure_ext(bpy.path.abspath(self.filepath), self.filename_ext)

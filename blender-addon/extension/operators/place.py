@@ -170,7 +170,7 @@ class SURFRECON_OT_ground(JobOperator, bpy.types.Operator):
             root.matrix_world = matrix @ root.matrix_world
         text = "The plane is the ground now"
         if plane.share is not None:
-            text += f"; it has {plane.share:.0%} of the samples, which spread by {length(context, plane.spread)}"
+            text += f". It has {plane.share:.0%} of the samples, which spread by {length(context, plane.spread)}"
         tell(self, {"INFO"}, text + went_along(self.taken))
 
 

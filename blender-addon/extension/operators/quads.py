@@ -31,7 +31,7 @@ KINDS = (
     (
         "SURFACE",
         "NURBS Surface",
-        "A surface object over the whole image; where nothing was measured it continues the scan",
+        "A surface object over the whole image. It continues the scan where nothing was measured",
     ),
 )
 
@@ -155,6 +155,6 @@ class SURFRECON_OT_quads(JobOperator, bpy.types.Operator):
         tell(
             self,
             {"INFO"},
-            f"{result.rows} x {result.columns} vertices, {figures['quads']:,} quads; relative error "
+            f"{result.rows} x {result.columns} vertices, {figures['quads']:,} quads, relative error "
             f"{figures['relative_error']:.4%}, uniform grid {figures['uniform_relative_error']:.4%}",
         )

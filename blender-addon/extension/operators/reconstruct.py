@@ -80,7 +80,7 @@ class SURFRECON_OT_reconstruct(JobOperator, bpy.types.Operator):
         self.pose = Matrix() if several else objects[0].matrix_world.copy()
         self.sources = [Handle(obj) for obj in objects]
         if self.pose.determinant() == 0:
-            raise Refused(f'"{objects[0].name}" is flattened by a scale of 0')
+            raise Refused(f'"{objects[0].name}" is flattened by a scale of 0: set another one under Item > Transform')
         read = yield from gathered(
             context, objects, lambda *of: (*convert.points_of_object(*of, several), sensor_of(*of, several))
         )

@@ -118,6 +118,6 @@ class SURFRECON_OT_sculpt(JobOperator, bpy.types.Operator):
         tell(
             self,
             {"INFO"},
-            f"{len(mesh.polygons):,} triangles, {share:.1%} of all; largest error {length(context, result.max_error)}",
+            f"{len(mesh.polygons):,} triangles, {share:.1%} of all, largest error {length(context, result.max_error)}",
         )
         return None

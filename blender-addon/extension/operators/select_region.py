@@ -35,7 +35,7 @@ class InRegion:
         if not in_object_mode(cls, context):
             return False
         if not scans_of(context):
-            cls.poll_message_set(told("Select the scans, and last the cube or plane; Box around Selection makes a box"))
+            cls.poll_message_set(told("Select the scans, and last the cube or plane: Box around Selection makes a box"))
             return False
         return True
 

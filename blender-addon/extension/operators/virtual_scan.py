@@ -116,7 +116,7 @@ class ScanOperator(JobOperator):
         samples = sum(len(obj.data.vertices) for obj in made)
         blind = len(self.names) - len(made)
         text = f"{len(made)} scans, {samples:,} samples" if len(made) > 1 else f"{samples:,} samples"
-        tell(self, {"INFO"}, text + (f"; {blind} cameras saw nothing" if blind else ""))
+        tell(self, {"INFO"}, text + (f", {blind} cameras saw nothing" if blind else ""))
 
 
 class SURFRECON_OT_reproject(ScanOperator, bpy.types.Operator):

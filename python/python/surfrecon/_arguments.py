@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import difflib
 import inspect
 import operator
 from collections.abc import Iterable
@@ -11,7 +10,7 @@ from typing import Any
 
 from . import _native
 
-__all__ = ["flag", "function", "is_url", "of_table", "unexpected", "whole", "wrong_kind"]
+__all__ = ["flag", "function", "is_url", "meant", "of_table", "unexpected", "whole", "wrong_kind"]
 
 
 def is_url(path: str) -> bool:
@@ -68,6 +67,12 @@ def of_table(name: str, value: object, *operations: str) -> None:
     raise unexpected(operations[0], name, known)
 
 
+def meant(given: str, known: Iterable[str]) -> str:
+    """The end of an error of an unknown name: the question whether the nearest known one was meant, or nothing."""
+    near = _native._nearest(given, [*known])
+    return f" Did you mean {near!r}?" if near else ""
+
+
 def unexpected(function: str, name: str, known: Iterable[str]) -> TypeError:
     """The error of a keyword that a function does not take, with the one that was probably meant.
 
@@ -81,9 +86,8 @@ def unexpected(function: str, name: str, known: Iterable[str]) -> TypeError:
     with contextlib.suppress(AttributeError, ValueError):
         shown = inspect.signature(operator.attrgetter(function)(_native)).parameters.values()
         names |= {one.name for one in shown if one.kind is one.KEYWORD_ONLY}
-    near = difflib.get_close_matches(name, sorted(names), 1)
-    means = f"Did you mean {near[0]!r}?" if near else f"It takes {', '.join(sorted(names))}."
-    return TypeError(f"{function}() got an unexpected keyword argument {name!r}. {means}")
+    means = meant(name, sorted(names)) or f" It takes {', '.join(sorted(names))}."
+    return TypeError(f"{function}() got an unexpected keyword argument {name!r}.{means}")
 
 
 def wrong_kind(name: str, allowed: str, value: object) -> TypeError:

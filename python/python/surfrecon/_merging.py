@@ -38,7 +38,7 @@ def _check(call: str, given: tuple[Any, ...], named: dict[str, Any]) -> None:
         _native._check_file_in_pieces(os.fsdecode(path))
     workspace = named.get("workspace")
     if isinstance(workspace, str) and is_url(workspace) and not os.path.isdir(workspace):
-        raise InputError(f"{workspace}: the workspace must be a folder; URLs are for surfrecon.distributed.merge")
+        raise InputError(f"{workspace}: the workspace must be a folder: URLs are for surfrecon.distributed.merge")
     if named.get("max_memory") is not None:
         whole("max_memory", named["max_memory"], " of bytes")
     for name in ("keep", "measure"):

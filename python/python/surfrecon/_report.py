@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from ._arguments import meant
+
 __all__ = ["Report", "jsonable"]
 
 
@@ -25,10 +27,8 @@ class Report(dict[str, Any]):
         try:
             return self[name]
         except KeyError:
-            known = ", ".join(self)
-            raise AttributeError(
-                f"{type(self).__name__} has no {name!r}: there are {known}", name=name, obj=self
-            ) from None
+            instead = meant(name, self) or f" There are {', '.join(self)}."
+            raise AttributeError(f"{type(self).__name__} has no {name!r}.{instead}", name=name, obj=self) from None
 
     def __dir__(self) -> list[str]:
         """Names of figures and methods."""

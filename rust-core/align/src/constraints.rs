@@ -78,7 +78,11 @@ impl Constraints {
         for &scans in &self.trusted {
             pair("trusted", scans)?;
             if self.rejected.iter().any(|other| *other == scans || *other == [scans[1], scans[0]]) {
-                return Err(Error::input(format!("scans {} and {} are both trusted and rejected", scans[0], scans[1])));
+                return Err(Error::input(format!(
+                    "scans {} and {} are both trusted and rejected: choose one of the \
+                    two",
+                    scans[0], scans[1]
+                )));
             }
         }
         for &scans in &self.rejected {
@@ -88,20 +92,20 @@ impl Constraints {
             let what = format!("pick {number}");
             pair(&what, pick.scans)?;
             if !pick.points.iter().all(|point| point.is_finite()) {
-                return Err(Error::input(format!("{what}: a coordinate is not finite")));
+                return Err(Error::input(format!("{what}: all coordinates must be finite")));
             }
             if !WEIGHTS.contains(&pick.weight) {
                 let (least, most) = WEIGHTS.into_inner();
                 return Err(Error::input(format!("{what}: its weight must be {least} to {most}, got {}", pick.weight)));
             }
             if pick.normals.is_some_and(|normals| normals.iter().any(|n| !(n.length() > 0.0 && n.is_finite()))) {
-                return Err(Error::input(format!("{what}: a normal is zero or not finite")));
+                return Err(Error::input(format!("{what}: a normal must be finite and not 0")));
             }
         }
         if let Some(axis) = &self.axis
             && !(axis.point.is_finite() && axis.direction.is_finite() && axis.direction.length() > 0.0)
         {
-            return Err(Error::input("the turntable's axis has a direction of 0, or a number that is not finite"));
+            return Err(Error::input("the turntable's axis must have finite numbers and a direction that is not 0"));
         }
         if !self.angles.is_empty() && self.angles.len() != count {
             let given = self.angles.len();
@@ -140,7 +144,7 @@ impl Constraints {
     /// Refuses angles beside equal ones.
     pub(crate) fn suits(&self, params: &AlignParams) -> Result<()> {
         if !self.angles.is_empty() && params.turntable == Turntable::Equal {
-            return Err(Error::input("angles are given, and equal steps are asked for: choose one of them"));
+            return Err(Error::input("both angles and equal steps of the turntable are asked for: choose one of them"));
         }
         Ok(())
     }

@@ -271,7 +271,11 @@ impl Prepared {
     /// Poses by numbers inside, of the local frames.
     fn local(&self, world_from_scan: &[Option<DAffine3>]) -> Result<Vec<Option<DAffine3>>> {
         if world_from_scan.len() != self.len() {
-            return Err(Error::input(format!("{} poses are given for {} scans", world_from_scan.len(), self.len())));
+            return Err(Error::input(format!(
+                "{} poses are given for {} scans: give one per scan",
+                world_from_scan.len(),
+                self.len()
+            )));
         }
         if let Some(scan) = world_from_scan.iter().position(|pose| pose.is_some_and(|pose| !is_rigid(&pose))) {
             return Err(Error::input(format!("the pose of scan {scan} is not rigid: aligning turns and shifts only")));

@@ -27,8 +27,8 @@ pub(crate) struct Bound {
 }
 
 /// Why scans have no place where rough poses were said to be there.
-const NO_POSES: &str = "no scan has a pose, and with start = \"rough\" places are looked for near poses alone: say \"unknown\" instead, or \"sequence\" \
-                        for frames in their order, or give the poses";
+const NO_POSES: &str = "no scan has a pose, and start = \"rough\" looks near poses alone. Say \"unknown\" instead, \
+    or \"sequence\" for frames in their order, or give the poses.";
 
 /// How far a scan lies from where it was given, by the corner of its box that moves most.
 pub(crate) fn moved(view: &View, world_from_local: &DAffine3) -> f64 {

@@ -4,7 +4,7 @@ use glam::{DAffine3, DVec3};
 
 use crate::constraints::Axis;
 use crate::judge::Hold;
-use base::error::Shown;
+use base::error::{Shown, counted};
 use base::report::{Found, Measured, Report as _};
 
 /// Result of [`run`](crate::run).
@@ -175,22 +175,24 @@ base::report! {
 }
 
 impl AlignReport {
-    /// The report as lines of text: each scan, then what the user should know. For logs.
+    /// The report as lines of text: what the user should know, then each scan. For logs.
     pub fn lines(&self) -> Vec<String> {
+        let fit = self.pairs.iter().filter(|pair| pair.state == PairState::Fits).count();
         let mut lines = vec![format!(
-            "{} of {} scans placed; {} pairs compared, {} overlap and fit{}",
+            "{} of {} scans placed. {}{}. {} compared to find the places.",
             self.placed(),
             self.scans.len(),
-            self.compared,
-            self.pairs.iter().filter(|pair| pair.state == PairState::Fits).count(),
+            counted(fit as u64, "pair of scans overlaps there and fits", "pairs of scans overlap there and fit"),
             self.residual.map_or(String::new(), |residual| format!(", {} apart", Shown::digits(residual, 3))),
+            counted(self.compared as u64, "pair was", "pairs were"),
         )];
+        lines.extend(self.messages.iter().cloned());
         for scan in &self.scans {
             let name = &scan.name;
             lines.push(match scan.state {
                 ScanState::Kept => format!("{name}: stays where it is"),
                 ScanState::Placed => format!(
-                    "{name}: placed, to {}; shares {:.0} % with another; {} apart",
+                    "{name}: placed, to {}, shares {:.0} % with another, {} apart",
                     Shown::digits(scan.deviation, 2),
                     100.0 * scan.overlap,
                     Shown::digits(scan.residual, 3),
@@ -199,7 +201,6 @@ impl AlignReport {
                 ScanState::Apart | ScanState::Unplaced => format!("{name}: not placed: {}", scan.reason),
             });
         }
-        lines.extend(self.messages.iter().cloned());
         lines
     }
 

@@ -75,7 +75,7 @@ pub(crate) fn reason(
         let fits = |pair: &&Pair| (pair.a == k || pair.b == k) && pair.finding == Finding::Sure;
         solved.pairs.iter().filter(fits).max_by(|x, y| touching(x).total_cmp(&touching(y)))
     };
-    let joined = |text: String| if apart { format!("its group fits nothing else; {text}") } else { text };
+    let joined = |text: String| if apart { format!("its group fits nothing else: {text}") } else { text };
     let of_scan = || solved.pairs.iter().filter(|pair| (pair.a == k || pair.b == k) && !pair.modes.is_empty());
     let other = |pair: &Pair| names[if pair.a == k { pair.b } else { pair.a }];
     let most = |x: &&Pair, y: &&Pair| touching(x).total_cmp(&touching(y));
@@ -84,7 +84,7 @@ pub(crate) fn reason(
     let sure = of_scan().filter(|pair| pair.finding == Finding::Sure).max_by(most);
     if let (Some(deviation), Some(pair)) = (adrift, sure) {
         return open(format!(
-            "it fits {:?}, but where is known to no better than {}: too little holds it; scan more of what both show",
+            "it fits {:?}, but too little holds it: its place is known to {} at best, so scan more of what both show",
             other(pair),
             Shown::digits(deviation, 2)
         ));
@@ -127,8 +127,7 @@ pub(crate) fn reason(
     }
     let remedy = if solved.bound.binds() { "pairs of points" } else { "a rough pose, or pairs of points" };
     open(joined(format!(
-        "no place was found where it fits another scan: it is of something else, or shares too little (neighbours should share a third of what they \
-         see); give it {remedy}"
+        "no place was found where it fits another scan: it is of something else, or shares less than a third: give it {remedy}"
     )))
 }
 
@@ -180,8 +179,8 @@ fn why_not(views: &[View], solved: &Solved, pair: &Pair, other: &str) -> Option<
                 (false, false) => "align the recording as a sequence, give it a rough pose, or ",
             };
             Some(format!(
-                "it shares hardly more than walls, floor or ceiling with {other:?}, which fit in other places as well: {order}\
-                 scan more of what stands in the room"
+                "it shares hardly more than walls, floor or ceiling with {other:?}, which fit elsewhere as well: \
+                    {order}scan more of what stands in the room"
             ))
         }
         Finding::Weak => Some(format!(
@@ -297,6 +296,14 @@ pub(crate) fn say(
         found.sort_by_key(|&k| order[k]);
         found.into_iter().map(|k| names[k]).collect::<Vec<&str>>()
     };
+    if solved.is_turned && solved.table.is_none() {
+        report.messages.push(
+            "the turntable was not found, and not used. Pairs of scans that are sure by themselves must turn about \
+                one axis, by the angles given or by equal ones. Angles are in radians, in the order of the scans. \
+                They count the object's turn counter-clockwise, seen with the axis pointing to the viewer."
+                .to_owned(),
+        );
+    }
     let undecided = named(ScanState::Undecided);
     if !undecided.is_empty() {
         report.messages.push(match undecided.len() {
@@ -327,14 +334,6 @@ pub(crate) fn say(
         same.filter(|&(a, b)| views[a].reduced.content == views[b].reduced.content && views[a].reduced.area > 0.0)
     {
         report.messages.push(format!("{:?} and {:?} hold the same samples: leave one out", names[a], names[b]));
-    }
-    if solved.is_turned && solved.table.is_none() {
-        report.messages.push(
-            "the turntable was not found, and not used: pairs of scans that are sure by themselves must turn about the same axis, as given, by \
-             the angles given (radians, in the order of the scans, the object's turn counter-clockwise where the axis points to the viewer) \
-             or equal ones"
-                .to_owned(),
-        );
     }
     report.messages.extend(lost(names, scans, solved));
     report.messages.extend(told(views, names, solved));
@@ -392,7 +391,7 @@ fn lost(names: &[&str], scans: &[AlignedScan], solved: &Solved) -> Vec<String> {
             _ => "they share too little",
         };
         let then = if is_found { "other frames say how they lie" } else { "they are not in one group" };
-        said.push(format!("track was lost between {:?} and {:?}: {why}; {then}", names[before], names[after]));
+        said.push(format!("track was lost between {:?} and {:?}: {why}, and {then}", names[before], names[after]));
     }
     let more = said.len().saturating_sub(MOST_LOST);
     said.truncate(MOST_LOST);
@@ -436,9 +435,11 @@ fn told(views: &[View], names: &[&str], solved: &Solved) -> Vec<String> {
         let picks = || solved.picks.iter().filter(|pick| pick.scans == [a, b]);
         if pair_of(a, b).is_some_and(|pair| pair.modes.is_empty()) {
             said.push(format!(
-                "no place was found for the {} points picked in {:?} and {:?}: check that each is the same point of the surface, and that \
-                 they lie equally far apart in both",
-                picks().count(), names[a], names[b]
+                "no place was found for the {} points picked in {:?} and {:?}. Check that each is the same point of \
+                    the surface, and that they lie equally far apart in both.",
+                picks().count(),
+                names[a],
+                names[b]
             ));
             continue;
         }

@@ -119,7 +119,7 @@ pub(crate) fn in_words() -> String {
 /// The reason and the remedy where the system, or who stands between, gave a file no memory.
 pub(crate) fn not_had_for_file() -> String {
     let remedy = if limit_here().is_some() { "raise the limit" } else { "close other programs" };
-    format!("more could not be had{}; {remedy}", in_words())
+    format!("more could not be had{}: {remedy}", in_words())
 }
 
 /// Bytes in words.

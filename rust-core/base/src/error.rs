@@ -17,7 +17,7 @@ pub enum Error {
     Parameter {
         /// Name as in the parameter table.
         name: &'static str,
-        /// The value as given.
+        /// The value as given. Behind a name that is no choice stands which one was probably meant.
         value: String,
         /// Allowed range in words, for example `> 0`.
         allowed: String,

@@ -10,6 +10,7 @@ pub mod fork;
 pub mod log;
 pub mod magnitude;
 pub mod memory;
+pub mod nearest;
 pub mod operation;
 pub mod params;
 pub mod progress;

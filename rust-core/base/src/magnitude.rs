@@ -70,8 +70,8 @@ pub fn points(what: &str, points: &[DVec3]) -> Result<()> {
             return Ok(());
         }
         return Err(Error::input(format!(
-            "no {what} has a coordinate larger than {}: at least {SMALLEST:e} is needed, or products of them vanish; use a \
-             smaller unit",
+            "no {what} has a coordinate larger than {}, but at least {SMALLEST:e} is needed, or products of them \
+                vanish: use a smaller unit",
             Shown(largest)
         )));
     };
@@ -82,8 +82,7 @@ pub fn points(what: &str, points: &[DVec3]) -> Result<()> {
         )));
     }
     Err(Error::input(format!(
-        "{what} {i} lies at {}: coordinates must be finite and at most {LARGEST:e}, or products of them overflow; use a \
-         larger unit",
+        "{what} {i} lies at {}: coordinates must be finite and at most {LARGEST:e}, or products of them overflow. Use a larger unit.",
         shown(points[i])
     )))
 }

@@ -81,7 +81,7 @@ pub fn refused(panic: &(dyn Any + Send)) -> Option<Error> {
 // Asking what is free would take memory.
 fn not_had(bytes: f64) -> String {
     let allowed = allowed::in_words();
-    format!("{} more could not be had{allowed}; use less data or coarser parameters, or raise the limit", size(bytes))
+    format!("{} more could not be had{allowed}: use less data or coarser parameters, or raise the limit", size(bytes))
 }
 
 /// A call that is running, on the account that it began with.
@@ -170,7 +170,7 @@ fn expect_or(bytes: f64, what: impl FnOnce() -> String, remedy: impl FnOnce(f64)
         return Ok(());
     }
     Err(Error::OutOfMemory(format!(
-        "{} needs about {}, {} are {there}; {}",
+        "{} needs about {}, {} are {there}: {}",
         what(),
         size(bytes),
         size(available),

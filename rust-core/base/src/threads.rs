@@ -214,8 +214,9 @@ pub fn of_worker() -> usize {
 /// # Errors
 /// [`Error::OutOfMemory`] if the system refuses the threads.
 pub(crate) fn new(threads: usize) -> Result<rayon::ThreadPool> {
-    let refused =
-        |why: &dyn Display| Error::OutOfMemory(format!("{threads} worker threads could not be started ({why})"));
+    let refused = |why: &dyn Display| {
+        Error::OutOfMemory(format!("{threads} worker threads could not be started ({why}): ask for fewer"))
+    };
     // A thread that starts and then finds no room for its first words ends the process, and nobody can catch that.
     if allowed::address_space() < ROOM_OF_A_THREAD * threads as f64 {
         return Err(refused(&"too little address space is left"));

@@ -124,7 +124,7 @@ impl Surface {
         };
         let kept: Vec<u32> = (0..mesh.triangles.len() as u32).filter(sound).collect();
         if kept.is_empty() {
-            return Err(Error::input("the mesh has no triangle to cluster"));
+            return Err(Error::input("the mesh has no triangle to cluster: give one with triangles"));
         }
         let mut triangles: Vec<[u32; 3]> = kept.iter().map(|&t| mesh.triangles[t as usize]).collect();
         progress.check()?;

@@ -21,11 +21,11 @@ pub fn nearest(transform: DAffine3) -> Result<DAffine3, String> {
         let [a, b, c] = [axes.x_axis, axes.y_axis, axes.z_axis].map(DVec3::length);
         return Err(format!(
             "its axes have the lengths {a:.4}, {b:.4}, {c:.4} and are orthonormal within {off:.2e}, which must be at \
-             most {TOLERANCE}; apply scale and shear to the samples instead"
+                most {TOLERANCE}. Apply scale and shear to the samples instead."
         ));
     }
     if axes.determinant() < 0.0 {
-        return Err("it mirrors; a scan can only be turned and moved".to_owned());
+        return Err("it mirrors, but a scan can only be turned and moved".to_owned());
     }
     let mut rotation = axes;
     if off > EXACT {
@@ -78,7 +78,7 @@ mod tests {
         for (axes, why) in [
             (turn() * 1.0101, "its axes have the lengths 1.0101, 1.0101, 1.0101 and are orthonormal within 2.03e-2"),
             (turn() * DMat3::from_diagonal(DVec3::new(1.0, 2.0, 1.0)), "lengths 1.0000, 2.0000, 1.0000"),
-            (turn() * DMat3::from_diagonal(DVec3::new(1.0, -1.0, 1.0)), "it mirrors; a scan can only be turned"),
+            (turn() * DMat3::from_diagonal(DVec3::new(1.0, -1.0, 1.0)), "it mirrors, but a scan can only be turned"),
             (DMat3::from_diagonal(DVec3::new(1.0, f64::NAN, 1.0)), "must be at most 0.02; apply scale and shear"),
         ] {
             let error = made(axes).unwrap_err();

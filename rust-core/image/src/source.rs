@@ -375,7 +375,7 @@ impl<C: Borrow<PointCloud> + Sync> ScanSource for PlacedCloud<C> {
     }
 
     fn load(&self, _: &Loading, _: &Progress<'_>) -> Result<OrientedSurface> {
-        named(&self.name, Err(Error::input("points without a grid or triangles are no surface; reconstruct one first")))
+        named(&self.name, Err(Error::input("points without a grid or triangles are no surface: reconstruct one first")))
     }
 
     fn crs(&self) -> Result<Option<Crs>> {

@@ -83,7 +83,7 @@ impl Outlet {
         self.turns.take(|| match self.sink.take() {
             Ok(mut sink) => what(&mut **sink),
             Err(_) => Err(std::io::Error::other(
-                "this process was forked while another thread wrote into this folder; make another folder",
+                "this process was forked while another thread wrote into this folder: make another folder",
             )),
         })
     }
@@ -257,10 +257,10 @@ impl MemoryFolder {
 fn refuse_within(files: &BTreeMap<String, Held>, name: &str) -> Result<()> {
     let below = format!("{name}/");
     if files.range(below.clone()..).next().is_some_and(|(other, _)| other.starts_with(&below)) {
-        return Err(Error::input(format!("{name}: this is a folder, not the name of a file")));
+        return Err(Error::input(format!("{name}: this is a folder: give the name of a file in it")));
     }
     match name.match_indices('/').map(|(at, _)| &name[..at]).find(|above| files.contains_key(*above)) {
-        Some(above) => Err(Error::input(format!("{name}: {above} is a file, not a folder"))),
+        Some(above) => Err(Error::input(format!("{name}: {above} is a file, but must be a folder"))),
         None => Ok(()),
     }
 }
@@ -339,7 +339,10 @@ impl Place {
             Some(Held::Bytes(bytes)) => Arc::new(Shared(bytes.clone())),
             Some(Held::Source(source)) => source.clone(),
             None => {
-                return Err(std::io::Error::new(ErrorKind::NotFound, "there is no such file in this folder in memory"));
+                return Err(std::io::Error::new(
+                    ErrorKind::NotFound,
+                    "there is no such file in this folder in memory: put it there first",
+                ));
             }
         };
         Ok(Reading { length: source.length(), source, at: 0 })
@@ -436,7 +439,7 @@ impl Writing {
 }
 
 fn refused_before() -> std::io::Error {
-    std::io::Error::other("the folder's sink refused what came before")
+    std::io::Error::other("the folder's sink refused an earlier write: use another folder")
 }
 
 impl Write for Writing {

@@ -130,7 +130,7 @@ impl MergeReport {
         let [_, open] = self.holes;
         if open > 0 {
             let loops = counted(open, "open boundary loop", "open boundary loops");
-            let text = format!("the merged surface has {loops}; max_hole_length says which close");
+            let text = format!("the merged surface has {loops}: max_hole_length says which close");
             log::tell(Level::Info, &text);
         }
         let [parts, faces] = self.dropped_components;

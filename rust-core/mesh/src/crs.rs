@@ -64,7 +64,7 @@ impl Crs {
     /// brackets or quotes are not closed, and for an authority without a code.
     pub fn new(text: &str) -> Result<Self> {
         let text = in_one_line(text.trim_end_matches('\0'));
-        let problem = if text.is_empty() {
+        let fault = if text.is_empty() {
             "it is empty".to_owned()
         } else if text.len() > LONGEST {
             format!("it has {} bytes, more than {LONGEST}", text.len())
@@ -78,7 +78,7 @@ impl Crs {
             let degrees = is_in_degrees(&text);
             return Ok(Crs { text: text.into(), degrees });
         };
-        Err(Error::input(format!("not the text of a coordinate reference system: {problem}; {REMEDY}")))
+        Err(Error::input(format!("not the text of a coordinate reference system: {fault}: {REMEDY}")))
     }
 
     /// A system as somebody names it who can choose: by what others can look up. Files also have names of grids that nothing else knows,
@@ -136,7 +136,7 @@ impl Crs {
         match crs.filter(|crs| crs.degrees) {
             None => Ok(()),
             Some(crs) => Err(Error::input(format!(
-                "its coordinates are degrees ({crs}), in which nothing can be measured; project them first, as to UTM"
+                "its coordinates are degrees ({crs}), in which nothing can be measured: project them first, as to UTM"
             ))),
         }
     }

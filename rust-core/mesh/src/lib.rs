@@ -212,7 +212,9 @@ impl TriMesh {
         {
             if let Some(a) = attributes.iter().find(|a| a.data.len() != elements) {
                 let (name, length) = (&a.name, a.data.len());
-                return Err(Error::input(format!("attribute {name} has {length} entries for {elements} {what}")));
+                return Err(Error::input(format!(
+                    "attribute {name} has {length} entries for {elements} {what}: give one each"
+                )));
             }
         }
         Ok(())

@@ -41,14 +41,19 @@ impl QuadMesh {
             return Err(Error::input(format!("quad {q} names vertex {v}, but there are only {count} vertices")));
         }
         if !self.uvs.is_empty() && self.uvs.len() != count {
-            return Err(Error::input(format!("{} texture coordinates for {count} vertices", self.uvs.len())));
+            return Err(Error::input(format!(
+                "{} texture coordinates for {count} vertices: give one per vertex",
+                self.uvs.len()
+            )));
         }
         for (attributes, elements, what) in
             [(&self.vertex_attributes, count, "vertices"), (&self.face_attributes, self.quads.len(), "quads")]
         {
             if let Some(a) = attributes.iter().find(|a| a.data.len() != elements) {
                 let (name, length) = (&a.name, a.data.len());
-                return Err(Error::input(format!("attribute {name} has {length} entries for {elements} {what}")));
+                return Err(Error::input(format!(
+                    "attribute {name} has {length} entries for {elements} {what}: give one each"
+                )));
             }
         }
         Ok(())

@@ -81,18 +81,18 @@ fn found(pool: &Pool, params: &PlaneParams, progress: &Progress<'_>) -> Result<D
     };
     let count = pool.points.len();
     let share = best.on as f64 / count as f64;
-    let remedy = "crop the scans to where the plane is, or give it by three points";
+    let remedy = "Crop the scans to where the plane is, or give it by three points";
     if share < params.min_share {
         let [share, least] = [share, params.min_share].map(|share| Shown::digits(100.0 * share, 2));
         return Err(Error::input(format!(
-            "no plane stands out: {share} % of the samples lie on the best one, and the least share is {least} %; {remedy}, or lower the \
-             least share"
+            "no plane stands out: {share} % of the samples lie on the best one, and the least share is {least} %. \
+                {remedy}, or lower the least share."
         )));
     }
     if best.on < STANDS_OUT * best.beside {
         return Err(Error::input(format!(
-            "no plane stands out: within {} of the best one lie {} samples, in as much space beside it {}; {remedy}, or change the \
-             tolerance",
+            "no plane stands out: within {} of the best one lie {} samples, in as much space beside it {}. {remedy}, \
+                or change the tolerance.",
             Shown::digits(best.width, 3),
             best.on,
             best.beside

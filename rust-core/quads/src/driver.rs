@@ -119,7 +119,7 @@ fn depth_extent(image: &RangeImage, ranges: &[f64]) -> Result<f64> {
         .reduce(|| (f64::INFINITY, f64::NEG_INFINITY), |a, b| (a.0.min(b.0), a.1.max(b.1)));
     let name = image.called();
     if limits.0 > limits.1 {
-        return Err(Error::input(format!("{name}: no pixel is valid")));
+        return Err(Error::input(format!("{name}: no pixel is valid, but a grid needs some")));
     }
     let extent = limits.1 - limits.0;
     // Errors are squared.

@@ -13,7 +13,7 @@ const REFUSALS: &[&str] = &[
     "lie on one line, which bounds no surface",
     "lie in one plane, which encloses nothing",
     "no surface was found: the points fill a volume or lie along curves",
-    "no surface was found: where a facet is above the threshold",
+    "no surface was found: a free topology carves wherever a facet is above the threshold",
     "which tell no surface there: give a larger smoothing",
     "coordinates must be finite and at most",
     "or products of them vanish",

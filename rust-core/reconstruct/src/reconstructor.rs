@@ -422,7 +422,7 @@ fn no_plane(samples: &Samples) -> Error {
     let (given, different) = (samples.given(), samples.points.len());
     Error::input(if different < 3 {
         format!(
-            "a surface needs at least 3 different points with finite coordinates; of {given} given, {different} are"
+            "a surface needs at least 3 different points with finite coordinates, but of {given} given, {different} are"
         )
     } else {
         format!("the {different} different points lie on one line, which bounds no surface: give points beside it, too")
@@ -432,15 +432,15 @@ fn no_plane(samples: &Samples) -> Error {
 fn no_surface(params: &ReconstructParams) -> Error {
     if params.topology == Topology::Free {
         return Error::input(
-            "no surface was found: where a facet is above the threshold, as some always are among points at random, the carving of a free topology \
-             breaks in, and nothing was left; raise the factor, or let the topology be manifold",
+            "no surface was found: a free topology carves wherever a facet is above the threshold, and nothing was \
+                left. Raise the factor, or let the topology be manifold.",
         );
     }
     let remedy = match params.closure {
-        Closure::Auto => "give samples of a surface",
-        Closure::Closed | Closure::Open => "let the closure be auto",
+        Closure::Auto => "Give samples of a surface",
+        Closure::Closed | Closure::Open => "Let the closure be auto",
     };
     Error::input(format!(
-        "no surface was found: the points fill a volume or lie along curves, or are too noisy for what was asked; {remedy}"
+        "no surface was found: the points fill a volume or lie along curves, or are too noisy for what was asked. {remedy}."
     ))
 }

@@ -327,7 +327,7 @@ fn refusal(set: &str, topology: Topology, threshold: Threshold, closure: Closure
     let closes = topology == Topology::Manifold && closure == Closure::Closed;
     match set {
         "empty" | "one" | "two" | "all equal" => {
-            Some("a surface needs at least 3 different points with finite coordinates; of")
+            Some("a surface needs at least 3 different points with finite coordinates, but of")
         }
         "collinear" => Some("the 50 different points lie on one line, which bounds no surface"),
         "three" | "coplanar" | "cocircular" | "clusters" => {
@@ -335,7 +335,7 @@ fn refusal(set: &str, topology: Topology, threshold: Threshold, closure: Closure
         }
         "four" | "grid" if topology == Topology::Manifold => None,
         "grid" if threshold == Threshold::Global => None,
-        _ => (topology == Topology::Free).then_some("raise the factor, or let the topology be manifold"),
+        _ => (topology == Topology::Free).then_some("Raise the factor, or let the topology be manifold"),
     }
 }
 

@@ -100,7 +100,7 @@ impl VirtualCamera {
         if pixels.is_none() {
             let (rows, cols) = (self.rows, self.cols);
             return Err(Error::input(format!(
-                "an image of {rows} x {cols} pixels is too large; 2^32 - 1 are supported"
+                "an image of {rows} x {cols} pixels is too large: it may have at most 2^32 - 1"
             )));
         }
         if matches!(self.projection, Projection::PointGrid(_)) {
@@ -132,8 +132,7 @@ fn focal(rows: usize, height_angle: f64) -> Result<f64> {
         return Ok(focal);
     }
     Err(Error::input(format!(
-        "the angle between a camera's first and last row must be > 0 and < pi, with a focal length of at most {LARGEST:e} \
-         pixels, got {} rad",
+        "the angle between a camera's first and last row must be > 0 and < pi, with a focal length up to {LARGEST:e} pixels, got {} rad",
         Shown(height_angle)
     )))
 }

@@ -119,7 +119,9 @@ pub fn scan(
         Some(AttributeData::Colour(c)) if c.len() == mesh.positions.len() => Some(c.as_slice()),
         Some(AttributeData::Colour(c)) => {
             let (entries, vertices) = (c.len(), mesh.positions.len());
-            return Err(Error::input(format!("attribute colour has {entries} entries for {vertices} vertices")));
+            return Err(Error::input(format!(
+                "attribute colour has {entries} entries for {vertices} vertices: give one each"
+            )));
         }
         _ => None,
     };

@@ -53,7 +53,7 @@ impl Tiles {
             Projection::Orthographic { first, step } => {
                 if max_range.is_some() {
                     return Err(Error::input(
-                        "max_range: an orthographic camera is infinitely far away; leave it out or use another camera",
+                        "max_range: an orthographic camera is infinitely far away. Leave it out or use another camera.",
                     ));
                 }
                 let x = along(cols, &|c| first[0] + c * step[0]);

@@ -212,8 +212,8 @@ impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
                 // Borders as they are in the image may take most of them.
                 let borders = if self.params.simplify_borders { "" } else { "simplify_borders, " };
                 return Err(Error::input(format!(
-                    "{name}: at most {triangles} triangles are asked for, but no fewer than {fewest} cover it: allow more, \
-                     {borders}or raise edge_limit so that jumps tear fewer borders open"
+                    "{name}: at most {triangles} triangles are asked for, but no fewer than {fewest} cover it. Allow \
+                        more, {borders}or raise edge_limit so that jumps tear fewer borders open."
                 )));
             }
             let mut low = high * (-40.0_f64).exp2();
@@ -367,8 +367,8 @@ impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
             pieces = self.mend(&pieces, &measured.errors, &bound, progress)?.ok_or_else(|| {
                 let [col, row] = self.domain.place(broken);
                 Error::input(format!(
-                    "{}: around pixel ({row}, {col}) samples lie too close to one another for their distance from the origin: \
-                     double precision can't tell their rays apart; move the image nearer to the origin",
+                    "{}: around pixel ({row}, {col}) samples are too close to each other and too far from the \
+                        origin: double precision can't tell their rays apart. Move the image nearer to the origin.",
                     image.called()
                 ))
             })?;

@@ -66,7 +66,7 @@ pub fn run(
     detail.validate().map_err(|error| Error::input(format!("the detailed surface: {error}")))?;
     if detail.triangles.is_empty() || target.mesh.triangles.is_empty() {
         let which = if detail.triangles.is_empty() { "detailed surface" } else { "mesh" };
-        return Err(Error::input(format!("the {which} has no triangles: there is nothing to texture")));
+        return Err(Error::input(format!("the {which} has no triangles, but texturing needs some")));
     }
     let order = photo::in_order(photos)?;
     if photos.is_empty() && fill::vertex_colours(detail).is_none() {

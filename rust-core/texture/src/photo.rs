@@ -77,7 +77,7 @@ pub fn in_order(photos: &[&dyn Photo]) -> Result<Vec<usize>> {
         let is_rigid = (turn * turn.transpose() - glam::DMat3::IDENTITY).to_cols_array().iter().all(|x| x.abs() < 1e-4);
         if !is_rigid || turn.determinant() < 0.0 {
             return Err(Error::input(format!(
-                "{name}: the pose of the camera must be a rotation and a translation; take scale and mirroring out of it"
+                "{name}: the pose of the camera must be a rotation and a translation. Take scale and mirroring out of it."
             )));
         }
     }
@@ -102,7 +102,7 @@ pub fn pixels(photo: &dyn Photo) -> Result<Pixels> {
     }
     if columns * rows != pixels.colours.len() {
         return Err(Error::input(format!(
-            "{}: the photo of {columns} x {rows} pixels has {} of them",
+            "{}: the photo of {columns} x {rows} pixels must have as many, got {}",
             photo.name(),
             pixels.colours.len()
         )));
@@ -119,7 +119,7 @@ pub fn depths(photo: &dyn Photo) -> Result<Option<Depths>> {
     let [columns, rows] = depths.size;
     if columns == 0 || rows == 0 || columns * rows != depths.values.len() {
         return Err(Error::input(format!(
-            "{}: depths of {columns} x {rows} pixels are {} values",
+            "{}: depths of {columns} x {rows} pixels must be as many values, got {}",
             photo.name(),
             depths.values.len()
         )));

@@ -31,7 +31,7 @@ impl TextureTarget<'_> {
         let (count, vertices) = (self.uv.len(), self.mesh.positions.len());
         if count != vertices {
             return Err(Error::input(format!(
-                "{count} texture coordinates for {vertices} vertices: one each is needed"
+                "{count} texture coordinates for {vertices} vertices: give one per vertex"
             )));
         }
         let mut tiles = 1;
@@ -41,8 +41,8 @@ impl TextureTarget<'_> {
             let is_inside = |at: DVec2| (at - low).cmpge(DVec2::ZERO).all() && (at - low).cmple(DVec2::ONE).all();
             if !self.triangle(t).into_iter().all(is_inside) {
                 return Err(Error::input(format!(
-                    "the texture coordinates of triangle {t} lie in no one tile: each must lie in one unit square of 10 x 10, u and \
-                     v from 0 to 10"
+                    "the texture coordinates of triangle {t} lie in no one tile. Each triangle must lie in one unit \
+                        square of 10 x 10, u and v from 0 to 10."
                 )));
             }
             tiles = tiles.max(tile + 1);

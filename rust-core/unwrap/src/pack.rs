@@ -50,8 +50,8 @@ pub fn pack(charts: &Charts, surface: &Surface, params: &UnwrapParams, progress:
     if one.pages > most {
         let count = charts.members().len();
         return Err(Error::input(format!(
-            "{count} charts with a padding of {} texels do not fit {most} tiles of {} texels: use more or larger tiles, less padding, \
-             or drop small parts of the mesh",
+            "{count} charts with a padding of {} texels do not fit {most} tiles of {} texels. Use more or larger \
+                tiles or less padding, or drop small parts of the mesh.",
             params.padding, params.size
         )));
     }

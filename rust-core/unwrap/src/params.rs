@@ -42,7 +42,7 @@ impl UnwrapParams {
             return Ok(());
         }
         Err(base::Error::input(format!(
-            "padding is {} texels for tiles of {}: it must be less than a quarter of the size; use less padding or larger tiles",
+            "padding is {} texels for tiles of {}, but must be less than a quarter of the size: use less padding or larger tiles",
             self.padding, self.size
         )))
     }

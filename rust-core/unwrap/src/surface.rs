@@ -29,7 +29,7 @@ impl Surface {
         mesh.validate()?;
         magnitude::points("vertex", &mesh.positions)?;
         if mesh.triangles.is_empty() {
-            return Err(Error::input("the mesh has no triangles: there is nothing to unwrap"));
+            return Err(Error::input("the mesh has no triangles, but unwrapping needs some"));
         }
         if mesh.triangles.len() > MOST {
             let count = mesh.triangles.len();
@@ -39,7 +39,7 @@ impl Surface {
         let (lo, hi) = measure::bounds(&used).unwrap_or_default();
         let unit = (hi - lo).max_element();
         if !(unit > 0.0) {
-            return Err(Error::input("all triangles of the mesh lie at one point: there is nothing to unwrap"));
+            return Err(Error::input("all triangles of the mesh lie at one point, but unwrapping needs a surface"));
         }
         // Vertices that no triangle uses may lie anywhere.
         let within = |p: &DVec3| ((*p - lo) / unit).clamp(DVec3::ZERO, DVec3::ONE);

@@ -58,7 +58,7 @@ fn newer_structs_are_fine_as_long_as_what_is_new_is_zero() {
     newer.known.size = size_of::<Newer>() as u32;
     assert_eq!(triangulate((&raw const newer).cast()), 0);
     newer.new[1] = 1 << 40;
-    api().refused(triangulate((&raw const newer).cast()), 10, "use a newer library");
+    api().refused(triangulate((&raw const newer).cast()), 10, "Use a newer library.");
 }
 
 #[test]

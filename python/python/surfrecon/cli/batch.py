@@ -11,6 +11,7 @@ from collections import Counter
 from typing import Any
 
 from .. import _native
+from .._arguments import meant
 from .._errors import SurfreconError
 from . import inputs, record, streams
 from .conflicts import of_others, refuse_conflicts
@@ -70,7 +71,8 @@ def _chosen(jobs: list[Job], given: argparse.Namespace) -> list[Job]:
         raise UsageError(f"{given.manifest}: {problem}") from None
     for name in given.only or ():
         if not any(job.name == name for job in jobs):
-            raise UsageError(f"{given.manifest}: there is no job {name!r}")
+            near = meant(name, [job.name for job in jobs]) or " --dry-run lists the jobs."
+            raise UsageError(f"{given.manifest}: there is no job {name!r}.{near}")
     return [job for job in jobs if not given.only or job.name in given.only]
 
 

@@ -80,7 +80,7 @@ class Command:
         elif "workspace" in request.parameters:
             _check_workspace(request)
         elif request.parameters.get("keep"):
-            raise UsageError("what is kept needs a workspace: give --workspace, a folder")
+            raise UsageError("keep needs a workspace: give --workspace, a folder")
         if request.parameters.get("part_triangles"):
             _check_parts(request)
         levels = request.parameters.get("levels")

@@ -9,6 +9,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from .. import _native
+from .._arguments import meant
 from .._errors import FormatError, InputError
 from .inputs import named
 from .work import Work
@@ -76,7 +77,10 @@ def chosen(scans: _native.ScanSet, name: str | None) -> _native.Scan:
             return scan
     if name.isdecimal() and int(name) < len(scans):
         return scans[int(name)]
-    raise InputError(f"there is no scan {name!r}: give a name, or a number from 0 to {len(scans) - 1}")
+    near = meant(name, [scan.name for scan in scans])
+    raise InputError(
+        f"there is no scan {name!r}: give a name, or a number from 0 to {len(scans) - 1}{near and '.'}{near}"
+    )
 
 
 def one(work: Work) -> tuple[_native.Scan, Content]:

@@ -136,16 +136,16 @@ def refuse_unwritable(path: str, devices: bool = False) -> None:
         FileError: it or its folder is read-only.
     """
     if os.path.isdir(path) or not os.path.basename(path):
-        raise InputError(f"{path}: this is a folder, not the name of a file")
+        raise InputError(f"{path}: this is a folder: give the name of a file in it")
     folder = os.path.dirname(os.path.realpath(path) if os.path.islink(path) else path) or "."
     if not os.path.isdir(folder):
-        raise InputError(f"{path}: there is no folder {folder}")
+        raise InputError(f"{path}: there is no folder {folder}: make it first")
     try:
         known = os.stat(path)
     except OSError:
         known = None
     if (known is None or stat.S_ISREG(known.st_mode)) and not os.access(folder, os.W_OK | os.X_OK):
-        raise FileError(f"{path}: no file can be made in the folder {folder}")
+        raise FileError(f"{path}: no file can be made in the folder {folder}: choose another one")
     if known is None:
         return
     if not stat.S_ISREG(known.st_mode):

@@ -8,6 +8,7 @@ from collections import Counter
 from dataclasses import dataclass
 from typing import Any
 
+from .._arguments import meant
 from .._errors import ParameterError
 from .commands import COMMANDS, Command
 from .options import parsed
@@ -41,7 +42,9 @@ def read_jobs(path: str) -> list[Job]:
             # Also of numbers with thousands of digits, which Python does not read.
             raise UsageError(f"{path}: {problem}") from None
         except RecursionError:
-            raise UsageError(f"{path}: lists or tables are nested too deeply") from None
+            raise UsageError(
+                f"{path}: lists or tables are nested too deeply: write it with fewer in each other"
+            ) from None
     try:
         return _jobs(whole, path)
     except (UsageError, ParameterError) as problem:
@@ -51,13 +54,15 @@ def read_jobs(path: str) -> list[Job]:
 def _jobs(whole: dict[str, Any], manifest: str) -> list[Job]:
     unknown = set(whole) - {"defaults", "job"}
     if unknown:
-        raise UsageError(f"there is no key {min(unknown)!r}: a manifest has [defaults] and [[job]]")
+        raise UsageError(f"there is no key {min(unknown)!r}: a manifest may have [defaults] and [[job]] alone")
     defaults, tables = whole.get("defaults", {}), whole.get("job", [])
     if not isinstance(defaults, dict) or not isinstance(tables, list) or not tables:
         raise UsageError("a manifest has a table [[job]] for each job, and a table [defaults] at most")
     for name, value in defaults.items():
         if name not in COMMANDS and not any(name in command.options() for command in COMMANDS.values()):
-            raise UsageError(f"defaults: there is no command and no parameter {name!r}")
+            known = [*COMMANDS, *{option for command in COMMANDS.values() for option in command.options()}]
+            near = meant(name, sorted(known)) or " surfrecon COMMAND --help lists them."
+            raise UsageError(f"defaults: there is no command and no parameter {name!r}.{near}")
         if isinstance(value, dict) != (name in COMMANDS):
             raise UsageError(f"defaults: {name!r} must be a {'table' if name in COMMANDS else 'value'}")
         _check_default(name, value)
@@ -65,7 +70,7 @@ def _jobs(whole: dict[str, Any], manifest: str) -> list[Job]:
     names = Counter(job.name for job in jobs)
     for name, count in names.items():
         if count > 1:
-            raise UsageError(f"job {name!r}: another has the same name")
+            raise UsageError(f"job {name!r}: another has the same name: give each its own")
     return jobs
 
 
@@ -102,10 +107,13 @@ def _job(table: Any, number: int, defaults: dict[str, Any], folder: str) -> Job:
 def _checked(name: str, table: dict[str, Any], defaults: dict[str, Any], folder: str) -> Job:
     for key in table:
         if key not in _KEYS:
-            raise UsageError(f"there is no key {key!r}: a job has {', '.join(_KEYS)}")
+            near = meant(key, _KEYS)
+            raise UsageError(f"there is no key {key!r}: a job may have {', '.join(_KEYS)}{near and '.'}{near}")
     command = COMMANDS.get(str(table.get("command")))
     if command is None:
-        raise UsageError(f"command must be one of {', '.join(COMMANDS)}, got {table.get('command')!r}")
+        near = meant(str(table.get("command")), COMMANDS)
+        known = ", ".join(COMMANDS)
+        raise UsageError(f"command must be one of {known}, got {table.get('command')!r}{near and '.'}{near}")
     inputs, output, report = table.get("inputs"), table.get("output"), table.get("report")
     if not isinstance(inputs, list) or not inputs or not all(isinstance(path, str) for path in inputs):
         raise UsageError("inputs must be a list of files and folders")
@@ -114,7 +122,7 @@ def _checked(name: str, table: dict[str, Any], defaults: dict[str, Any], folder:
             raise UsageError(f"{key} must be text, got {value!r}")
     for path in filter(lambda path: path is not None, (*inputs, output, report)):
         if not path or "\0" in path:
-            raise UsageError(f"{path!r} is no name of a file")
+            raise UsageError(f"{path!r} is no name of a file: give one")
     if output is not None and not command.endings:
         raise UsageError(f"{command.name} writes nothing: give report instead of output")
     if output is None and command.endings and not command.output_is_optional:
@@ -138,7 +146,8 @@ def _parameters(command: Command, own: Any, defaults: dict[str, Any]) -> dict[st
     options, for_command = command.options(), defaults.get(command.name, {})
     for name in [*own, *for_command]:
         if name not in options:
-            raise UsageError(f"{command.name} has no parameter {name!r}")
+            near = meant(name, options) or f" surfrecon {command.name} --help lists them."
+            raise UsageError(f"{command.name} has no parameter {name!r}.{near}")
     shared = {name: value for name, value in defaults.items() if name in options}
     return {name: parsed(options[name], value) for name, value in {**shared, **for_command, **own}.items()}
 

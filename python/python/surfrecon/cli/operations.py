@@ -94,7 +94,7 @@ def _converted(work: Work, scan: _native.Scan, content: contents.Content) -> con
     if not work.request.parameters.get("mesh"):
         return content
     if not isinstance(content, _native.RangeImage):
-        raise InputError(f"{scan.name} is a point cloud: surfrecon reconstruct makes a mesh of it")
+        raise InputError(f"{scan.name} is a point cloud: make a mesh of it with surfrecon reconstruct")
     return contents.placed(content.triangulate(**work.given("triangulate")), content.world_from_sensor, content.crs)
 
 
@@ -134,8 +134,8 @@ def _tell_outside(work: Work, path: str, scans: Sequence[_native.Scan]) -> None:
     if outside:
         lie = "1 scan lies" if outside == 1 else f"{outside} scans lie"
         work.note(
-            f"{path}: {lie} outside of its folder, and only --allow-outside (allow_outside) reads such a list: "
-            "write it into a folder that all scans are in or below"
+            f"{path}: {lie} outside of its folder, so merge refuses this list without --allow-outside (allow_outside). "
+            "Or write it into a folder that all scans are in or below."
         )
 
 
@@ -152,7 +152,7 @@ def merge(work: Work) -> Made:
         with work.showing() as shown:
             result = _native.merge(scans, progress=shown, **options)
     except OutOfMemoryError as problem:
-        raise OutOfMemoryError(f"{problem}; {_IN_FILES}") from None
+        raise OutOfMemoryError(f"{problem}. {_IN_FILES}.") from None
     report: Report = result.report
     if result.report.voxel_reason == "memory":
         work.note(f"the cells were made coarser, to fit into memory: {_IN_FILES}")
@@ -261,7 +261,7 @@ def sculpt(work: Work) -> Made:
     with work.showing() as shown:
         found = _native.sculpt(image, progress=shown, **work.given("sculpt", "triangulate"))
     report = found.report
-    off = f"of {report.full_triangles:,}; {report.max_error:.4g} off at most, tolerance {report.tolerance:.4g}"
+    off = f"of {report.full_triangles:,}, {report.max_error:.4g} off at most, tolerance {report.tolerance:.4g}"
     mesh = contents.placed(found.mesh, image.world_from_sensor, image.crs)
     return Made(report, [_counts(mesh), off], _writer(work, mesh), _parts(work, mesh))
 
@@ -281,7 +281,7 @@ def quads(work: Work) -> Made:
 
     # If a quad spans a jump, the farthest point says nothing of the rest.
     off = f"{report.rms_error:.4g} off (root mean square), {report.max_error:.4g} at most (jumps included)"
-    counts = f"{grid.rows} x {grid.columns} vertices, {report.quads:,} quads; {off}"
+    counts = f"{grid.rows} x {grid.columns} vertices, {report.quads:,} quads, {off}"
     return Made(report, [counts], write)
 
 

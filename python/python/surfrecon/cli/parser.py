@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import argparse
+import itertools
 import re
 from decimal import Decimal
 from typing import Any, NoReturn
 
 from .. import _native
+from .._arguments import meant
 from .commands import COMMANDS, Command
 from .options import add
 from .requests import Request, UsageError
@@ -39,7 +41,7 @@ class BadCommandLine(UsageError):
     """A command line that can't be understood; ``command`` is the one that says more with --help."""
 
     def __init__(self, command: str, text: str) -> None:
-        super().__init__(f"{text}; {command} --help says more")
+        super().__init__(f"{text}{'' if text.endswith('?') else '.'} {command} --help says more.")
         self.command = command
 
 
@@ -52,6 +54,32 @@ class _Parser(argparse.ArgumentParser):
     def _print_message(self, message: str, file: object = None) -> None:
         # Of --help and --version; argparse itself would not tell of a full disk.
         say(message.rstrip("\n"))
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:  # noqa: D102
+        # argparse would first tell of what is required: of the option that was meant, not of the one that was given.
+        if self._subparsers is None and args is not None:
+            options = itertools.takewhile(lambda one: one != "--", args)
+            self._refuse([one for one in options if one.startswith("--") and " " not in one and not self._knows(one)])
+        given, unknown = super().parse_known_args(args, namespace)
+        self._refuse(unknown)
+        return given, unknown
+
+    def _knows(self, option: str) -> bool:
+        return option.partition("=")[0] in self._option_string_actions
+
+    def _refuse(self, unknown: list[str]) -> None:
+        if unknown:
+            known = [option.lstrip("-") for option in self._option_string_actions if option.startswith("--")]
+            near = (_native._nearest(one.partition("=")[0].lstrip("-"), known) for one in unknown if one[:1] == "-")
+            means = ", ".join(f"--{one}" for one in near if one)
+            self.error(f"unrecognized arguments: {' '.join(unknown)}" + (f". Did you mean {means}?" if means else ""))
+
+    def _check_value(self, action: argparse.Action, value: Any) -> None:
+        known = [*(action.choices or (value,))]
+        if value not in known:
+            means = meant(str(value), known)
+            text = f"must be one of {', '.join(known)}, got {value!r}{means and '.'}{means}"
+            raise argparse.ArgumentError(action, text)
 
     def error(self, message: str) -> NoReturn:
         raise BadCommandLine(self.prog, message)

@@ -36,9 +36,7 @@ def run(arguments: Sequence[str]) -> int:
 
 def _run(arguments: Sequence[str]) -> int:
     try:
-        given, unknown = parser().parse_known_args(arguments)
-        if unknown:
-            raise BadCommandLine(f"surfrecon {given.command}", f"unrecognized arguments: {' '.join(unknown)}")
+        given = parser().parse_args(arguments)
     except BadCommandLine as problem:
         streams.tell(_line(problem.command, problem))
         return WRONG_USE
@@ -103,7 +101,7 @@ def _dispatch(given: argparse.Namespace, stops: Stops) -> int:
         _native.set_memory_limit(given.max_memory)
     if given.report is not None:
         if not given.report:
-            raise UsageError("the report has an empty name")
+            raise UsageError("the report has an empty name: give one")
         for other in (getattr(given, name, None) for name in ("output", "manifest", "plan", "surface")):
             if other is not None and is_same(other, given.report):
                 raise UsageError(f"{given.report}: the report needs a name of its own")

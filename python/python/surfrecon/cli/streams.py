@@ -51,7 +51,7 @@ def say(text: str) -> None:
         OutputError: it is closed, or its disk is full.
     """
     if sys.stdout is None:
-        raise OutputError("standard output is closed")
+        raise OutputError("the standard output is closed: give --report or --quiet")
     with _named():
         sys.stdout.write(text + "\n")
 

@@ -58,7 +58,7 @@ def check(
     if max_memory is not None and whole("max_memory", max_memory, " of bytes") <= 0:
         raise InputError(f"max_memory must be bytes > 0, got {max_memory}")
     if encoding not in (None, "binary", "binary_double"):
-        raise InputError(f"the surface is written piece by piece, in binary: encoding {encoding!r} is none")
+        raise InputError(f"the surface is written piece by piece, so its encoding must be binary, got {encoding!r}")
     whole("part_triangles", part_triangles)
     of_table("part_triangles", part_triangles, "write")
     if provenance is not None:
@@ -77,13 +77,13 @@ def check_names(paths: Iterable[str], output: str) -> None:
     """
     for path in paths:
         if is_url(path):
-            raise InputError(f"{path}: scans are files; only the workspace and the plan may be URLs")
+            raise InputError(f"{path}: scans must be files: only the workspace and the plan may be URLs")
     if is_url(output):
-        raise InputError(f"{output}: the surface is a file; only the workspace and the plan may be URLs")
+        raise InputError(f"{output}: the surface must be a file: only the workspace and the plan may be URLs")
     _native._check_file_in_pieces(output)
     folder = os.path.dirname(output)
     if folder and not os.path.isdir(folder):
-        raise InputError(f"{output}: there is no folder {folder}")
+        raise InputError(f"{output}: there is no folder {folder}: make it first")
 
 
 def name_of(content: Mapping[str, Any]) -> str:

@@ -79,7 +79,7 @@ def merge(
         Cancelled: ``progress`` returned ``False``. The workspace keeps what is done: the same call goes on.
     """
     if keep and tasks is None:
-        raise InputError("what is kept is of merges of as many tasks: give tasks")
+        raise InputError("keep needs tasks: what is kept is of a merge of as many tasks")
     if not hasattr(client, "scheduler_info"):
         raise TypeError(f"client must be a dask.distributed.Client, got {client!r}")
     if whole("retries", retries) < 0:
@@ -156,7 +156,9 @@ def _done(plan: Plan, client: Any, retries: int, progress: Progress | None) -> d
             for _, figures in as_completed(futures, with_results=True):
                 done, found = done + 1, figures
                 if progress is not None and progress(stage.name, done / every) is False:
-                    raise Cancelled("the merge was cancelled; the workspace keeps what is done")
+                    raise Cancelled(
+                        "the merge was cancelled, and the workspace keeps what is done: call it again to go on"
+                    )
         finally:
             client.cancel(futures, force=True)
     return found

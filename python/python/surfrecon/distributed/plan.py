@@ -126,7 +126,7 @@ class Plan:
         try:
             paths = [os.fspath(one) for one in given]
         except TypeError:
-            raise InputError("scans are given by the names of files and folders, which each process opens") from None
+            raise InputError("scans must be names of files and folders, which each process opens") from None
         output = os.fspath(output)
         check(
             tasks=tasks,
@@ -140,7 +140,7 @@ class Plan:
         check_names(paths, output)
         workspace = plain(os.fspath(workspace)) if workspace is not None else os.path.dirname(path or output) or "."
         if keep and is_url(workspace):
-            raise InputError(f"{workspace}: what is kept for another merge is kept in a folder, not in an object store")
+            raise InputError(f"{workspace}: keep needs a workspace that is a folder, not an object store")
         reading = dict(reading or {})
         opened = _native.open(paths, **reading)
         if not len(opened):
@@ -346,7 +346,7 @@ class Plan:
             if not os.path.exists(os.path.join(folder, f"done-{before.name}-{k:06}")):
                 text = f"{self.path}: task {task} ({before.name}) is not done: {stage} needs it first"
                 if self.keep:
-                    text += "; if it was, another merge has begun in this workspace since: plan this one anew after it"
+                    text += ". If it was done, another merge has begun in this workspace: plan this one anew after it."
                 raise InputError(text)
 
     def _stage_of(self, number: int) -> tuple[str, int]:
@@ -354,7 +354,7 @@ class Plan:
             if number in stage.tasks:
                 return stage.name, stage.tasks.start
         last = self.stages[-1].tasks.start
-        raise InputError(f"{self.path}: there is no task {number}: tasks are numbered from 0 to {last}")
+        raise InputError(f"{self.path}: there is no task {number}: give one from 0 to {last}")
 
     def _storage(self) -> Storage:
         return Storage.of(self._placed(self._content["workspace"]), self.name)

@@ -150,7 +150,7 @@ fn that_no_scan_has_a_pose_is_said() {
     let all = tour(&room(11, 14), 24, (48, 60), 0.004);
     let images: Vec<RangeImage> = [0, 6, 12].iter().map(|&k| placed(&all[k], DAffine3::IDENTITY)).collect();
     let said = lines(&rough(&images, Some(0.3), &Constraints::default()));
-    assert!(said.contains("no scan has a pose, and with start = \"rough\""), "{said}");
+    assert!(said.contains("no scan has a pose, and start = \"rough\""), "{said}");
     assert!(!said.contains("check its pose"), "{said}");
 }
 

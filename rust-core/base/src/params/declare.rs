@@ -3,6 +3,7 @@
 use super::spec::one_of;
 use super::{ParamSpec, Value};
 use crate::error::{Error, Result};
+use crate::nearest::instead;
 
 /// All that is declared of one operation's parameters.
 #[derive(Clone, Copy, Debug)]
@@ -69,7 +70,8 @@ pub trait Params: Sized {
         }
         for (name, value) in given {
             if !self.set(name, value)? {
-                return Err(Error::input(format!("there is no parameter {name}")));
+                let known: Vec<&str> = Self::rows().iter().map(|row| row.name).collect();
+                return Err(Error::input(format!("there is no parameter {name:?}. {}", instead(name, &known))));
             }
         }
         Ok(())

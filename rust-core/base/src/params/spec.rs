@@ -1,6 +1,7 @@
 //! One row of the table.
 
 use crate::error::{Error, Result, Shown};
+use crate::nearest::meant;
 
 /// The sort of a parameter, which says its unit too.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -271,7 +272,10 @@ impl ParamSpec {
             (Kind::Flag | Kind::Choice(_), Value::Number(number)) => Err(self.refused(Shown(number))),
             (_, Value::Number(number)) => self.check(number).map(drop),
             (_, Value::Flag(flag)) => Err(self.refused(flag)),
-            (_, Value::Choice(name)) => Err(self.refused(format!("\"{name}\""))),
+            (_, Value::Choice(name)) => {
+                let known = self.choices().iter().map(|choice| choice.name);
+                Err(self.refused(format!("\"{name}\"{}", meant(name, known))))
+            }
         }
     }
 

@@ -185,7 +185,7 @@ fn findings(report: &PrintReport, params: &PrintParams) -> Vec<String> {
         let thin = report.walls.iter().filter(|wall| wall.thickness < least).count();
         let wall = base::error::Shown::digits(report.walls[face as usize].thickness, 3);
         findings.push(format!(
-            "{} thinner than {least}; the thinnest is {wall} at face {face}. Thicken it, or print it larger.",
+            "{} thinner than {least}. The thinnest is {wall} at face {face}. Thicken it, or print it larger.",
             counted(thin as u64, "face has a wall", "faces have walls")
         ));
     }

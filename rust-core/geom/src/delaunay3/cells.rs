@@ -258,7 +258,7 @@ fn hand_out(cells: &[Cell], ids: &[u32]) -> [u8; 2] {
 
 fn out_of_memory(cells: usize) -> Error {
     Error::OutOfMemory(format!(
-        "a tetrahedralization of about {cells} cells would take {:.1} GB; reduce the number of points",
+        "a tetrahedralization of about {cells} cells would take {:.1} GB: reduce the number of points",
         cells as f64 * 32.0 / 1e9
     ))
 }

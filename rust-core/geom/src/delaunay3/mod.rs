@@ -158,7 +158,7 @@ impl Order {
             return Err(Error::input(format!("{} points are more than {}", points.len(), GHOST - 1)));
         }
         if let Some(i) = points.iter().position(|p| !p.is_finite()) {
-            return Err(Error::input(format!("point {i} is {}: coordinates must be finite; leave it out", points[i])));
+            return Err(Error::input(format!("point {i} is {}: coordinates must be finite. Leave it out.", points[i])));
         }
         let bytes = (BYTES_A_POINT + copied) * points.len() as f64;
         memory::expect(bytes, || format!("tetrahedralizing {} points", points.len()), "use fewer")?;
@@ -209,7 +209,7 @@ fn take(points: &mut [DVec3], axis: usize, bits: &[AtomicU64]) {
 
 fn out_of_memory(points: usize) -> Error {
     Error::OutOfMemory(format!(
-        "tetrahedralizing {points} points takes about {:.1} GB; reduce their number",
+        "tetrahedralizing {points} points takes about {:.1} GB: reduce their number",
         points as f64 * 250.0 / 1e9
     ))
 }

@@ -119,7 +119,7 @@ impl LeftOutReport {
         let left_out = (!parts.is_empty()).then(|| format!("left out of the samples: {}", parts.join(", ")));
         let enlarged = self.enlarged.map(|[from, to]| {
             let ([cols, rows], [own_cols, own_rows]) = (from, to);
-            format!("{cols} x {rows} pixels of depth are {own_cols} x {own_rows} pixels, repeated; they are taken in that size")
+            format!("{cols} x {rows} pixels of depth are {own_cols} x {own_rows} pixels, repeated, and are taken in that size")
         });
         let said: Vec<String> = enlarged.into_iter().chain(left_out).collect();
         (!said.is_empty()).then(|| said.join("; "))

@@ -129,8 +129,8 @@ impl RangeImage {
         let reach = projection.reach(rows, cols, largest);
         if !reach.is_finite() {
             return Err(Error::input(format!(
-                "points of the image would have coordinates that are not finite: values reach to {}, which the projection \
-                 {projection:?} takes too far; use a larger unit",
+                "the image would have points that are not finite: values reach to {}, which the projection \
+                    {projection:?} takes too far. Use a larger unit.",
                 Shown(largest)
             )));
         }

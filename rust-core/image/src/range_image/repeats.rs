@@ -54,7 +54,7 @@ pub fn undone(image: &RangeImage) -> Option<RangeImage> {
 pub fn in_words(image: &RangeImage, size: [usize; 2]) -> String {
     let (cols, rows) = (image.cols(), image.rows());
     format!(
-        "{cols} x {rows} pixels of depth are {} x {} pixels, enlarged by repeating them; merging and aligning take them in that size",
+        "{cols} x {rows} pixels of depth are {} x {} pixels, enlarged by repeating them: merging and aligning take them in that size",
         size[0], size[1]
     )
 }

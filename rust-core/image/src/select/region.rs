@@ -37,7 +37,7 @@ impl OrientedBox {
             let half = normal.dot(axes[i]);
             if normal == DVec3::ZERO || half == 0.0 {
                 return Err(Error::input(format!(
-                    "the box is flat: its {name} axis leads out of the plane of the others by nothing; give it a thickness"
+                    "the box is flat: its {name} axis leads out of the plane of the others by nothing. Give it a thickness."
                 )));
             }
             normals[i] = if half > 0.0 { normal } else { -normal };
@@ -188,7 +188,9 @@ impl Plane {
         match height.partial_cmp(&0.0) {
             Some(std::cmp::Ordering::Greater) => Ok(self),
             Some(std::cmp::Ordering::Less) => Ok(self.flipped()),
-            _ => Err(Error::input("the place that tells which side of the plane is above lies on the plane")),
+            _ => Err(Error::input(
+                "the place that tells which side of the plane is above lies on the plane: choose one off it",
+            )),
         }
     }
 
@@ -248,7 +250,10 @@ impl Mask {
         if wanted == Some(bits.len()) {
             return Ok(Mask { rows, cols, bits });
         }
-        Err(Error::input(format!("a mask of {rows} x {cols} samples does not lie in {} bytes", bits.len())))
+        Err(Error::input(format!(
+            "a mask of {rows} x {cols} samples must have a bit per sample, got {} bytes",
+            bits.len()
+        )))
     }
 
     /// Whether a sample is marked.
@@ -265,7 +270,7 @@ impl Mask {
         if [self.rows, self.cols] == [rows, cols] {
             return Ok(());
         }
-        Err(Error::input(format!("the mask has {} x {} pixels, the image {rows} x {cols}", self.rows, self.cols)))
+        Err(Error::input(format!("the mask has {} x {} pixels, but the image {rows} x {cols}", self.rows, self.cols)))
     }
 
     /// Checks that the mask is of a list of so many `things`.
@@ -273,7 +278,7 @@ impl Mask {
         if self.rows * self.cols == count {
             return Ok(());
         }
-        Err(Error::input(format!("the mask has {} marks for {count} {things}", self.rows * self.cols)))
+        Err(Error::input(format!("the mask has {} marks for {count} {things}: give one each", self.rows * self.cols)))
     }
 }
 

@@ -132,8 +132,8 @@ pub fn no_triangle(image: &RangeImage, params: &TriangulateParams) -> Error {
         }
     };
     Error::input(format!(
-        "{}: no triangle comes of its {} x {} pixels, of which {valid} are valid, but a mesh has at least one: three \
-         neighbouring pixels that no jump separates. {remedy}",
+        "{}: no triangle comes of its {} x {} pixels, of which {valid} are valid. A triangle needs three \
+            neighbouring pixels that no jump separates. {remedy}",
         image.called(),
         image.rows(),
         image.cols()

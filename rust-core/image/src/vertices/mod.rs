@@ -214,8 +214,8 @@ fn grid(camera: &GridCamera, vertices: &Vertices<'_>, progress: &Progress<'_>) -
             let pixel = row * camera.cols + col;
             if vertex_of[pixel] != NO_VERTEX {
                 return Err(Error::input(format!(
-                    "vertices {} and {i} are both pixel ({row}, {col}): the mesh was refined or joined with another and is no \
-                     range image any more; take it as it was before, or import it again",
+                    "vertices {} and {i} are both pixel ({row}, {col}): the mesh was refined or joined with another \
+                        and is no range image any more. Take it as it was before, or import it again.",
                     vertex_of[pixel]
                 )));
             }

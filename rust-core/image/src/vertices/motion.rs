@@ -80,8 +80,8 @@ pub(super) fn recognized(all: &[[DVec3; 2]], world_from_host: &DAffine3) -> Resu
     if let Some(motion) = stretch(all, from).filter(|motion| pairs.fitting(all, motion) == all.len()) {
         if !spans(motion.matrix3) {
             return Err(Error::input(
-                "all vertices lie in one plane: they were scaled by 0 in one direction, and nothing tells from where they were \
-                 seen; undo it",
+                "all vertices lie in one plane: they were scaled by 0 in one direction, and nothing tells from where \
+                    they were seen. Undo it.",
             ));
         }
         return Ok(pairs.known(motion));
@@ -100,8 +100,8 @@ pub(super) fn nothing_tells(anchors: usize) -> Error {
         count => format!("only {count} of those whose places were known are left, all on one line"),
     };
     Error::input(format!(
-        "the vertices were moved or edited, and {left}: nothing tells from where they were seen; delete fewer of them, or move \
-         the whole object instead of its vertices"
+        "the vertices were moved or edited, and {left}: nothing tells from where they were seen. Delete fewer of \
+            them, or move the whole object instead of its vertices."
     ))
 }
 
@@ -141,7 +141,7 @@ impl Pairs<'_> {
         let extent = |k: usize| self.all.iter().map(|pair| pair[k].distance(self.all[0][k])).fold(0.0, f64::max);
         if extent(0) > SPREAD * ROUNDING * self.from && extent(1) == 0.0 {
             return Err(Error::input(
-                "all vertices lie in one place: they were scaled by 0, and nothing tells from where they were seen; undo it",
+                "all vertices lie in one place: they were scaled by 0, and nothing tells from where they were seen. Undo it.",
             ));
         }
         Ok(())

@@ -144,7 +144,7 @@ impl Placing<'_> {
                 let point = sensor_from_host.transform_point3(self.positions[i]);
                 if !point.as_vec3().is_finite() {
                     return Err(Error::input(format!(
-                        "vertex {i} comes to lie at {}, which single precision cannot hold; use a larger unit",
+                        "vertex {i} comes to lie at {}, which single precision cannot hold: use a larger unit",
                         magnitude::shown(point)
                     )));
                 }
@@ -154,8 +154,7 @@ impl Placing<'_> {
         }
         if 0.0 < largest && largest < SINGLE_SMALLEST {
             return Err(Error::input(format!(
-                "no vertex has a coordinate larger than {}, which single precision cannot hold with all its digits; use a smaller \
-                 unit",
+                "no vertex has a coordinate larger than {}, which single precision cannot hold with all its digits: use a smaller unit",
                 Shown(largest)
             )));
         }
@@ -236,7 +235,7 @@ fn refuse_flat(axes: DMat3) -> Result<()> {
     let relative = axes * longest.recip();
     if longest < magnitude::SMALLEST || !(relative.determinant().abs() > FLAT) {
         return Err(Error::input(
-            "the matrix flattens the vertices: it scales by 0 in some direction; set the scale to another number",
+            "the matrix flattens the vertices: it scales by 0 in some direction. Set the scale to another number.",
         ));
     }
     Ok(())

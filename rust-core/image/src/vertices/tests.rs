@@ -396,7 +396,7 @@ fn a_grid_of_points_too_small_for_single_precision_is_refused() {
         }
         let host = Host::of(&image, &DAffine3::IDENTITY, |_| true);
         let text = host.image(&camera(&image), DAffine3::from_scale(DVec3::splat(size))).unwrap_err().to_string();
-        assert!(text.contains("which single precision cannot hold with all its digits; use a smaller unit"), "{text}");
+        assert!(text.contains("which single precision cannot hold with all its digits: use a smaller unit"), "{text}");
     }
 }
 

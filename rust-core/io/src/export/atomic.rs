@@ -201,7 +201,7 @@ fn staged(
     let older = older(path, &place)?;
     let folder = folder_of(&place);
     if !folder.is_dir() {
-        let problem = format!("there is no folder {}", known_as(folder));
+        let problem = format!("there is no folder {}: make it first", known_as(folder));
         let error = std::io::Error::new(ErrorKind::NotFound, problem);
         return Err(Error::io(path, memory_folder::explained(path, error)));
     }
@@ -213,7 +213,7 @@ fn staged(
 }
 
 fn is_folder(path: &Path) -> Error {
-    Error::input(format!("{}: this is a folder, not the name of a file", known_as(path)))
+    Error::input(format!("{}: this is a folder: give the name of a file in it", known_as(path)))
 }
 
 /// The end of a link: it leads to a file, or to where one will be.
@@ -359,9 +359,9 @@ mod tests {
     fn places_that_can_not_be_written_to() {
         let folder = tempfile::tempdir().unwrap();
         let text = |path: &Path| write_atomically(path, &Progress::none(), |_| Ok(())).unwrap_err().to_string();
-        assert!(text(folder.path()).ends_with("this is a folder, not the name of a file"));
+        assert!(text(folder.path()).ends_with("this is a folder: give the name of a file in it"));
         assert!(text(&folder.path().join("no/x.ply")).contains("there is no folder"));
-        assert!(text(Path::new("")).contains("not the name of a file"));
+        assert!(text(Path::new("")).contains("give the name of a file"));
         // Nobody knows the temporary file's name.
         #[cfg(target_os = "linux")]
         {

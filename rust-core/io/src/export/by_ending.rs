@@ -138,7 +138,7 @@ pub fn check_file_in_pieces(path: &Path, options: &WriteOptions) -> Result<()> {
     if options.encoding == Encoding::Ascii {
         let encoding = options.encoding.name();
         return Err(Error::input(format!(
-            "{shown}: what is written piece by piece is binary: the encoding \"{encoding}\" is none"
+            "{shown}: a file that is written piece by piece must be binary, got the encoding \"{encoding}\""
         )));
     }
     Ok(())

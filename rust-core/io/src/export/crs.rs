@@ -27,7 +27,7 @@ pub fn crs_note(path: &Path, holding: Holding, crs: Option<&Crs>) -> Option<Stri
     }
     let remedy = saying.join(", .");
     Some(format!(
-        ".{ending} has no place for the coordinate reference system, {crs}, which is left out; .{remedy} keeps it"
+        ".{ending} has no place for the coordinate reference system, {crs}, which is left out: write .{remedy} to keep it"
     ))
 }
 

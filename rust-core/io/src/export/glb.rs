@@ -99,7 +99,7 @@ pub fn write_glb(path: &Path, nodes: &[GlbNode<'_>], options: &GlbOptions, progr
             if let Some(finer) = finer.filter(|&finer| finer < mesh.triangles.len()) {
                 let (name, count) = (node.name, mesh.triangles.len());
                 return Err(Error::input(format!(
-                    "{name}: level {level} has {count} triangles, the one before {finer}"
+                    "{name}: level {level} has {count} triangles, but must have fewer than the one before, {finer}"
                 )));
             }
             parts.push(Part::new(node, mesh, level)?);
@@ -119,7 +119,7 @@ pub fn write_glb(path: &Path, nodes: &[GlbNode<'_>], options: &GlbOptions, progr
     let total = 12 + 8 + json.len() as u64 + if binary > 0 { 8 + binary } else { 0 };
     let Ok(length) = u32::try_from(total) else {
         return Err(Error::input(format!(
-            "{}: a glb file holds up to 4 GiB, this would be {total} bytes",
+            "{}: a glb file holds at most 4 GiB, and this would be {total} bytes",
             known_as(path)
         )));
     };
@@ -164,7 +164,7 @@ impl<'a> Part<'a> {
         mesh.validate().map_err(|e| Error::input(format!("{name}: {e}")))?;
         let (m, t) = (node.world_from_mesh.matrix3, node.world_from_mesh.translation);
         if !(m * m.transpose()).abs_diff_eq(DMat3::IDENTITY, RIGID) || m.determinant() < 0.0 || !t.is_finite() {
-            return Err(Error::input(format!("{name}: its pose is not a rotation and a translation")));
+            return Err(Error::input(format!("{name}: its pose must be a rotation and a translation")));
         }
         let origin = origin(&mesh.positions);
         let start = [Vec3::INFINITY, Vec3::NEG_INFINITY];
@@ -174,7 +174,9 @@ impl<'a> Part<'a> {
         });
         let is_finite = bounds[0].is_finite() && bounds[1].is_finite();
         if !mesh.positions.is_empty() && !is_finite {
-            return Err(Error::input(format!("{name}: a coordinate is too large for single precision")));
+            return Err(Error::input(format!(
+                "{name}: a coordinate is too large for single precision: use a larger unit"
+            )));
         }
         let mut colour = None;
         let mut custom: Vec<(String, &AttributeData)> = Vec::new();
@@ -185,7 +187,7 @@ impl<'a> Part<'a> {
             }
             let written = format!("_{}", attribute.name.to_uppercase());
             if custom.iter().any(|c| c.0 == written) {
-                return Err(Error::input(format!("{name}: two attributes would be written as {written}")));
+                return Err(Error::input(format!("{name}: two attributes would be written as {written}: rename one")));
             }
             check_values(name, &attribute.name, &attribute.data)?;
             custom.push((written, &attribute.data));
@@ -259,7 +261,7 @@ fn check_values(node: &str, attribute: &str, data: &AttributeData) -> Result<()>
     match bad {
         None => Ok(()),
         Some((i, value)) => Err(Error::input(format!(
-            "{node}: attribute {attribute} of vertex {i} is {value}, which a glb file can't hold; replace or remove it"
+            "{node}: attribute {attribute} of vertex {i} is {value}, which a glb file can't hold: replace or remove it"
         ))),
     }
 }

@@ -25,7 +25,7 @@ pub fn write_poses(path: &Path, placed: &[PlacedFile]) -> Result<()> {
         Some("tum") => trajectory,
         _ => {
             let endings = ".conf (VRIP), .mlp or .aln (MeshLab) or .tum (TUM)";
-            return Err(Error::input(format!("{}: poses are written as {endings}", known_as(path))));
+            return Err(Error::input(format!("{}: the name of a list of poses must end in {endings}", known_as(path))));
         }
     };
     placed.iter().try_for_each(check_placed)?;

@@ -52,10 +52,10 @@ fn checked(images: &[&RangeImage]) -> Result<Vec<(DVec3, DAffine3)>> {
         let name = if image.name.is_empty() { format!("image {number}") } else { image.name.clone() };
         image.validate()?;
         if image.is_empty() {
-            return Err(Error::input(format!("{name}: the image has no pixels")));
+            return Err(Error::input(format!("{name}: the image has no pixels, so leave it out")));
         }
         if !image.world_from_sensor.is_finite() {
-            return Err(Error::input(format!("{name}: the pose is not finite")));
+            return Err(Error::input(format!("{name}: the pose must be finite")));
         }
         let eye = eye(image, &name)?;
         Ok((eye, image.world_from_sensor * DAffine3::from_translation(eye)))

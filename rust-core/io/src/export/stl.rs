@@ -32,8 +32,7 @@ pub fn write_stl(path: &Path, mesh: &TriMesh, progress: &Progress<'_>) -> Result
     if largest > FAR * (high - low).max_element() && !mesh.positions.iter().all(single) || largest > f64::from(f32::MAX)
     {
         return Err(Error::input(format!(
-            "the mesh lies {largest:e} from the origin, where STL's single precision would lose its detail; move it closer \
-             or write PLY"
+            "the mesh lies {largest:e} from the origin, where STL's single precision would lose its detail: move it closer or write PLY"
         )));
     }
     progress.plan(&[("writing", 1.0)]);

@@ -62,8 +62,8 @@ pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Camera> {
         },
         None => fail(
             "whole file".to_owned(),
-            "no intrinsics found; known are `intrinsic_matrix` (nine numbers, column by column), `fx`, `fy`, `cx`, `cy`, \
-             a text of the 3 x 3 or the 4 x 4 matrix and a text of fx fy cx cy",
+            "no intrinsics found: known are JSON with `fx`, `fy`, `cx`, `cy` or with `intrinsic_matrix` (nine \
+                numbers, column by column). A text may hold fx fy cx cy, or the 3 x 3 or 4 x 4 matrix.",
         ),
     }
 }

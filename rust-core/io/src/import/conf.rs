@@ -104,7 +104,7 @@ pub(super) fn parse(path: &Path, bytes: &[u8], options: &ReadOptions, notes: &mu
         let (word, rest) = line.split_once([' ', '\t']).unwrap_or((line, ""));
         let Some(kind) = keyword(word) else {
             let shown: String = word.chars().take(40).collect();
-            return fail(format!("`{shown}` is unknown; there are camera, mesh and bmesh, and # starts a comment"));
+            return fail(format!("`{shown}` is unknown: there are camera, mesh and bmesh, and # starts a comment"));
         };
         let (name, numbers) = match split_numbers(rest) {
             Ok(parts) => parts,
@@ -122,23 +122,23 @@ pub(super) fn parse(path: &Path, bytes: &[u8], options: &ReadOptions, notes: &mu
         };
         let quaternion = match unit([numbers[3], numbers[4], numbers[5], numbers[6]]) {
             Some(quaternion) => quaternion,
-            None => return fail("the quaternion is zero and turns nowhere; for no rotation write 0 0 0 1".to_owned()),
+            None => return fail("the quaternion is zero and turns nowhere: for no rotation write 0 0 0 1".to_owned()),
         };
         if !file::is_file(&file) {
             if kind == Keyword::Mesh && file.extension().is_none() {
                 notes.push(format!(
-                    "{}: line {number}: there is no file {name}; this reference surface was left out",
+                    "{}: line {number}: there is no file {name}, so this reference surface was left out",
                     file::name(path)
                 ));
                 continue;
             }
-            return fail(format!("there is no file {}", known_as(&file)));
+            return fail(format!("there is no file {}: correct the name, or put the file there", known_as(&file)));
         }
         let translation = DVec3::new(numbers[0], numbers[1], numbers[2]);
         placed.push(Placed { line: number, path: file, translation, quaternion });
     }
     if placed.is_empty() {
-        return Err(Error::format(path, "whole file", "no line `bmesh` or `mesh` names a scan"));
+        return Err(Error::format(path, "whole file", "a line `bmesh` or `mesh` must name a scan"));
     }
     Ok(placed)
 }
@@ -194,7 +194,7 @@ fn inside(folder: &Path, name: &str) -> Result<PathBuf, String> {
     let drive = parts[0].len() >= 2 && parts[0].as_bytes()[1] == b':' && parts[0].as_bytes()[0].is_ascii_alphabetic();
     if parts[0].is_empty() || drive || parts.contains(&"..") || begins_in_memory(name) {
         return Err(format!(
-            "{name} leads out of the folder of this file; put the scans beside it or below it, or allow files outside (allow_outside)"
+            "{name} leads out of the folder of this file: put the scans beside it or below it, or allow files outside (allow_outside)"
         ));
     }
     if name.contains('\0') {
@@ -205,7 +205,8 @@ fn inside(folder: &Path, name: &str) -> Result<PathBuf, String> {
     let here = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     match (path.canonicalize(), here.canonicalize()) {
         (Ok(file), Ok(folder)) if !file.starts_with(&folder) => Err(format!(
-            "{name} is a link that leads out of the folder of this file; put the scans beside it or below it, or allow files outside (allow_outside)"
+            "{name} is a link that leads out of the folder of this file. Put the scans beside it or below it, or \
+                allow files outside (allow_outside)."
         )),
         _ => Ok(path),
     }

@@ -67,9 +67,9 @@ fn list(input: &mut dyn Input, scan: &FileScan) -> Result<ScanSet> {
     }
     if scans.is_empty() {
         let problem = if stored.len() == 1 {
-            format!("the scan {EMPTY}")
+            format!("the scan {EMPTY}: export it again")
         } else {
-            format!("none of {} scans has valid points", stored.len())
+            format!("none of {} scans has valid points: export them again", stored.len())
         };
         return Err(Error::format(&scan.path, "whole file", problem));
     }
@@ -99,7 +99,7 @@ pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &FileScan, _: &Pro
             return fail("there is no such scan".to_owned());
         };
         if stored.records == 0 {
-            return fail(format!("the scan {EMPTY}"));
+            return fail(format!("the scan {EMPTY}: export it again"));
         }
         // At least a bit per point: files whose points take none are bombs.
         if stored.records > length.saturating_mul(8)

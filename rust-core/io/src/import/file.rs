@@ -96,7 +96,7 @@ pub(super) fn open(path: &Path) -> Result<(Regular, u64)> {
         (&mut file).take((LOOKED_AT - 2) as u64).read_to_end(&mut start).map_err(io)?;
         let is_numbers = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case(NUMBERS));
         if !is_numbers && is_utf16(&start) {
-            return Err(Error::format(path, "start of file", "this is UTF-16 text; save it as UTF-8"));
+            return Err(Error::format(path, "start of file", "this is UTF-16 text: save it as UTF-8"));
         }
         if start.starts_with(MARK) && !start.iter().any(|&b| is_control(b.into())) {
             file.mark = MARK.len() as u64;
@@ -135,10 +135,10 @@ fn is_utf16(start: &[u8]) -> bool {
 /// Opens a regular file of which every byte is content. Also returns its length.
 pub(super) fn open_bytes(path: &Path) -> Result<(Regular, u64)> {
     if path.as_os_str().is_empty() {
-        return Err(Error::input("the name of a file is empty"));
+        return Err(Error::input("the name of a file must not be empty"));
     }
     let is_folder = || {
-        let remedy = "this is a folder; choose its files, or the .conf file that places them";
+        let remedy = "this is a folder: choose its files, or the .conf file that places them";
         Error::input(format!("{}: {remedy}", known_as(path)))
     };
     if let Some(place) = place_of(path) {
@@ -155,7 +155,10 @@ pub(super) fn open_bytes(path: &Path) -> Result<(Regular, u64)> {
         return Err(is_folder());
     }
     if !metadata.is_file() {
-        return Err(Error::input(format!("{}: not a regular file", known_as(path))));
+        return Err(Error::input(format!(
+            "{}: this is a device, a pipe or the like, but must be a regular file",
+            known_as(path)
+        )));
     }
     let file = File::open(path).map_err(|e| Error::io(path, e))?;
     Ok((Regular { file: Opened::File(file), mark: 0 }, metadata.len()))
@@ -195,7 +198,7 @@ fn whole((file, length): (Regular, u64), path: &Path) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
     let wanted = usize::try_from(length).ok();
     if wanted.is_none_or(|wanted| bytes.try_reserve_exact(wanted).is_err()) {
-        return Err(Error::OutOfMemory(format!("{}: {length} bytes", known_as(path))));
+        return Err(Error::OutOfMemory(format!("{}: reading it takes {length} bytes", known_as(path))));
     }
     // A file that grows meanwhile is read no further.
     file.take(length).read_to_end(&mut bytes).map_err(|e| Error::io(path, e))?;
@@ -319,7 +322,7 @@ fn place_in_json(error: &serde_json::Error) -> String {
 pub(super) fn too_deep(path: &Path, error: &serde_json::Error) -> Option<Error> {
     // The crate has no other name for it.
     error.to_string().starts_with("recursion limit exceeded").then(|| {
-        let problem = "JSON is nested more than 127 deep, which is the most; write it with fewer lists in lists";
+        let problem = "JSON is nested more than 127 deep, which is the most: write it with fewer lists in lists";
         Error::format(path, place_in_json(error), problem)
     })
 }

@@ -36,8 +36,8 @@ impl FileScan {
     pub fn kept(&self) -> Result<Kept> {
         if self._memory.is_some() {
             return Err(Error::input(format!(
-                "{} lies in the memory of this process, but a scan is handed to others by the path of its file: write the file to a \
-                 disk first, or hand over what reading the scan gives",
+                "{} lies in the memory of this process, but a scan is handed to others by the path of its file. \
+                    Write the file to a disk first, or hand over what reading the scan gives.",
                 known_as(&self.path)
             )));
         }
@@ -102,7 +102,7 @@ impl FileScan {
 
 fn damaged() -> Error {
     Error::input(
-        "this is not what a scan was kept as: it must be handed over by the same version, unchanged; open the file again",
+        "this is not what a scan was kept as: it must be handed over by the same version, unchanged. Open the file again.",
     )
 }
 

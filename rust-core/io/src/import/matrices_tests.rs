@@ -106,7 +106,7 @@ fn row_by_row() {
         for pose in mirrored() {
             let files = Files::new();
             let error = opened(format, &write(&files, &pose)).unwrap_err();
-            assert!(error.contains("it mirrors; a scan can only be turned and moved"), "{format}: {error}");
+            assert!(error.contains("it mirrors, but a scan can only be turned and moved"), "{format}: {error}");
         }
     }
 }
@@ -214,7 +214,7 @@ fn transforms_go_row_by_row() {
         );
         if pose.matrix3.determinant() < 0.0 {
             let error = open(&path).unwrap_err().to_string();
-            assert!(error.contains("it mirrors; a scan can only be turned and moved"), "{error}");
+            assert!(error.contains("it mirrors, but a scan can only be turned and moved"), "{error}");
             continue;
         }
         let scan = open(&path).unwrap().scans.remove(0);

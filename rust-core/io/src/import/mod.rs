@@ -211,7 +211,7 @@ fn open_listed(listed: &[Listed], options: &ReadOptions, progress: &Progress<'_>
             Role::Camera(read) => {
                 let camera = read(path)?;
                 if options.camera.is_some_and(|other| other != camera) {
-                    return Err(Error::input(format!("{}: there is another camera already", known_as(path))));
+                    return Err(Error::input(format!("{}: there is another camera already: give one", known_as(path))));
                 }
                 options.camera = Some(camera);
             }
@@ -219,7 +219,7 @@ fn open_listed(listed: &[Listed], options: &ReadOptions, progress: &Progress<'_>
                 let mut found = read(path)?;
                 found.as_told(&options);
                 if let Some((other, _)) = poses.replace((path, found)) {
-                    let problem = format!("{} is a trajectory too; give one", known_as(other));
+                    let problem = format!("{} is a trajectory too: give one", known_as(other));
                     return Err(Error::input(format!("{}: {problem}", known_as(path))));
                 }
             }
@@ -228,8 +228,10 @@ fn open_listed(listed: &[Listed], options: &ReadOptions, progress: &Progress<'_>
     }
     if opens.is_empty() {
         return Err(Error::input(match listed {
-            [Listed::File(first), ..] => format!("{}: describes scans; open it together with them", known_as(first)),
-            _ => "no file was given".to_owned(),
+            [Listed::File(first), ..] => {
+                format!("{}: this describes scans, so open it together with them", known_as(first))
+            }
+            _ => "no file was given: give at least one".to_owned(),
         }));
     }
     let options = Arc::new(options);
@@ -327,14 +329,14 @@ fn open_named(
     let fail = |problem: String| Err(Error::format(list, format!("line {line}"), problem));
     // A list within a list could name itself.
     let Role::Scans { open, .. } = format_of(path)?.role else {
-        return fail(format!("{} is a list of scans, not a scan", file::name(path)));
+        return fail(format!("{} is a list of scans, but must be a scan", file::name(path)));
     };
     // Reads its header: what is wrong with a file shows now, not in the middle of a merge.
     let mut opened = open(path, options)?;
     notes.append(&mut opened.notes);
     match opened.scans.pop() {
         Some(scan) if opened.scans.is_empty() => Ok(scan),
-        _ => fail(format!("{} does not hold exactly one scan", known_as(path))),
+        _ => fail(format!("{} must hold exactly one scan", known_as(path))),
     }
 }
 
@@ -430,18 +432,23 @@ mod tests {
             path
         };
         let refused = |path: &Path| open(path).unwrap_err().to_string();
-        assert!(refused(folder.path()).ends_with("there is no scan in this folder"));
+        let empty = refused(folder.path());
+        assert!(empty.contains("there is no scan in this folder: names of scans end in .ply, "), "{empty}");
+        std::fs::create_dir(folder.path().join("below")).unwrap();
+        file("below/a.ply", "ply\nformat ascii 1.0\nelement vertex 0\nend_header\n");
+        let below = refused(folder.path());
+        assert!(below.ends_with(". The folder \"below\" below it has some: open that one."), "{below}");
         assert!(refused(&folder.path().join("none.ply")).starts_with(&folder.path().display().to_string()));
         let unknown = refused(&file("x.bin", "MZ"));
         assert!(
             unknown.contains("known are PLY (range grid, mesh or points): .ply; VRIP list of placed scans: .conf;")
         );
-        assert!(refused(&file("empty.ply", "")).contains("starts with a line `ply`"));
+        assert!(refused(&file("empty.ply", "")).contains("must start with a line `ply`"));
         assert!(refused(&file("cut.ply", "ply\nformat ascii 1.0\n")).contains("the file ends before `end_header`"));
         assert!(open_many::<&Path>(&[]).is_err());
         let list = file("s.conf", "bmesh p.ply 0 0 0 0 0 0 1");
         let error = FileScan::new(&list).read().unwrap_err().to_string();
-        assert!(error.ends_with("lists scans and isn't one itself; open it instead"), "{error}");
+        assert!(error.ends_with("this lists scans and isn't one itself, so open it instead"), "{error}");
         // The content decides, not the name.
         assert_eq!(open(&file("scan.dat", POINT)).unwrap().scans[0].name, "scan");
         let stl = folder.path().join("binary.ply");
@@ -452,10 +459,10 @@ mod tests {
         )
         .unwrap();
         assert!(matches!(open(&stl).unwrap().scans[0].read().unwrap(), Content::Mesh(_)));
-        assert_eq!(refused(Path::new("")), "the name of a file is empty");
+        assert_eq!(refused(Path::new("")), "the name of a file must not be empty");
         let control = refused(&file("bell.ptx", "1\n1\n0 0 x\u{7f}\n"));
         assert!(!control.contains('\u{7f}') && control.contains('\u{fffd}'), "{control}");
         #[cfg(unix)]
-        assert!(refused(Path::new("/dev/zero")).ends_with("not a regular file"));
+        assert!(refused(Path::new("/dev/zero")).ends_with("must be a regular file"));
     }
 }

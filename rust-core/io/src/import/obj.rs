@@ -161,7 +161,7 @@ fn corner(lines: &mut Lines<'_>, vertices: usize) -> Result<u32> {
         return Ok(vertex);
     }
     let shown: String = String::from_utf8_lossy(word).chars().take(40).collect();
-    Err(lines.fail(format!("`{shown}` names no vertex; they are counted from 1, or backwards from -1")))
+    Err(lines.fail(format!("`{shown}` names no vertex: they are counted from 1, or backwards from -1")))
 }
 
 #[cfg(test)]

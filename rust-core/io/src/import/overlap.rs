@@ -93,13 +93,13 @@ fn choose(medians: &[f64; 4]) -> Result<(Convention, String), String> {
     let other_sense = chosen ^ 1;
     if medians[other_sense] < CLEARLY * medians[chosen] || medians[chosen] > medians[best] {
         return Err(format!(
-            "the overlap of the points does not decide (median distance {}; the other sense: {})",
+            "the overlap of the points does not decide (median distance {}, in the other sense {})",
             short(medians[0]),
             short(medians[1])
         ));
     }
     let text = format!(
-        "quaternions read as {} (median overlap distance {}; the other sense: {})",
+        "quaternions read as {} (median overlap distance {}, in the other sense {})",
         ALL[chosen].describe(),
         short(medians[chosen]),
         short(medians[other_sense])

@@ -53,7 +53,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<DAffine3, String> {
     let mut rows = [0.0; 16];
     let mut words = text.split_ascii_whitespace();
     for (i, value) in rows.iter_mut().enumerate() {
-        let word = words.next().ok_or_else(|| format!("a pose is a 4 x 4 matrix, found {i} numbers"))?;
+        let word = words.next().ok_or_else(|| format!("a pose must be a 4 x 4 matrix, found {i} numbers"))?;
         let shown: String = word.chars().take(40).collect();
         *value = word.parse().map_err(|_| format!("expected number {} of 16, found `{shown}`", i + 1))?;
     }
@@ -90,7 +90,7 @@ pub(super) fn affine(numbers: &[f64; 16], expected: Order) -> Result<DAffine3, S
     let other = if expected == Order::Rows { Order::Columns } else { Order::Rows };
     let order = [expected, other].into_iter().find(|&order| fits(order)).filter(|_| zero(numbers[15] - 1.0));
     let Some(order) = order else {
-        return Err("neither the last row nor the last column of the matrix is 0 0 0 1".to_owned());
+        return Err("the last row of the matrix, or its last column, must be 0 0 0 1".to_owned());
     };
     let at = |row: usize, col: usize| match order {
         Order::Rows => numbers[4 * row + col],
@@ -136,7 +136,7 @@ mod tests {
             ("2 0 0 0 0 2 0 0 0 0 2 0 0 0 0 1", "lengths 2.0000, 2.0000, 2.0000"),
             ("1 0 0 0 0 1 0 0 0 0 -1 0 0 0 0 1", "mirrors"),
             ("1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 nan", "not a finite number"),
-            ("1 0 0 1 0 1 0 0 0 0 1 0 1 0 0 1", "neither the last row"),
+            ("1 0 0 1 0 1 0 0 0 0 1 0 1 0 0 1", "the last row of the matrix, or its last column, must be"),
         ] {
             let error = parse(text.as_bytes()).unwrap_err();
             assert!(error.contains(problem), "{error}");

@@ -8,6 +8,7 @@ use std::sync::Arc;
 use glam::DAffine3;
 use roxmltree::{Document, Node, ParsingOptions};
 
+use super::registry::scan_endings;
 use super::text::{Lines, lines_of};
 use super::{ReadOptions, Role, ScanSet, conf, file, open_named, pose};
 use base::error::{Error, Result, known_as};
@@ -15,6 +16,9 @@ use base::progress::Progress;
 
 /// Longest project: some kilobytes a scan.
 const LONGEST: u64 = 64 << 20;
+
+/// Most names in a folder that are looked at for the words of an error.
+const MOST_BELOW: usize = 100;
 
 /// Most parts of a project's XML.
 const MOST_NODES: u32 = 1 << 20;
@@ -67,7 +71,7 @@ pub(super) fn parse_mlp(bytes: &[u8], path: &Path) -> Result<Vec<Placed>> {
     for mesh in document.descendants().filter(|node| node.has_tag_name("MLMesh")) {
         let line = line_of(&document, mesh);
         let fail = |problem: String| Error::format(path, format!("line {line}"), problem);
-        let name = mesh.attribute("filename").ok_or_else(|| fail("a mesh without `filename`".to_owned()))?;
+        let name = mesh.attribute("filename").ok_or_else(|| fail("a mesh must have a `filename`".to_owned()))?;
         let matrix = mesh.children().find(|node| node.has_tag_name("MLMatrix44"));
         let pose = match matrix.and_then(|node| node.text()) {
             Some(text) => pose::parse(text.as_bytes()).map_err(fail)?,
@@ -77,7 +81,7 @@ pub(super) fn parse_mlp(bytes: &[u8], path: &Path) -> Result<Vec<Placed>> {
         placed.push(Placed { line, name: name.to_owned(), label, pose });
     }
     if placed.is_empty() {
-        return Err(Error::format(path, "whole file", "no `MLMesh` names a mesh"));
+        return Err(Error::format(path, "whole file", "an `MLMesh` must name a mesh"));
     }
     Ok(placed)
 }
@@ -119,7 +123,7 @@ pub(super) fn parse_aln(mut lines: Lines<'_>) -> Result<Vec<Placed>> {
         placed.push(Placed { line, name, label: None, pose });
     }
     if placed.is_empty() {
-        return Err(lines.fail("it names no mesh"));
+        return Err(lines.fail("it must name a mesh"));
     }
     Ok(placed)
 }
@@ -141,7 +145,7 @@ fn resolve(list: &Path, placed: Vec<Placed>, options: &Arc<ReadOptions>, progres
         let shown = missing[..missing.len().min(10)].join(", ");
         let more = if missing.len() > 10 { ", ..." } else { "" };
         let problem = format!(
-            "{} of {} files are missing: {shown}{more}; put them into {} or take them out of the list",
+            "{} of {} files are missing: {shown}{more}. Put them into {} or take them out of the list.",
             missing.len(),
             placed.len(),
             known_as(if folder.as_os_str().is_empty() { Path::new(".") } else { folder })
@@ -193,13 +197,49 @@ pub(super) fn files_of(folder: &Path) -> Result<Vec<PathBuf>> {
     match lists.len() {
         1 => Ok(lists),
         0 if any_scan => Ok(scans),
-        0 => Err(Error::input(format!("{}: there is no scan in this folder", known_as(folder)))),
+        0 => Err(no_scan(folder)),
         _ => {
             let names: Vec<String> = lists.iter().map(|path| file::name(path)).collect();
             let names = names.join(", ");
-            Err(Error::input(format!("{}: several lists of scans ({names}); choose one of them", known_as(folder))))
+            Err(Error::input(format!(
+                "{}: this folder has several lists of scans ({names}): choose one of them",
+                known_as(folder)
+            )))
         }
     }
+}
+
+/// The error of a folder without a scan: endings that are read, and folders below it that hold scans.
+fn no_scan(folder: &Path) -> Error {
+    let shown = known_as(folder);
+    let endings: Vec<&str> = scan_endings().collect();
+    let known = format!("{shown}: there is no scan in this folder: names of scans end in .{}", endings.join(", ."));
+    let mut below: Vec<String> = file::names_in(folder)
+        .into_iter()
+        .flatten()
+        .flatten()
+        .take(MOST_BELOW)
+        .filter(|name| has_scan(&folder.join(name)))
+        .map(|name| name.to_string_lossy().into_owned())
+        .collect();
+    below.sort();
+    Error::input(match below.as_slice() {
+        [] => known,
+        [first, others @ ..] => {
+            let more = if others.is_empty() { String::new() } else { format!(" and {} more", others.len()) };
+            format!("{known}. The folder {first:?}{more} below it has some: open that one.")
+        }
+    })
+}
+
+/// Whether a folder has a file that is a scan, a list or a recording. What can't be read is none.
+fn has_scan(folder: &Path) -> bool {
+    let mut paths =
+        file::names_in(folder).into_iter().flatten().flatten().take(MOST_BELOW).map(|name| folder.join(name));
+    paths.any(|path| {
+        let role = || super::format_of(&path).map(|format| &format.role);
+        file::is_file(&path) && matches!(role(), Ok(Role::Scans { .. } | Role::Recording(_)))
+    })
 }
 
 #[cfg(test)]
@@ -267,15 +307,15 @@ mod tests {
         case("s.mlp", MLP.replace("0 -1 0 5", "0 -2 0 5"), "line 4: the matrix is not a rigid transform");
         case("s.mlp", MLP.replace("0 -1 0 5", "0 -1 5"), "line 4: a pose is a 4 x 4 matrix, found 15 numbers");
         case("s.mlp", MLP.replace("</MeshGroup>", ""), "line 13: expected 'MeshGroup' tag");
-        case("s.mlp", MLP.replace("MLMesh", "Mesh"), "no `MLMesh` names a mesh");
+        case("s.mlp", MLP.replace("MLMesh", "Mesh"), "an `MLMesh` must name a mesh");
         case("s.mlp", MLP.replace("a.ply", "s.mlp"), "line 4: s.mlp is a list of scans");
         case("s.aln", ALN.replace("a.ply", "/etc/passwd"), "line 2: /etc/passwd leads out of the folder");
         case("s.aln", ALN.replace("0 0 1 7", "0 0 1"), "line 6: the line ends");
         case("s.aln", ALN.replacen('2', "99999999", 1), "expected");
         let error = open(folder.path()).unwrap_err().to_string();
-        assert!(error.contains("several lists of scans (s.aln, s.mlp); choose one of them"), "{error}");
+        assert!(error.contains("several lists of scans (s.aln, s.mlp): choose one of them"), "{error}");
         let empty = tempfile::tempdir().unwrap();
-        assert!(open(empty.path()).unwrap_err().to_string().contains("there is no scan in this folder"));
+        assert!(open(empty.path()).unwrap_err().to_string().contains("there is no scan in this folder: names of"));
     }
 
     #[test]

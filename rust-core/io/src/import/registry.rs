@@ -8,6 +8,7 @@ use glam::DVec3;
 
 use super::{Camera, Content, FileScan, ReadOptions, ScanSet, file, stl, trajectory};
 use base::error::{Error, Result, known_as};
+use base::nearest::nearest;
 use base::progress::Progress;
 
 /// A file format: how to recognize it and how to read it.
@@ -188,6 +189,12 @@ pub fn written_endings(holding: Holding) -> impl Iterator<Item = &'static str> {
     FORMATS.iter().filter_map(|format| format.written).filter(move |(_, all)| all.contains(&holding)).map(|(e, _)| e)
 }
 
+/// Endings of the names of files that are scans, without the dot, each once.
+pub(super) fn scan_endings() -> impl Iterator<Item = &'static str> {
+    let all = || FORMATS.iter().filter(|format| matches!(format.role, Role::Scans { .. })).flat_map(|f| f.extensions);
+    all().enumerate().filter(move |(place, ending)| !all().take(*place).any(|other| other == *ending)).map(|(_, e)| *e)
+}
+
 /// Checks, before anything is written, that the name of a file ends like a format that can hold this. Returns the ending.
 ///
 /// # Errors
@@ -208,7 +215,17 @@ pub fn ending_for(path: &Path, holding: Holding) -> Result<&'static str> {
         Holding::Image => "a range image",
         Holding::Images => "range images",
     };
-    Err(Error::input(format!("{}: the name must end in {list} to hold {held}", known_as(path))))
+    let shown = known_as(path);
+    // A name such as `.ply` has no ending: all of it is what a hidden file is called.
+    let name = path.file_name().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
+    if let Some(ending) = known.iter().find(|known| name.strip_prefix('.') == Some(**known)) {
+        return Err(Error::input(format!(
+            "{shown}: there is no name before .{ending}: call it scan.{ending}, for example"
+        )));
+    }
+    let meant =
+        nearest(&given, known.iter().copied()).map_or_else(String::new, |near| format!(". Did you mean .{near}?"));
+    Err(Error::input(format!("{shown}: the name must end in {list} to hold {held}{meant}")))
 }
 
 /// Whether what a file holds says what it is, whatever its name.
@@ -234,6 +251,6 @@ pub(super) fn format_of(path: &Path) -> Result<&'static Format> {
     let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
     named(&extension).ok_or_else(|| {
         let known: Vec<String> = FORMATS.iter().map(|f| format!("{}: .{}", f.name, f.extensions.join(", ."))).collect();
-        Error::format(path, "start of file", format!("unknown format; known are {}", known.join("; ")))
+        Error::format(path, "start of file", format!("unknown format: known are {}", known.join("; ")))
     })
 }

@@ -169,7 +169,7 @@ impl FileScan {
         // A reader may take the end of reading for the end of the file.
         match progress.check().and(outcome)? {
             Content::Mesh(mesh) if mesh.triangles.is_empty() => {
-                let problem = "the mesh has no triangles; export it with its faces, or as points";
+                let problem = "the mesh has no triangles: export it with its faces, or as points";
                 Err(Error::format(&self.path, "whole file", problem))
             }
             content => Ok(content),
@@ -278,7 +278,7 @@ impl FileScan {
     }
 
     fn is_no_scan(&self) -> Error {
-        Error::input(format!("{}: lists scans and isn't one itself; open it instead", known_as(&self.path)))
+        Error::input(format!("{}: this lists scans and isn't one itself, so open it instead", known_as(&self.path)))
     }
 }
 
@@ -318,7 +318,7 @@ impl ScanSource for FileScan {
         match self.decoded(progress)? {
             Some(decoded) => decoded.load(loading, progress),
             None => Err(Error::input(format!(
-                "{}: holds points without a grid or triangles, which are no surface; reconstruct one first",
+                "{}: this holds points without a grid or triangles, which are no surface, so reconstruct one first",
                 known_as(&self.path)
             ))),
         }

@@ -121,7 +121,7 @@ impl<'a> Lines<'a> {
             }
             if held > LONGEST {
                 self.number += 1;
-                return Err(self.fail("the line is longer than 4 MiB; this is not text with line ends"));
+                return Err(self.fail("the line is longer than 4 MiB: this is not text with line ends"));
             }
             if self.window.is_last() {
                 if let Some(error) = self.window.failure() {
@@ -146,7 +146,7 @@ impl<'a> Lines<'a> {
             if self.window.rest().len() == held && !self.window.is_last() && !self.window.grow() {
                 return Err(match self.window.failure() {
                     Some(error) => Error::io(&self.path, error),
-                    None => Error::OutOfMemory(format!("{}: a line of {held} bytes", known_as(&self.path))),
+                    None => Error::OutOfMemory(format!("{}: a line of it takes {held} bytes", known_as(&self.path))),
                 });
             }
             self.look_for_cr();
@@ -173,7 +173,7 @@ impl<'a> Lines<'a> {
     /// The error of a file that ends too early.
     #[cold]
     pub(super) fn ends(&self, what: &str) -> Error {
-        self.fail(format!("the file ends; expected {what}"))
+        self.fail(format!("expected {what}, but the file ends"))
     }
 
     /// Goes past blanks. True if nothing is left on the line.
@@ -269,7 +269,7 @@ impl<'a> Lines<'a> {
     #[inline(never)]
     pub(super) fn expected(&mut self, what: &str) -> Error {
         if self.is_done() {
-            return self.fail(format!("the line ends; expected {what}"));
+            return self.fail(format!("expected {what}, but the line ends"));
         }
         let shown: String = String::from_utf8_lossy(self.word()).chars().take(40).collect();
         self.fail(format!("expected {what}, found `{shown}`"))

@@ -161,15 +161,15 @@ pub(super) fn parse(mut lines: Lines<'_>) -> Result<Trajectory> {
             _ => match matrix(&row[..count.min(MOST)]).filter(|_| count <= MOST) {
                 Some(rows) => pose::from_rows(&rows).map_err(|problem| lines.fail(problem))?,
                 None => {
-                    let problem = "expected three whole numbers and a 4 x 4 matrix (Open3D), a time, a place and a quaternion \
-                        (TUM), or 12 or 16 numbers of a matrix (KITTI, Replica)";
+                    let problem = "expected three whole numbers and a 4 x 4 matrix (Open3D), time, place and \
+                        quaternion (TUM), or a matrix of 12 or 16 numbers";
                     return Err(lines.fail(problem));
                 }
             },
         };
         trajectory.poses.push(pose);
         if *widths.get_or_insert(count) != count {
-            return Err(lines.fail("poses with and without a time are mixed, or lines of another form"));
+            return Err(lines.fail("all poses must have a time or none, and all lines one form"));
         }
     }
     if trajectory.poses.is_empty() {
@@ -216,7 +216,7 @@ pub(super) fn parse_axis_angle(mut lines: Lines<'_>) -> Result<Trajectory> {
 fn placed(lines: &Lines<'_>, place: &[f64], quaternion: &[f64]) -> Result<DAffine3> {
     let quaternion = DQuat::from_slice(quaternion);
     if !((quaternion.length_squared() - 1.0).abs() < UNIT_WITHIN) {
-        return Err(lines.fail("the quaternion (four numbers behind the place) does not have unit length"));
+        return Err(lines.fail("the quaternion (four numbers behind the place) must have unit length"));
     }
     let rotation = DMat3::from_quat(quaternion.normalize());
     Ok(DAffine3 { matrix3: rotation, translation: DVec3::from_slice(place) })
@@ -293,7 +293,7 @@ impl Trajectory {
         {
             let mut poses = taken.iter().map(|time| self.at(*time));
             if poses.clone().flatten().next().is_none() {
-                let problem = format!("no pose lies within {APART} s of {}", scans[0].name);
+                let problem = format!("a pose must lie within {APART} s of {}, but none does", scans[0].name);
                 return Err(Error::format(path, "whole file", problem));
             }
             scans.retain_mut(|scan| {
@@ -304,7 +304,7 @@ impl Trajectory {
             let placed = format!("{name}: placed {} scans by the times in their names", scans.len());
             return Ok(Some(match all - scans.len() {
                 0 => placed,
-                lost => format!("{placed}; {lost} of {all} have no pose within {APART} s and are passed over"),
+                lost => format!("{placed}, and {lost} of {all} have no pose within {APART} s and are passed over"),
             }));
         }
         if scans.len() != count {

@@ -109,7 +109,8 @@ impl Lattice {
         };
         let worst = positions.iter().position(bad).unwrap_or(0);
         Err(Error::input(format!(
-            "{name}: vertex {worst} lies at {}, which is not finite, or too far from the other scans or the origin to be counted in cells of {}: choose a larger voxel or check the scan's pose",
+            "{name}: vertex {worst} lies at {}. It is not finite, or too far from the other scans or the origin to \
+                be counted in cells of {}. Choose a larger voxel or check the scan's pose.",
             place(world_from_surface.transform_point3(positions[worst])),
             Shown(self.voxel)
         )))

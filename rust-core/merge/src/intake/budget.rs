@@ -321,7 +321,7 @@ impl Budget {
         let (available, there) = refusal.available;
         // In two digits rounded up.
         Error::OutOfMemory(format!(
-            "a voxel of {} (in the unit of the scans) needs {} or more, {} are {there}; a voxel of {} fits",
+            "a voxel of {} (in the unit of the scans) needs {} or more, {} are {there}: choose a voxel of {}, which fits",
             Shown(self.voxel),
             size(refusal.needed),
             size(available),

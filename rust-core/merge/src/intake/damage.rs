@@ -13,7 +13,7 @@ pub fn warning(sources: &[&dyn ScanSource]) -> Option<Warning> {
         sources.iter().filter_map(|scan| Some(format!("{} {}", scan.name(), scan.damage()?))).collect();
     let count = damaged.len();
     damaged.truncate(DESCRIBED);
-    let more = if count > DESCRIBED { "; and others" } else { "" };
+    let more = if count > DESCRIBED { ", and others" } else { "" };
     let text = match count {
         0 => return None,
         1 => damaged.remove(0),

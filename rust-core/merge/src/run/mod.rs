@@ -232,7 +232,7 @@ pub fn surface(graph: &mut impl Graph, params: &MergeParams, progress: &Progress
 /// There are more or fewer, or two are the same.
 pub fn refuse_twins(scans: usize, versions: &[u64]) -> Result<()> {
     if versions.len() != scans {
-        return Err(Error::input(format!("{} versions for {scans} scans: each has one", versions.len())));
+        return Err(Error::input(format!("{} versions for {scans} scans: give one per scan", versions.len())));
     }
     let mut seen = FxHashSet::default();
     match versions.iter().find(|&&version| !seen.insert(version)) {

@@ -302,5 +302,5 @@ fn a_free_topology_that_carved_all_away_says_so() {
     let params = ReconstructParams { topology: Topology::Free, ..Default::default() };
     let points = level_set(6000, 1.2, |p| p.length_squared() - 1.0, 5);
     let text = run(&cloud(points), &params, &Progress::none()).unwrap_err().to_string();
-    assert!(text.contains("carving of a free topology") && text.contains("raise the factor"), "{text}");
+    assert!(text.contains("a free topology carves") && text.contains("Raise the factor"), "{text}");
 }

@@ -91,7 +91,7 @@ pub fn run(image: &RangeImage, params: &SculptParams, progress: &Progress<'_>) -
     params.validate()?;
     let (Projection::Orthographic { .. }, Samples::Values(heights)) = (image.projection(), image.samples()) else {
         return Err(Error::input(format!(
-            "{}: the reference variant digs orthographic images only; use sculpt::run for others",
+            "{}: the reference variant digs orthographic images only. Use sculpt::run for others.",
             image.called()
         )));
     };

@@ -161,7 +161,7 @@ fn pixels_that_rounding_puts_in_one_place_are_refused() {
     let projection = Projection::Orthographic { first: [1e12, 0.0], step: [1e-5, -0.01] };
     let image = RangeImage::from_values(2, 8, heights, projection).unwrap();
     let text = run(&image, &absolute(0.0), &Progress::none()).unwrap_err().to_string();
-    assert!(text.contains("move the image nearer to the origin"), "{text}");
+    assert!(text.contains("Move the image nearer to the origin."), "{text}");
 }
 
 /// Largest distance along the vertical between samples and triangles of an orthographic image, at the places where both are:

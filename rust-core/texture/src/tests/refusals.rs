@@ -136,7 +136,7 @@ fn meshes_and_coordinates_that_cannot_be_used_are_named() {
         let target = TextureTarget { mesh: &flat.mesh, uv };
         run(&target, detail, &[&shot], params, &Progress::none()).unwrap_err().to_string()
     };
-    assert!(told(&flat.uv[1..], &mesh, &PLAIN).contains("one each is needed"));
+    assert!(told(&flat.uv[1..], &mesh, &PLAIN).contains("give one per vertex"));
     let mut outside = flat.uv.clone();
     outside[7].x = -0.5;
     assert!(told(&outside, &mesh, &PLAIN).contains("lie in no one tile"));

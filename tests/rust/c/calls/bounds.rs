@@ -91,7 +91,7 @@ pub(super) fn far_positions_keep_their_digits_in_single_precision() {
         api.refused(status, PARAMETER, "capacity must be >= 3, got 2 (in floats)");
         let nan = [0.0, f64::NAN, 0.0];
         let status = (api.srf_mesh_positions_f32)(mesh, nan.as_ptr(), out.as_mut_ptr(), 3, none.cast());
-        api.refused(status, PARAMETER, "origin has a number that is not finite");
+        api.refused(status, PARAMETER, "origin must be finite");
         let status = (api.srf_mesh_positions_f32)(mesh, std::ptr::null(), std::ptr::null_mut(), 3, none.cast());
         api.refused(status, NULL, "out_positions must not be NULL");
         let mut room = [9.0_f32; 9];

@@ -234,7 +234,7 @@ pub(super) fn frames_that_can_not_be_are_refused() {
     arrays().refused(
         &with(field::ROW_STRIDE, 63),
         PARAMETER,
-        "rows 63 bytes apart have no room for the 64 bytes of a row",
+        "a row stride must be 0 or at least the 64 bytes of a row, got 63",
     );
     arrays().refused(&with(field::ROW_STRIDE, u64::MAX), PARAMETER, "768 elements are more than there can be");
     arrays().refused(&with(field::FX, 0), PARAMETER, "frame.intrinsics: ");

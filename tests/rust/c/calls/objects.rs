@@ -27,7 +27,9 @@ pub(super) fn a_mesh_and_its_attributes() {
         assert_eq!(view.bytes(), [0, 1, 0, 1, 0, 1, 0, 1]);
 
         let missing = (api.srf_mesh_attribute)(mesh, 1, c"colour".as_ptr(), &mut view);
-        api.refused(missing, INPUT, "no attribute colour there; it has confidence");
+        api.refused(missing, INPUT, "no attribute colour there: there are confidence");
+        let misspelt = (api.srf_mesh_attribute)(mesh, 1, c"confidance".as_ptr(), &mut view);
+        api.refused(misspelt, INPUT, "there are confidence. Did you mean \"confidence\"?");
         api.refused((api.srf_mesh_attribute_name)(mesh, 1, 7, &mut name), PARAMETER, "index must be < 1, got 7");
         let wrong = (api.srf_mesh_attribute_count)(mesh, 3, &mut count);
         api.refused(wrong, PARAMETER, "SRF_DOMAIN_VERTICES (1) or SRF_DOMAIN_TRIANGLES (2), got 3");
@@ -216,7 +218,7 @@ pub(super) fn images_from_arrays() {
         let still = Projection { numbers: [0.0; 4], ..plane };
         api.refused(create(still, 3, samples, null.cast()), PARAMETER, "step from column to column");
         let nowhere = [f64::NAN; 16];
-        api.refused(create(plane, 3, samples, &nowhere), INPUT, "world_from_sensor has a number that is not finite");
+        api.refused(create(plane, 3, samples, &nowhere), INPUT, "world_from_sensor must have finite numbers");
         let grid = Projection { kind: 6, ..plane };
         api.refused(create(grid, 3, samples, null.cast()), PARAMETER, "components must be 3, got 1");
         let bad = c"\xff";

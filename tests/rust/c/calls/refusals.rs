@@ -61,7 +61,11 @@ pub(super) fn arrays_that_lie_are_refused() {
     };
     api.refused(create(Array { kind: 42, ..good }, &[]), PARAMETER, "type must be a value of srf_type, 1 to 6, got 42");
     api.refused(create(Array { components: 2, ..good }, &[]), PARAMETER, "components must be 3, got 2");
-    api.refused(create(Array { stride: 11, ..good }, &[]), PARAMETER, "a stride of 11 bytes is less than the 12 bytes");
+    api.refused(
+        create(Array { stride: 11, ..good }, &[]),
+        PARAMETER,
+        "a stride must be 0 or at least the 12 bytes of an element, got 11",
+    );
     api.refused(create(Array { count: usize::MAX, ..good }, &[]), PARAMETER, "more than there can be");
     api.refused(create(Array { data: std::ptr::null(), ..good }, &[]), NULL, "positions.data must not be NULL");
     api.refused(create(good, &[[0, 1, 3]]), INPUT, "triangle 0 names vertex 3");
@@ -155,7 +159,7 @@ pub(super) fn what_is_said_of_scans_that_are_not_there_is_refused() {
             wrong.set_f64(index, number);
             api.refused((api.srf_aligner_pick)(aligner, &wrong), PARAMETER, part);
         };
-        wrong(3, f64::NAN, 0, "pick.points has a number that is not finite");
+        wrong(3, f64::NAN, 0, "pick.points must have finite numbers");
         wrong(13, 0.0, 0, "pick.weight must be a finite number > 0, got 0");
         wrong(13, 1.0, 1, "pick.normals must be finite and not 0");
         wrong(13, 1.0, 2, "pick.has_normals must be 0 or 1, got 2");
@@ -166,7 +170,7 @@ pub(super) fn what_is_said_of_scans_that_are_not_there_is_refused() {
         };
         turn(at, none, none, 0, NULL, "direction must not be NULL");
         turn(none, along, none, 0, NULL, "point must not be NULL");
-        turn(at, at, none, 0, INPUT, "axis has a direction of 0");
+        turn(at, at, none, 0, INPUT, "a direction that is not 0");
         turn(angles.as_ptr(), along, none, 0, INPUT, "a number that is not finite");
         turn(at, along, none, 2, NULL, "angles must not be NULL");
         turn(none, none, angles.as_ptr(), 3, INPUT, "3 angles of the turntable are given for 2 scans: give one a scan");
@@ -254,7 +258,7 @@ pub(super) fn poses_to_draw_a_scan_from_are_refused_where_they_can_not_be() {
         };
         refused(&[placed], "world_from_scan: 1 poses for 2 scans: give one a scan, all 0 for those left out");
         refused(&[placed, with(7, 1.0)], "world_from_scan[1]: the last row must be 0 0 0 1, got 0 1 0 1");
-        refused(&[with(12, f64::NAN), placed], "world_from_scan[0] has a number that is not finite");
+        refused(&[with(12, f64::NAN), placed], "world_from_scan[0] must have finite numbers");
         refused(&[placed, with(0, 2.0)], "world_from_scan[1] must be rigid");
         refused(&[[0.0; 16], placed], "scan 0 is to be drawn to the others, but has no pose");
         let out = distances.as_mut_ptr();

@@ -272,7 +272,7 @@ pub fn range_grid_frame(image: &RangeImage) -> Result<DAffine3> {
             });
             // Rays more than a quarter turn apart would face backwards: half of the sphere has a mean of length 1/2.
             if count > 0 && sum.length() < 0.5 * count as f64 {
-                let problem = "its rays go round more than half a sphere, which a range grid can't hold; write points";
+                let problem = "its rays go round more than half a sphere, which a range grid can't hold: write points";
                 return Err(Error::input(format!("{}: {problem}", image.called())));
             }
             sum.normalize_or(DVec3::NEG_Z)
@@ -284,7 +284,7 @@ pub fn range_grid_frame(image: &RangeImage) -> Result<DAffine3> {
     Ok(DAffine3::from_quat(DQuat::from_rotation_arc(DVec3::NEG_Z, direction)))
 }
 
-const TOO_LARGE: &str = "a coordinate is too large for single precision; move the scan closer to the origin";
+const TOO_LARGE: &str = "a coordinate is too large for single precision: move the scan closer to the origin";
 
 fn pick<T: Copy>(all: &[T], places: &[usize]) -> Vec<T> {
     places.iter().map(|&i| all[i]).collect()
@@ -360,7 +360,7 @@ fn attributes<'a>(element: &mut Element<'a>, attributes: &'a [Attribute]) -> Res
             element.columns.iter().flat_map(|c| c.declaration.lines()).any(|other| other.rsplit(' ').next() == name)
         };
         if declaration.lines().any(taken) {
-            return Err(Error::input(format!("attribute {name}: the name is taken; rename it")));
+            return Err(Error::input(format!("attribute {name}: the name is taken, so rename it")));
         }
         element.columns.push(Column { declaration, data: column_data(&attribute.data) });
     }

@@ -77,8 +77,8 @@ struct Begun {
     extent: Extent,
 }
 
-fn wrong(what: &str) -> Error {
-    Error::input(format!("a mesh in pieces: {what}"))
+fn wrong(problem: &str) -> Error {
+    Error::input(format!("a mesh in pieces: {problem}"))
 }
 
 impl Pieces<'_, '_> {
@@ -91,12 +91,12 @@ impl Pieces<'_, '_> {
         if *written != [outline.vertices, outline.triangles] {
             let [vertices, triangles] = written;
             return Err(wrong(&format!(
-                "{vertices} vertices and {triangles} triangles were handed over, of {} and {}",
+                "its outline says {} vertices and {} triangles, but {vertices} and {triangles} were handed over",
                 outline.vertices, outline.triangles
             )));
         }
         if *extent != outline.extent {
-            return Err(wrong("its vertices lie elsewhere than its outline says"));
+            return Err(wrong("its vertices must lie where its outline says"));
         }
         Ok(())
     }
@@ -136,7 +136,7 @@ fn take(
         std::mem::discriminant(&own.data) == std::mem::discriminant(given) && given.len() as u64 == count
     };
     if own.len() != given.len() || !own.iter().zip(given).all(same_kind) {
-        return Err(wrong(&format!("the attributes of its {what} are not those of its outline")));
+        return Err(wrong(&format!("the attributes of its {what} must be those of its outline")));
     }
     *written += count;
     Ok(())

@@ -83,7 +83,7 @@ fn beside(path: &Path) -> Result<Option<Crs>> {
     file.take(LONGEST as u64 + 1).read_to_end(&mut bytes).map_err(|error| Error::io(&path, error))?;
     let text = String::from_utf8_lossy(&bytes);
     if !Crs::is_well_known_text(&text) {
-        let problem = "this is no well-known text, so that the coordinates are in no known system";
+        let problem = "expected well-known text, without which the coordinates are in no known system";
         return named(&path, Err(problem.to_owned()));
     }
     named(&path, understood(&text).map(Some))

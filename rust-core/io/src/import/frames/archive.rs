@@ -89,7 +89,7 @@ impl Archive {
                 method,
             };
             if found.at.checked_add(found.packed).is_none_or(|end| end > length) {
-                return Err(Error::format(path, name, "its bytes lie beyond the end of the archive; it was cut off"));
+                return Err(Error::format(path, name, "its bytes lie beyond the end of the archive: it was cut off"));
             }
             members.insert(name.trim_start_matches("./").replace('\\', "/").into(), found);
         }
@@ -128,10 +128,10 @@ impl Archive {
     /// The reason that keeps files of it from being seen, with the remedy.
     pub(super) fn hidden(&self) -> Option<String> {
         if self.encrypted > 0 {
-            return Some(format!("{} of its files are encrypted; unpack it with its password first", self.encrypted));
+            return Some(format!("{} of its files are encrypted: unpack it with its password first", self.encrypted));
         }
         let inner = self.members.keys().find(|name| [".zip", ".r3d"].iter().any(|ending| name.ends_with(ending)))?;
-        Some(format!("it holds another archive, {inner}; unpack it first"))
+        Some(format!("it holds another archive, {inner}: unpack it first"))
     }
 
     /// Unpacks a file that becomes at most `most` bytes.
@@ -145,7 +145,7 @@ impl Archive {
             Method::Stored => member.packed,
             Method::Deflated => member.packed.saturating_mul(DEFLATED),
             Method::Unknown => {
-                return fail("it is packed in a way that is not read; pack the archive with deflate".to_owned());
+                return fail("it is packed in a way that is not read: pack the archive with deflate".to_owned());
             }
         };
         if member.unpacked > most || member.unpacked > possible {
@@ -169,7 +169,7 @@ impl Archive {
         let mut crc = Crc::new();
         crc.update(&bytes);
         if bytes.len() as u64 != member.unpacked || crc.sum() != member.crc {
-            return fail("it unpacks to something else than was packed; the archive is damaged".to_owned());
+            return fail("it unpacks to something else than was packed: the archive is damaged".to_owned());
         }
         Ok(bytes)
     }

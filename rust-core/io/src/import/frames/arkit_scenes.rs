@@ -35,7 +35,7 @@ pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) ->
     let lists: Vec<String> = files("")?.into_iter().filter(|name| name.ends_with(&format!(".{AXIS_ANGLE}"))).collect();
     let [poses] = lists.as_slice() else {
         let problem = format!(
-            "there are {} lists of poses ({}) beside {DEPTHS}, and one is needed; download the asset lowres_wide.traj",
+            "there are {} lists of poses ({}) beside {DEPTHS}, and one is needed: download the asset lowres_wide.traj",
             lists.len(),
             lists.join(", ")
         );

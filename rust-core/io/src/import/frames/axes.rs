@@ -119,8 +119,9 @@ fn convention(recording: &mut Recording, options: &ReadOptions, pairs: &Pairs) -
         let other = best_but(0);
         let clocks = if recording.timed.is_some() { ", at the times of images and poses" } else { "" };
         let note = format!(
-            "what the poses mean is not decided: they are read as {}, and overlapping frames lie {} apart; as {} they would lie {} \
-             apart. If the scans do not fit, say {}; look also at the camera and at the scale of the depths{clocks}",
+            "the meaning of the poses is not decided: they are read as {}, and overlapping frames lie {} apart. As \
+                {} they would lie {} apart. If the scans do not fit, say {}. Look also at the camera and at the \
+                scale of the depths{clocks}.",
             name(0),
             short(apart[0]),
             name(other),
@@ -133,7 +134,7 @@ fn convention(recording: &mut Recording, options: &ReadOptions, pairs: &Pairs) -
     if best == 0 {
         let other = best_but(0);
         let note = format!(
-            "poses read as {} (overlapping frames lie {} apart; as {}: {})",
+            "poses read as {} (overlapping frames lie {} apart, as {}: {})",
             name(0),
             short(apart[0]),
             name(other),
@@ -142,7 +143,7 @@ fn convention(recording: &mut Recording, options: &ReadOptions, pairs: &Pairs) -
         return (note, false);
     }
     let note = format!(
-        "poses read as {}, not as {} usually writes them, {}: so the frames lie on each other ({} apart; else {})",
+        "poses read as {}, not as {} usually writes them, {}: so the frames lie on each other ({} apart, else {})",
         name(best),
         recording.layout,
         name(0),

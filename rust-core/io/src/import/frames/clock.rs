@@ -60,13 +60,13 @@ where
         recording.entries.retain(|_| kept.next().unwrap_or(false));
         recording.timed = None;
         let beside = if lost > 0 {
-            format!("; {lost} of {count} frames have no pose then and are skipped")
+            format!(", and {lost} of {count} frames have no pose and are skipped")
         } else {
             String::new()
         };
         return Some(format!(
-            "the clocks of depth images and poses differ: the pose of an image is the one {} s {}, so that overlapping frames lie {} \
-             apart, not {}{beside}",
+            "the clocks of depth images and poses differ. Each image takes the pose {} s {}. So overlapping frames \
+                lie {} apart, not {}{beside}.",
             short(shift.abs()),
             if shift > 0.0 { "later" } else { "earlier" },
             short(best),
@@ -75,8 +75,8 @@ where
     }
     (found.is_finite() && found > good).then(|| {
         format!(
-            "overlapping frames lie {} apart, and no shift of time within {FURTHEST} s brings them onto each other: look whether the \
-             times of the depth images and of the poses are of one clock, and at the camera",
+            "overlapping frames lie {} apart, and no shift of time within {FURTHEST} s brings them together. Check \
+                that depth images and poses have times of one clock, and check the camera.",
             short(found)
         )
     })

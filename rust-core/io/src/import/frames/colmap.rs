@@ -49,7 +49,7 @@ pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) ->
         let there = |map: &String| if in_folders { store.has(&format!("{folder}/{map}")) } else { maps.contains(map) };
         let Some(map) = map.into_iter().find(there) else { continue };
         let camera = *cameras.get(&image.camera).ok_or_else(|| {
-            let problem = format!("{name} names the camera {}, which the model does not have", image.camera);
+            let problem = format!("{name} names the camera {}, which is missing in the model", image.camera);
             Error::format(&store.path_of(&within(&store, "sparse")), "images", problem)
         })?;
         let colour = within(&store, &format!("images/{name}"));
@@ -215,7 +215,7 @@ fn images(store: &Store, asked: &Asked<'_, '_>) -> Result<Vec<Posed>> {
 
 fn posed([w, x, y, z, a, b, c]: [f64; 7], camera: u32, name: String) -> Result<Posed, String> {
     if name.starts_with('/') || name.split(['/', '\\']).any(|part| part == "..") {
-        return Err(format!("{name} leads out of the folder of images"));
+        return Err(format!("{name} leads out of the folder of images: put the image there"));
     }
     Ok(Posed { name, camera, world_from_camera: pose_of([x, y, z, w], [a, b, c])?.inverse() })
 }

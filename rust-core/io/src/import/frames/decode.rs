@@ -119,14 +119,14 @@ fn bytes_of([cols, rows]: [usize; 2], each: usize, most: u64, path: &Path) -> Re
 fn unpacked(from: impl Read, wanted: usize, path: &Path) -> Result<Vec<u8>> {
     let mut bytes: Vec<u8> = file::reserve(wanted, path)?;
     from.take(wanted as u64 + 1).read_to_end(&mut bytes).map_err(|error| {
-        Error::format(path, "while decoding", format!("it can't be unpacked: {error}; it is damaged or cut off"))
+        Error::format(path, "while decoding", format!("it can't be unpacked: {error}: it is damaged or cut off"))
     })?;
     if bytes.len() == wanted {
         return Ok(bytes);
     }
     let problem = match bytes.len() > wanted {
         true => format!("it holds more than the {wanted} bytes of its pixels"),
-        false => format!("it holds {} of the {wanted} bytes of its pixels; it is damaged or cut off", bytes.len()),
+        false => format!("it holds {} of the {wanted} bytes of its pixels: it is damaged or cut off", bytes.len()),
     };
     Err(Error::format(path, "while decoding", problem))
 }
@@ -154,7 +154,7 @@ fn colmap_header<'a>(bytes: &'a [u8], path: &Path) -> Result<([usize; 2], &'a [u
     }
     match numbers {
         [cols, rows, 1] => Ok(([cols, rows], rest)),
-        _ => fail("a map of depths has one channel"),
+        _ => fail("a map of depths must have one channel"),
     }
 }
 
@@ -176,7 +176,7 @@ fn text(bytes: &[u8], size: [usize; 2], path: &Path) -> Result<Vec<f64>> {
         values.push(value);
     }
     if values.len() < count {
-        return Err(fail(format!("it holds {} of the {count} numbers of its pixels; it was cut off", values.len())));
+        return Err(fail(format!("it holds {} of the {count} numbers of its pixels: it was cut off", values.len())));
     }
     Ok(values)
 }
@@ -233,5 +233,5 @@ fn jpeg_size(decoder: &mut JpegDecoder<ZCursor<&[u8]>>, path: &Path) -> Result<[
     decoder
         .dimensions()
         .map(|(cols, rows)| [cols, rows])
-        .ok_or_else(|| Error::format(path, "header", "the image says no size"))
+        .ok_or_else(|| Error::format(path, "header", "the image must say its size"))
 }

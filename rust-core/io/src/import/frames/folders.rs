@@ -32,7 +32,7 @@ fn poses_of(store: &Store) -> Option<&str> {
 }
 
 pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) -> Result<Recording> {
-    let usual = "; Open3D's and Redwood's usual one is (525, 525, 319.5, 239.5)";
+    let usual = ". Open3D's and Redwood's usual one is (525, 525, 319.5, 239.5)";
     let camera = match asked.camera_of(&store)? {
         Some(camera) => camera,
         None => asked.camera(&store, layout, usual)?,

@@ -132,7 +132,7 @@ pub(super) fn open_archive(path: &Path, options: &Arc<ReadOptions>, progress: &P
         Ok((layout, store)) => open(layout, store, &Asked { options, progress }),
         Err(store) => {
             let known: Vec<&str> = LAYOUTS.iter().map(|layout| layout.name).collect();
-            let hidden = store.hidden().map(|hidden| format!("; {hidden}")).unwrap_or_default();
+            let hidden = store.hidden().map(|hidden| format!(": {hidden}")).unwrap_or_default();
             let problem = format!("this archive is no recording that is known: {}{hidden}", known.join(", "));
             Err(Error::format(path, "list of files", problem))
         }
@@ -226,8 +226,9 @@ fn refuse_empty(recording: &Recording, doubts: &[String]) -> Result<()> {
     if !recording.entries.is_empty() {
         return Ok(());
     }
-    let notes: Vec<String> = recording.notes.iter().chain(doubts).map(|note| format!("; {note}")).collect();
-    let problem = format!("a recording of {} in which no frame has depth and pose{}", recording.layout, notes.concat());
+    let notes: Vec<String> = recording.notes.iter().chain(doubts).map(|note| format!(": {note}")).collect();
+    let problem =
+        format!("this recording of {} needs a frame that has both depth and pose{}", recording.layout, notes.concat());
     Err(Error::format(&recording.store.path, "whole recording", problem))
 }
 
@@ -236,8 +237,8 @@ impl Asked<'_, '_> {
     fn camera(&self, store: &Store, layout: &str, usual: &str) -> Result<Camera> {
         self.options.camera.ok_or_else(|| {
             let problem = format!(
-                "this recording of {layout} does not say its camera: give it as camera = (fx, fy, cx, cy), or put a \
-                 camera.json with fx, fy, cx, cy into the folder{usual}"
+                "this recording of {layout} does not say its camera. Give it as camera = (fx, fy, cx, cy), or put a \
+                    camera.json with fx, fy, cx, cy into the folder{usual}."
             );
             Error::format(&store.path, "camera", problem)
         })

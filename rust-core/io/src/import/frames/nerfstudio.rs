@@ -35,7 +35,7 @@ pub(super) fn listed(store: Store, name: &str, layout: &'static str, asked: &Ask
     let file = json(&store, name, asked.progress)?;
     let path = store.path_of(name);
     let frames = file.get("frames").and_then(Value::as_array);
-    let frames = frames.ok_or_else(|| Error::format(&path, "whole file", "there is no list `frames`"))?;
+    let frames = frames.ok_or_else(|| Error::format(&path, "whole file", "the list `frames` is missing"))?;
     let (mut entries, mut without, mut lost) = (Vec::new(), 0, 0);
     for (k, frame) in frames.iter().enumerate() {
         asked.progress.check()?;
@@ -74,8 +74,7 @@ pub(super) fn listed(store: Store, name: &str, layout: &'static str, asked: &Ask
     }
     if without == frames.len() {
         let problem = format!(
-            "none of its {} frames has a `depth_file_path` or a `depth_path`: this recording is of colour images alone, which no surface \
-             can be read from; export it with depth",
+            "none of its {} frames has a `depth_file_path` or a `depth_path`. Colour images alone give no surface: export it with depth.",
             frames.len()
         );
         return Err(Error::format(&path, "frames", problem));
@@ -107,11 +106,11 @@ fn camera(frame: &Value, file: &Value) -> Result<Camera, String> {
     let number = |key: &str| Ok::<_, String>(number(frame, key)?.or(number(file, key)?));
     let model = text(frame, "camera_model")?.or(text(file, "camera_model")?).unwrap_or("OPENCV");
     if !matches!(model, "OPENCV" | "PINHOLE" | "SIMPLE_PINHOLE" | "PERSPECTIVE") {
-        return Err(format!("the camera model {model} is no pinhole camera; undistort the images first"));
+        return Err(format!("the camera model {model} is no pinhole camera: undistort the images first"));
     }
     for key in ["k1", "k2", "k3", "k4", "p1", "p2"] {
         if let Some(k) = number(key)?.filter(|k| k.abs() > NO_DISTORTION) {
-            return Err(format!("the lens distorts ({key} = {k}), which is not undone; undistort the images first"));
+            return Err(format!("the lens distorts ({key} = {k}), which is not undone: undistort the images first"));
         }
     }
     let need = |key: &str| number(key)?.ok_or_else(|| format!("`{key}` is missing, for the frame and for all frames"));

@@ -84,8 +84,8 @@ pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) ->
         recording.notes.push(match of_corrected {
             0 => "poses and images are those that were not corrected: the session has no corrected ones".to_owned(),
             some => format!(
-                "poses and images are those that were not corrected: the session has corrected ones for {some} of {count} frames \
-                 alone, which are of another frame of reference"
+                "poses and images are those that were not corrected. The session has corrected ones for {some} of \
+                    {count} frames alone, which are of another frame of reference."
             ),
         });
     }

@@ -14,7 +14,8 @@ pub(super) fn of_file(store: &Store, name: &str, asked: &Asked<'_, '_>) -> Resul
     let text = store.text(name, asked.progress)?;
     let fail = |problem: &str| Error::format(&store.path_of(name), "whole file", problem);
     let numbers: Option<Vec<f64>> = text.split_ascii_whitespace().map(|word| word.parse().ok()).collect();
-    let rows = numbers.and_then(|numbers| numbers.try_into().ok()).ok_or_else(|| fail("a pose is a 4 x 4 matrix"))?;
+    let rows =
+        numbers.and_then(|numbers| numbers.try_into().ok()).ok_or_else(|| fail("a pose must be a 4 x 4 matrix"))?;
     pose(&rows).map_err(|problem| fail(&problem))
 }
 

@@ -44,7 +44,7 @@ pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) ->
     let poses = metadata.get("poses").and_then(Value::as_array).filter(|poses| !poses.is_empty());
     let Some(poses) = poses else {
         let problem =
-            "there are no poses: only recordings with the LiDAR have them; open the depth images with a camera";
+            "there are no poses: only recordings with the LiDAR have them. Open the depth images with a camera.";
         return Err(fail("poses", problem.to_owned()));
     };
     let each = metadata.get("perFrameIntrinsicCoeffs").and_then(Value::as_array);

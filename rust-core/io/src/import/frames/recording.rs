@@ -285,8 +285,8 @@ fn camera_for(camera: &Camera, size: [usize; 2], path: &Path) -> Result<Camera> 
         if !(factor[0].max(factor[1]) <= SAME_SHAPE * factor[0].min(factor[1])) {
             let ([cols, rows], [width, height]) = (size, of);
             let problem = format!(
-                "an image of {cols} x {rows} pixels has another shape than its camera's, {width} x {height}: \
-                 one of them was turned or cropped"
+                "an image of {cols} x {rows} pixels must have the shape of its camera's, {width} x {height}: one of \
+                    them was turned or cropped"
             );
             return Err(Error::format(path, "header", problem));
         }

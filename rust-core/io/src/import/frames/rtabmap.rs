@@ -61,7 +61,7 @@ pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) ->
     let Some(form) = form(&store) else { return Ok(Recording::new(store, layout)) };
     let Some((name, is_robot)) = &form.poses else {
         let problem =
-            "there is no list of the camera's poses; export it beside the images with rtabmap-export --poses_camera";
+            "there is no list of the camera's poses: export it beside the images with rtabmap-export --poses_camera";
         return Err(Error::format(&store.path, "poses", problem));
     };
     let (text, path) = (store.text(name, asked.progress)?, store.path_of(name));
@@ -71,8 +71,8 @@ pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) ->
     let confidences = store.list(&form.confidence, asked.progress)?;
     let calibrations = store.list(&form.calibration, asked.progress)?;
     if let Some(name) = depths.iter().find(|name| calibrations.contains(&format!("{}_0.yaml", stem(name)))) {
-        let problem = "this export is of several cameras, whose images lie side by side in one; such are not read, export the \
-            images of each camera by itself";
+        let problem = "this export is of several cameras, whose images lie side by side in one. That is not read: \
+            export the images of each camera by itself.";
         return Err(Error::format(
             &store.path_of(&format!("{}/{}_0.yaml", form.calibration, stem(name))),
             "cameras",
@@ -110,7 +110,9 @@ pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) ->
     let mut recording = Recording::new(store, layout);
     recording.notes.extend(counted(lost, depths.len(), "have no pose and are passed over"));
     if *is_robot {
-        recording.notes.push(format!("{name} has the poses of the robot; the calibration says where its camera is"));
+        recording
+            .notes
+            .push(format!("{name} has the poses of the robot, and the calibration says where its camera is"));
     }
     Ok(Recording { entries, ..recording })
 }
@@ -127,8 +129,8 @@ fn in_the_order_of(depths: &[String], poses: &Trajectory, path: &std::path::Path
     }
     if poses.poses().len() != depths.len() {
         let problem = format!(
-            "its {} lines name neither the time nor the number of any of the {} images; export poses with \
-             --poses_format 11, which has both",
+            "its {} lines name neither the time nor the number of any of the {} images: export poses with \
+                --poses_format 11, which has both",
             poses.poses().len(),
             depths.len()
         );
@@ -169,7 +171,7 @@ fn calibration(store: &Store, name: &str, asked: &Asked<'_, '_>) -> Result<Calib
     let focal = match (matrix("projection_matrix")?.as_deref(), matrix("camera_matrix")?.as_deref()) {
         (Some(&[fx, _, cx, _, _, fy, cy, ..]), _) | (_, Some(&[fx, _, cx, _, fy, cy, ..])) => [fx, fy, cx, cy],
         _ => {
-            let problem = "neither `projection_matrix` nor `camera_matrix` is there with its numbers";
+            let problem = "`projection_matrix` or `camera_matrix` must be there with its numbers";
             return Err(fail("whole file", problem.to_owned()));
         }
     };

@@ -124,7 +124,7 @@ impl<R> Reader<'_, R> {
 impl<R: Read + std::io::Seek> Reader<'_, BufReader<R>> {
     fn take<const N: usize>(&mut self) -> Result<[u8; N]> {
         if length_left(self) < N as u64 {
-            return Err(self.fail("the file ends within a frame or the header; it was cut off".to_owned()));
+            return Err(self.fail("the file ends within a frame or the header: it was cut off".to_owned()));
         }
         let mut bytes = [0; N];
         self.input.read_exact(&mut bytes).map_err(|error| Error::io(self.path, error))?;
@@ -134,7 +134,7 @@ impl<R: Read + std::io::Seek> Reader<'_, BufReader<R>> {
 
     fn skip(&mut self, count: u64) -> Result<()> {
         if count > length_left(self) {
-            return Err(self.fail(format!("{count} bytes are said to follow, but the file ends; it was cut off")));
+            return Err(self.fail(format!("{count} bytes are said to follow, but the file ends: it was cut off")));
         }
         self.at += count;
         // Less than the file's length, which a system's files keep below 2^63.

@@ -26,8 +26,8 @@ pub(super) fn recognize(store: &Store) -> bool {
 pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) -> Result<Recording> {
     let depths = in_order(store.list("depth", asked.progress)?);
     if depths.is_empty() {
-        let problem = "there are no depth images: this export has poses, and its video at most, but no depth; \
-            scan with a device that has LiDAR and export the folder depth with it";
+        let problem = "there are no depth images: this export has poses, and its video at most, but no depth. Scan \
+            with a device that has LiDAR and export the folder depth with it.";
         return Err(Error::format(&store.path_of("depth"), "whole folder", problem));
     }
     let camera = camera(&store, asked)?;

@@ -70,8 +70,9 @@ pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) ->
     {
         let end = depths.last().map_or(*begin, |(time, _)| *time);
         let problem = format!(
-            "no depth image has a pose within {APART} s: {DEPTHS} lists times from {begin:.3} to {end:.3} s, {POSES} from {first:.3} \
-             to {last:.3} s; bring both to one clock, for example by adding {:.3} to all times of the one list",
+            "no depth image has a pose within {APART} s: {DEPTHS} lists times from {begin:.3} to {end:.3} s, {POSES} \
+                from {first:.3} to {last:.3} s. Bring both to one clock, for example by adding {:.3} to all times of \
+                the one list.",
             first - begin
         );
         return Err(Error::format(&path, "times", problem));
@@ -110,7 +111,7 @@ fn camera(store: &Store, layout: &str, asked: &Asked<'_, '_>) -> Result<(Camera,
             Ok((*camera, Some(note)))
         }
         None => {
-            let usual = "; the data set's tools use (525, 525, 319.5, 239.5)";
+            let usual = ". The data set's tools use (525, 525, 319.5, 239.5)";
             asked.camera(store, layout, usual).map(|camera| (camera, None))
         }
     }

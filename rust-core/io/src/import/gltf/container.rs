@@ -69,6 +69,6 @@ pub(super) fn check_version(members: &Members, scan: &FileScan) -> Result<()> {
 }
 
 fn other_version(version: &str, scan: &FileScan) -> Error {
-    let problem = format!("this is glTF {version}; glTF 2.0 is read: write it anew as glTF 2.0");
+    let problem = format!("this is glTF {version}, but glTF 2.0 is read: write it anew as glTF 2.0");
     Error::format(&scan.path, "asset", problem)
 }

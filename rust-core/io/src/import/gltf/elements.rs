@@ -40,7 +40,7 @@ impl Accessors<'_> {
             return self.fail(&at, "there is no such accessor");
         };
         if accessor.sparse.is_some() {
-            return self.fail(&at, "sparse accessors are not read; write the mesh without");
+            return self.fail(&at, "sparse accessors are not read: write the mesh without");
         }
         let component = match accessor.component_type {
             Checked::Valid(kind) if !matches!(kind.0, ComponentType::I8 | ComponentType::I16) => kind.0,
@@ -107,10 +107,11 @@ impl Accessors<'_> {
     pub fn colours(&self, accessor: Index<Accessor>, count: usize, at: &str) -> Result<Vec<[u8; 4]>> {
         let elements = self.elements(accessor)?;
         if elements.channels == 1 || elements.component == ComponentType::U32 {
-            return self.fail(at, "a colour has three or four channels of bytes, 16 bits or floats");
+            return self.fail(at, "a colour must have three or four channels of bytes, 16 bits or floats");
         }
         if elements.count != count {
-            return self.fail(at, format!("{} colours for {count} vertices", elements.count));
+            return self
+                .fail(at, format!("{} colours for {count} vertices, but one per vertex is needed", elements.count));
         }
         let one = match elements.component {
             ComponentType::U8 => 255.0,

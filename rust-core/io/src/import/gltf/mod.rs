@@ -41,8 +41,8 @@ pub(super) fn sniff(start: &[u8]) -> bool {
 }
 
 pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &FileScan, progress: &Progress<'_>) -> Result<Content> {
-    let size =
-        usize::try_from(length).map_err(|_| Error::OutOfMemory(format!("{}: {length} bytes", known_as(&scan.path))))?;
+    let size = usize::try_from(length)
+        .map_err(|_| Error::OutOfMemory(format!("{}: reading it takes {length} bytes", known_as(&scan.path))))?;
     let mut bytes = reserve(size, &scan.path)?;
     input.take(length).read_to_end(&mut bytes).map_err(|e| Error::io(&scan.path, e))?;
     let (json, mut blob) = container::chunks(&bytes, scan)?;
@@ -70,7 +70,7 @@ pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &FileScan, progres
         };
         let wanted = buffer.byte_length.0;
         if (data.len() as u64) < wanted {
-            return fail(format!("buffer {index}"), format!("it has {} bytes of {wanted}", data.len()));
+            return fail(format!("buffer {index}"), format!("it has only {} bytes of {wanted}", data.len()));
         }
         buffers.push(data);
     }

@@ -136,7 +136,7 @@ impl<'a, 'p> Reader<'a, 'p> {
         if !has_any {
             let problem =
                 if root.meshes.is_empty() { "there is no mesh" } else { "there are no triangles and no points" };
-            return self.accessors.fail("scene", format!("{problem}; export a surface or points with it"));
+            return self.accessors.fail("scene", format!("{problem}: export a surface or points with it"));
         }
         let Reader { mut mesh, colours, normals, wanted, accessors, .. } = self;
         if wanted == Wanted::Points {
@@ -199,7 +199,7 @@ impl<'a, 'p> Reader<'a, 'p> {
         let limit = self.accessors.scan.options.max_decoded_bytes() / size_of::<DVec3>() as u64;
         if amount.vertices as u64 > limit || amount.corners as u64 > 6 * limit {
             let problem = format!(
-                "{} vertices and {} corners of triangles are placed, more than max_decoded_gib allows; raise it",
+                "{} vertices and {} corners of triangles are placed, more than max_decoded_gib allows: raise it",
                 amount.vertices, amount.corners
             );
             return self.accessors.fail("scene", problem);
@@ -224,10 +224,10 @@ impl<'a, 'p> Reader<'a, 'p> {
             return self.accessors.fail(&at, "there is no such node");
         };
         if depth > DEEPEST {
-            return self.accessors.fail(&at, format!("the tree of nodes is deeper than {DEEPEST}"));
+            return self.accessors.fail(&at, format!("the tree of nodes is more than {DEEPEST} deep"));
         }
         if std::mem::replace(&mut self.visited[index], true) {
-            return self.accessors.fail(&at, "it has two parents");
+            return self.accessors.fail(&at, "it must have one parent, but has two");
         }
         let world = world * self.transforms[index];
         if !world.is_finite() {
@@ -256,7 +256,7 @@ impl<'a, 'p> Reader<'a, 'p> {
     fn primitive(&mut self, primitive: &Primitive, world: DMat4, at: &str) -> Result<()> {
         let attribute = |semantic| primitive.attributes.get(&Checked::Valid(semantic)).copied();
         let Checked::Valid(mode) = primitive.mode else {
-            return self.accessors.fail(at, "its mode is unknown; there are 0 to 6");
+            return self.accessors.fail(at, "its mode is unknown: there are 0 to 6");
         };
         if !self.wanted.has(primitive) {
             return Ok(());
@@ -271,7 +271,7 @@ impl<'a, 'p> Reader<'a, 'p> {
         let limit = self.accessors.scan.options.max_decoded_bytes();
         // Nodes may share a mesh: what they make of it together is checked as well.
         if (first as u64 + count as u64).saturating_mul(24) > limit || first + count > u32::MAX as usize {
-            return self.accessors.fail(at, "the vertices are more than max_decoded_gib allows; raise it");
+            return self.accessors.fail(at, "the vertices are more than max_decoded_gib allows: raise it");
         }
         let mut points: Vec<DVec3> = reserve(count, &self.accessors.scan.path)?;
         for block in self.progress.ranges(count) {
@@ -292,7 +292,7 @@ impl<'a, 'p> Reader<'a, 'p> {
             return self.accessors.fail(at, format!("an index is {bad}, but there are only {count} vertices"));
         }
         if (self.mesh.triangles.len() as u64 + corners.len() as u64).saturating_mul(12) > limit {
-            return self.accessors.fail(at, "the triangles are more than max_decoded_gib allows; raise it");
+            return self.accessors.fail(at, "the triangles are more than max_decoded_gib allows: raise it");
         }
         if colours.is_some() || self.colours.is_some() {
             let all = self.colours.get_or_insert_default();

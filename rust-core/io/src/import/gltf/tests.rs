@@ -95,7 +95,7 @@ fn strips_mirrors_and_buffers_elsewhere() {
     for uri in ["missing.bin", "https://example.org/a.bin"] {
         let error = read(uri).unwrap_err().to_string();
         assert!(error.contains(&format!("a.gltf: buffer {uri}: ")), "{error}");
-        assert!(error.ends_with("buffers are in the file itself or in files beside it"), "{error}");
+        assert!(error.ends_with("buffers must be in the file itself or in files beside it"), "{error}");
     }
     for uri in ["a%20b.bin", &format!("data:application/octet-stream;base64,{packed}")] {
         let Content::Mesh(mesh) = read(uri).unwrap() else { panic!("no mesh") };
@@ -209,7 +209,7 @@ fn json_may_be_nested_to_a_depth() {
     let error = content(&with(130)).unwrap_err().to_string();
     assert!(error.starts_with("x.glb: line 1, column "), "{error}");
     assert!(
-        error.ends_with("JSON is nested more than 127 deep, which is the most; write it with fewer lists in lists")
+        error.ends_with("JSON is nested more than 127 deep, which is the most: write it with fewer lists in lists")
     );
     let camera = format!("{{\"fx\":{}0{}}}", "[".repeat(130), "]".repeat(130));
     let error = crate::import::camera::parse(camera.as_bytes(), Path::new("c.json")).unwrap_err().to_string();

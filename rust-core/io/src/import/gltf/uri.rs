@@ -23,7 +23,7 @@ pub(super) fn outside(uri: &str, scan: &FileScan) -> Result<Vec<u8>> {
         Err(problem) => return fail(&problem),
     };
     if !file::is_file(&path) {
-        return fail("there is no such file; buffers are in the file itself or in files beside it");
+        return fail("there is no such file: buffers must be in the file itself or in files beside it");
     }
     file::read_bytes(&path)
 }

@@ -11,5 +11,5 @@ pub(super) fn sniff(start: &[u8]) -> bool {
 
 pub(super) fn parse(_: &mut dyn Input, _: u64, scan: &FileScan, _: &Progress<'_>) -> Result<Content> {
     let remedy = "build it with surfrecon's feature `las`, or convert the file to PLY or XYZ";
-    Err(Error::format(&scan.path, "whole file", format!("this program was built without LAS and LAZ; {remedy}")))
+    Err(Error::format(&scan.path, "whole file", format!("this program was built without LAS and LAZ: {remedy}")))
 }

@@ -97,8 +97,8 @@ fn check_items(items: &[LazItem], size: usize, scan: &FileScan) -> Result<()> {
     let fixed = items.iter().all(|item| item.size() == expected(item));
     if !starts || mixed || !fixed || items.len() > 8 || total != size as u64 || extra > EXTRA {
         let problem = format!(
-            "{} items of {total} bytes, {extra} of them extra bytes, don't make up a point of {size} bytes; at most {EXTRA} \
-             extra bytes can be read",
+            "{} items of {total} bytes, {extra} of them extra, don't make up a point of {size} bytes: at most \
+                {EXTRA} extra bytes can be read",
             items.len()
         );
         return fail(scan, "record of LASzip", problem);
@@ -132,7 +132,7 @@ fn table(
     scan: &FileScan,
 ) -> Result<Vec<(u64, u64, u64)>> {
     let (count, size) = (points.header.count, points.header.size);
-    let missing = "the table of chunks is missing; the file was cut short or never finished";
+    let missing = "the table of chunks is missing: the file was cut short or never finished";
     let number = |input: &mut dyn Input, at: u64| -> Result<u64> {
         let mut bytes = [0; 8];
         seek(input, at, &scan.path)?;
@@ -184,7 +184,7 @@ fn table(
         (place, left) = (place + entry.byte_count, left - points);
     }
     if left > 0 {
-        let problem = format!("the chunks hold {} of {count} points", count - left);
+        let problem = format!("the chunks hold {} of {count} points: the file is damaged", count - left);
         return fail(scan, "table of chunks", problem);
     }
     Ok(chunks)

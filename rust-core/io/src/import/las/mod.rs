@@ -98,7 +98,7 @@ impl Header {
         read_exact(input, &mut bytes[..known], scan, "header")?;
         let version = [bytes[24], bytes[25]];
         if version[0] != 1 || version[1] > 4 {
-            let problem = format!("version {}.{} is not known; known are 1.0 to 1.4", version[0], version[1]);
+            let problem = format!("version {}.{} is not known: known are 1.0 to 1.4", version[0], version[1]);
             return fail(scan, "header", problem);
         }
         let own = u64::from(u16_at(&bytes, 94));
@@ -112,7 +112,7 @@ impl Header {
         let size = u16_at(&bytes, 105);
         if SIZES.get(format).is_none_or(|least| size < *least) {
             let problem =
-                format!("points of format {format} with {size} bytes are not known; known are formats 0 to 10");
+                format!("points of format {format} with {size} bytes are not known: known are formats 0 to 10");
             return fail(scan, "header", problem);
         }
         let count = match version[1] {
@@ -241,7 +241,7 @@ pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &FileScan, _: &Pro
         }
         let begin = header.begin;
         if count > (length - begin).saturating_mul(MOST_IN_A_BYTE) {
-            let problem = format!("{count} points can't be in {} bytes; it is damaged or cut off", length - begin);
+            let problem = format!("{count} points can't be in {} bytes: it is damaged or cut off", length - begin);
             return fail(scan, "header", problem);
         }
         let mut points = Points::new(header, scan)?;

@@ -104,7 +104,7 @@ impl Points<'_> {
         window.at += 8;
         if self.count.checked_mul(self.stride) != Some(unpacked) {
             let wanted = format!("{} points of {} bytes", self.count, self.stride);
-            return Err(self.fail(format!("{wanted} aren't the {unpacked} bytes that it unpacks to")));
+            return Err(self.fail(format!("{wanted}, but it unpacks to {unpacked} bytes")));
         }
         if packed > window.left() || unpacked > packed * lzf::RATIO {
             let left = window.left();
@@ -113,7 +113,7 @@ impl Points<'_> {
         if unpacked > self.scan.options.max_decoded_bytes() {
             let limit = self.scan.options.max_decoded_gib;
             return Err(
-                self.fail(format!("it unpacks to {unpacked} bytes, more than max_decoded_gib = {limit} GiB; raise it"))
+                self.fail(format!("it unpacks to {unpacked} bytes, more than max_decoded_gib = {limit} GiB: raise it"))
             );
         }
         Ok(packed)

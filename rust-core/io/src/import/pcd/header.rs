@@ -95,7 +95,7 @@ pub(super) fn header(lines: &mut Lines<'_>) -> Result<Header> {
                         b"F" => b'F',
                         b"I" => b'I',
                         b"U" => b'U',
-                        _ => return Err(lines.fail("a type is F, I or U")),
+                        _ => return Err(lines.fail("a type must be F, I or U")),
                     });
                 }
             }
@@ -107,7 +107,7 @@ pub(super) fn header(lines: &mut Lines<'_>) -> Result<Header> {
                 b"ascii" => break Data::Ascii,
                 b"binary" => break Data::Binary,
                 b"binary_compressed" => break Data::Compressed,
-                _ => return Err(lines.fail("the data is ascii, binary or binary_compressed")),
+                _ => return Err(lines.fail("the data must be ascii, binary or binary_compressed")),
             },
             _ => {
                 let shown: String = key.chars().take(40).collect();

@@ -378,6 +378,6 @@ fn checked_index(vertex: i64, vertex_count: u64) -> Result<u32, String> {
     if vertex >= 0 && (vertex as u64) < vertex_count {
         Ok(vertex as u32)
     } else {
-        Err(format!("vertex {vertex} does not exist; there are {vertex_count}, counted from 0"))
+        Err(format!("vertex {vertex} does not exist: there are {vertex_count}, counted from 0"))
     }
 }

@@ -138,7 +138,7 @@ impl Header {
     /// Parses the header at the start of `bytes`. `None` if `end_header` doesn't come within them.
     pub(super) fn parse(bytes: &[u8]) -> Parsed<Option<Header>> {
         if !sniff(bytes) {
-            return Err(Problem::new("start of file", "a PLY file starts with a line `ply`"));
+            return Err(Problem::new("start of file", "a PLY file must start with a line `ply`"));
         }
         let mut encoding = None;
         let mut header = Header {
@@ -169,7 +169,7 @@ impl Header {
                 }
                 "element" => {
                     let Some(name) = words.next() else {
-                        return Err(Problem::new(at(), "the element has no name"));
+                        return Err(Problem::new(at(), "the element must have a name"));
                     };
                     if header.elements.len() == 1000 {
                         return Err(Problem::new(at(), "the file has more than 1000 kinds of elements"));
@@ -182,12 +182,13 @@ impl Header {
                 }
                 "property" => {
                     let Some(element) = header.elements.last_mut() else {
-                        return Err(Problem::new(at(), "a property comes before any element"));
+                        return Err(Problem::new(at(), "a property must follow an element"));
                     };
                     element.properties.push(property(&mut words, &at)?);
                 }
                 "end_header" => {
-                    header.encoding = encoding.ok_or_else(|| Problem::new(at(), "the header has no `format` line"))?;
+                    header.encoding =
+                        encoding.ok_or_else(|| Problem::new(at(), "the header must have a `format` line"))?;
                     header.body = lines.at;
                     header.check()?;
                     return Ok(Some(header));
@@ -205,7 +206,8 @@ impl Header {
     fn check(&self) -> Parsed<()> {
         for element in &self.elements {
             if element.properties.is_empty() && element.count > 0 {
-                let problem = format!("element `{}` claims {} entries without properties", element.name, element.count);
+                let problem =
+                    format!("element `{}` claims {} entries, but has no properties", element.name, element.count);
                 return Err(Problem::new("header", problem));
             }
         }
@@ -222,13 +224,13 @@ fn format(name: Option<&str>, version: Option<&str>, at: &dyn Fn() -> String) ->
             let other = other.unwrap_or("");
             return Err(Problem::new(
                 at(),
-                format!("unknown format `{other}`; there are ascii, binary_little_endian and binary_big_endian"),
+                format!("unknown format `{other}`: there are ascii, binary_little_endian and binary_big_endian"),
             ));
         }
     };
     match version {
         Some("1.0") => Ok(encoding),
-        other => Err(Problem::new(at(), format!("unknown version `{}`; there is 1.0", other.unwrap_or("")))),
+        other => Err(Problem::new(at(), format!("unknown version `{}`: there is only 1.0", other.unwrap_or("")))),
     }
 }
 
@@ -242,7 +244,7 @@ fn property<'a>(words: &mut impl Iterator<Item = &'a str>, at: &dyn Fn() -> Stri
         let word = word.unwrap_or("");
         ScalarType::from_name(word).ok_or_else(|| {
             let known = "char, uchar, short, ushort, int, uint, float, double, int8 to float64";
-            Problem::new(at(), format!("unknown type `{word}`; there are {known}"))
+            Problem::new(at(), format!("unknown type `{word}`: there are {known}"))
         })
     };
     let kind = match words.next() {
@@ -258,7 +260,7 @@ fn property<'a>(words: &mut impl Iterator<Item = &'a str>, at: &dyn Fn() -> Stri
     };
     match words.next() {
         Some(name) => Ok(Property { name: name.to_owned(), kind }),
-        None => Err(Problem::new(at(), "the property has no name")),
+        None => Err(Problem::new(at(), "the property must have a name")),
     }
 }
 
@@ -354,14 +356,14 @@ mod tests {
         assert!(line("element vertex 99999999999999999999999").contains("is not a count"));
         assert!(line("element vertex").contains("`` is not a count"));
         assert!(line("element").contains("no name"));
-        assert!(line("property float x").contains("before any element"));
+        assert!(line("property float x").contains("must follow an element"));
         assert!(line("element v 1\nproperty half x").starts_with("line 4: unknown type `half`"));
         assert!(line("element v 1\nproperty float").contains("no name"));
         assert!(line("element v 1\nproperty list float int i").contains("can't be a `float`"));
         assert!(line("element v 1\nelement v 1").contains("twice"));
-        assert!(line("element v 1").contains("without properties"));
+        assert!(line("element v 1").contains("has no properties"));
         assert!(line("obj_info num_cols many").contains("`many`"));
-        assert!(refused("ply\nend_header\n").contains("no `format`"));
+        assert!(refused("ply\nend_header\n").contains("must have a `format`"));
         assert!(refused("ply\nformat binary 1.0\n").contains("unknown format `binary`"));
         assert!(refused("ply\nformat ascii 2.0\n").contains("unknown version `2.0`"));
         assert_eq!(Header::parse(b"ply\nformat ascii 1.0\n").unwrap(), None);

@@ -27,12 +27,12 @@ impl Fault {
                 let problem = format!("{value} is out of range (the type is {})", scalar.name());
                 if S::TEXT { (source.window().at, problem) } else { return Problem::new(entry, problem) }
             }
-            Fault::LineEnd(byte) => (byte, "the line ends too early; an element has one line".to_owned()),
+            Fault::LineEnd(byte) => (byte, "the line ends too early: an element has one line".to_owned()),
             Fault::NoNumber(byte) => (byte, format!("expected a number, found `{}`", token(source, byte))),
             Fault::NoWhole(byte) => (byte, format!("expected a whole number, found `{}`", token(source, byte))),
             Fault::LineGoesOn(byte) => (
                 byte,
-                format!("expected the end of the line, found `{}`; an element has one line", token(source, byte)),
+                format!("expected the end of the line, found `{}`: an element has one line", token(source, byte)),
             ),
         };
         Problem::on_line_of(source.window().offset(byte), format!("{entry}: {problem}"))

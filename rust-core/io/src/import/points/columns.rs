@@ -120,8 +120,8 @@ impl Columns {
         }
         let passed = match self.width - known {
             0 => String::new(),
-            1 => "; the last column is passed over".to_owned(),
-            n => format!("; the last {n} columns are passed over"),
+            1 => ". The last column is passed over.".to_owned(),
+            n => format!(". The last {n} columns are passed over."),
         };
         format!("{} columns without names, taken as {}{passed}", self.width, parts.join(", "))
     }

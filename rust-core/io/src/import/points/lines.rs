@@ -107,7 +107,7 @@ impl<R: Read> Lines<R> {
             }
             self.number += 1;
             if self.bytes.len() == LONGEST {
-                return Err(Problem::text(self.number, "longer than 65,536 bytes; a point has one line"));
+                return Err(Problem::text(self.number, "longer than 65,536 bytes: a point has one line"));
             }
             if self.bytes.iter().any(|b| !b.is_ascii_whitespace()) {
                 break;

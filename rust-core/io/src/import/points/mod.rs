@@ -285,7 +285,7 @@ fn parse(source: impl Read, length: u64) -> Result<PointCloud, Problem> {
                 continue;
             }
             let (here, wanted) = (numbers.len(), columns.width());
-            return Err(Problem::text(number, format!("{here} numbers; the first point has {wanted}")));
+            return Err(Problem::text(number, format!("{here} numbers, but the first point has {wanted}")));
         }
         if let Some((_, _, left)) = &mut announced {
             *left -= 1.0;

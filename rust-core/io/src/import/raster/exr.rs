@@ -53,7 +53,7 @@ pub(super) fn read(
             .flat_map(|header| header.channels.list.iter().map(|channel| channel.name.to_string()))
             .take(20)
             .collect();
-        return fail(format!("no channel is a depth (Z, Depth or V); there are {}", names.join(", ")));
+        return fail(format!("no channel is a depth (Z, Depth or V): there are {}", names.join(", ")));
     };
     let header = &reader.headers()[layer];
     if header.deep {

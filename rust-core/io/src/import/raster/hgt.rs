@@ -21,7 +21,7 @@ pub(in super::super) fn parse(
 ) -> Result<Content> {
     let side = (length / 2).isqrt();
     if !length.is_multiple_of(2) || side * side * 2 != length || side < 2 {
-        let problem = format!("{length} bytes are no square of 2-byte heights (1201 x 1201 or 3601 x 3601)");
+        let problem = format!("{length} bytes must be a square of 2-byte heights (1201 x 1201 or 3601 x 3601)");
         return Err(Error::format(&scan.path, "whole file", problem));
     }
     let mut window = Window::new(input, length);

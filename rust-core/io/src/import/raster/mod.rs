@@ -89,8 +89,8 @@ pub(super) fn note_without_camera(scans: &[FileScan]) -> Result<Option<String>> 
             && has_sixteen_bits(&file::read_start(&first.path, HEADER)?.0)
         {
             return Ok(Some(format!(
-                "{} images of 16 bits are read as height maps, since no camera is given: depth images need one; give it as \
-                 camera = (fx, fy, cx, cy), or put a camera.json with fx, fy, cx, cy beside them",
+                "{} images of 16 bits are read as height maps, since no camera is given. If they are depth images, \
+                    give it as camera = (fx, fy, cx, cy). Or put a camera.json with fx, fy, cx, cy beside them.",
                 images.len()
             )));
         }
@@ -215,7 +215,9 @@ fn stored_pixels(rows: u64, cols: u64, bytes: u64, left: u64, scan: &FileScan, a
     let needed = rows.checked_mul(cols).and_then(|pixels| pixels.checked_mul(bytes));
     match needed {
         Some(needed) if needed <= left && needed > 0 => Ok((needed / bytes) as usize),
-        Some(0) => Err(Error::format(&scan.path, at, format!("an image of {cols} x {rows} pixels has none"))),
+        Some(0) => {
+            Err(Error::format(&scan.path, at, format!("an image of {cols} x {rows} pixels must have at least one")))
+        }
         _ => {
             let problem = format!("{cols} x {rows} pixels of {bytes} bytes are more than the {left} bytes that follow");
             Err(Error::format(&scan.path, at, problem))
@@ -229,13 +231,16 @@ fn packed_pixels(rows: u64, cols: u64, scan: &FileScan) -> Result<usize> {
     let bytes = rows.checked_mul(cols).and_then(|pixels| pixels.checked_mul(8));
     match bytes {
         Some(bytes) if bytes <= limit && bytes > 0 => Ok((bytes / 8) as usize),
-        Some(0) => Err(Error::format(&scan.path, "header", format!("an image of {cols} x {rows} pixels has none"))),
+        Some(0) => Err(Error::format(
+            &scan.path,
+            "header",
+            format!("an image of {cols} x {rows} pixels must have at least one"),
+        )),
         _ => Err(Error::format(
             &scan.path,
             "header",
             format!(
-                "{cols} x {rows} pixels would take more than max_decoded_gib = {} GiB; raise it if the file is to be \
-                 trusted",
+                "{cols} x {rows} pixels would take more than max_decoded_gib = {} GiB: raise it if the file is to be trusted",
                 scan.options.max_decoded_gib
             ),
         )),
@@ -248,7 +253,7 @@ fn can_be_in(length: u64, bytes: u64, most: u64, scan: &FileScan) -> Result<()> 
     if bytes <= length.saturating_mul(most) {
         return Ok(());
     }
-    let problem = format!("its {bytes} bytes of pixels can't be in a file of {length} bytes; it is damaged or cut off");
+    let problem = format!("its {bytes} bytes of pixels can't be in a file of {length} bytes: it is damaged or cut off");
     Err(Error::format(&scan.path, "header", problem))
 }
 

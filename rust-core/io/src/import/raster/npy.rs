@@ -35,7 +35,7 @@ pub(in super::super) fn parse(
 pub(super) fn raster(window: &mut Window<'_>, scan: &FileScan) -> Result<Raster> {
     let array = array(window, scan)?;
     let (&[rows, cols] | &[rows, cols, 1] | &[1, rows, cols]) = array.shape.as_slice() else {
-        let problem = format!("an image of depths has shape (rows, cols), not {:?}", array.shape);
+        let problem = format!("an image of depths must have the shape (rows, cols), not {:?}", array.shape);
         return Err(Error::format(&scan.path, "header", problem));
     };
     let count = stored_pixels(rows, cols, array.item.size() as u64, window.left(), scan, "header")?;
@@ -49,8 +49,8 @@ fn array(window: &mut Window<'_>, scan: &FileScan) -> Result<Array> {
     Array::parse(&header).ok_or_else(|| {
         let problem = match descr(&header) {
             Some(descr) if Item::parse(descr).is_none() => format!(
-                "its numbers are of the type {descr}; read are floats of 2, 4 and 8 bytes, whole numbers of 1 to 8 bytes, and bool: \
-                 convert it with array.astype('f4')"
+                "its numbers are of the type {descr}, but must be floats of 2, 4 or 8 bytes, whole numbers up to 8 \
+                    bytes, or bool. Convert it with array.astype('f4')."
             ),
             _ => {
                 let shown: String = header.chars().take(120).collect();
@@ -91,13 +91,13 @@ fn read(window: &mut Window<'_>, scan: &FileScan) -> Result<Content> {
         [rows, cols, 3] => (rows, cols, 3),
         _ => {
             return fail(format!(
-                "an image has shape (rows, cols), points (n, 3) or (rows, cols, 3), not {:?}",
+                "an image must have the shape (rows, cols), points (n, 3) or (rows, cols, 3), not {:?}",
                 array.shape
             ));
         }
     };
     if depth == 3 && array.fortran_order {
-        return fail("points in Fortran order; save numpy.ascontiguousarray(points)".to_owned());
+        return fail("points in Fortran order: save numpy.ascontiguousarray(points)".to_owned());
     }
     let size = array.item.size() as u64;
     let count = stored_pixels(rows, cols, size * depth, window.left(), scan, "header")? * depth as usize;
@@ -149,13 +149,13 @@ fn read(window: &mut Window<'_>, scan: &FileScan) -> Result<Content> {
 fn header(window: &mut Window<'_>, scan: &FileScan) -> Result<String> {
     let fail = |problem: &str| Err(Error::format(&scan.path, "header", problem));
     if !window.ensure(12) || !sniff(window.rest()) {
-        return fail("a NumPy array starts with \\x93NUMPY and the length of its header");
+        return fail("a NumPy array must start with \\x93NUMPY and the length of its header");
     }
     let start = window.rest();
     let (before, length) = match start[6] {
         1 => (10, usize::from(u16::from_le_bytes([start[8], start[9]]))),
         2 | 3 => (12, u32::from_le_bytes([start[8], start[9], start[10], start[11]]) as usize),
-        version => return fail(&format!("version {version} is unknown; known are 1, 2 and 3")),
+        version => return fail(&format!("version {version} is unknown: known are 1, 2 and 3")),
     };
     if length > LONGEST_HEADER {
         return fail(&format!("its length, {length} bytes, is more than {LONGEST_HEADER}"));

@@ -32,8 +32,8 @@ pub(in super::super) fn parse(
     }
     match words[0].as_str() {
         "Pf" => {}
-        "PF" => return Err(lines.fail("a float map of three colours; only grey ones (Pf) hold heights or depths")),
-        _ => return Err(lines.fail("a float map starts with Pf")),
+        "PF" => return Err(lines.fail("a float map of three colours: only grey ones (Pf) hold heights or depths")),
+        _ => return Err(lines.fail("a float map must start with Pf")),
     }
     let (Ok(cols), Ok(rows)) = (words[1].parse::<u32>(), words[2].parse::<u32>()) else {
         return Err(lines.fail(format!("expected width and height, found `{}` and `{}`", words[1], words[2])));

@@ -24,7 +24,7 @@ pub(in super::super) fn parse(
 
 pub(super) fn read(window: &mut Window<'_>, scan: &FileScan) -> Result<Raster> {
     if !window.ensure(3) || !sniff(window.rest()) {
-        return Err(Error::format(&scan.path, "start of file", "a grey map starts with P5 or P2"));
+        return Err(Error::format(&scan.path, "start of file", "a grey map must start with P5 or P2"));
     }
     let text = window.rest()[1] == b'2';
     window.at += 2;
@@ -69,7 +69,7 @@ fn whole(window: &mut Window<'_>, scan: &FileScan, what: &str) -> Result<u64> {
     let mut in_comment = false;
     loop {
         if !window.ensure(1) {
-            return Err(fail(window, scan, &format!("the file ends; expected {what}")));
+            return Err(fail(window, scan, &format!("expected {what}, but the file ends")));
         }
         match window.rest()[0] {
             b'\n' | b'\r' => in_comment = false,

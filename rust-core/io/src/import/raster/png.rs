@@ -46,14 +46,14 @@ pub(super) fn read(
         | (ColorType::Rgb | ColorType::Rgba, BitDepth::Eight) => colour.samples(),
         _ => {
             return fail(format!(
-                "{} of {} bits a channel holds no heights or depths; known are grey of 8 or 16 bits and terrain RGB",
+                "{} of {} bits a channel holds no heights or depths: known are grey of 8 or 16 bits and terrain RGB",
                 name(colour),
                 depth as u8
             ));
         }
     };
     if reader.info().interlaced {
-        return fail("an interlaced image; save it without interlacing".to_owned());
+        return fail("an interlaced image: save it without interlacing".to_owned());
     }
     let count = packed_pixels(rows as u64, cols as u64, scan)?;
     can_be_in(length, (count * channels * depth as usize / 8) as u64, DEFLATED, scan)?;
@@ -89,16 +89,16 @@ pub(super) fn read(
     match meaning {
         PixelMeaning::Auto if coloured && !values.iter().all(|v| v.is_nan() || GROUND.contains(v)) => {
             return fail(
-                "a colour image that holds no heights of the ground as terrain RGB; if it is another kind of height map, \
-                 say which: pixels = terrain_rgb or terrarium"
+                "a colour image that holds no heights of the ground as terrain RGB. If it is another kind of height \
+                    map, say pixels = terrain_rgb or terrarium."
                     .to_owned(),
             );
         }
         PixelMeaning::Number if coloured => {
-            return fail("a colour image holds no numbers; pixels must be terrain_rgb or terrarium".to_owned());
+            return fail("a colour image holds no numbers: pixels must be terrain_rgb or terrarium".to_owned());
         }
         PixelMeaning::TerrainRgb | PixelMeaning::Terrarium if !coloured => {
-            return fail("terrain RGB needs three colours of 8 bits; this image is grey".to_owned());
+            return fail("terrain RGB needs three colours of 8 bits, but this image is grey".to_owned());
         }
         _ => {}
     }

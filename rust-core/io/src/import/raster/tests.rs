@@ -194,11 +194,11 @@ fn floats_and_their_places() {
     assert_eq!((grid.valid_count(), grid.point_in_sensor(0)), (1, DVec3::new(1.5, -99.0, 2.5)));
     for (header, problem) in [
         (dict("<f4", "False", "(4294967296, 4294967296)"), "4294967296 x 4294967296 pixels of 4 bytes"),
-        (dict("<f4", "False", "(0, 3)"), "has none"),
+        (dict("<f4", "False", "(0, 3)"), "must have at least one"),
         (dict("<c16", "False", "(2, 3)"), "its numbers are of the type <c16; read are floats of 2, 4 and 8 bytes"),
-        (dict("|O", "False", "(2, 3)"), "convert it with array.astype('f4')"),
+        (dict("|O", "False", "(2, 3)"), "Convert it with array.astype('f4')"),
         ("{'descr': [('x', '<f4')], 'fortran_order': False, 'shape': (6,), }".to_owned(), "expected {'descr'"),
-        (dict("<f4", "False", "(2, 3, 4, 5)"), "an image has shape (rows, cols)"),
+        (dict("<f4", "False", "(2, 3, 4, 5)"), "an image must have the shape (rows, cols)"),
     ] {
         let error = refused(npy::parse, &npy_file(1, &header, &pixels), plain());
         assert!(error.contains(problem), "{error}");

@@ -159,7 +159,7 @@ pub fn run_task(
 ) -> Result<()> {
     let count = stage.tasks(together.tasks);
     if number >= count {
-        return Err(Error::input(format!("there is no task {number} of {}, which has {count}", stage.name())));
+        return Err(Error::input(format!("there is no task {number} of {}, which has only {count}", stage.name())));
     }
     together.check(sources.len())?;
     started(sources, params, progress, || {
@@ -228,8 +228,7 @@ pub fn memory(most: Option<u64>, workers: usize, how: &str) -> Result<u64> {
         let least = size(least as f64);
         let (each, memory) = (size(LEAST as f64), size(memory as f64));
         return Err(Error::OutOfMemory(format!(
-            "merging {how} needs {least} at least, {each} for each of {workers} threads, {memory} are {known}; \
-             allow more, or fewer threads"
+            "merging {how} needs {least} at least, {each} for each of {workers} threads, {memory} are {known}: allow more, or fewer threads"
         )));
     }
     Ok(memory)

@@ -64,7 +64,7 @@ pub fn foresee(
     if least <= there {
         return Ok(());
     }
-    let text = format!("{text}; {} are free: free some, choose another workspace, or larger cells", size(there));
+    let text = format!("{text}, but {} are free: free some, choose another workspace, or larger cells", size(there));
     Err(Error::io(folder, std::io::Error::new(std::io::ErrorKind::StorageFull, text)))
 }
 

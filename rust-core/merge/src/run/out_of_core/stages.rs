@@ -258,7 +258,9 @@ impl<'a> Tasks<'a> {
         let (before, now) = (planned.order.len(), self.sources.len());
         if before != now {
             let folder = self.setting.folder.display();
-            return Err(Error::input(format!("{folder}: this merge was planned for {before} scans, not for {now}")));
+            return Err(Error::input(format!(
+                "{folder}: this merge was planned for {before} scans, not for {now}: plan it anew"
+            )));
         }
         planned.scan_order = ScanOrder::new(self.sources, &self.versions, &planned.order);
         planned.basis = self.basis(&planned.grid, planned.cut);

@@ -213,7 +213,7 @@ fn what_is_not_as_announced_is_refused() {
         sink.triangles(0, &wide(&mesh.triangles), &[])?;
         sink.vertices(0, &[DVec3::ZERO, DVec3::X, DVec3::Z], &rows())
     });
-    assert!(text.contains("its vertices lie elsewhere than its outline says"), "{text}");
+    assert!(text.contains("its vertices must lie where its outline says"), "{text}");
     write_ply_in_pieces(&path, PlyOptions::default(), |sink| hand_over(&mesh, &whole(&mesh), sink), &Progress::none())
         .unwrap();
     assert_ne!(std::fs::read(&path).unwrap(), b"old");

@@ -32,17 +32,17 @@ fn refused(files: &Files, part: &str) {
 fn what_is_missing_is_named_with_the_remedy() {
     let twin = phone();
     refused(&writers::polycam(&twin, true).without("depth/"), "exported as raw data with developer mode on");
-    refused(&writers::stray(&twin).without("depth/"), "scan with a device that has LiDAR");
+    refused(&writers::stray(&twin).without("depth/"), "Scan with a device that has LiDAR");
     refused(&writers::colmap(&twin, true).without("images.bin"), "depth maps without the model have no poses");
-    refused(&writers::redwood(&twin).without("camera_"), "does not say its camera: give it as camera =");
+    refused(&writers::redwood(&twin).without("camera_"), "does not say its camera. Give it as camera =");
     let mut none = writers::scanner_app(&twin);
     (0..FRAMES).for_each(|k| none.change(&format!("frame_{k:05}.json"), |json| *json = b"{}".to_vec()));
-    refused(&none, "in which no frame has depth and pose; 6 of 6 frames have no pose and are passed over");
+    refused(&none, "needs a frame that has both depth and pose: 6 of 6 frames have no pose and are passed over");
     let mut colours = writers::nerfstudio(&twin);
     colours.change("transforms.json", |json| {
         *json = String::from_utf8_lossy(json).replace("depth_file_path", "other").into_bytes();
     });
-    refused(&colours, "this recording is of colour images alone");
+    refused(&colours, "Colour images alone give no surface");
     let mut poses = writers::record3d(&twin);
     poses.change("metadata", |json| *json = String::from_utf8_lossy(json).replace("poses", "other").into_bytes());
     refused(&poses, "there are no poses: only recordings with the LiDAR have them");
@@ -85,7 +85,7 @@ fn what_can_not_be_done_is_refused_by_name() {
     refused(&model, "is no pinhole camera: undistort the images first (image_undistorter)");
     let mut turned = writers::scanner_app(&twin);
     turned.change("depth_00003.png", |bytes| *bytes = grey16([48, 64], &[1000; 48 * 64]));
-    refused(&turned, "depth_00003.png: header: an image of 48 x 64 pixels has another shape than its camera's");
+    refused(&turned, "depth_00003.png: header: an image of 48 x 64 pixels must have the shape of its camera's");
 }
 
 /// Frames whose pose was lost are passed over and counted.
@@ -117,7 +117,7 @@ fn archives_whose_files_are_hidden_say_so() {
     let inside = writers::record3d(&phone()).archive();
     let mut outer = Files::default();
     outer.put("My scan/scan.r3d", inside.clone());
-    refused(&outer.archive(), "it holds another archive, My scan/scan.r3d; unpack it first");
+    refused(&outer.archive(), "it holds another archive, My scan/scan.r3d: unpack it first");
     // The first bit of the flags, of each file's own header and of its line in the list.
     let mut encrypted = inside;
     for (start, flags) in [(b"PK\x03\x04", 6), (b"PK\x01\x02", 8)] {
@@ -127,7 +127,7 @@ fn archives_whose_files_are_hidden_say_so() {
             }
         }
     }
-    refused(&encrypted, "of its files are encrypted; unpack it with its password first");
+    refused(&encrypted, "of its files are encrypted: unpack it with its password first");
 }
 
 /// Theorem: the caller's word on what depths measure counts.
@@ -180,7 +180,7 @@ fn damaged_images_are_named() {
         let notes = open(&path).unwrap().notes;
         assert!(notes.iter().any(|note| note.contains("1 of 6 frames are skipped") && note.contains(why)), "{notes:?}");
     };
-    skipped(&files, "of the 12288 bytes of its pixels; it is damaged or cut off");
+    skipped(&files, "of the 12288 bytes of its pixels: it is damaged or cut off");
     files.change(map, |bytes| *bytes = b"9999999&9999999&1&".to_vec());
     skipped(&files, "are none, or more than max_decoded_gib allows");
 }

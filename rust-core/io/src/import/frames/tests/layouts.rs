@@ -137,7 +137,7 @@ fn tum() {
     let files = writers::tum(&twin).without("camera.json");
     let (_keep, path) = files.folder();
     let error = open(&path).unwrap_err().to_string();
-    assert!(error.contains("does not say its camera: give it as camera = (fx, fy, cx, cy)"), "{error}");
+    assert!(error.contains("does not say its camera. Give it as camera = (fx, fy, cx, cy)"), "{error}");
     let named = path.with_file_name("rgbd_dataset_freiburg2_desk");
     std::fs::rename(&path, &named).unwrap();
     let set = open(&named).unwrap();

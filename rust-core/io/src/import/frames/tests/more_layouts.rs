@@ -134,7 +134,7 @@ fn lists_of_poses_are_no_points() {
     for (files, list) in lists {
         let (_keep, path) = files.folder();
         let error = open(&path.join(list)).unwrap_err().to_string();
-        assert!(error.contains("describes scans; open it together with them"), "{list}: {error}");
+        assert!(error.contains("this describes scans, so open it together with them"), "{list}: {error}");
     }
 }
 

@@ -108,7 +108,7 @@ fn poses_are_read_as_the_caller_says() {
     let files = open3d(rolled);
     let (_keep, path) = files.folder();
     let set = open(&path).unwrap();
-    assert!(set.notes[1].contains("what the poses mean is not decided"), "{:?}", set.notes);
+    assert!(set.notes[1].contains("the meaning of the poses is not decided"), "{:?}", set.notes);
 }
 
 /// An image of depth as a function of column and row has it, in metres.
@@ -129,7 +129,7 @@ fn frames_that_meet_nowhere_decide_nothing() {
         let wall = |k: usize| image(|x, y| 1.5 + bumps * (x / 4.0 + k as f64).sin() * (y / 5.0 + 2.0 * k as f64).cos());
         let (_keep, path) = open3d((0..frames).map(|k| (poses[k], wall(k)))).folder();
         let set = open(&path).unwrap();
-        note(&set, "what the poses mean is not decided");
+        note(&set, "the meaning of the poses is not decided");
         assert_placed(&set, &poses);
     }
 }
@@ -140,7 +140,7 @@ fn a_wrong_scale_decides_nothing() {
     let (_, poses) = turn(20, &|pose| pose);
     let (_keep, path) = open3d(poses.iter().map(|&pose| (pose, depths(pose, 100.0)))).folder();
     let set = open(&path).unwrap();
-    note(&set, "look also at the camera and at the scale of the depths");
+    note(&set, "Look also at the camera and at the scale of the depths");
     assert_placed(&set, &poses);
 }
 

@@ -40,7 +40,7 @@ pub(super) fn apply<R: Read + Seek>(
         }
         let Some((width, height)) = decoder.next_image().and_then(|()| decoder.dimensions()).ok() else {
             let words = format!(
-                "{}: image {} of the file cannot be read; if it is a mask, nothing is masked",
+                "{}: image {} of the file cannot be read. If it is a mask, nothing is masked.",
                 scan.name,
                 index + 1
             );
@@ -86,12 +86,12 @@ fn cut_out<R: Read + Seek>(
     let colour = decoder.colortype().map_err(wrong)?;
     let bits = colour.bit_depth() as usize;
     if colour.num_samples() != 1 || !matches!(bits, 1 | 8) {
-        return fail(format!("{} channels of {bits} bits; a mask has one, of 1 or 8 bits", colour.num_samples()));
+        return fail(format!("{} channels of {bits} bits, but a mask has one, of 1 or 8 bits", colour.num_samples()));
     }
     let packed = Packed::of(decoder, image, colour, scan)?;
     let (wide, high) = decoder.chunk_dimensions();
     if wide == 0 || high == 0 {
-        return fail("tiles or strips without pixels".to_owned());
+        return fail("tiles or strips must have pixels".to_owned());
     }
     let across = cols.div_ceil(wide as usize);
     let chunks = across * (values.len() / cols).div_ceil(high as usize);

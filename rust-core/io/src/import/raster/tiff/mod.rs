@@ -61,8 +61,7 @@ pub(super) fn read(
     let channels = usize::from(colour.num_samples());
     if channels != 1 && !has_alpha(&mut decoder, colour) {
         return fail(format!(
-            "{channels} channels a pixel; a height map or depth image has one, of whole numbers or floats, and may have \
-             alpha besides"
+            "{channels} channels a pixel, but a height map or depth image has one, of whole numbers or floats, and may have alpha besides"
         ));
     }
     let place = place(&mut decoder, scan);
@@ -85,7 +84,7 @@ pub(super) fn read(
     decoder = decoder.with_limits(limits);
     let (chunk_cols, chunk_rows) = decoder.chunk_dimensions();
     if chunk_cols == 0 || chunk_rows == 0 {
-        return fail("tiles or strips without pixels".to_owned());
+        return fail("tiles or strips must have pixels".to_owned());
     }
     let chunk = f64::from(chunk_cols) * f64::from(chunk_rows) * pixel_bits as f64 / 8.0;
     memory::expect(
@@ -221,7 +220,7 @@ pub(in super::super) fn named(scan: &FileScan) -> Result<std::result::Result<Opt
         let keys = GeoKeys { directory: &directory, text: text.as_bytes() };
         Ok(match keys.crs() {
             Ok(Some(crs)) if place.degrees => Err(format!(
-                "places in degrees ({crs}) become metres from the corner of the map, which are in no system"
+                "places in degrees ({crs}) are not lengths: they become metres from the corner of the map, which are in no system"
             )),
             named => named,
         })

@@ -61,7 +61,7 @@ impl Packed {
         let is_said = read_as(decoder, &tags).map_err(|error| Error::io(&scan.path, error))?;
         let (begin, size) = (begin - decoder.inner().length, usize::try_from(size));
         let (true, Ok(size)) = (is_said, size) else {
-            let problem = "tiles or strips packed by Zstandard are too large beside the file; write it as BigTIFF";
+            let problem = "tiles or strips packed by Zstandard are too large beside the file: write it as BigTIFF";
             return Err(Error::format(&scan.path, "header", problem));
         };
         decoder.seek_to_image(image).map_err(wrong)?;

@@ -189,7 +189,7 @@ fn versions_are_one_a_scan() {
         let params = MergeParams::default();
         run(&sources, &params, workspace, &mut TriMesh::default(), &Progress::none()).unwrap_err().to_string()
     };
-    assert_eq!(said(&[1, 2]), "2 versions for 9 scans: each has one");
+    assert_eq!(said(&[1, 2]), "2 versions for 9 scans: give one per scan");
     assert!(said(&[1, 2, 3, 4, 5, 6, 7, 8, 3]).starts_with("two scans have the version 3"));
     assert_eq!(folder.path().read_dir().unwrap().count(), 0);
 }
