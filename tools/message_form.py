@@ -37,7 +37,7 @@ DO = one_of(
     " turn undistort undo unpack update use wait write"
 )
 REMEDY = re.compile(rf"(?:^|[:.,?(]\s?|\b(?:or|and|then|so|first|instead|to|not)\s)(?:{DO})", re.I)
-# What is allowed, or what there is to choose from.
+# Words that say the allowed values, or the choices there are.
 ALLOWED = re.compile(
     one_of(
         "must needs? takes? expected only alone but instead at_most at_least is_allowed are_allowed may_be may_have"

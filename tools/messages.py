@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-# Where messages come from. Tests, examples and benchmarks refuse nothing.
+# Folders that messages come from. Tests, examples and benchmarks refuse nothing.
 SOURCES = (
     ("rust-core", ".rs"),
     ("c-api/src", ".rs"),
@@ -77,7 +77,7 @@ CLOSURE = re.compile(
 
 
 class Group:
-    """What stands in brackets, with the name before them: a call, a macro, a struct."""
+    """Content of brackets, with the name before them: a call, a macro, a struct."""
 
     def __init__(self, name, opened):
         self.name, self.opened, self.items = name, opened, []
@@ -159,7 +159,7 @@ def rust_messages(name, code):
             elif group.name == "format!":
                 inside, file = whole and place == 0, of_file
             elif group.opened == "{" or not group.name or group.opened == "[":
-                # What a block binds is a part of what it returns, unless its name says that it is all.
+                # A block's bindings are parts of its value, unless a name says that it is all.
                 is_bound, is_problem = items[0] == ("name", "let"), items[1:2] == [("name", "problem")]
                 inside, file = is_problem if is_bound else whole, of_file
             else:
@@ -168,7 +168,7 @@ def rust_messages(name, code):
                 if isinstance(item, Group):
                     yield from visit(item, inside, file)
                 elif item[0] == "literal":
-                    # What a reader of a file finds wrong is told with the file, and with the place in it.
+                    # A reader of a file names the file and the place in it.
                     file = file or name.startswith("rust-core/io/src/import/") and group.name != "Error::input"
                     yield Message(name, item[2], item[1], inside, file)
 
@@ -177,7 +177,7 @@ def rust_messages(name, code):
 
 # Python: calls that make an error of a text or say it, and those whose texts explain options.
 PYTHON_ERRORS = re.compile(r"(Error|Refused|Cancelled|BadCommandLine)$|^ArgumentTypeError$")
-# What makes an error of a text. A poll refuses as well: it says why a button is grey.
+# Calls that make an error of a text. A poll refuses as well: it says why a button is grey.
 REFUSING = {"poll_message_set": 0}
 PYTHON_OTHERS = re.compile(
     r"Property$|^(Own|Command|add_parser|add_argument|_add_common|compile|label|operator|menu|prop|_Parser|report_lines|Task"
@@ -252,7 +252,7 @@ def cpp_messages(name, code):
             depth += 0 if in_text else {"(": 1, ")": -1}.get(letter, 0)
             end += 1
         inside = code[call.end() : end - 1]
-        # What is called inside has texts of its own, such as formats.
+        # Calls inside have texts of their own, such as formats.
         text, at = "", 0
         for part in CPP_PART.finditer(inside):
             value = inside[at : part.start()].strip(" +\n")

@@ -17,7 +17,7 @@ pub mod write;
 // end
 
 use bytemuck::Pod;
-use surfrecon::params::{Kind, ParamSpec, Params, Value};
+use surfrecon::params::{ParamKind, ParamSpec, Params, Value};
 
 use crate::settings::from_data;
 use crate::sized;
@@ -92,9 +92,9 @@ fn value(row: &ParamSpec, given: Given) -> Result<Value<'static>, Failure> {
             }
         }
         (_, Given::Double(number)) => from_data(number).map_or(Value::Absent, Value::Number),
-        (Kind::Flag, Given::Whole(flag @ 0..=1)) => Value::Flag(flag == 1),
-        (Kind::Flag, Given::Whole(other)) => return refused("0 or 1".to_owned(), other),
-        (Kind::Choice(choices), Given::Whole(place)) => {
+        (ParamKind::Flag, Given::Whole(flag @ 0..=1)) => Value::Flag(flag == 1),
+        (ParamKind::Flag, Given::Whole(other)) => return refused("0 or 1".to_owned(), other),
+        (ParamKind::Choice(choices), Given::Whole(place)) => {
             let chosen = usize::try_from(place).ok().and_then(|place| choices.get(place.checked_sub(1)?));
             match chosen {
                 Some(choice) => Value::Choice(choice.name),

@@ -1,7 +1,7 @@
 //! Structs of figures: how the core's reports become them. The structs are in `reports/`, written by `make generate`.
 
 use bytemuck::Pod;
-use surfrecon::reports::{Found, Holds, Kind, Values, in_order};
+use surfrecon::reports::{FigureKind, Found, Holds, Values, in_order};
 
 use crate::pose;
 use crate::settings::SRF_FROM_DATA;
@@ -48,7 +48,7 @@ fn push_all(values: Values<'_>, words: &mut Vec<u64>) {
 }
 
 /// Adds a value as the numbers of eight bytes that a struct holds of it.
-fn push(kind: Kind, found: &Found<'_>, words: &mut Vec<u64>) {
+fn push(kind: FigureKind, found: &Found<'_>, words: &mut Vec<u64>) {
     match (kind, found) {
         (_, Found::Flag(flag)) => words.push(u64::from(*flag)),
         (_, Found::Count(count)) => words.push(*count),
@@ -56,24 +56,24 @@ fn push(kind: Kind, found: &Found<'_>, words: &mut Vec<u64>) {
         (_, Found::Number(number)) => words.push(number.to_bits()),
         (_, Found::Vector(vector)) => words.extend(vector.to_array().map(f64::to_bits)),
         (_, Found::Pose(transform)) => words.extend(pose::pose(*transform).matrix.map(f64::to_bits)),
-        (Kind::Matrix(_), Found::Array(rows)) => {
+        (FigureKind::Matrix(_), Found::Array(rows)) => {
             for row in rows {
                 if let Found::Array(values) = row {
-                    values.iter().for_each(|value| push(Kind::Number, value, words));
+                    values.iter().for_each(|value| push(FigureKind::Number, value, words));
                 }
             }
         }
-        (Kind::Choice(choices), Found::Choice(name)) => words
+        (FigureKind::Choice(choices), Found::Choice(name)) => words
             .push(1 + choices.iter().position(|choice| choice.name == *name).expect("the choices are declared") as u64),
         (kind, found) => unreachable!("{found:?} is no {kind:?} of a fixed size"),
     }
 }
 
 /// The number of a figure that does not apply.
-fn absent(kind: Kind) -> u64 {
+fn absent(kind: FigureKind) -> u64 {
     match kind {
-        Kind::Length | Kind::Angle | Kind::Ratio | Kind::Number => SRF_FROM_DATA.to_bits(),
-        Kind::Vector | Kind::Pose | Kind::Matrix(_) => 0,
+        FigureKind::Length | FigureKind::Angle | FigureKind::Ratio | FigureKind::Number => SRF_FROM_DATA.to_bits(),
+        FigureKind::Vector | FigureKind::Pose | FigureKind::Matrix(_) => 0,
         _ => NONE,
     }
 }

@@ -1,7 +1,7 @@
 //! The core's operations: what each takes and gives, and what it is called where.
 
 use pyo3::prelude::*;
-use surfrecon::operations::{self, Command, Content, Filter, OPERATIONS, Operator};
+use surfrecon::operations::{self, Command, DataKind, Filter, OPERATIONS, Operator};
 
 /// One operation, as the library itself defines it.
 ///
@@ -13,7 +13,7 @@ pub struct Operation {
     operation: &'static operations::Operation,
 }
 
-fn words(contents: &'static [Content]) -> Vec<&'static str> {
+fn words(contents: &'static [DataKind]) -> Vec<&'static str> {
     contents.iter().map(|content| content.words()).collect()
 }
 

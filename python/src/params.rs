@@ -4,7 +4,7 @@ use pyo3::exceptions::{PyOverflowError, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use surfrecon::error::{meant, nearest};
-use surfrecon::params::{Choice, Default, Kind, ParamSpec, Params, Value, find, schemas, table};
+use surfrecon::params::{Choice, Default, ParamKind, ParamSpec, Params, Value, find, schemas, table};
 
 use crate::errors::{input_error, reworded, to_python};
 
@@ -43,12 +43,12 @@ impl Parameter {
     #[getter]
     fn kind(&self) -> &'static str {
         match self.spec.kind {
-            Kind::Length => "length",
-            Kind::Angle => "angle",
-            Kind::Ratio => "ratio",
-            Kind::Count => "count",
-            Kind::Flag => "flag",
-            Kind::Choice(_) => "choice",
+            ParamKind::Length => "length",
+            ParamKind::Angle => "angle",
+            ParamKind::Ratio => "ratio",
+            ParamKind::Count => "count",
+            ParamKind::Flag => "flag",
+            ParamKind::Choice(_) => "choice",
         }
     }
 
@@ -59,7 +59,9 @@ impl Parameter {
             Value::Absent => py.None().into_bound(py),
             Value::Flag(flag) => flag.into_pyobject(py)?.to_owned().into_any(),
             Value::Choice(name) => name.into_pyobject(py)?.into_any(),
-            Value::Number(number) if self.spec.kind == Kind::Count => (number as i64).into_pyobject(py)?.into_any(),
+            Value::Number(number) if self.spec.kind == ParamKind::Count => {
+                (number as i64).into_pyobject(py)?.into_any()
+            }
             Value::Number(number) => number.into_pyobject(py)?.into_any(),
         })
     }
@@ -245,10 +247,10 @@ fn taken(row: &ParamSpec, value: &Bound<'_, PyAny>) -> PyResult<Taken> {
         return Ok(Taken::None);
     }
     let taken = match row.kind {
-        Kind::Length | Kind::Angle | Kind::Ratio => value.extract().map(Taken::Number),
-        Kind::Count => whole(row, value).map(Taken::Number),
-        Kind::Flag => value.extract().map(Taken::Flag),
-        Kind::Choice(_) => value.extract().map(Taken::Choice),
+        ParamKind::Length | ParamKind::Angle | ParamKind::Ratio => value.extract().map(Taken::Number),
+        ParamKind::Count => whole(row, value).map(Taken::Number),
+        ParamKind::Flag => value.extract().map(Taken::Flag),
+        ParamKind::Choice(_) => value.extract().map(Taken::Choice),
     };
     taken.map_err(|error| {
         // As of arguments that Python itself takes apart.

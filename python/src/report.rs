@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
 use surfrecon::error::meant;
 use surfrecon::params::Choice;
-use surfrecon::reports::{self as core, Found, Kind, Report, Shape, Values};
+use surfrecon::reports::{self as core, FigureKind, FigureShape, Found, Report, Values};
 
 use crate::arrays;
 use crate::errors::input_error;
@@ -48,22 +48,22 @@ impl Figure {
     #[getter]
     fn kind(&self) -> &'static str {
         match self.figure.kind {
-            Kind::Flag => "flag",
-            Kind::Count => "count",
-            Kind::Integer => "integer",
-            Kind::Bytes => "bytes",
-            Kind::Length => "length",
-            Kind::Angle => "angle",
-            Kind::Ratio => "ratio",
-            Kind::Number => "number",
-            Kind::Choice(_) => "choice",
-            Kind::Vector => "vector",
-            Kind::Pose => "pose",
-            Kind::Matrix(_) => "matrix",
-            Kind::Text => "text",
-            Kind::Warning(_) => "warning",
-            Kind::Stage => "stage",
-            Kind::Nested(_) => "report",
+            FigureKind::Flag => "flag",
+            FigureKind::Count => "count",
+            FigureKind::Integer => "integer",
+            FigureKind::Bytes => "bytes",
+            FigureKind::Length => "length",
+            FigureKind::Angle => "angle",
+            FigureKind::Ratio => "ratio",
+            FigureKind::Number => "number",
+            FigureKind::Choice(_) => "choice",
+            FigureKind::Vector => "vector",
+            FigureKind::Pose => "pose",
+            FigureKind::Matrix(_) => "matrix",
+            FigureKind::Text => "text",
+            FigureKind::Warning(_) => "warning",
+            FigureKind::Stage => "stage",
+            FigureKind::Nested(_) => "report",
         }
     }
 
@@ -71,13 +71,13 @@ impl Figure {
     #[getter]
     fn shape(&self) -> &'static str {
         match self.figure.shape {
-            Shape::One => "one",
-            Shape::Optional => "optional",
-            Shape::Array(_) => "array",
-            Shape::OptionalArray(_) => "optional array",
-            Shape::List(_) | Shape::UpTo(_) => "list",
-            Shape::ListOfOptional => "list of optional",
-            Shape::Lists => "lists",
+            FigureShape::One => "one",
+            FigureShape::Optional => "optional",
+            FigureShape::Array(_) => "array",
+            FigureShape::OptionalArray(_) => "optional array",
+            FigureShape::List(_) | FigureShape::UpTo(_) => "list",
+            FigureShape::ListOfOptional => "list of optional",
+            FigureShape::Lists => "lists",
         }
     }
 
@@ -156,7 +156,7 @@ fn declared<'py>(py: Python<'py>, class: &str, values: Values<'_>) -> PyResult<B
     let dict = PyDict::new(py);
     for (figure, found) in values {
         let value = match (figure.kind, found) {
-            (Kind::Stage, Found::List(stages)) => by_name(py, stages)?,
+            (FigureKind::Stage, Found::List(stages)) => by_name(py, stages)?,
             (kind, found) => value(py, kind, found)?,
         };
         dict.set_item(figure.name, value)?;
@@ -177,7 +177,7 @@ fn by_name<'py>(py: Python<'py>, pairs: Vec<Found<'_>>) -> PyResult<Bound<'py, P
     Ok(dict.into_any())
 }
 
-fn value<'py>(py: Python<'py>, kind: Kind, found: Found<'_>) -> PyResult<Bound<'py, PyAny>> {
+fn value<'py>(py: Python<'py>, kind: FigureKind, found: Found<'_>) -> PyResult<Bound<'py, PyAny>> {
     let all = |values: Vec<Found<'_>>| values.into_iter().map(|one| value(py, kind, one)).collect::<PyResult<Vec<_>>>();
     match found {
         Found::Absent => Ok(py.None().into_bound(py)),
@@ -188,11 +188,11 @@ fn value<'py>(py: Python<'py>, kind: Kind, found: Found<'_>) -> PyResult<Bound<'
         Found::Choice(text) | Found::Text(text) => text.into_bound_py_any(py),
         Found::Vector(vector) => Ok(PyTuple::new(py, vector.to_array())?.into_any()),
         Found::Pose(pose) => Ok(arrays::matrix(py, &pose).into_any()),
-        Found::Array(rows) if matches!(kind, Kind::Matrix(_)) => matrix(py, &rows),
+        Found::Array(rows) if matches!(kind, FigureKind::Matrix(_)) => matrix(py, &rows),
         Found::Array(values) => Ok(PyTuple::new(py, all(values)?)?.into_any()),
         Found::List(values) => Ok(PyList::new(py, all(values)?)?.into_any()),
         Found::Nested(values) => {
-            let Kind::Nested(schema) = kind else { unreachable!("{kind:?} is no report") };
+            let FigureKind::Nested(schema) = kind else { unreachable!("{kind:?} is no report") };
             declared(py, schema.name, values)
         }
     }

@@ -3,7 +3,7 @@
 //! Every language and every host is made from it: from the parameters and the report of each, from its names and texts, and from
 //! what it takes and gives. An operation that is added adds a line here.
 
-pub use base::operation::{Command, Content, Filter, Operation, Operator};
+pub use base::operation::{Command, DataKind, Filter, Operation, Operator};
 
 /// Every operation, in the order of the work.
 pub const OPERATIONS: &[Operation] = &[

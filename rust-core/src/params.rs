@@ -2,12 +2,12 @@
 //!
 //! C, Python, Blender and MeshLab are made from it. No default, no range and no text of a parameter is written anywhere else.
 
-pub use base::params::{Choice, Default, Field, Kind, ParamSpec, Params, Schema, Value};
+pub use base::params::{Choice, Default, ParamField, ParamKind, ParamSchema, ParamSpec, Params, Value};
 
 use crate::operations::OPERATIONS;
 
 /// The operations' schemas.
-pub fn schemas() -> impl Iterator<Item = &'static Schema> {
+pub fn schemas() -> impl Iterator<Item = &'static ParamSchema> {
     OPERATIONS.iter().filter_map(|operation| operation.params.as_ref())
 }
 
@@ -17,7 +17,7 @@ pub fn table() -> impl Iterator<Item = &'static ParamSpec> {
 }
 
 /// The schema of an operation.
-pub fn schema(operation: &str) -> Option<&'static Schema> {
+pub fn schema(operation: &str) -> Option<&'static ParamSchema> {
     schemas().find(|schema| schema.operation == operation)
 }
 
@@ -64,9 +64,11 @@ mod tests {
         for row in P::rows() {
             let middle = if row.max.is_finite() { (row.min + row.max) / 2.0 } else { row.min + 3.0 };
             let (other, wrong) = match row.kind {
-                Kind::Flag => (Value::Flag(row.default_value() == Value::Flag(false)), Value::Number(2.0)),
-                Kind::Choice(choices) => (Value::Choice(choices[choices.len() - 1].name), Value::Choice("none such")),
-                Kind::Count => (Value::Number(middle.trunc()), Value::Number(1.5)),
+                ParamKind::Flag => (Value::Flag(row.default_value() == Value::Flag(false)), Value::Number(2.0)),
+                ParamKind::Choice(choices) => {
+                    (Value::Choice(choices[choices.len() - 1].name), Value::Choice("none such"))
+                }
+                ParamKind::Count => (Value::Number(middle.trunc()), Value::Number(1.5)),
                 _ if row.any_number => (Value::Number(f64::INFINITY), Value::Flag(true)),
                 _ if row.min.is_finite() => (Value::Number(middle), Value::Number(row.min - 1.0)),
                 _ => (Value::Number(-1.0), Value::Number(f64::NAN)),

@@ -3,7 +3,7 @@
 //! C's structs, Python's classes, the values that MeshLab returns, Blender's lines and PARAMETERS.md are made from it. A figure
 //! is declared once, as a row of its operation's `report!`.
 
-pub use base::report::{Figure, Found, Kind, Measured, Report, Schema, Shape, Values};
+pub use base::report::{Figure, FigureKind, FigureShape, FigureValue, Found, Report, ReportSchema, Values};
 
 use crate::operations::OPERATIONS;
 
@@ -13,7 +13,7 @@ pub struct Reported {
     /// The operation, as it is called in every language, or what the call measures.
     pub operation: &'static str,
     /// Its parts, as one report: the first gives name and text.
-    pub schemas: &'static [Schema],
+    pub schemas: &'static [ReportSchema],
 }
 
 /// Reports of calls that are no operations.
@@ -52,7 +52,7 @@ impl Reported {
     }
 
     /// The fields of its struct in C, in their order. Those of later versions come last, so that the struct grows at its end.
-    pub fn fields(&self) -> Vec<Field> {
+    pub fn fields(&self) -> Vec<ReportField> {
         fields(self.figures())
     }
 
@@ -69,15 +69,15 @@ impl Reported {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Listed {
     /// Its declaration.
-    pub schema: &'static Schema,
+    pub schema: &'static ReportSchema,
     /// Whether C's structs hold the list, so that it never grows.
     pub is_held: bool,
 }
 
 fn list(figure: &Figure, found: &mut Vec<Listed>) {
-    let Kind::Nested(schema) = figure.kind else { return };
+    let FigureKind::Nested(schema) = figure.kind else { return };
     schema.figures.iter().for_each(|inner| list(inner, found));
-    let is_held = matches!(figure.shape, Shape::UpTo(_));
+    let is_held = matches!(figure.shape, FigureShape::UpTo(_));
     let listed = Listed { schema, is_held };
     if (is_held || figure.is_counted) && !found.contains(&listed) {
         found.push(listed);
@@ -85,14 +85,15 @@ fn list(figure: &Figure, found: &mut Vec<Listed>) {
 }
 
 /// The fields of the struct in C of a report with these figures, in their order.
-pub fn fields(figures: impl Iterator<Item = &'static Figure>) -> Vec<Field> {
+pub fn fields(figures: impl Iterator<Item = &'static Figure>) -> Vec<ReportField> {
     let none = figures.map(|figure| (figure, Found::Absent)).collect();
     in_order(none).into_iter().map(|(field, _)| field).collect()
 }
 
 /// The fields that hold these values, in their order in C, with the value of each.
-pub fn in_order(values: Values<'_>) -> Vec<(Field, Found<'_>)> {
-    let mut fields: Vec<_> = values.into_iter().flat_map(|(figure, found)| Field::of(figure, None, found)).collect();
+pub fn in_order(values: Values<'_>) -> Vec<(ReportField, Found<'_>)> {
+    let mut fields: Vec<_> =
+        values.into_iter().flat_map(|(figure, found)| ReportField::of(figure, None, found)).collect();
     fields.sort_by_key(|(field, _)| version(field.since));
     fields
 }
@@ -112,12 +113,12 @@ pub enum Holds {
     /// The number of values of the figure, which is a list.
     Length,
     /// A report each, at most so many.
-    Reports(usize, &'static Schema),
+    Reports(usize, &'static ReportSchema),
 }
 
 /// A field of a struct of C: numbers of eight bytes each.
 #[derive(Clone, Debug)]
-pub struct Field {
+pub struct ReportField {
     /// Its name.
     pub name: String,
     /// Its name for people.
@@ -132,11 +133,11 @@ pub struct Field {
     pub since: &'static str,
 }
 
-impl Field {
+impl ReportField {
     /// The sort of its values.
-    pub const fn kind(&self) -> Kind {
+    pub const fn kind(&self) -> FigureKind {
         match self.holds {
-            Holds::Length => Kind::Count,
+            Holds::Length => FigureKind::Count,
             _ => self.figure.kind,
         }
     }
@@ -152,13 +153,17 @@ impl Field {
             Holds::Length => 1,
             Holds::One => numbers(self.figure.kind),
             Holds::Array(size) => size * numbers(self.figure.kind),
-            Holds::Reports(most, schema) => most * numbers(Kind::Nested(schema)),
+            Holds::Reports(most, schema) => most * numbers(FigureKind::Nested(schema)),
         }
     }
 
     /// The fields of a figure, which may stand in another one that holds a report, with their values. None of a list that is not
     /// counted, and of words.
-    fn of<'a>(figure: &'static Figure, within: Option<&'static Figure>, found: Found<'a>) -> Vec<(Field, Found<'a>)> {
+    fn of<'a>(
+        figure: &'static Figure,
+        within: Option<&'static Figure>,
+        found: Found<'a>,
+    ) -> Vec<(ReportField, Found<'a>)> {
         let field = |name: &str, text: &str, holds| {
             let (mut name, mut label, mut text) = (name.to_owned(), figure.label.to_owned(), text.to_owned());
             let mut since = figure.since;
@@ -168,7 +173,7 @@ impl Field {
                 text = format!("{}: {text}", outer.label);
                 since = if version(outer.since) > version(since) { outer.since } else { since };
             }
-            Field { name, label, text, figure, holds, since }
+            ReportField { name, label, text, figure, holds, since }
         };
         let length = || {
             let (name, text) =
@@ -182,19 +187,19 @@ impl Field {
         if !figure.is_fixed() {
             return if figure.is_counted { vec![length()] } else { Vec::new() };
         }
-        if let (Kind::Nested(schema), Shape::UpTo(most)) = (figure.kind, figure.shape) {
+        if let (FigureKind::Nested(schema), FigureShape::UpTo(most)) = (figure.kind, figure.shape) {
             let text = format!("{} Those behind them are 0.", figure.text);
             return vec![length(), (field(figure.name, &text, Holds::Reports(most, schema)), found)];
         }
-        if let Kind::Nested(schema) = figure.kind {
+        if let FigureKind::Nested(schema) = figure.kind {
             let inner = match found {
                 Found::Nested(values) => values,
                 _ => schema.figures.iter().map(|inner| (inner, Found::Absent)).collect(),
             };
-            return inner.into_iter().flat_map(|(inner, found)| Field::of(inner, Some(figure), found)).collect();
+            return inner.into_iter().flat_map(|(inner, found)| ReportField::of(inner, Some(figure), found)).collect();
         }
         match (figure.parts, figure.shape) {
-            ([], Shape::Array(size) | Shape::OptionalArray(size)) => {
+            ([], FigureShape::Array(size) | FigureShape::OptionalArray(size)) => {
                 vec![(field(figure.name, figure.text, Holds::Array(size)), found)]
             }
             ([], _) => vec![(field(figure.name, figure.text, Holds::One), found)],
@@ -210,12 +215,12 @@ impl Field {
 }
 
 /// How many numbers of eight bytes a value of a kind has in C.
-pub fn numbers(kind: Kind) -> usize {
+pub fn numbers(kind: FigureKind) -> usize {
     match kind {
-        Kind::Vector => 3,
-        Kind::Pose => 16,
-        Kind::Matrix(rows) => rows * rows,
-        Kind::Nested(schema) => fields(schema.figures.iter()).iter().map(Field::numbers).sum(),
+        FigureKind::Vector => 3,
+        FigureKind::Pose => 16,
+        FigureKind::Matrix(rows) => rows * rows,
+        FigureKind::Nested(schema) => fields(schema.figures.iter()).iter().map(ReportField::numbers).sum(),
         _ => 1,
     }
 }

@@ -1,6 +1,6 @@
 //! Names and texts for hosts, of the operation.
 
-use base::operation::{Command, Content, Filter, Operation, Operator};
+use base::operation::{Command, DataKind, Filter, Operation, Operator};
 use base::report::Report as _;
 
 /// The declaration of the operation.
@@ -8,8 +8,8 @@ pub const OPERATION: Operation = Operation {
     name: "align",
     text: "Finds where scans lie that have no poses, or rough ones.",
     since: "0.1",
-    takes: &[Content::Scans],
-    gives: &[Content::Poses],
+    takes: &[DataKind::Scans],
+    gives: &[DataKind::Poses],
     params: Some(crate::SCHEMA),
     report: &[crate::report::AlignReport::SCHEMA],
     command: Some(Command {

@@ -5,7 +5,7 @@ use glam::{DAffine3, DVec3};
 use crate::constraints::Axis;
 use crate::judge::Hold;
 use base::error::{Shown, counted};
-use base::report::{Found, Measured, Report as _};
+use base::report::{FigureValue, Found, Report as _};
 
 /// Result of [`run`](crate::run).
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -141,7 +141,7 @@ base::report! {
     }
 }
 
-impl Measured for Axis {
+impl FigureValue for Axis {
     fn found(&self) -> Found<'_> {
         Found::Array(vec![self.point.found(), self.direction.found()])
     }

@@ -8,7 +8,7 @@ use crate::{params, report};
 
 /// A sort of content that an operation takes or gives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Content {
+pub enum DataKind {
     /// Files, or folders of them.
     Files,
     /// Any number of scans: range images, or oriented meshes and points where that is said.
@@ -29,19 +29,19 @@ pub enum Content {
     Plane,
 }
 
-impl Content {
+impl DataKind {
     /// It in words.
     pub const fn words(self) -> &'static str {
         match self {
-            Content::Files => "files",
-            Content::Scans => "scans",
-            Content::Image => "a range image",
-            Content::Points => "points",
-            Content::Mesh => "a mesh",
-            Content::Quads => "a grid of quads",
-            Content::Poses => "poses",
-            Content::Spline => "a spline surface",
-            Content::Plane => "a plane",
+            DataKind::Files => "files",
+            DataKind::Scans => "scans",
+            DataKind::Image => "a range image",
+            DataKind::Points => "points",
+            DataKind::Mesh => "a mesh",
+            DataKind::Quads => "a grid of quads",
+            DataKind::Poses => "poses",
+            DataKind::Spline => "a spline surface",
+            DataKind::Plane => "a plane",
         }
     }
 }
@@ -93,13 +93,13 @@ pub struct Operation {
     /// The version it came with.
     pub since: &'static str,
     /// Sorts of content that it takes.
-    pub takes: &'static [Content],
+    pub takes: &'static [DataKind],
     /// Sorts of content that it gives.
-    pub gives: &'static [Content],
+    pub gives: &'static [DataKind],
     /// Its parameters.
-    pub params: Option<params::Schema>,
+    pub params: Option<params::ParamSchema>,
     /// Its report, which may be declared in several parts: the first gives name and text.
-    pub report: &'static [report::Schema],
+    pub report: &'static [report::ReportSchema],
     /// The command, where it has one.
     pub command: Option<Command>,
     /// The operator of Blender, where it has one.

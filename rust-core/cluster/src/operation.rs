@@ -1,6 +1,6 @@
 //! Names and texts for hosts, of the operation.
 
-use base::operation::{Command, Content, Filter, Operation, Operator};
+use base::operation::{Command, DataKind, Filter, Operation, Operator};
 use base::report::Report as _;
 
 /// The declaration of the operation.
@@ -8,8 +8,8 @@ pub const OPERATION: Operation = Operation {
     name: "cluster",
     text: "Replaces a dense mesh, or points, by a coarse mesh of well-shaped triangles.",
     since: "0.1",
-    takes: &[Content::Mesh, Content::Points],
-    gives: &[Content::Mesh],
+    takes: &[DataKind::Mesh, DataKind::Points],
+    gives: &[DataKind::Mesh],
     params: Some(crate::params::SCHEMA),
     report: &[crate::report::ClusterReport::SCHEMA],
     command: Some(Command {

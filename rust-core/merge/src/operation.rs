@@ -1,6 +1,6 @@
 //! Names and texts for hosts, of the operation.
 
-use base::operation::{Command, Content, Filter, Operation, Operator};
+use base::operation::{Command, DataKind, Filter, Operation, Operator};
 use base::report::Report as _;
 
 /// The declaration of the operation.
@@ -8,8 +8,8 @@ pub const OPERATION: Operation = Operation {
     name: "merge",
     text: "Merges registered scans into one surface.",
     since: "0.1",
-    takes: &[Content::Scans],
-    gives: &[Content::Mesh],
+    takes: &[DataKind::Scans],
+    gives: &[DataKind::Mesh],
     params: Some(crate::params::SCHEMA),
     report: &[crate::report::MergeReport::SCHEMA],
     command: Some(Command {

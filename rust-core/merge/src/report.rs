@@ -3,7 +3,7 @@
 use base::error::counted;
 use base::log::{self, Level};
 use base::progress::Seconds;
-use base::report::{Found, Measured};
+use base::report::{FigureValue, Found};
 use mesh::TriMesh;
 
 base::choices! {
@@ -44,7 +44,7 @@ pub struct Warning {
     pub text: String,
 }
 
-impl Measured for Warning {
+impl FigureValue for Warning {
     fn found(&self) -> Found<'_> {
         Found::Array(vec![self.kind.found(), self.text.found()])
     }

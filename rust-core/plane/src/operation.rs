@@ -1,14 +1,14 @@
 //! Names and texts for hosts, of the operation.
 
-use base::operation::{Content, Filter, Operation, Operator};
+use base::operation::{DataKind, Filter, Operation, Operator};
 
 /// The declaration of the operation.
 pub const OPERATION: Operation = Operation {
     name: "plane",
     text: "Finds the plane that most samples of scans lie on: a table, or the ground.",
     since: "0.1",
-    takes: &[Content::Scans],
-    gives: &[Content::Plane],
+    takes: &[DataKind::Scans],
+    gives: &[DataKind::Plane],
     params: Some(crate::SCHEMA),
     report: &[],
     command: None,

@@ -1,6 +1,6 @@
 //! Names and texts for hosts, of the operation.
 
-use base::operation::{Command, Content, Filter, Operation, Operator};
+use base::operation::{Command, DataKind, Filter, Operation, Operator};
 use base::report::Report as _;
 
 /// The declaration of the operation.
@@ -8,8 +8,8 @@ pub const OPERATION: Operation = Operation {
     name: "quads",
     text: "Makes a regular grid of quads of a range image, dense where the surface bends.",
     since: "0.1",
-    takes: &[Content::Image],
-    gives: &[Content::Quads],
+    takes: &[DataKind::Image],
+    gives: &[DataKind::Quads],
     params: Some(crate::params::SCHEMA),
     report: &[crate::report::QuadReport::SCHEMA],
     command: Some(Command {

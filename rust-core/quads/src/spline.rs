@@ -11,7 +11,7 @@ use super::grid::QuadGrid;
 use base::error::{Error, Result};
 use base::magnitude;
 use base::memory;
-use base::operation::{Content, Operation};
+use base::operation::{DataKind, Operation};
 use base::params::count;
 use base::progress::Progress;
 use mesh::QuadMesh;
@@ -24,8 +24,8 @@ pub const OPERATION: Operation = Operation {
     name: "spline",
     text: "Fits a tensor-product B-spline surface to a quad grid.",
     since: "0.1",
-    takes: &[Content::Quads],
-    gives: &[Content::Spline],
+    takes: &[DataKind::Quads],
+    gives: &[DataKind::Spline],
     params: Some(SCHEMA),
     report: &[],
     command: None,

@@ -1,14 +1,14 @@
 //! Names and texts for hosts, of the operation.
 
-use base::operation::{Content, Operation, Operator};
+use base::operation::{DataKind, Operation, Operator};
 
 /// The declaration of the operation.
 pub const OPERATION: Operation = Operation {
     name: "scan",
     text: "Makes range images of any mesh, with the errors that a scanner makes.",
     since: "0.1",
-    takes: &[Content::Mesh],
-    gives: &[Content::Image],
+    takes: &[DataKind::Mesh],
+    gives: &[DataKind::Image],
     params: Some(crate::SCHEMA),
     report: &[],
     command: None,

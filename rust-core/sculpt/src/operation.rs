@@ -1,6 +1,6 @@
 //! Names and texts for hosts, of the operation.
 
-use base::operation::{Command, Content, Filter, Operation, Operator};
+use base::operation::{Command, DataKind, Filter, Operation, Operator};
 use base::report::Report as _;
 
 /// The declaration of the operation.
@@ -8,8 +8,8 @@ pub const OPERATION: Operation = Operation {
     name: "sculpt",
     text: "Makes a mesh of few triangles of a range image, within a tolerance of every sample.",
     since: "0.1",
-    takes: &[Content::Image],
-    gives: &[Content::Mesh],
+    takes: &[DataKind::Image],
+    gives: &[DataKind::Mesh],
     params: Some(crate::params::SCHEMA),
     report: &[crate::report::SculptReport::SCHEMA, crate::certify::Certificate::SCHEMA],
     command: Some(Command {

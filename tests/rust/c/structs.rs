@@ -1,7 +1,7 @@
 //! Structs that start with their size: of this header, of older and of newer ones, and none at all. Their defaults are those of the core's
 //! table.
 
-use surfrecon::params::{self, Kind, Value};
+use surfrecon::params::{self, ParamKind, Value};
 
 use crate::library::*;
 
@@ -145,7 +145,7 @@ fn defaults_are_those_of_the_table() {
             let expected = match (row.default_value(), row.choices()) {
                 (Value::Absent, _) if row.any_number => f64::NAN,
                 // No value of theirs is 0.
-                (Value::Absent, _) if row.kind == Kind::Count && row.min >= 1.0 => 0.0,
+                (Value::Absent, _) if row.kind == ParamKind::Count && row.min >= 1.0 => 0.0,
                 (Value::Absent, _) => -1.0,
                 (Value::Number(number), _) => number,
                 (Value::Flag(flag), _) => f64::from(u8::from(flag)),
@@ -153,7 +153,8 @@ fn defaults_are_those_of_the_table() {
                     all.iter().position(|choice| choice.name == chosen).expect("it is one") as f64 + 1.0
                 }
             };
-            let whole = matches!(row.kind, Kind::Flag | Kind::Choice(_)) || row.kind == Kind::Count && expected >= 0.0;
+            let whole = matches!(row.kind, ParamKind::Flag | ParamKind::Choice(_))
+                || row.kind == ParamKind::Count && expected >= 0.0;
             let got = if *bytes == 8 && whole { word as f64 } else { number };
             assert!(got == expected || got.is_nan() && expected.is_nan(), "{of}.{name} is {got}, not {expected}");
         }

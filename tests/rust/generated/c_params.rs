@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use std::io::Write as _;
 use std::process::{Command, Stdio};
 
-use surfrecon::params::{Kind, ParamSpec, Schema, schemas};
+use surfrecon::params::{ParamKind, ParamSchema, ParamSpec, schemas};
 
 use crate::words::{number, plain_default, range, rule, sentence, wrapped};
 use crate::{compare, root};
@@ -51,15 +51,15 @@ pub fn names(operation: &str) -> (String, &'static str) {
 /// Whether the C field is a whole number of 64 bits. Others are doubles.
 pub fn is_whole(row: &ParamSpec) -> bool {
     match row.kind {
-        Kind::Flag | Kind::Choice(_) => true,
+        ParamKind::Flag | ParamKind::Choice(_) => true,
         // 0 stands for none where it is no value.
-        Kind::Count => !row.is_optional() || row.min >= 1.0,
-        Kind::Length | Kind::Angle | Kind::Ratio => false,
+        ParamKind::Count => !row.is_optional() || row.min >= 1.0,
+        ParamKind::Length | ParamKind::Angle | ParamKind::Ratio => false,
     }
 }
 
 /// The rows in the order of the struct's fields: later versions' come last, so that the struct grows at its end.
-pub fn fields(schema: &Schema) -> Vec<&'static ParamSpec> {
+pub fn fields(schema: &ParamSchema) -> Vec<&'static ParamSpec> {
     let mut rows: Vec<_> = (schema.all)().into_iter().filter(|row| row.name != "threads").collect();
     rows.sort_by_key(|row| {
         row.since.split('.').map(|part| part.parse().expect("versions are numbers")).collect::<Vec<u32>>()
@@ -67,7 +67,7 @@ pub fn fields(schema: &Schema) -> Vec<&'static ParamSpec> {
     rows
 }
 
-pub fn has_threads(schema: &Schema) -> bool {
+pub fn has_threads(schema: &ParamSchema) -> bool {
     schema.rows.iter().any(|row| row.name == "threads")
 }
 
@@ -79,15 +79,19 @@ fn text_of(row: &ParamSpec) -> String {
     let mut text = row.full_text();
     let range = range(row);
     let _ = match (row.kind, rule(row)) {
-        (Kind::Choice(choices), _) => {
+        (ParamKind::Choice(choices), _) => {
             write!(text, " A value of srf_{}, default {}.", row.name, constant(row, choices[0].name))
         }
-        (Kind::Flag, _) => write!(text, " 1 or 0, default {}.", plain_default(row).expect("flags have plain ones")),
-        (Kind::Count, Some(_)) if !is_whole(row) => {
+        (ParamKind::Flag, _) => {
+            write!(text, " 1 or 0, default {}.", plain_default(row).expect("flags have plain ones"))
+        }
+        (ParamKind::Count, Some(_)) if !is_whole(row) => {
             text += " A whole number.";
             write!(text, " {range}. SRF_FROM_DATA, the default: {}.", rule(row).unwrap_or_default())
         }
-        (Kind::Angle, None) => write!(text, " Radians, {range}, default {}.", plain_default(row).unwrap_or_default()),
+        (ParamKind::Angle, None) => {
+            write!(text, " Radians, {range}, default {}.", plain_default(row).unwrap_or_default())
+        }
         (_, Some(rule)) => {
             let none = match (is_whole(row), row.any_number) {
                 (true, _) => "0",
@@ -108,7 +112,7 @@ fn text_of(row: &ParamSpec) -> String {
 
 fn default_of(row: &ParamSpec) -> String {
     match (row.kind, row.default) {
-        (Kind::Choice(_), _) => "1".to_owned(),
+        (ParamKind::Choice(_), _) => "1".to_owned(),
         (_, surfrecon::params::Default::FromData(_)) => match (is_whole(row), row.any_number) {
             (true, _) => "0".to_owned(),
             (false, false) => "SRF_FROM_DATA".to_owned(),
@@ -121,11 +125,11 @@ fn default_of(row: &ParamSpec) -> String {
 }
 
 /// Fields of an operation's struct besides parameters: name, type, default, text of each.
-pub fn beside(schema: &Schema) -> &'static [(&'static str, &'static str, &'static str, &'static str)] {
+pub fn beside(schema: &ParamSchema) -> &'static [(&'static str, &'static str, &'static str, &'static str)] {
     BESIDE.iter().find(|beside| beside.operation == schema.operation).map_or(&[], |beside| beside.fields)
 }
 
-fn file(schema: &Schema) -> String {
+fn file(schema: &ParamSchema) -> String {
     let (name, argument) = names(schema.operation);
     let beside = beside(schema);
     let rows = fields(schema);
@@ -139,7 +143,7 @@ fn file(schema: &Schema) -> String {
     out += "use crate::sized;\nuse crate::status::srf_status;\n";
     // Enums of other operations' choices stand in theirs.
     for row in rows.iter().filter(|row| row.operation == schema.operation) {
-        let Kind::Choice(choices) = row.kind else { continue };
+        let ParamKind::Choice(choices) = row.kind else { continue };
         let _ = write!(
             out,
             "\n/// {}\n#[allow(non_camel_case_types, dead_code)]\n#[repr(C)]\n#[derive(Clone, Copy, Debug, PartialEq, Eq)]\npub enum srf_{} {{\n",

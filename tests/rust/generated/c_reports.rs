@@ -3,25 +3,25 @@
 
 use std::fmt::Write as _;
 
-use surfrecon::reports::{Field, Figure, Holds, Kind, Reported, Schema, fields, reports};
+use surfrecon::reports::{Figure, FigureKind, Holds, ReportField, ReportSchema, Reported, fields, reports};
 
 use crate::c_params::{comment, formatted};
 use crate::compare;
 use crate::words::{sentence, snake};
 
 /// The C type of a value.
-fn type_of(kind: Kind) -> String {
+fn type_of(kind: FigureKind) -> String {
     match kind {
-        Kind::Length | Kind::Angle | Kind::Ratio | Kind::Number => "f64".to_owned(),
-        Kind::Vector => "[f64; 3]".to_owned(),
-        Kind::Pose => "srf_pose".to_owned(),
-        Kind::Matrix(rows) => format!("[[f64; {rows}]; {rows}]"),
-        Kind::Integer => "i64".to_owned(),
+        FigureKind::Length | FigureKind::Angle | FigureKind::Ratio | FigureKind::Number => "f64".to_owned(),
+        FigureKind::Vector => "[f64; 3]".to_owned(),
+        FigureKind::Pose => "srf_pose".to_owned(),
+        FigureKind::Matrix(rows) => format!("[[f64; {rows}]; {rows}]"),
+        FigureKind::Integer => "i64".to_owned(),
         _ => "u64".to_owned(),
     }
 }
 
-fn type_of_field(field: &Field) -> String {
+fn type_of_field(field: &ReportField) -> String {
     match field.holds {
         Holds::One | Holds::Length => type_of(field.kind()),
         Holds::Array(size) => format!("[{}; {size}]", type_of(field.kind())),
@@ -29,21 +29,23 @@ fn type_of_field(field: &Field) -> String {
     }
 }
 
-fn text_of(field: &Field) -> String {
+fn text_of(field: &ReportField) -> String {
     let mut text = sentence(&field.text);
     if field.is_optional() {
         text += match field.kind() {
-            Kind::Length | Kind::Angle | Kind::Ratio | Kind::Number => " Then it is SRF_FROM_DATA.",
-            Kind::Vector | Kind::Pose | Kind::Matrix(_) => " Then it is all 0.",
-            Kind::Integer => " Then it is -1.",
+            FigureKind::Length | FigureKind::Angle | FigureKind::Ratio | FigureKind::Number => {
+                " Then it is SRF_FROM_DATA."
+            }
+            FigureKind::Vector | FigureKind::Pose | FigureKind::Matrix(_) => " Then it is all 0.",
+            FigureKind::Integer => " Then it is -1.",
             _ => " Then it is UINT64_MAX.",
         };
     }
     match field.kind() {
-        Kind::Length => text += " In the unit of the scans.",
-        Kind::Angle => text += " Radians.",
-        Kind::Flag => text += " 1 or 0.",
-        Kind::Choice(choices) => {
+        FigureKind::Length => text += " In the unit of the scans.",
+        FigureKind::Angle => text += " Radians.",
+        FigureKind::Flag => text += " 1 or 0.",
+        FigureKind::Choice(choices) => {
             let _ = write!(
                 text,
                 " A value of srf_{0}, such as {1}.",
@@ -64,10 +66,10 @@ fn constant(figure: &Figure, choice: &str) -> String {
 }
 
 /// The enums of choices that no file before has.
-fn enums(fields: &[Field], made: &mut Vec<&'static str>) -> String {
+fn enums(fields: &[ReportField], made: &mut Vec<&'static str>) -> String {
     let mut out = String::new();
     for figure in fields.iter().map(|field| field.figure) {
-        let Kind::Choice(choices) = figure.kind else { continue };
+        let FigureKind::Choice(choices) = figure.kind else { continue };
         if made.contains(&figure.type_of_choices()) {
             continue;
         }
@@ -88,7 +90,7 @@ fn enums(fields: &[Field], made: &mut Vec<&'static str>) -> String {
 }
 
 /// A struct, whose first eight bytes are its size unless another struct holds it, so that it never grows.
-fn structure(name: &str, text: &str, fields: &[Field], is_held: bool) -> String {
+fn structure(name: &str, text: &str, fields: &[ReportField], is_held: bool) -> String {
     let text = match is_held {
         true => text.to_owned(),
         false => format!("{text} Starts with its size. Prepared by {name}_init()."),
@@ -120,7 +122,7 @@ fn structure(name: &str, text: &str, fields: &[Field], is_held: bool) -> String 
 }
 
 /// The name of the struct of a report that others have lists of.
-pub fn listed_name(schema: &Schema) -> String {
+pub fn listed_name(schema: &ReportSchema) -> String {
     format!("srf_{}", snake(schema.name))
 }
 

@@ -4,7 +4,7 @@
 use std::fmt::Write as _;
 
 use surfrecon::params::schemas;
-use surfrecon::reports::{Field, fields as fields_of, reports};
+use surfrecon::reports::{ReportField, fields as fields_of, reports};
 
 use crate::c_params::{beside, fields, formatted, names};
 use crate::chapters::CHAPTERS;
@@ -42,7 +42,7 @@ fn structs_of_the_c_tests() {
 }
 
 /// A struct of figures, and a module with the place of each.
-fn places(kind: &str, module: &str, fields: &[Field]) -> String {
+fn places(kind: &str, module: &str, fields: &[ReportField]) -> String {
     let (mut numbers, mut places) = (0, String::new());
     for field in fields {
         let _ = writeln!(places, "    pub const {}: usize = {numbers};", field.name.to_uppercase());

@@ -3,8 +3,8 @@
 use std::fmt::Write as _;
 
 use surfrecon::operations::OPERATIONS;
-use surfrecon::params::{Default, Kind, ParamSpec, schemas};
-use surfrecon::reports::{Kind as Figure, reports};
+use surfrecon::params::{Default, ParamKind, ParamSpec, schemas};
+use surfrecon::reports::{FigureKind, reports};
 
 use crate::c_params::{is_whole, names};
 use crate::compare;
@@ -23,7 +23,7 @@ fn tip(row: &ParamSpec) -> String {
     for choice in row.choices() {
         let _ = write!(text, "<br>{}: {}", choice.label, choice.text);
     }
-    if row.kind == Kind::Angle {
+    if row.kind == ParamKind::Angle {
         let [min, max] = degrees(row).map(number);
         let low = if row.min_excluded { format!("more than {min}, at most") } else { format!("{min} to") };
         let _ = write!(text, " Degrees, {low} {max}.");
@@ -59,20 +59,22 @@ fn filters() {
             let kind = match row.kind {
                 _ if row.any_number => "number_or_none",
                 // Nothing is loaded yet of whose size a length could be a share.
-                Kind::Length if schema.operation == "open" => "ratio",
-                Kind::Length => "length",
-                Kind::Angle => "angle",
-                Kind::Ratio => "ratio",
-                Kind::Count => "count",
-                Kind::Flag => "flag",
-                Kind::Choice(_) => "choice",
+                ParamKind::Length if schema.operation == "open" => "ratio",
+                ParamKind::Length => "length",
+                ParamKind::Angle => "angle",
+                ParamKind::Ratio => "ratio",
+                ParamKind::Count => "count",
+                ParamKind::Flag => "flag",
+                ParamKind::Choice(_) => "choice",
             };
             let initial = match row.default {
                 Default::FromData(_) => "0".to_owned(),
-                Default::Value(value) if row.kind == Kind::Angle => number((value.to_degrees() * 1e9).round() / 1e9),
+                Default::Value(value) if row.kind == ParamKind::Angle => {
+                    number((value.to_degrees() * 1e9).round() / 1e9)
+                }
                 Default::Value(value) => number(value),
             };
-            let [least, most] = if row.kind == Kind::Angle { degrees(row) } else { [row.min, row.max] };
+            let [least, most] = if row.kind == ParamKind::Angle { degrees(row) } else { [row.min, row.max] };
             let bound = |value: f64| if value.is_finite() { number(value) } else { "unbounded".to_owned() };
             let choices: Vec<String> = row.choices().iter().map(|choice| quoted(choice.label)).collect();
             let _ = writeln!(
@@ -106,25 +108,25 @@ fn figures() {
         let _ = write!(out, "\ninline const Figures {}_figures = {{\n", reported.operation);
         for field in reported.fields() {
             let kind = match field.kind() {
-                Figure::Flag => "flag",
-                Figure::Count => "count",
-                Figure::Integer => "integer",
-                Figure::Bytes => "bytes",
-                Figure::Length => "length",
-                Figure::Angle => "angle",
-                Figure::Ratio => "ratio",
-                Figure::Number => "number",
-                Figure::Choice(_) => "choice",
-                Figure::Vector => "number",
+                FigureKind::Flag => "flag",
+                FigureKind::Count => "count",
+                FigureKind::Integer => "integer",
+                FigureKind::Bytes => "bytes",
+                FigureKind::Length => "length",
+                FigureKind::Angle => "angle",
+                FigureKind::Ratio => "ratio",
+                FigureKind::Number => "number",
+                FigureKind::Choice(_) => "choice",
+                FigureKind::Vector => "number",
                 // The filters set matrices themselves, and the log says the rest.
-                Figure::Pose | Figure::Matrix(_) | Figure::Nested(_) => continue,
+                FigureKind::Pose | FigureKind::Matrix(_) | FigureKind::Nested(_) => continue,
                 other => unreachable!("{other:?} has no fixed size"),
             };
             let choices: Vec<String> = field.figure.choices().iter().map(|choice| quoted(choice.label)).collect();
             let names: Vec<String> = field.figure.choices().iter().map(|choice| quoted(choice.name)).collect();
             let _ = writeln!(
                 out,
-                "    {{Figure::Kind::{kind}, \"{0}\", {1}, {2}, {3}, offsetof(srf_{4}_report, {0}), {{{5}}}, {{{6}}}}},",
+                "    {{FigureKind::Kind::{kind}, \"{0}\", {1}, {2}, {3}, offsetof(srf_{4}_report, {0}), {{{5}}}, {{{6}}}}},",
                 field.name,
                 quoted(&field.label),
                 field.is_optional(),

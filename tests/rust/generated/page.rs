@@ -2,9 +2,9 @@
 
 use std::fmt::Write as _;
 
-use surfrecon::operations::{Content, OPERATIONS};
-use surfrecon::params::{Kind, ParamSpec, Schema};
-use surfrecon::reports::{Figure, Kind as FigureKind, Shape, report};
+use surfrecon::operations::{DataKind, OPERATIONS};
+use surfrecon::params::{ParamKind, ParamSchema, ParamSpec};
+use surfrecon::reports::{Figure, FigureKind, FigureShape, report};
 
 use crate::compare;
 use crate::words::{plain_default, range, rule};
@@ -17,7 +17,7 @@ fn parameters() {
                     a fixed size.\n"
         .to_owned();
     for operation in OPERATIONS {
-        let words = |contents: &[Content]| -> String {
+        let words = |contents: &[DataKind]| -> String {
             let words: Vec<&str> = contents.iter().map(|content| content.words()).collect();
             words.join(" or ")
         };
@@ -54,7 +54,7 @@ fn parameters() {
 }
 
 /// The parameters of an operation.
-fn table(schema: &Schema) -> String {
+fn table(schema: &ParamSchema) -> String {
     let mut out = format!(
         "\n{}\n\n| name | | kind | default | range | meaning | since |\n|---|---|---|---|---|---|---|\n",
         schema.text
@@ -100,16 +100,16 @@ fn row(figure: &Figure, within: &str) -> String {
         FigureKind::Nested(_) => "report",
     };
     let kind = match figure.shape {
-        Shape::One => kind.to_owned(),
-        Shape::Optional => format!("{kind} or none"),
-        Shape::Array(size) => format!("{size} of {kind}"),
-        Shape::OptionalArray(size) => format!("{size} of {kind}, or none"),
-        Shape::List(0) if figure.kind == FigureKind::Stage => kind.to_owned(),
-        Shape::List(0) => format!("list of {kind}"),
-        Shape::List(size) => format!("list of {size} of {kind}"),
-        Shape::UpTo(most) => format!("list of {kind}, at most {most}"),
-        Shape::ListOfOptional => format!("list of {kind} or none"),
-        Shape::Lists => format!("lists of {kind}"),
+        FigureShape::One => kind.to_owned(),
+        FigureShape::Optional => format!("{kind} or none"),
+        FigureShape::Array(size) => format!("{size} of {kind}"),
+        FigureShape::OptionalArray(size) => format!("{size} of {kind}, or none"),
+        FigureShape::List(0) if figure.kind == FigureKind::Stage => kind.to_owned(),
+        FigureShape::List(0) => format!("list of {kind}"),
+        FigureShape::List(size) => format!("list of {size} of {kind}"),
+        FigureShape::UpTo(most) => format!("list of {kind}, at most {most}"),
+        FigureShape::ListOfOptional => format!("list of {kind} or none"),
+        FigureShape::Lists => format!("lists of {kind}"),
     };
     let mut text = figure.text.to_owned();
     for (name, _) in figure.parts {
@@ -128,20 +128,20 @@ fn row(figure: &Figure, within: &str) -> String {
 
 fn kind(p: &ParamSpec) -> &'static str {
     match p.kind {
-        Kind::Length => "length",
-        Kind::Angle => "angle",
-        Kind::Ratio => "ratio",
-        Kind::Count => "count",
-        Kind::Flag => "flag",
-        Kind::Choice(_) => "choice",
+        ParamKind::Length => "length",
+        ParamKind::Angle => "angle",
+        ParamKind::Ratio => "ratio",
+        ParamKind::Count => "count",
+        ParamKind::Flag => "flag",
+        ParamKind::Choice(_) => "choice",
     }
 }
 
 fn default(p: &ParamSpec) -> String {
     match (p.kind, rule(p)) {
         (_, Some(rule)) => rule.to_owned(),
-        (Kind::Flag, _) => if plain_default(p).as_deref() == Some("1") { "on" } else { "off" }.to_owned(),
-        (Kind::Choice(choices), _) => format!("`{}`", choices[0].name),
+        (ParamKind::Flag, _) => if plain_default(p).as_deref() == Some("1") { "on" } else { "off" }.to_owned(),
+        (ParamKind::Choice(choices), _) => format!("`{}`", choices[0].name),
         _ => plain_default(p).unwrap_or_default(),
     }
 }

@@ -4,7 +4,7 @@
 //! NAME..` or `only NAME..` where that is a part, and the signature that Python shows is written behind it. In the types, lines between `#
 //! options: ..` and `# end` are.
 
-use surfrecon::params::{Kind, ParamSpec, Value, schema};
+use surfrecon::params::{ParamKind, ParamSpec, Value, schema};
 
 use crate::words::{plain_default, range, rule, sentence, wrapped};
 use crate::{compare, root};
@@ -35,7 +35,7 @@ fn literal(row: &ParamSpec) -> String {
         Value::Flag(true) => "True".to_owned(),
         Value::Flag(false) => "False".to_owned(),
         Value::Choice(name) => format!("'{name}'"),
-        Value::Number(number) if row.kind == Kind::Count => format!("{number:.0}"),
+        Value::Number(number) if row.kind == ParamKind::Count => format!("{number:.0}"),
         Value::Number(number) => format!("{number:?}"),
     }
 }
@@ -98,18 +98,18 @@ fn texts(mark: &str) -> String {
     let mut lines = Vec::new();
     for row in rows(mark) {
         let mut text = row.full_text();
-        if let Kind::Choice(choices) = row.kind {
+        if let ParamKind::Choice(choices) = row.kind {
             for choice in choices {
                 text += &format!(" ``\"{}\"``: {}", choice.name, choice.text);
             }
         }
         text += match row.kind {
-            Kind::Length => " In the unit of the scans",
-            Kind::Angle => " Radians",
+            ParamKind::Length => " In the unit of the scans",
+            ParamKind::Angle => " Radians",
             _ => "",
         };
         let mut range = range(row);
-        if matches!(row.kind, Kind::Length | Kind::Angle) && !range.is_empty() {
+        if matches!(row.kind, ParamKind::Length | ParamKind::Angle) && !range.is_empty() {
             range = format!(", {range}");
         } else if !range.is_empty() {
             range = format!(" {}", sentence(&range));
@@ -120,7 +120,7 @@ fn texts(mark: &str) -> String {
         }
         match rule(row) {
             Some(rule) => text += &format!(" Default: {rule}."),
-            None if matches!(row.kind, Kind::Flag | Kind::Choice(_)) => {
+            None if matches!(row.kind, ParamKind::Flag | ParamKind::Choice(_)) => {
                 text += &format!(" Default: ``{}``.", literal(row).replace('\'', "\""));
             }
             None => {
@@ -144,10 +144,10 @@ fn docstrings() {
 
 fn type_of(row: &ParamSpec) -> String {
     let plain = match row.kind {
-        Kind::Length | Kind::Angle | Kind::Ratio => "float".to_owned(),
-        Kind::Count => "int".to_owned(),
-        Kind::Flag => "bool".to_owned(),
-        Kind::Choice(choices) => {
+        ParamKind::Length | ParamKind::Angle | ParamKind::Ratio => "float".to_owned(),
+        ParamKind::Count => "int".to_owned(),
+        ParamKind::Flag => "bool".to_owned(),
+        ParamKind::Choice(choices) => {
             let names: Vec<String> = choices.iter().map(|choice| format!("\"{}\"", choice.name)).collect();
             format!("Literal[{}]", names.join(", "))
         }

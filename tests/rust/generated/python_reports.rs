@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use surfrecon::reports::{Figure, Kind, Schema, Shape, reports};
+use surfrecon::reports::{Figure, FigureKind, FigureShape, ReportSchema, reports};
 
 use crate::compare;
 use crate::words::wrapped;
@@ -123,30 +123,30 @@ const EXAMPLES: &[(&str, &[&str])] = &[
 
 fn type_of(figure: &Figure) -> String {
     let plain = match figure.kind {
-        Kind::Flag => "bool".to_owned(),
-        Kind::Count | Kind::Integer | Kind::Bytes => "int".to_owned(),
-        Kind::Length | Kind::Angle | Kind::Ratio | Kind::Number => "float".to_owned(),
-        Kind::Choice(choices) => {
+        FigureKind::Flag => "bool".to_owned(),
+        FigureKind::Count | FigureKind::Integer | FigureKind::Bytes => "int".to_owned(),
+        FigureKind::Length | FigureKind::Angle | FigureKind::Ratio | FigureKind::Number => "float".to_owned(),
+        FigureKind::Choice(choices) => {
             let names: Vec<String> = choices.iter().map(|choice| format!("\"{}\"", choice.name)).collect();
             format!("Literal[{}]", names.join(", "))
         }
-        Kind::Vector => "tuple[float, float, float]".to_owned(),
-        Kind::Pose | Kind::Matrix(_) => "NDArray[np.float64]".to_owned(),
-        Kind::Text => "str".to_owned(),
-        Kind::Warning(_) => "tuple[str, str]".to_owned(),
-        Kind::Stage => return "dict[str, float]".to_owned(),
-        Kind::Nested(schema) => schema.name.to_owned(),
+        FigureKind::Vector => "tuple[float, float, float]".to_owned(),
+        FigureKind::Pose | FigureKind::Matrix(_) => "NDArray[np.float64]".to_owned(),
+        FigureKind::Text => "str".to_owned(),
+        FigureKind::Warning(_) => "tuple[str, str]".to_owned(),
+        FigureKind::Stage => return "dict[str, float]".to_owned(),
+        FigureKind::Nested(schema) => schema.name.to_owned(),
     };
     let tuple = |size| format!("tuple[{}]", vec![plain.as_str(); size].join(", "));
     match figure.shape {
-        Shape::One => plain,
-        Shape::Optional => format!("{plain} | None"),
-        Shape::Array(size) => tuple(size),
-        Shape::OptionalArray(size) => format!("{} | None", tuple(size)),
-        Shape::List(0) | Shape::UpTo(_) => format!("list[{plain}]"),
-        Shape::ListOfOptional => format!("list[{plain} | None]"),
-        Shape::Lists => format!("list[list[{plain}]]"),
-        Shape::List(size) => format!("list[{}]", tuple(size)),
+        FigureShape::One => plain,
+        FigureShape::Optional => format!("{plain} | None"),
+        FigureShape::Array(size) => tuple(size),
+        FigureShape::OptionalArray(size) => format!("{} | None", tuple(size)),
+        FigureShape::List(0) | FigureShape::UpTo(_) => format!("list[{plain}]"),
+        FigureShape::ListOfOptional => format!("list[{plain} | None]"),
+        FigureShape::Lists => format!("list[list[{plain}]]"),
+        FigureShape::List(size) => format!("list[{}]", tuple(size)),
     }
 }
 
@@ -161,19 +161,19 @@ fn text_of(figure: &Figure) -> String {
         text += " Then it is ``None``.";
     }
     match figure.kind {
-        Kind::Length => text += " In the unit of the scans.",
-        Kind::Angle => text += " Radians.",
-        Kind::Pose => text += " 4 x 4 float64.",
-        Kind::Matrix(rows) => {
+        FigureKind::Length => text += " In the unit of the scans.",
+        FigureKind::Angle => text += " Radians.",
+        FigureKind::Pose => text += " 4 x 4 float64.",
+        FigureKind::Matrix(rows) => {
             let _ = write!(text, " {rows} x {rows} float64.");
         }
-        Kind::Warning(kinds) => {
+        FigureKind::Warning(kinds) => {
             text += " A kind and a sentence each:";
             for kind in kinds {
                 let _ = write!(text, " ``{}``: {}", kind.name, kind.text);
             }
         }
-        Kind::Choice(choices) => {
+        FigureKind::Choice(choices) => {
             for choice in choices {
                 let _ = write!(text, " ``\"{}\"``: {}", choice.name, choice.text);
             }
@@ -237,9 +237,9 @@ fn class<'a>(name: &str, about: &str, figures: impl Iterator<Item = &'a Figure> 
 }
 
 /// The schemas of the reports that figures are, after those that their own figures are.
-fn inner<'a>(figures: impl Iterator<Item = &'a Figure>, found: &mut Vec<&'static Schema>) {
+fn inner<'a>(figures: impl Iterator<Item = &'a Figure>, found: &mut Vec<&'static ReportSchema>) {
     for figure in figures {
-        if let Kind::Nested(schema) = figure.kind
+        if let FigureKind::Nested(schema) = figure.kind
             && !found.contains(&schema)
         {
             inner(schema.figures.iter(), found);

@@ -1,6 +1,6 @@
 //! Rows of the table in words.
 
-use surfrecon::params::{Default, Kind, ParamSpec};
+use surfrecon::params::{Default, ParamKind, ParamSpec};
 
 /// A number as all our languages read it.
 pub fn number(value: f64) -> String {
@@ -18,7 +18,7 @@ fn shown(value: f64) -> String {
 /// The allowed numbers, for example `> 0` or `0 to 1`. Empty for all, and for what is no number.
 pub fn range(row: &ParamSpec) -> String {
     match (row.kind, row.min.is_finite(), row.max.is_finite()) {
-        (Kind::Flag | Kind::Choice(_), ..) | (_, false, false) => String::new(),
+        (ParamKind::Flag | ParamKind::Choice(_), ..) | (_, false, false) => String::new(),
         (_, _, true) if !row.min_excluded => format!("{} to {}", shown(row.min), shown(row.max)),
         (_, _, bounded) => {
             let low = format!("{} {}", if row.min_excluded { ">" } else { ">=" }, shown(row.min));

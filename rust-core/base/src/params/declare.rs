@@ -7,7 +7,7 @@ use crate::nearest::instead;
 
 /// All that is declared of one operation's parameters.
 #[derive(Clone, Copy, Debug)]
-pub struct Schema {
+pub struct ParamSchema {
     /// Name of the operation.
     pub operation: &'static str,
     /// Purpose of the parameters.
@@ -126,7 +126,7 @@ macro_rules! params {
     (@rows $operation:literal $field:ident [$($text:expr),*] $type:ty,) => { <$type as $crate::params::Params>::OWN };
     (@spec $field:ident, $row:expr) => { $crate::params::named(PARAMS, stringify!($field)) };
     (@default $field:ident $type:ty, $row:expr) => {
-        <$type as $crate::params::Field>::default_of($crate::params!(@spec $field, $row))
+        <$type as $crate::params::ParamField>::default_of($crate::params!(@spec $field, $row))
     };
     (@default $field:ident $type:ty,) => { <$type as ::std::default::Default>::default() };
     (@all $field:ident $type:ty, $row:expr) => { vec![$crate::params!(@spec $field, $row)] };
@@ -134,12 +134,12 @@ macro_rules! params {
     (@groups $type:ty, $row:expr) => { Vec::<&'static [$crate::params::ParamSpec]>::new() };
     (@groups $type:ty,) => { <$type as $crate::params::Params>::alternatives() };
     (@get $name:ident $place:expr, $field:ident, $row:expr) => {
-        ($name == stringify!($field)).then(|| $crate::params::Field::value(&$place))
+        ($name == stringify!($field)).then(|| $crate::params::ParamField::value(&$place))
     };
     (@get $name:ident $place:expr, $field:ident,) => { $crate::params::Params::get(&$place, $name) };
     (@set $name:ident $value:ident $place:expr, $field:ident, $row:expr) => {
         if $name == stringify!($field) {
-            $place = $crate::params::Field::from_value($crate::params!(@spec $field, $row), $value)?;
+            $place = $crate::params::ParamField::from_value($crate::params!(@spec $field, $row), $value)?;
             return Ok(true);
         }
     };
@@ -149,7 +149,7 @@ macro_rules! params {
         }
     };
     (@check $place:expr, $field:ident, $row:expr) => {
-        $crate::params!(@spec $field, $row).check_value($crate::params::Field::value(&$place))?
+        $crate::params!(@spec $field, $row).check_value($crate::params::ParamField::value(&$place))?
     };
     (@check $place:expr, $field:ident,) => { $crate::params::Params::check(&$place)? };
 
@@ -195,7 +195,7 @@ macro_rules! params {
         };
 
         /// The declaration of the operation's parameters.
-        pub const SCHEMA: $crate::params::Schema = $crate::params::Schema {
+        pub const SCHEMA: $crate::params::ParamSchema = $crate::params::ParamSchema {
             operation: $operation,
             text: concat!($($about),*).trim_ascii(),
             rows: PARAMS,
@@ -292,7 +292,7 @@ macro_rules! choices {
             }
         }
 
-        impl $crate::params::Field for $Enum {
+        impl $crate::params::ParamField for $Enum {
             fn made(value: $crate::params::Value<'_>) -> Self {
                 match value {
                     $crate::params::Value::Choice(name) => Self::named(name).expect("choices are checked"),
@@ -305,7 +305,7 @@ macro_rules! choices {
             }
         }
 
-        impl $crate::report::Measured for $Enum {
+        impl $crate::report::FigureValue for $Enum {
             fn found(&self) -> $crate::report::Found<'_> {
                 $crate::report::Found::Choice(self.name())
             }
@@ -342,7 +342,7 @@ macro_rules! alternatives {
                     let spec: &'static $crate::params::ParamSpec =
                         $crate::alternatives!(@spec $operation $name [$($text),*] $row);
                     if !spec.is_optional() {
-                        return $Enum::$Variant($crate::params::Field::default_of(spec));
+                        return $Enum::$Variant($crate::params::ParamField::default_of(spec));
                     }
                 )*
                 unreachable!("one of the parameters has a default")
@@ -365,7 +365,7 @@ macro_rules! alternatives {
                 $(
                     if name == stringify!($name) {
                         return Some(match self {
-                            $Enum::$Variant(value) => $crate::params::Field::value(value),
+                            $Enum::$Variant(value) => $crate::params::ParamField::value(value),
                             #[allow(unreachable_patterns, reason = "there may be one only")]
                             _ => $crate::params::Value::Absent,
                         });
@@ -383,7 +383,7 @@ macro_rules! alternatives {
                             ($crate::params::Value::Absent, $Enum::$Variant(_)) => *self = ::std::default::Default::default(),
                             ($crate::params::Value::Absent, _) => {}
                             _ => {
-                                let value: Option<$type> = $crate::params::Field::from_value(spec, value)?;
+                                let value: Option<$type> = $crate::params::ParamField::from_value(spec, value)?;
                                 *self = $Enum::$Variant(value.expect("absent values went before"));
                             }
                         }
@@ -408,7 +408,7 @@ macro_rules! alternatives {
                     $( $Enum::$None => Ok(()), )?
                     $(
                         $Enum::$Variant(value) => $crate::alternatives!(@spec $operation $name [$($text),*] $row)
-                            .check_value($crate::params::Field::value(&value)),
+                            .check_value($crate::params::ParamField::value(&value)),
                     )*
                 }
             }

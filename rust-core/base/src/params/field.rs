@@ -4,7 +4,7 @@ use super::{ParamSpec, Value};
 use crate::error::Result;
 
 /// A type that a row's field may have.
-pub trait Field: Sized {
+pub trait ParamField: Sized {
     /// The field for a value: the row's default where that is absent.
     ///
     /// # Errors
@@ -12,14 +12,14 @@ pub trait Field: Sized {
     fn from_value(spec: &ParamSpec, value: Value<'_>) -> Result<Self> {
         spec.check_value(value)?;
         Ok(match value {
-            Value::Absent => Field::made(spec.default_value()),
-            given => Field::made(given),
+            Value::Absent => ParamField::made(spec.default_value()),
+            given => ParamField::made(given),
         })
     }
 
     /// The row's default.
     fn default_of(spec: &ParamSpec) -> Self {
-        Field::made(spec.default_value())
+        ParamField::made(spec.default_value())
     }
 
     /// The field for a value that was checked.
@@ -31,7 +31,7 @@ pub trait Field: Sized {
 
 macro_rules! number {
     ($($type:ty),*) => {$(
-        impl Field for $type {
+        impl ParamField for $type {
             fn made(value: Value<'_>) -> Self {
                 match value {
                     Value::Number(number) => number as $type,
@@ -48,7 +48,7 @@ macro_rules! number {
 
 number!(f64, u8, u32, u64, usize);
 
-impl Field for bool {
+impl ParamField for bool {
     fn made(value: Value<'_>) -> Self {
         value == Value::Flag(true)
     }
@@ -59,12 +59,12 @@ impl Field for bool {
 }
 
 /// `None` is absent: the data give the value.
-impl<T: Field> Field for Option<T> {
+impl<T: ParamField> ParamField for Option<T> {
     fn made(value: Value<'_>) -> Self {
         (value != Value::Absent).then(|| T::made(value))
     }
 
     fn value(&self) -> Value<'static> {
-        self.as_ref().map_or(Value::Absent, Field::value)
+        self.as_ref().map_or(Value::Absent, ParamField::value)
     }
 }

@@ -9,6 +9,6 @@ mod declare;
 mod field;
 mod spec;
 
-pub use declare::{Params, Schema, joined, named, rows_of};
-pub use field::Field;
-pub use spec::{Choice, Default, Kind, ParamSpec, Value, angle, choice, count, flag, length, ratio, threads};
+pub use declare::{ParamSchema, Params, joined, named, rows_of};
+pub use field::ParamField;
+pub use spec::{Choice, Default, ParamKind, ParamSpec, Value, angle, choice, count, flag, length, ratio, threads};

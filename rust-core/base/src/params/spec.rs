@@ -5,7 +5,7 @@ use crate::nearest::meant;
 
 /// The sort of a parameter, which says its unit too.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Kind {
+pub enum ParamKind {
     /// A number in the unit of the scans' coordinates, whatever that is.
     Length,
     /// Radians. Hosts show degrees.
@@ -63,7 +63,7 @@ pub struct ParamSpec {
     /// Name for people.
     pub label: &'static str,
     /// Its sort, which says its unit.
-    pub kind: Kind,
+    pub kind: ParamKind,
     /// Value when none is given.
     pub default: Default,
     /// Smallest allowed number. Minus infinity for none.
@@ -84,32 +84,32 @@ pub struct ParamSpec {
 
 /// A row for a length.
 pub const fn length(label: &'static str) -> ParamSpec {
-    ParamSpec::new(Kind::Length, label)
+    ParamSpec::new(ParamKind::Length, label)
 }
 
 /// A row for an angle.
 pub const fn angle(label: &'static str) -> ParamSpec {
-    ParamSpec::new(Kind::Angle, label)
+    ParamSpec::new(ParamKind::Angle, label)
 }
 
 /// A row for a ratio.
 pub const fn ratio(label: &'static str) -> ParamSpec {
-    ParamSpec::new(Kind::Ratio, label)
+    ParamSpec::new(ParamKind::Ratio, label)
 }
 
 /// A row for a count.
 pub const fn count(label: &'static str) -> ParamSpec {
-    ParamSpec::new(Kind::Count, label)
+    ParamSpec::new(ParamKind::Count, label)
 }
 
 /// A row for a flag, off by default.
 pub const fn flag(label: &'static str) -> ParamSpec {
-    ParamSpec::new(Kind::Flag, label).at_most(1.0)
+    ParamSpec::new(ParamKind::Flag, label).at_most(1.0)
 }
 
 /// A row for one of several things, the first by default.
 pub const fn choice(label: &'static str, choices: &'static [Choice]) -> ParamSpec {
-    ParamSpec::new(Kind::Choice(choices), label).at_most(choices.len() as f64 - 1.0)
+    ParamSpec::new(ParamKind::Choice(choices), label).at_most(choices.len() as f64 - 1.0)
 }
 
 /// The row of every operation's worker threads.
@@ -119,7 +119,7 @@ pub const fn threads() -> ParamSpec {
 
 impl ParamSpec {
     /// A row of version 0.1 whose default is 0 and whose value may be 0 or larger.
-    const fn new(kind: Kind, label: &'static str) -> Self {
+    const fn new(kind: ParamKind, label: &'static str) -> Self {
         ParamSpec {
             operation: "",
             name: "",
@@ -200,7 +200,7 @@ impl ParamSpec {
     /// The values of a choice. Empty for all other kinds.
     pub const fn choices(&self) -> &'static [Choice] {
         match self.kind {
-            Kind::Choice(choices) => choices,
+            ParamKind::Choice(choices) => choices,
             _ => &[],
         }
     }
@@ -221,8 +221,8 @@ impl ParamSpec {
         let low = if self.min_excluded { value > self.min } else { value >= self.min };
         let in_range = low && value <= self.max && value.is_finite();
         match (self.kind, value.fract() == 0.0) {
-            (Kind::Count, true) if !in_range => Err(self.refused(format!("{value:.0}"))),
-            (Kind::Count, false) if in_range => {
+            (ParamKind::Count, true) if !in_range => Err(self.refused(format!("{value:.0}"))),
+            (ParamKind::Count, false) if in_range => {
                 let allowed = format!("a whole number {}", self.allowed());
                 Err(Error::Parameter { name: self.name, value: Shown(value).to_string(), allowed, unit: "" })
             }
@@ -234,8 +234,8 @@ impl ParamSpec {
     /// The error that names what is allowed instead of `value`.
     pub fn refused(&self, value: impl ToString) -> Error {
         let unit = match self.kind {
-            Kind::Length => " (in the unit of the scans)",
-            Kind::Angle => " rad",
+            ParamKind::Length => " (in the unit of the scans)",
+            ParamKind::Angle => " rad",
             _ => "",
         };
         Error::Parameter { name: self.name, value: value.to_string(), allowed: self.allowed(), unit }
@@ -244,8 +244,8 @@ impl ParamSpec {
     /// The allowed values in words, for example `> 0 and <= 1`.
     pub fn allowed(&self) -> String {
         match self.kind {
-            Kind::Flag => return "on or off".to_owned(),
-            Kind::Choice(choices) => {
+            ParamKind::Flag => return "on or off".to_owned(),
+            ParamKind::Choice(choices) => {
                 return one_of(choices.iter().map(|choice| format!("\"{}\"", choice.name)), "or");
             }
             _ => {}
@@ -267,9 +267,11 @@ impl ParamSpec {
     /// [`Error::Parameter`].
     pub fn check_value(&self, value: Value<'_>) -> Result<()> {
         match (self.kind, value) {
-            (_, Value::Absent) | (Kind::Flag, Value::Flag(_)) => Ok(()),
-            (Kind::Choice(choices), Value::Choice(name)) if choices.iter().any(|choice| choice.name == name) => Ok(()),
-            (Kind::Flag | Kind::Choice(_), Value::Number(number)) => Err(self.refused(Shown(number))),
+            (_, Value::Absent) | (ParamKind::Flag, Value::Flag(_)) => Ok(()),
+            (ParamKind::Choice(choices), Value::Choice(name)) if choices.iter().any(|choice| choice.name == name) => {
+                Ok(())
+            }
+            (ParamKind::Flag | ParamKind::Choice(_), Value::Number(number)) => Err(self.refused(Shown(number))),
             (_, Value::Number(number)) => self.check(number).map(drop),
             (_, Value::Flag(flag)) => Err(self.refused(flag)),
             (_, Value::Choice(name)) => {
@@ -283,8 +285,8 @@ impl ParamSpec {
     pub fn default_value(&self) -> Value<'static> {
         match (self.default, self.kind) {
             (Default::FromData(_), _) => Value::Absent,
-            (Default::Value(value), Kind::Flag) => Value::Flag(value != 0.0),
-            (Default::Value(value), Kind::Choice(choices)) => Value::Choice(choices[value as usize].name),
+            (Default::Value(value), ParamKind::Flag) => Value::Flag(value != 0.0),
+            (Default::Value(value), ParamKind::Choice(choices)) => Value::Choice(choices[value as usize].name),
             (Default::Value(value), _) => Value::Number(value),
         }
     }
@@ -293,7 +295,7 @@ impl ParamSpec {
     pub fn full_text(&self) -> String {
         match (self.off, self.kind) {
             ("", _) => self.text.to_owned(),
-            (off, Kind::Flag) => format!("{} Off: {off}.", self.text),
+            (off, ParamKind::Flag) => format!("{} Off: {off}.", self.text),
             (off, _) => format!("{} 0: {off}.", self.text),
         }
     }

@@ -1,10 +1,10 @@
 //! The declaration.
 
-use super::{Figure, Found, Kind, Shape};
+use super::{Figure, FigureKind, FigureShape, Found};
 
 /// All that is declared of one report.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Schema {
+pub struct ReportSchema {
     /// Name of its type in every language that has types.
     pub name: &'static str,
     /// The subject of its figures.
@@ -19,7 +19,7 @@ pub type Values<'a> = Vec<(&'static Figure, Found<'a>)>;
 /// A report that [`report!`](crate::report!) declares.
 pub trait Report {
     /// Its declaration.
-    const SCHEMA: Schema;
+    const SCHEMA: ReportSchema;
 
     /// The values of its figures, in the order of the rows.
     fn values(&self) -> Values<'_>;
@@ -30,21 +30,21 @@ impl Figure {
     pub fn allows(&self, found: &Found<'_>) -> bool {
         let all = |values: &[Found<'_>]| values.iter().all(|value| self.allows_one(value));
         match (self.shape, found) {
-            (Shape::One, value) => self.allows_one(value),
-            (Shape::Optional, value) => *value == Found::Absent || self.allows_one(value),
-            (Shape::OptionalArray(_), Found::Absent) => true,
-            (Shape::Array(size) | Shape::OptionalArray(size), Found::Array(values)) => {
+            (FigureShape::One, value) => self.allows_one(value),
+            (FigureShape::Optional, value) => *value == Found::Absent || self.allows_one(value),
+            (FigureShape::OptionalArray(_), Found::Absent) => true,
+            (FigureShape::Array(size) | FigureShape::OptionalArray(size), Found::Array(values)) => {
                 values.len() == size && all(values)
             }
-            (Shape::List(0), Found::List(values)) => all(values),
-            (Shape::UpTo(most), Found::List(values)) => values.len() <= most && all(values),
-            (Shape::ListOfOptional, Found::List(values)) => {
+            (FigureShape::List(0), Found::List(values)) => all(values),
+            (FigureShape::UpTo(most), Found::List(values)) => values.len() <= most && all(values),
+            (FigureShape::ListOfOptional, Found::List(values)) => {
                 values.iter().all(|value| *value == Found::Absent || self.allows_one(value))
             }
-            (Shape::Lists, Found::List(lists)) => {
+            (FigureShape::Lists, Found::List(lists)) => {
                 lists.iter().all(|list| matches!(list, Found::List(values) if all(values)))
             }
-            (Shape::List(size), Found::List(arrays)) => arrays.iter().all(|array| match array {
+            (FigureShape::List(size), Found::List(arrays)) => arrays.iter().all(|array| match array {
                 Found::Array(values) => values.len() == size && all(values),
                 _ => false,
             }),
@@ -54,14 +54,14 @@ impl Figure {
 
     fn allows_one(&self, value: &Found<'_>) -> bool {
         match (self.kind, value) {
-            (Kind::Flag, Found::Flag(_))
-            | (Kind::Count | Kind::Bytes, Found::Count(_))
-            | (Kind::Integer, Found::Integer(_))
-            | (Kind::Length | Kind::Angle | Kind::Ratio | Kind::Number, Found::Number(_))
-            | (Kind::Vector, Found::Vector(_))
-            | (Kind::Pose, Found::Pose(_))
-            | (Kind::Text, Found::Text(_)) => true,
-            (Kind::Matrix(size), Found::Array(rows)) => {
+            (FigureKind::Flag, Found::Flag(_))
+            | (FigureKind::Count | FigureKind::Bytes, Found::Count(_))
+            | (FigureKind::Integer, Found::Integer(_))
+            | (FigureKind::Length | FigureKind::Angle | FigureKind::Ratio | FigureKind::Number, Found::Number(_))
+            | (FigureKind::Vector, Found::Vector(_))
+            | (FigureKind::Pose, Found::Pose(_))
+            | (FigureKind::Text, Found::Text(_)) => true,
+            (FigureKind::Matrix(size), Found::Array(rows)) => {
                 let is_row = |row: &Found<'_>| match row {
                     Found::Array(values) => {
                         values.len() == size && values.iter().all(|value| matches!(value, Found::Number(_)))
@@ -70,13 +70,13 @@ impl Figure {
                 };
                 rows.len() == size && rows.iter().all(is_row)
             }
-            (Kind::Choice(choices), Found::Choice(name)) => choices.iter().any(|choice| choice.name == *name),
-            (Kind::Warning(kinds), Found::Array(pair)) => match pair.as_slice() {
+            (FigureKind::Choice(choices), Found::Choice(name)) => choices.iter().any(|choice| choice.name == *name),
+            (FigureKind::Warning(kinds), Found::Array(pair)) => match pair.as_slice() {
                 [Found::Choice(kind), Found::Text(_)] => kinds.iter().any(|choice| choice.name == *kind),
                 _ => false,
             },
-            (Kind::Stage, Found::Array(pair)) => matches!(pair.as_slice(), [Found::Text(_), Found::Number(_)]),
-            (Kind::Nested(schema), Found::Nested(values)) => {
+            (FigureKind::Stage, Found::Array(pair)) => matches!(pair.as_slice(), [Found::Text(_), Found::Number(_)]),
+            (FigureKind::Nested(schema), Found::Nested(values)) => {
                 values.len() == schema.figures.len()
                     && values
                         .iter()
@@ -123,7 +123,7 @@ macro_rules! report {
         }
 
         impl $crate::report::Report for $Struct {
-            const SCHEMA: $crate::report::Schema = $crate::report::Schema {
+            const SCHEMA: $crate::report::ReportSchema = $crate::report::ReportSchema {
                 name: stringify!($Struct),
                 text: concat!($($about),*).trim_ascii(),
                 figures: Self::FIGURES,
@@ -131,14 +131,14 @@ macro_rules! report {
 
             fn values(&self) -> $crate::report::Values<'_> {
                 let found = [
-                    $( $crate::report::Measured::found(&self.$field), )*
+                    $( $crate::report::FigureValue::found(&self.$field), )*
                     $($( $crate::report!(@owned self.$method()), )*)?
                 ];
                 Self::FIGURES.iter().zip(found).collect()
             }
         }
 
-        impl $crate::report::Measured for $Struct {
+        impl $crate::report::FigureValue for $Struct {
             fn found(&self) -> $crate::report::Found<'_> {
                 $crate::report::Found::Nested($crate::report::Report::values(self))
             }

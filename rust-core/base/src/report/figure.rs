@@ -1,11 +1,11 @@
 //! The row of a figure, and the words that it is declared with.
 
-use super::Schema;
+use super::ReportSchema;
 use crate::params::Choice;
 
 /// The sort of value that a figure is. Hosts show it by this, with its unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Kind {
+pub enum FigureKind {
     /// Yes or no.
     Flag,
     /// A whole number, at least 0.
@@ -37,12 +37,12 @@ pub enum Kind {
     /// The name of a stage and its wall-clock seconds.
     Stage,
     /// A report of its own.
-    Nested(&'static Schema),
+    Nested(&'static ReportSchema),
 }
 
 /// How many values a figure has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Shape {
+pub enum FigureShape {
     /// One.
     One,
     /// One, or none where it does not apply.
@@ -69,9 +69,9 @@ pub struct Figure {
     /// Its name for people.
     pub label: &'static str,
     /// The sort of its values.
-    pub kind: Kind,
+    pub kind: FigureKind,
     /// How many they are.
-    pub shape: Shape,
+    pub shape: FigureShape,
     /// Names and texts of the values of an array, for languages that give each a name of its own. Empty: these have an array.
     pub parts: &'static [(&'static str, &'static str)],
     /// Name of the type of its choices in languages that have such types, in small letters. Empty: that of the figure.
@@ -87,21 +87,21 @@ pub struct Figure {
 impl Figure {
     /// None where it does not apply.
     pub const fn optional(mut self) -> Self {
-        self.shape = Shape::Optional;
+        self.shape = FigureShape::Optional;
         self
     }
 
     /// So many values, always.
     pub const fn array(mut self, size: usize) -> Self {
-        self.shape = Shape::Array(size);
+        self.shape = FigureShape::Array(size);
         self
     }
 
     /// An array whose values have names of their own in languages that have no tuples, each with its text.
     pub const fn parts(mut self, parts: &'static [(&'static str, &'static str)]) -> Self {
         self.shape = match self.shape {
-            Shape::Optional => Shape::OptionalArray(parts.len()),
-            _ => Shape::Array(parts.len()),
+            FigureShape::Optional => FigureShape::OptionalArray(parts.len()),
+            _ => FigureShape::Array(parts.len()),
         };
         self.parts = parts;
         self
@@ -109,31 +109,31 @@ impl Figure {
 
     /// Any number of values.
     pub const fn list(mut self) -> Self {
-        self.shape = Shape::List(0);
+        self.shape = FigureShape::List(0);
         self
     }
 
     /// Any number of arrays of that size.
     pub const fn list_of(mut self, size: usize) -> Self {
-        self.shape = Shape::List(size);
+        self.shape = FigureShape::List(size);
         self
     }
 
     /// Any number of values, at most so many, so that C's structs hold them.
     pub const fn up_to(mut self, most: usize) -> Self {
-        self.shape = Shape::UpTo(most);
+        self.shape = FigureShape::UpTo(most);
         self
     }
 
     /// Any number of values, of which some may not apply.
     pub const fn list_of_optional(mut self) -> Self {
-        self.shape = Shape::ListOfOptional;
+        self.shape = FigureShape::ListOfOptional;
         self
     }
 
     /// Any number of lists.
     pub const fn lists(mut self) -> Self {
-        self.shape = Shape::Lists;
+        self.shape = FigureShape::Lists;
         self
     }
 
@@ -165,20 +165,20 @@ impl Figure {
     /// The choices that it may be one of. Empty for all other kinds.
     pub const fn choices(&self) -> &'static [Choice] {
         match self.kind {
-            Kind::Choice(choices) | Kind::Warning(choices) => choices,
+            FigureKind::Choice(choices) | FigureKind::Warning(choices) => choices,
             _ => &[],
         }
     }
 
     /// Whether its value is a fixed number of numbers, as C's structs hold them.
     pub const fn is_fixed(&self) -> bool {
-        !matches!(self.shape, Shape::List(_) | Shape::ListOfOptional | Shape::Lists)
-            && !matches!(self.kind, Kind::Text | Kind::Warning(_) | Kind::Stage)
+        !matches!(self.shape, FigureShape::List(_) | FigureShape::ListOfOptional | FigureShape::Lists)
+            && !matches!(self.kind, FigureKind::Text | FigureKind::Warning(_) | FigureKind::Stage)
     }
 
     /// Whether it may be absent.
     pub const fn is_optional(&self) -> bool {
-        matches!(self.shape, Shape::Optional | Shape::OptionalArray(_))
+        matches!(self.shape, FigureShape::Optional | FigureShape::OptionalArray(_))
     }
 
     /// Name of the type of its choices, in small letters.

@@ -34,86 +34,86 @@ pub enum Found<'a> {
 }
 
 /// A type that a figure's value may have.
-pub trait Measured {
+pub trait FigureValue {
     /// The value.
     fn found(&self) -> Found<'_>;
 }
 
-impl Measured for bool {
+impl FigureValue for bool {
     fn found(&self) -> Found<'_> {
         Found::Flag(*self)
     }
 }
 
-impl Measured for u64 {
+impl FigureValue for u64 {
     fn found(&self) -> Found<'_> {
         Found::Count(*self)
     }
 }
 
-impl Measured for usize {
+impl FigureValue for usize {
     fn found(&self) -> Found<'_> {
         Found::Count(*self as u64)
     }
 }
 
-impl Measured for i64 {
+impl FigureValue for i64 {
     fn found(&self) -> Found<'_> {
         Found::Integer(*self)
     }
 }
 
-impl Measured for f64 {
+impl FigureValue for f64 {
     fn found(&self) -> Found<'_> {
         Found::Number(*self)
     }
 }
 
-impl Measured for String {
+impl FigureValue for String {
     fn found(&self) -> Found<'_> {
         Found::Text(self)
     }
 }
 
-impl Measured for &'static str {
+impl FigureValue for &'static str {
     fn found(&self) -> Found<'_> {
         Found::Text(self)
     }
 }
 
-impl Measured for DVec3 {
+impl FigureValue for DVec3 {
     fn found(&self) -> Found<'_> {
         Found::Vector(*self)
     }
 }
 
-impl Measured for DAffine3 {
+impl FigureValue for DAffine3 {
     fn found(&self) -> Found<'_> {
         Found::Pose(*self)
     }
 }
 
-impl<T: Measured> Measured for Option<T> {
+impl<T: FigureValue> FigureValue for Option<T> {
     fn found(&self) -> Found<'_> {
-        self.as_ref().map_or(Found::Absent, Measured::found)
+        self.as_ref().map_or(Found::Absent, FigureValue::found)
     }
 }
 
-impl<T: Measured, const SIZE: usize> Measured for [T; SIZE] {
+impl<T: FigureValue, const SIZE: usize> FigureValue for [T; SIZE] {
     fn found(&self) -> Found<'_> {
-        Found::Array(self.iter().map(Measured::found).collect())
+        Found::Array(self.iter().map(FigureValue::found).collect())
     }
 }
 
-impl<T: Measured, U: Measured> Measured for (T, U) {
+impl<T: FigureValue, U: FigureValue> FigureValue for (T, U) {
     fn found(&self) -> Found<'_> {
         Found::Array(vec![self.0.found(), self.1.found()])
     }
 }
 
-impl<T: Measured> Measured for Vec<T> {
+impl<T: FigureValue> FigureValue for Vec<T> {
     fn found(&self) -> Found<'_> {
-        Found::List(self.iter().map(Measured::found).collect())
+        Found::List(self.iter().map(FigureValue::found).collect())
     }
 }
 

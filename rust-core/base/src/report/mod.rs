@@ -9,6 +9,6 @@ mod figure;
 mod found;
 pub mod rows;
 
-pub use declare::{Report, Schema, Values};
-pub use figure::{Figure, Kind, Shape};
-pub use found::{Found, Measured, Plain};
+pub use declare::{Report, ReportSchema, Values};
+pub use figure::{Figure, FigureKind, FigureShape};
+pub use found::{FigureValue, Found, Plain};

@@ -19,7 +19,7 @@ use crate::range_image::{RangeImage, confidence, repeats};
 use base::error::{Error, Result, Shown};
 use base::magnitude;
 use base::memory;
-use base::operation::{Content, Operation};
+use base::operation::{DataKind, Operation};
 use base::params::{angle, length};
 use base::progress::Progress;
 use mesh::{Attribute, TriMesh};
@@ -32,8 +32,8 @@ pub const OPERATION: Operation = Operation {
     name: "triangulate",
     text: "Makes triangles of a range image, without those across jumps.",
     since: "0.1",
-    takes: &[Content::Image],
-    gives: &[Content::Mesh],
+    takes: &[DataKind::Image],
+    gives: &[DataKind::Mesh],
     params: Some(SCHEMA),
     report: &[],
     command: None,

@@ -1,14 +1,14 @@
 //! Names and texts for hosts, of writing files.
 
-use base::operation::{Content, Operation, Operator};
+use base::operation::{DataKind, Operation, Operator};
 
 /// The declaration of the operation.
 pub const OPERATION: Operation = Operation {
     name: "write",
     text: "Writes meshes into files.",
     since: "0.1",
-    takes: &[Content::Mesh],
-    gives: &[Content::Files],
+    takes: &[DataKind::Mesh],
+    gives: &[DataKind::Files],
     params: Some(super::SCHEMA),
     report: &[],
     command: None,

@@ -1,14 +1,14 @@
 //! Names and texts for hosts, of reading files.
 
-use base::operation::{Content, Filter, Operation, Operator};
+use base::operation::{DataKind, Filter, Operation, Operator};
 
 /// The declaration of the operation.
 pub const OPERATION: Operation = Operation {
     name: "open",
     text: "Opens files of scans, lists of them and recordings.",
     since: "0.1",
-    takes: &[Content::Files],
-    gives: &[Content::Scans],
+    takes: &[DataKind::Files],
+    gives: &[DataKind::Scans],
     params: Some(super::SCHEMA),
     report: &[],
     command: None,

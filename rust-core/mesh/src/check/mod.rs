@@ -8,7 +8,7 @@ use std::fmt;
 use super::TriMesh;
 use base::error::{Error, Result};
 use base::memory;
-use base::operation::{Content, Operation};
+use base::operation::{DataKind, Operation};
 use base::progress::Progress;
 use base::report::Report as _;
 
@@ -17,7 +17,7 @@ pub const OPERATION: Operation = Operation {
     name: "check",
     text: "Checks whether a mesh is what a surface must be, and finds its topology.",
     since: "0.1",
-    takes: &[Content::Mesh],
+    takes: &[DataKind::Mesh],
     gives: &[],
     params: None,
     report: &[CheckReport::SCHEMA],
