@@ -11,7 +11,8 @@
 //! | `las` | scattered points of aerial scanners: LAS, LAZ |
 //! | `ptx`, `e57`, `pcd` | grids of points of scanners and depth cameras |
 //! | `obj`, `stl`, `gltf` | meshes |
-//! | `project` | MeshLab's projects and alignments; folders |
+//! | `project` | MeshLab's projects and alignments |
+//! | `folder` | a folder: its only list, or all of its scans |
 //! | `frames` | recordings of depth cameras and phones: a module a layout |
 //! | `grid` | such grids while they are read |
 //! | `colour` | the number that colours count to |
@@ -33,6 +34,7 @@ mod crs;
 mod e57;
 mod edits;
 mod file;
+mod folder;
 mod frames;
 mod gltf;
 mod grid;
@@ -186,7 +188,7 @@ fn listed(paths: &[&Path], progress: &Progress<'_>) -> Result<Vec<Listed>> {
         } else if let Some(found) = frames::find(path, progress)? {
             listed.push(Listed::Recording(found));
         } else {
-            listed.extend(project::files_of(path)?.into_iter().map(Listed::File));
+            listed.extend(folder::files_of(path)?.into_iter().map(Listed::File));
         }
     }
     Ok(listed)
