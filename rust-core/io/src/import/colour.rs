@@ -50,7 +50,8 @@ impl Count {
 mod tests {
     use std::path::Path;
 
-    use super::super::{Content, FileScan, damage, obj, open};
+    use super::super::scan::{Content, FileScan};
+    use super::super::{damage, obj, open};
     use super::*;
 
     #[test]

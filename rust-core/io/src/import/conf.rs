@@ -15,9 +15,11 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DQuat, DVec3};
 
+use super::file;
+use super::options::ReadOptions;
 use super::overlap::{self, Convention, STANFORD};
+use super::set::{OpenNamed, ScanSet};
 use super::text::lines_of;
-use super::{ReadOptions, ScanSet, file};
 use crate::memory_folder::begins_in_memory;
 use base::error::{Error, Result, known_as};
 use base::progress::Progress;
@@ -59,14 +61,19 @@ pub(super) fn sniff(start: &[u8]) -> bool {
 }
 
 /// Opens the scans of a file and decides what its quaternions mean.
-pub(super) fn open(path: &Path, options: &Arc<ReadOptions>, progress: &Progress<'_>) -> Result<ScanSet> {
+pub(super) fn open(
+    path: &Path,
+    options: &Arc<ReadOptions>,
+    open_named: OpenNamed,
+    progress: &Progress<'_>,
+) -> Result<ScanSet> {
     let mut notes = Vec::new();
     let bytes = file::read(path)?;
     let placed = parse(path, &bytes, options, &mut notes)?;
     let mut scans = Vec::with_capacity(placed.len());
     for one in &placed {
         progress.check()?;
-        scans.push(super::open_named(path, one.line, &one.path, options, &mut notes)?);
+        scans.push(open_named(path, one.line, &one.path, options, &mut notes)?);
     }
     let convention = if says_sense(&bytes) {
         STANFORD

@@ -7,7 +7,7 @@ use std::io::{self, Read, Seek, SeekFrom};
 #[cfg(test)]
 use super::file::Input;
 use super::file::Parse;
-use super::{Content, FileScan};
+use super::scan::{Content, FileScan};
 use base::error::{Error, Result};
 use base::progress::Progress;
 

@@ -15,7 +15,9 @@ use glam::{DAffine3, DQuat, DVec3};
 
 use super::file::{self, Input, decoding_error, watched};
 use super::grid::PointGrid;
-use super::{Content, FileScan, ReadOptions, ScanSet};
+use super::options::ReadOptions;
+use super::scan::{Content, FileScan};
+use super::set::ScanSet;
 use base::error::{Error, Result, known_as};
 use base::progress::Progress;
 use mesh::point_cloud::PointCloud;

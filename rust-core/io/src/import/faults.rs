@@ -4,7 +4,9 @@ use std::cell::Cell;
 use std::io::{Error, ErrorKind, Result};
 use std::path::{Path, PathBuf};
 
-use super::{Content, ReadOptions, open_with};
+use super::opening::open_with;
+use super::options::ReadOptions;
+use super::scan::Content;
 use base::progress::Progress;
 
 /// Faults of the reads of this thread.

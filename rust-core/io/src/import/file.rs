@@ -11,7 +11,9 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use super::{Content, FileScan, ReadOptions, ScanSet};
+use super::options::ReadOptions;
+use super::scan::{Content, FileScan};
+use super::set::ScanSet;
 use crate::memory_folder::{Reading, explained, place_of};
 use base::error::{Error, Result, known_as};
 use base::memory;

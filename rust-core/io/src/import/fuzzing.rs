@@ -1,5 +1,10 @@
 //! Functions that the fuzz targets call.
 
+use std::path::Path;
+use std::sync::Arc;
+
+use base::error::Error;
+
 /// Checks what a PLY file in memory reads as.
 pub fn ply(bytes: &[u8]) {
     super::ply::examine(bytes);
@@ -63,7 +68,7 @@ pub fn side(bytes: &[u8]) {
 }
 
 /// Checks what the bytes read as in each way that frames come. Files for it are written into `folder`.
-pub fn frames(bytes: &[u8], folder: &std::path::Path) {
+pub fn frames(bytes: &[u8], folder: &Path) {
     super::frames::examine(bytes, folder);
 }
 
@@ -73,6 +78,6 @@ pub fn points(bytes: &[u8]) {
 }
 
 /// Checks what a `.conf` file in memory reads as. Its scans are looked for in `folder`. True if it is accepted.
-pub fn conf(bytes: &[u8], folder: &std::path::Path) -> bool {
+pub fn conf(bytes: &[u8], folder: &Path) -> bool {
     super::conf::examine(bytes, folder)
 }

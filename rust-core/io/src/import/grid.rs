@@ -5,7 +5,7 @@ use std::path::Path;
 use glam::{DAffine3, DVec3};
 
 use super::file::reserve;
-use super::{Content, FileScan};
+use super::scan::{Content, FileScan};
 use base::error::{Error, Result};
 use image::range_image::{RangeImage, Viewing};
 

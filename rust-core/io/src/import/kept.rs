@@ -9,11 +9,14 @@ use glam::DAffine3;
 use serde_json::{Value as Json, json};
 
 use super::edits::{Edit, Edits, Placed};
-use super::{Begin, Camera, FileScan, ReadOptions, listed, open_listed};
+use super::opening::{listed, open_listed};
+use super::options::ReadOptions;
+use super::scan::{Begin, FileScan};
 use crate::memory_folder::MemoryFolder;
 use base::error::{Error, Result, known_as};
 use base::params::{Params as _, Value};
 use base::progress::Progress;
+use image::frame::Camera;
 use image::select::{Mask, OrientedBox, Plane, Region, Selection};
 use mesh::Crs;
 

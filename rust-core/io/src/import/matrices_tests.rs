@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 
 use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3};
 
-use super::{Content, open};
+use super::open;
+use super::scan::Content;
 
 /// A place in the scan, no coordinate of which is like another.
 const POINT: DVec3 = DVec3::new(1.0, 2.0, 4.0);

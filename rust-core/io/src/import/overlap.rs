@@ -7,7 +7,7 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use super::FileScan;
+use super::scan::FileScan;
 use base::error::Result;
 use base::progress::Progress;
 use geom::neighbours::KdTree;

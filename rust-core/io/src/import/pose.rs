@@ -10,7 +10,8 @@ use std::path::{Path, PathBuf};
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use super::{FileScan, file};
+use super::file;
+use super::scan::FileScan;
 use base::error::{Error, Result};
 
 /// Longest file of a pose.

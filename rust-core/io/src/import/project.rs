@@ -2,14 +2,16 @@
 //!
 //! Files lie in the folder of the list or below it. Names that lead out of it are refused unless the options allow it.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 use glam::DAffine3;
 use roxmltree::{Document, Node, ParsingOptions};
 
+use super::options::ReadOptions;
+use super::set::{OpenNamed, ScanSet};
 use super::text::{Lines, lines_of};
-use super::{ReadOptions, ScanSet, conf, file, open_named, pose};
+use super::{conf, file, pose};
 use base::error::{Error, Result, known_as};
 use base::progress::Progress;
 
@@ -42,7 +44,12 @@ pub(super) fn sniff_aln(start: &[u8]) -> bool {
 }
 
 /// Opens the meshes of a project.
-pub(super) fn open_mlp(path: &Path, options: &Arc<ReadOptions>, progress: &Progress<'_>) -> Result<ScanSet> {
+pub(super) fn open_mlp(
+    path: &Path,
+    options: &Arc<ReadOptions>,
+    open_named: OpenNamed,
+    progress: &Progress<'_>,
+) -> Result<ScanSet> {
     let (_, length) = file::open(path)?;
     if length > LONGEST {
         return Err(Error::format(
@@ -51,7 +58,7 @@ pub(super) fn open_mlp(path: &Path, options: &Arc<ReadOptions>, progress: &Progr
             format!("{length} bytes are more than a project may have, {LONGEST}"),
         ));
     }
-    resolve(path, parse_mlp(&file::read(path)?, path)?, options, progress)
+    resolve(path, parse_mlp(&file::read(path)?, path)?, options, open_named, progress)
 }
 
 pub(super) fn parse_mlp(bytes: &[u8], path: &Path) -> Result<Vec<Placed>> {
@@ -87,9 +94,14 @@ fn line_of(document: &Document<'_>, node: Node<'_, '_>) -> usize {
 }
 
 /// Opens the meshes of an alignment.
-pub(super) fn open_aln(path: &Path, options: &Arc<ReadOptions>, progress: &Progress<'_>) -> Result<ScanSet> {
+pub(super) fn open_aln(
+    path: &Path,
+    options: &Arc<ReadOptions>,
+    open_named: OpenNamed,
+    progress: &Progress<'_>,
+) -> Result<ScanSet> {
     let (file, length) = file::open(path)?;
-    resolve(path, parse_aln(Lines::new(file, length, path))?, options, progress)
+    resolve(path, parse_aln(Lines::new(file, length, path))?, options, open_named, progress)
 }
 
 pub(super) fn parse_aln(mut lines: Lines<'_>) -> Result<Vec<Placed>> {
@@ -125,7 +137,13 @@ pub(super) fn parse_aln(mut lines: Lines<'_>) -> Result<Vec<Placed>> {
 }
 
 /// Finds the files and opens each.
-fn resolve(list: &Path, placed: Vec<Placed>, options: &Arc<ReadOptions>, progress: &Progress<'_>) -> Result<ScanSet> {
+fn resolve(
+    list: &Path,
+    placed: Vec<Placed>,
+    options: &Arc<ReadOptions>,
+    open_named: OpenNamed,
+    progress: &Progress<'_>,
+) -> Result<ScanSet> {
     let folder = list.parent().unwrap_or(Path::new(""));
     let mut found = Vec::with_capacity(placed.len());
     let mut missing: Vec<&str> = Vec::new();

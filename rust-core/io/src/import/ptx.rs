@@ -26,9 +26,11 @@ use glam::{DAffine3, DVec3};
 
 use super::file::{self, Input};
 use super::grid::PointGrid;
+use super::options::ReadOptions;
 use super::pose::{self, Order};
+use super::scan::{Content, FileScan};
+use super::set::ScanSet;
 use super::text::{Lines, lines_of};
-use super::{Content, FileScan, ReadOptions, ScanSet};
 use base::error::{Error, Result};
 use base::progress::Progress;
 

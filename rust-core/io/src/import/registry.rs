@@ -6,10 +6,14 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use super::{Camera, Content, FileScan, ReadOptions, ScanSet, file, stl, trajectory};
+use super::options::ReadOptions;
+use super::scan::{Content, FileScan};
+use super::set::{OpenNamed, ScanSet};
+use super::{camera, conf, e57, file, frames, gltf, las, obj, pcd, ply, points, project, ptx, raster, stl, trajectory};
 use base::error::{Error, Result, known_as};
 use base::nearest::nearest;
 use base::progress::Progress;
+use image::frame::Camera;
 
 /// A file format: how to recognize it and how to read it.
 pub struct Format {
@@ -36,7 +40,7 @@ pub(super) enum Role {
         preview: fn(&FileScan, usize) -> Result<Vec<DVec3>>,
     },
     /// Names and places of scans that lie in other files.
-    List(fn(&Path, &Arc<ReadOptions>, &Progress<'_>) -> Result<ScanSet>),
+    List(fn(&Path, &Arc<ReadOptions>, OpenNamed, &Progress<'_>) -> Result<ScanSet>),
     /// Frames of a recording, all in this file or listed by it.
     Recording(fn(&Path, &Arc<ReadOptions>, &Progress<'_>) -> Result<ScanSet>),
     /// The camera of depth images.
@@ -87,8 +91,8 @@ macro_rules! parsed {
     ($($module:ident)::+, open: $open:path) => {
         Role::Scans {
             open: $open,
-            read: |scan, progress| file::parsed(scan, progress, super::$($module)::+::parse),
-            preview: |scan, count| file::thinned(scan, super::$($module)::+::parse, count),
+            read: |scan, progress| file::parsed(scan, progress, $($module)::+::parse),
+            preview: |scan, count| file::thinned(scan, $($module)::+::parse, count),
         }
     };
 }
@@ -96,14 +100,14 @@ macro_rules! parsed {
 /// A format of one scan a file.
 macro_rules! whole {
     ($name:literal, $extensions:expr, $($module:ident)::+) => {
-        Format::of($name, &$extensions, super::$($module)::+::sniff, parsed!($($module)::+))
+        Format::of($name, &$extensions, $($module)::+::sniff, parsed!($($module)::+))
     };
 }
 
 /// A format whose module opens, reads and previews by itself.
 macro_rules! own {
     ($name:literal, $extensions:expr, $module:ident) => {{
-        use super::$module::{open, preview, read, sniff};
+        use $module::{open, preview, read, sniff};
         Format::of($name, &$extensions, sniff, Role::Scans { open, read, preview })
     }};
 }
@@ -111,7 +115,7 @@ macro_rules! own {
 /// A format of several scans a file, each parsed whole.
 macro_rules! several {
     ($name:literal, $extensions:expr, $module:ident) => {
-        Format::of($name, &$extensions, super::$module::sniff, parsed!($module, open: super::$module::open))
+        Format::of($name, &$extensions, $module::sniff, parsed!($module, open: $module::open))
     };
 }
 
@@ -119,7 +123,7 @@ macro_rules! several {
 static FORMATS: &[Format] = &[
     own!("PLY (range grid, mesh or points)", ["ply"], ply)
         .written("ply", &[Holding::Mesh, Holding::Quads, Holding::Points, Holding::Image]),
-    Format::of("VRIP list of placed scans", &["conf"], super::conf::sniff, Role::List(super::conf::open))
+    Format::of("VRIP list of placed scans", &["conf"], conf::sniff, Role::List(conf::open))
         .written("conf", &[Holding::Image, Holding::Images]),
     several!("PTX (terrestrial scans)", ["ptx"], ptx).written("ptx", &[Holding::Image, Holding::Images]),
     whole!("PCD (organized or not)", ["pcd"], pcd),
@@ -127,8 +131,8 @@ static FORMATS: &[Format] = &[
     whole!("LAS or LAZ (aerial and mobile scans)", ["las", "laz"], las),
     whole!("glTF mesh", ["glb", "gltf"], gltf).written("glb", &[Holding::Mesh]),
     whole!("STL mesh", ["stl"], stl).written("stl", &[Holding::Mesh]),
-    Format::of("MeshLab project", &["mlp"], super::project::sniff_mlp, Role::List(super::project::open_mlp)),
-    Format::of("MeshLab alignment", &["aln"], super::project::sniff_aln, Role::List(super::project::open_aln)),
+    Format::of("MeshLab project", &["mlp"], project::sniff_mlp, Role::List(project::open_mlp)),
+    Format::of("MeshLab alignment", &["aln"], project::sniff_aln, Role::List(project::open_aln)),
     whole!("PNG (height map, terrain RGB or depth)", ["png"], raster::png),
     whole!("PGM (height map or depth)", ["pgm"], raster::pgm),
     whole!("PFM (height map or depth)", ["pfm"], raster::pfm),
@@ -139,17 +143,12 @@ static FORMATS: &[Format] = &[
     Format::of(
         "recording of frames (Record3D, or a zipped folder)",
         &["r3d"],
-        super::frames::archive::sniff,
-        Role::Recording(super::frames::open_archive),
+        frames::archive::sniff,
+        Role::Recording(frames::open_archive),
     ),
-    Format::of(
-        "frames of nerfstudio",
-        &["json"],
-        super::frames::sniff_transforms,
-        Role::List(super::frames::open_transforms),
-    ),
-    Format::of("ScanNet frames", &["sens"], super::frames::sens::sniff, Role::Recording(super::frames::open_sens)),
-    Format::of("camera of depth images", &["json"], super::camera::sniff, Role::Camera(super::camera::read)),
+    Format::of("frames of nerfstudio", &["json"], frames::sniff_transforms, Role::List(frames::open_transforms)),
+    Format::of("ScanNet frames", &["sens"], frames::sens::sniff, Role::Recording(frames::open_sens)),
+    Format::of("camera of depth images", &["json"], camera::sniff, Role::Camera(camera::read)),
     Format::of(
         "trajectory (Open3D log, TUM and others)",
         &["log", "freiburg", trajectory::AXIS_ANGLE],

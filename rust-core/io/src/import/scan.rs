@@ -1,28 +1,18 @@
-//! One scan: where it is, and what it is read as.
+//! One scan of a set: where it is.
 
-use std::borrow::Cow;
-use std::hash::{Hash as _, Hasher as _};
+use std::fmt::Debug;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use glam::{DAffine3, DVec3};
-use rustc_hash::FxHasher;
 
-use super::ReadOptions;
-use super::crs;
 use super::edits::Edits;
-use super::frames::Recording;
-use super::registry::{Role, format_of};
+use super::options::ReadOptions;
 use crate::memory_folder::MemoryFolder;
-use base::error::{Error, Result, known_as};
+use base::error::{Error, Result};
 use base::progress::Progress;
 use image::frame::{ColourImage, ConfidenceImage, Frame};
-use image::oriented::OrientedPoints;
-use image::places::Places;
 use image::range_image::RangeImage;
-use image::select::scale_frame;
-use image::source::{Decoded, Loading, Moment, OrientedSurface, PlacedCloud, PlacedMesh, ScanSource};
-use image::triangulate::TriangulateParams;
 use mesh::point_cloud::PointCloud;
 use mesh::{Crs, TriMesh};
 
@@ -42,7 +32,7 @@ pub struct FileScan {
     /// Beginning of the part, for formats whose parts lie one after the other.
     pub(crate) begin: Begin,
     /// The recording that it is a frame of.
-    pub(crate) recording: Option<Arc<Recording>>,
+    pub(crate) recording: Option<Arc<dyn Frames>>,
     /// The path under which that was opened.
     pub(crate) opened: Option<Arc<Path>>,
     /// Edits of its samples after they are read.
@@ -51,6 +41,71 @@ pub struct FileScan {
     pub(crate) left_crs: bool,
     /// The folder in memory that it lies in: stays there as long as the scan.
     pub(crate) _memory: Option<MemoryFolder>,
+}
+
+/// The recording that a scan is a frame of. Frames are known by their place in it.
+pub(crate) trait Frames: Debug + Send + Sync {
+    /// Whether frames have an order in time.
+    fn is_in_time(&self) -> bool;
+
+    /// Direction of up in a frame, of length 1, where the recorder measured gravity.
+    fn up(&self, index: usize) -> Option<DVec3>;
+
+    /// Number that tells whether a frame is listed as it was: of its files, its cameras, its pose and how its depths are stored.
+    fn print_of(&self, index: usize) -> Option<u64>;
+
+    /// Reads a frame.
+    ///
+    /// # Errors
+    /// A file of it can't be read or is damaged. Cancelled.
+    fn frame(
+        &self,
+        index: usize,
+        world_from_sensor: DAffine3,
+        options: &Arc<ReadOptions>,
+        progress: &Progress<'_>,
+    ) -> Result<Frame>;
+
+    /// Reads the parts of a frame that are not damaged, and keeps what was damaged.
+    ///
+    /// # Errors
+    /// A file of it can't be read. Cancelled.
+    fn undamaged_parts(
+        &self,
+        index: usize,
+        world_from_sensor: DAffine3,
+        options: &Arc<ReadOptions>,
+        progress: &Progress<'_>,
+    ) -> Result<Frame>;
+
+    /// Damage of a frame that reading it has met.
+    fn damage(&self, index: usize) -> Option<String>;
+
+    /// About so many points of a frame, in its own frame.
+    ///
+    /// # Errors
+    /// As [`Frames::frame`].
+    fn preview(&self, index: usize, count: usize, options: &Arc<ReadOptions>) -> Result<Vec<DVec3>>;
+
+    /// Reads the confidences of a frame.
+    ///
+    /// # Errors
+    /// As [`Frames::frame`].
+    fn confidence(
+        &self,
+        index: usize,
+        options: &Arc<ReadOptions>,
+        progress: &Progress<'_>,
+    ) -> Result<Option<ConfidenceImage>>;
+
+    /// Whether a frame has a colour image.
+    fn has_colour(&self, index: usize) -> bool;
+
+    /// Reads the colours of a frame.
+    ///
+    /// # Errors
+    /// As [`Frames::frame`].
+    fn colour(&self, index: usize, options: &Arc<ReadOptions>, progress: &Progress<'_>) -> Result<Option<ColourImage>>;
 }
 
 /// A place in a file of text.
@@ -95,85 +150,10 @@ impl FileScan {
         FileScan { options: options.clone(), ..FileScan::new(path) }
     }
 
-    /// Reads the samples: those that are kept, in their true size.
-    ///
-    /// # Errors
-    /// The file can't be read or is damaged. A mask that does not fit.
-    pub fn read(&self) -> Result<Content> {
-        self.read_with(&Progress::none())
-    }
-
-    /// As [`FileScan::read`]. `progress` counts the bytes of the file.
-    ///
-    /// # Errors
-    /// As [`FileScan::read`]. [`Error::Cancelled`].
-    pub fn read_with(&self, progress: &Progress<'_>) -> Result<Content> {
-        self.read_as(Damage::Refused, progress)
-    }
-
-    fn read_as(&self, damage: Damage, progress: &Progress<'_>) -> Result<Content> {
-        let mut content = if self.edits.is_empty() {
-            self.whole(damage, progress)?
-        } else {
-            let local = FileScan { world_from_sensor: DAffine3::IDENTITY, edits: Edits::default(), ..self.clone() };
-            self.edited(local.whole(damage, progress)?, progress)?
-        };
-        let crs = self.crs()?;
-        match &mut content {
-            Content::RangeImage(image) => image.crs = crs,
-            Content::Points(cloud) => cloud.crs = crs,
-            Content::Mesh(mesh) => mesh.crs = crs.filter(|_| self.world_from_sensor == DAffine3::IDENTITY),
-        }
-        Ok(content)
-    }
-
-    /// The coordinate reference system of the world that it lies in: what [`ReadOptions::crs`] or its file names. Looked up in
-    /// headers each time.
-    ///
-    /// # Errors
-    /// A file that can't be read.
-    pub fn crs(&self) -> Result<Option<Crs>> {
-        match self.named_crs() {
-            // Said when it was opened.
-            Err(Error::Format { .. }) => Ok(None),
-            named => named,
-        }
-    }
-
-    /// As [`FileScan::crs`]. A name that is no system is an error.
-    pub(super) fn named_crs(&self) -> Result<Option<Crs>> {
-        if self.left_crs {
-            return Ok(None);
-        }
-        match &self.options.crs {
-            Some(crs) => Ok(Some(crs.clone())),
-            None if self.recording.is_some() => Ok(None),
-            None => crs::of_file(self),
-        }
-    }
-
     /// Says which coordinate reference system it lies in, whatever its file names.
     pub fn set_crs(&mut self, crs: Option<Crs>) {
         self.left_crs = crs.is_none();
         Arc::make_mut(&mut self.options).crs = crs;
-    }
-
-    /// Reads what the file holds. A frame's colours are looked up before anything is removed that may hide them from others.
-    fn whole(&self, damage: Damage, progress: &Progress<'_>) -> Result<Content> {
-        if let Some(frame) = self.recorded(damage, progress)? {
-            return Ok(Content::RangeImage(frame.into_range_image(progress)?.0));
-        }
-        let Role::Scans { read, .. } = format_of(&self.path)?.role else { return Err(self.is_no_scan()) };
-        progress.plan(&[("reading", 1.0)]);
-        let outcome = progress.watch(|| read(self, progress));
-        // A reader may take the end of reading for the end of the file.
-        match progress.check().and(outcome)? {
-            Content::Mesh(mesh) if mesh.triangles.is_empty() => {
-                let problem = "the mesh has no triangles: export it with its faces, or as points";
-                Err(Error::format(&self.path, "whole file", problem))
-            }
-            content => Ok(content),
-        }
     }
 
     /// Whether it is a frame of a recording.
@@ -186,79 +166,6 @@ impl FileScan {
         self.recording.as_ref().is_some_and(|recording| recording.has_colour(self.part))
     }
 
-    /// The colour image of a frame, with its own camera. `None` if it has none, and for other scans.
-    ///
-    /// # Errors
-    /// As [`FileScan::read_with`].
-    pub fn colour(&self, progress: &Progress<'_>) -> Result<Option<ColourImage>> {
-        let Some(recording) = &self.recording else { return Ok(None) };
-        let mut image = progress.watch(|| recording.colour(self.part, &self.options, progress))?;
-        if let Some(image) = &mut image {
-            image.colour_from_depth.translation *= self.scale();
-        }
-        Ok(image)
-    }
-
-    /// Confidence of a frame's sensor in its depths. `None` if it does not say, and for other scans.
-    ///
-    /// # Errors
-    /// As [`FileScan::read_with`].
-    pub fn confidence(&self, progress: &Progress<'_>) -> Result<Option<ConfidenceImage>> {
-        let Some(recording) = &self.recording else { return Ok(None) };
-        progress.watch(|| recording.confidence(self.part, &self.options, progress))
-    }
-
-    /// The frame of a recording as it was recorded, nothing left out, in its true size. `None` for other scans.
-    ///
-    /// # Errors
-    /// As [`FileScan::read_with`].
-    pub fn frame(&self, progress: &Progress<'_>) -> Result<Option<Frame>> {
-        let Some(mut frame) = self.recorded(Damage::Refused, progress)? else { return Ok(None) };
-        scale_frame(&mut frame, self.scale()).map_err(|error| self.says(error))?;
-        Ok(Some(frame))
-    }
-
-    fn recorded(&self, damage: Damage, progress: &Progress<'_>) -> Result<Option<Frame>> {
-        let Some(recording) = &self.recording else { return Ok(None) };
-        progress.plan(&[("reading", 1.0)]);
-        progress.stage(0, 1);
-        let (place, options) = (self.world_from_sensor, &self.options);
-        let read = || match damage {
-            Damage::Refused => recording.frame(self.part, place, options, progress),
-            Damage::LeftOut => recording.undamaged_parts(self.part, place, options, progress),
-        };
-        let mut frame = progress.watch(read)?;
-        frame.depth.name = self.name.clone();
-        progress.advance(1)?;
-        Ok(Some(frame))
-    }
-
-    /// About `count` of its points, spread over it, in its own frame. Cheaper than reading it where the format allows. Fewer if there are
-    /// fewer.
-    ///
-    /// # Errors
-    /// The file can't be read or is damaged.
-    pub fn preview_points(&self, count: usize) -> Result<Vec<DVec3>> {
-        if self.edits.leave_out() {
-            let places = self.places(&Progress::none())?.positions;
-            let step = places.len().div_ceil(count.max(1)).max(1);
-            return Ok(places.into_iter().step_by(step).collect());
-        }
-        let mut points = self.recorded_points(count)?;
-        points.iter_mut().for_each(|point| *point *= self.scale());
-        Ok(points)
-    }
-
-    fn recorded_points(&self, count: usize) -> Result<Vec<DVec3>> {
-        if let Some(recording) = &self.recording {
-            return recording.preview(self.part, count, &self.options);
-        }
-        match format_of(&self.path)?.role {
-            Role::Scans { preview, .. } => preview(self, count),
-            _ => Err(self.is_no_scan()),
-        }
-    }
-
     /// Names the scan in an error.
     pub(super) fn says(&self, error: Error) -> Error {
         match error {
@@ -268,7 +175,7 @@ impl FileScan {
     }
 
     /// The ending of its file's name, in small letters.
-    fn ending(&self) -> String {
+    pub(super) fn ending(&self) -> String {
         self.path.extension().and_then(|ending| ending.to_str()).unwrap_or_default().to_lowercase()
     }
 
@@ -276,159 +183,7 @@ impl FileScan {
     pub fn is_depth_image(&self) -> bool {
         self.options.camera.is_some() && IMAGES.contains(&&self.ending()[..])
     }
-
-    fn is_no_scan(&self) -> Error {
-        Error::input(format!("{}: this lists scans and isn't one itself, so open it instead", known_as(&self.path)))
-    }
-}
-
-/// Treatment of damaged images of a frame.
-#[derive(Clone, Copy)]
-enum Damage {
-    /// They are an error.
-    Refused,
-    /// They are left out, and the log is told: of many frames one does not end the work.
-    LeftOut,
-}
-
-impl image::source::Read for FileScan {
-    fn as_source(&self) -> &dyn ScanSource {
-        self
-    }
-
-    fn world_from_scan(&self) -> DAffine3 {
-        self.world_from_sensor
-    }
-}
-
-impl ScanSource for FileScan {
-    fn name(&self) -> &str {
-        &self.name
-    }
-
-    fn crs(&self) -> Result<Option<Crs>> {
-        FileScan::crs(self)
-    }
-
-    fn file(&self) -> Option<&Path> {
-        Some(&self.path)
-    }
-
-    fn load(&self, loading: &Loading, progress: &Progress<'_>) -> Result<OrientedSurface> {
-        match self.decoded(progress)? {
-            Some(decoded) => decoded.load(loading, progress),
-            None => Err(Error::input(format!(
-                "{}: this holds points without a grid or triangles, which are no surface, so reconstruct one first",
-                known_as(&self.path)
-            ))),
-        }
-    }
-
-    fn decoded(&self, progress: &Progress<'_>) -> Result<Option<Decoded>> {
-        Ok(match self.read_as(Damage::LeftOut, &progress.unseen())? {
-            Content::RangeImage(image) => Some(Decoded::Image(image)),
-            Content::Mesh(mesh) => Some(Decoded::Mesh(mesh, self.world_from_sensor)),
-            Content::Points(_) => None,
-        })
-    }
-
-    fn image(&self, progress: &Progress<'_>) -> Result<Option<Cow<'_, RangeImage>>> {
-        match self.read_as(Damage::LeftOut, &progress.unseen())? {
-            Content::RangeImage(image) => Ok(Some(Cow::Owned(image))),
-            Content::Mesh(_) | Content::Points(_) => Ok(None),
-        }
-    }
-
-    fn oriented_points(&self, progress: &Progress<'_>) -> Result<OrientedPoints> {
-        let (name, place) = (self.name.clone(), self.world_from_sensor);
-        match self.read_as(Damage::LeftOut, &progress.unseen())? {
-            Content::RangeImage(image) => image.oriented_points(progress),
-            Content::Mesh(mesh) => PlacedMesh { name, mesh: &mesh, world_from_mesh: place }.oriented_points(progress),
-            Content::Points(cloud) => {
-                PlacedCloud { name, cloud: &cloud, world_from_cloud: place }.oriented_points(progress)
-            }
-        }
-    }
-
-    fn moment(&self) -> Option<Moment<'_>> {
-        match &self.recording {
-            Some(recording) => {
-                recording.is_in_time.then_some(Moment { recording: self.opened.as_deref()?, at: self.part as f64 })
-            }
-            None => self.is_depth_image().then_some(Moment {
-                recording: self.path.parent()?,
-                at: last_number(self.path.file_stem()?.to_str()?)?,
-            }),
-        }
-    }
-
-    fn up(&self) -> Option<DVec3> {
-        self.recording.as_ref()?.up(self.part)
-    }
-
-    fn damage(&self) -> Option<String> {
-        self.recording.as_ref()?.damage(self.part)
-    }
-
-    fn places(&self, progress: &Progress<'_>) -> Result<Places> {
-        match self.read_as(Damage::LeftOut, &progress.unseen())? {
-            Content::RangeImage(image) => Places::of_image(&image, progress),
-            Content::Mesh(mesh) => Places::of_mesh(&mesh, self.world_from_sensor).map_err(|error| self.says(error)),
-            Content::Points(cloud) => Places::of_cloud(&cloud, self.world_from_sensor, progress),
-        }
-    }
-
-    fn version(&self, triangulation: &TriangulateParams, progress: &Progress<'_>) -> Result<u64> {
-        let ending = self.ending();
-        let is_all = self.recording.is_none() && self._memory.is_none() && self.edits.is_empty();
-        if !is_all || !WHOLE.contains(&&ending[..]) {
-            return self.content(triangulation, progress);
-        }
-        let failed = |error| Error::io(&self.path, error);
-        let whole = std::path::absolute(&self.path).map_err(failed)?;
-        let status = std::fs::metadata(&whole).map_err(failed)?;
-        let mut hasher = FxHasher::default();
-        (whole, status.len(), status.modified().ok(), self.part, &self.name, format!("{:?}", self.options))
-            .hash(&mut hasher);
-        self.world_from_sensor.to_cols_array().map(f64::to_bits).hash(&mut hasher);
-        Ok(hasher.finish())
-    }
-}
-
-/// The last number in a name, of a frame or a time in seconds.
-fn last_number(name: &str) -> Option<f64> {
-    let end = name.rfind(|c: char| c.is_ascii_digit())? + 1;
-    let begin = name[..end].rfind(|c: char| !c.is_ascii_digit() && c != '.').map_or(0, |other| other + 1);
-    name[begin..end].trim_start_matches('.').parse().ok()
 }
 
 /// Endings of images.
 const IMAGES: [&str; 7] = ["exr", "npy", "pfm", "pgm", "png", "tif", "tiff"];
-
-/// Endings of files that have all of a scan but its pose: of others more files may tell what it is.
-const WHOLE: [&str; 9] = ["e57", "npy", "pcd", "pfm", "pgm", "ply", "png", "ptx", "stl"];
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use image::frame::Camera;
-
-    #[test]
-    fn depth_images_are_taken_in_the_order_of_their_numbers() {
-        let at = |name: &str, camera: Option<Camera>| {
-            let options = Arc::new(ReadOptions { camera, ..ReadOptions::default() });
-            let scan = FileScan::with(Path::new(name), &options);
-            scan.moment().map(|moment| (moment.recording.to_owned(), moment.at))
-        };
-        let camera = Some(Camera::new([1.0; 2], [0.5; 2]));
-        let found = |folder: &str, at: f64| Some((PathBuf::from(folder), at));
-        assert_eq!(at("a/depth_00012.png", camera), found("a", 12.0));
-        assert_eq!(at("a/7.npy", camera), found("a", 7.0));
-        assert_eq!(at("b/1305031453.374112.png", camera), found("b", 1_305_031_453.374_112));
-        assert_eq!(at("b/frame-3.depth.PGM", camera), found("b", 3.0));
-        for name in ["a/depth.png", "a/v1.2.3.png", "a/scan3.ply"] {
-            assert_eq!(at(name, camera), None, "{name}");
-        }
-        assert_eq!(at("a/heights_00012.png", None), None);
-    }
-}

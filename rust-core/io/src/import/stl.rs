@@ -5,9 +5,9 @@ use glam::DVec3;
 use rustc_hash::FxHashMap;
 
 use super::file::Input;
+use super::scan::{Content, FileScan};
 use super::text::Lines;
 use super::window::Window;
-use super::{Content, FileScan};
 use base::error::{Error, Result};
 use base::memory;
 use base::progress::Progress;

@@ -4,8 +4,8 @@ use std::io::{ErrorKind, Read};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use super::Begin;
 use super::ply::number::{self, is_blank};
+use super::scan::Begin;
 use super::window::Window;
 use base::error::{Error, Result, known_as};
 

@@ -15,9 +15,11 @@ use std::path::Path;
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
+use super::options::ReadOptions;
 use super::options::{CameraAxes, PoseSense};
+use super::scan::FileScan;
 use super::text::{Lines, lines_of, whole_lines};
-use super::{FileScan, ReadOptions, file, pose};
+use super::{file, pose};
 use base::error::{Error, Result};
 use image::frame::TURNED;
 

@@ -23,7 +23,8 @@ use mesh::crs::LONGEST;
 
 use super::file::watched;
 use super::raster::tiff;
-use super::{FileScan, e57, file};
+use super::scan::FileScan;
+use super::{e57, file};
 use crate::export::Provenance;
 use base::error::{Error, Result};
 

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use glam::DAffine3;
 
-use super::super::ReadOptions;
+use super::super::options::ReadOptions;
 use super::super::options::{CameraAxes, PoseSense};
 use super::super::overlap::{Overlap, short};
 use super::clock;

@@ -11,8 +11,10 @@ use zune_core::colorspace::ColorSpace;
 use zune_core::options::DecoderOptions;
 use zune_jpeg::JpegDecoder;
 
+use super::super::file;
+use super::super::options::ReadOptions;
 use super::super::raster::{self, Numbers, Raster};
-use super::super::{FileScan, ReadOptions, file};
+use super::super::scan::FileScan;
 use base::error::{Error, Result};
 use base::progress::Progress;
 

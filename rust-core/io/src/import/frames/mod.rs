@@ -49,13 +49,16 @@ mod tests;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::{FileScan, ReadOptions, ScanSet, file};
+use super::file;
+use super::options::ReadOptions;
+use super::scan::FileScan;
+use super::set::{OpenNamed, ScanSet};
 use base::error::{Error, Result};
 use base::log::{self, Level};
 use base::progress::Progress;
 use image::frame::Camera;
 use image::range_image::DepthKind;
-pub(crate) use recording::Recording;
+use recording::Recording;
 use store::Store;
 
 /// A way in which recordings are laid out.
@@ -139,8 +142,17 @@ pub(super) fn open_archive(path: &Path, options: &Arc<ReadOptions>, progress: &P
     }
 }
 
-/// Opens the recording that a `transforms.json` lists.
-pub(super) fn open_transforms(path: &Path, options: &Arc<ReadOptions>, progress: &Progress<'_>) -> Result<ScanSet> {
+/// Opens the recording that a `transforms.json` lists. Its frames lie in images, so that it needs no opener of scans.
+pub(super) fn open_transforms(
+    path: &Path,
+    options: &Arc<ReadOptions>,
+    _: OpenNamed,
+    progress: &Progress<'_>,
+) -> Result<ScanSet> {
+    frames_of_transforms(path, options, progress)
+}
+
+fn frames_of_transforms(path: &Path, options: &Arc<ReadOptions>, progress: &Progress<'_>) -> Result<ScanSet> {
     let asked = Asked { options, progress };
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let name = file::name(path);
@@ -286,7 +298,7 @@ pub(super) fn examine(bytes: &[u8], folder: &Path) {
     let none = Progress::none();
     type Open = fn(&Path, &Arc<ReadOptions>, &Progress<'_>) -> Result<ScanSet>;
     let opens: [(&str, Open); 3] =
-        [("a.sens", open_sens), ("a.zip", open_archive), ("transforms.json", open_transforms)];
+        [("a.sens", open_sens), ("a.zip", open_archive), ("transforms.json", frames_of_transforms)];
     for (name, open) in opens {
         let path = folder.join(name);
         std::fs::write(&path, bytes).expect("a scratch folder");

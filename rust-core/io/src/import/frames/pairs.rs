@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DVec3};
 
-use super::super::ReadOptions;
+use super::super::options::ReadOptions;
 use super::recording::Recording;
 use super::whole::is_damage;
 use base::error::Result;

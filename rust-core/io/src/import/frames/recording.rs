@@ -7,9 +7,10 @@ use std::sync::{Arc, Mutex};
 use glam::{DAffine3, DVec3};
 use rustc_hash::{FxHashMap, FxHasher};
 
-use super::super::ReadOptions;
 use super::super::file::no_json;
+use super::super::options::ReadOptions;
 use super::super::raster::{Numbers, Raster};
+use super::super::scan::Frames;
 use super::super::trajectory::Trajectory;
 use super::decode::{self, Coding};
 use super::store::{Place, Store};
@@ -30,13 +31,13 @@ pub(super) struct Timed {
 
 /// Frames of one recording, in their order. Memory: some hundred bytes per frame.
 #[derive(Debug)]
-pub(crate) struct Recording {
+pub(super) struct Recording {
     pub(super) store: Store,
     /// The programs that write such recordings, for people.
     pub(super) layout: &'static str,
     pub(super) entries: Vec<Entry>,
     /// Whether the entries are in the order in which they were taken.
-    pub(crate) is_in_time: bool,
+    pub(super) is_in_time: bool,
     pub(super) depth: DepthForm,
     pub(super) confidence: ConfidenceForm,
     /// Takes points of the depth sensor's frame into that of the colour camera.
@@ -141,39 +142,9 @@ impl Recording {
         Recording { reach: Some(5.0), convention: Convention::BACKWARD, up: Some(DVec3::Y), ..new }
     }
 
-    /// Direction of up in a frame, of length 1, where the recorder measured gravity.
-    pub(crate) fn up(&self, index: usize) -> Option<DVec3> {
-        let sensor_from_world = self.entries.get(index)?.world_from_sensor.inverse();
-        Some(sensor_from_world.transform_vector3(self.up?).normalize())
-    }
-
-    /// Number that tells whether a frame is listed as it was: of its files, its cameras, its pose and how its depths are stored.
-    pub(crate) fn print_of(&self, index: usize) -> Option<u64> {
-        let entry = self.entries.get(index)?;
-        let forms = (self.layout, self.depth, self.confidence, self.colour_from_depth, self.reach, self.black_rim);
-        let mut hasher = FxHasher::default();
-        format!("{entry:?} {forms:?}").hash(&mut hasher);
-        Some(hasher.finish())
-    }
-
     /// The file that holds the depth of a frame.
     pub(super) fn path_of(&self, index: usize) -> PathBuf {
         self.store.path_at(&self.entries[index].depth)
-    }
-
-    /// Reads a frame as it was recorded.
-    pub(crate) fn frame(
-        &self,
-        index: usize,
-        world_from_sensor: DAffine3,
-        options: &Arc<ReadOptions>,
-        progress: &Progress<'_>,
-    ) -> Result<Frame> {
-        let mut frame = self.without_colour(index, options, progress)?;
-        frame.depth.world_from_sensor = world_from_sensor;
-        progress.check()?;
-        frame.colour = self.colour(index, options, progress)?;
-        Ok(frame)
     }
 
     /// Reads depth and confidence of a frame.
@@ -188,15 +159,6 @@ impl Recording {
         frame.depth.name = entry.name.to_string();
         frame.confidence = self.confidence(index, options, progress)?;
         Ok(frame)
-    }
-
-    /// About so many samples of a frame that can be trusted, in its own frame.
-    pub(crate) fn preview(&self, index: usize, count: usize, options: &Arc<ReadOptions>) -> Result<Vec<DVec3>> {
-        let none = Progress::none();
-        let (image, _) = self.without_colour(index, options, &none)?.into_range_image(&none)?;
-        let step = (image.valid_count() / count.max(1)).max(1);
-        let valid = (0..image.len()).filter(|&i| image.is_valid(i));
-        Ok(valid.step_by(step).map(|i| image.point_in_sensor(i)).collect())
     }
 
     /// Cameras that say no size are those of the first depth image: images of another size, and of colour, have them scaled.
@@ -229,8 +191,56 @@ impl Recording {
         decode::numbers(&bytes, self.depth.coding, &self.shown(entry, &entry.depth), options, progress)
     }
 
-    /// Reads the confidences of a frame.
-    pub(crate) fn confidence(
+    /// The name of an image in errors: its file. Within one file of all frames the name of its frame.
+    fn shown(&self, entry: &Entry, place: &Place) -> PathBuf {
+        match place {
+            Place::Named(name) => self.store.path_of(name),
+            Place::Span { .. } => self.store.path.join(format!("frame {}", entry.name)),
+        }
+    }
+}
+
+impl Frames for Recording {
+    fn is_in_time(&self) -> bool {
+        self.is_in_time
+    }
+
+    fn up(&self, index: usize) -> Option<DVec3> {
+        let sensor_from_world = self.entries.get(index)?.world_from_sensor.inverse();
+        Some(sensor_from_world.transform_vector3(self.up?).normalize())
+    }
+
+    fn print_of(&self, index: usize) -> Option<u64> {
+        let entry = self.entries.get(index)?;
+        let forms = (self.layout, self.depth, self.confidence, self.colour_from_depth, self.reach, self.black_rim);
+        let mut hasher = FxHasher::default();
+        format!("{entry:?} {forms:?}").hash(&mut hasher);
+        Some(hasher.finish())
+    }
+
+    fn frame(
+        &self,
+        index: usize,
+        world_from_sensor: DAffine3,
+        options: &Arc<ReadOptions>,
+        progress: &Progress<'_>,
+    ) -> Result<Frame> {
+        let mut frame = self.without_colour(index, options, progress)?;
+        frame.depth.world_from_sensor = world_from_sensor;
+        progress.check()?;
+        frame.colour = self.colour(index, options, progress)?;
+        Ok(frame)
+    }
+
+    fn preview(&self, index: usize, count: usize, options: &Arc<ReadOptions>) -> Result<Vec<DVec3>> {
+        let none = Progress::none();
+        let (image, _) = self.without_colour(index, options, &none)?.into_range_image(&none)?;
+        let step = (image.valid_count() / count.max(1)).max(1);
+        let valid = (0..image.len()).filter(|&i| image.is_valid(i));
+        Ok(valid.step_by(step).map(|i| image.point_in_sensor(i)).collect())
+    }
+
+    fn confidence(
         &self,
         index: usize,
         options: &Arc<ReadOptions>,
@@ -244,18 +254,11 @@ impl Recording {
         Ok(Some(ConfidenceImage { size, levels, least: self.confidence.least }))
     }
 
-    /// Whether a frame has a colour image.
-    pub(crate) fn has_colour(&self, index: usize) -> bool {
+    fn has_colour(&self, index: usize) -> bool {
         self.entries[index].colour.is_some()
     }
 
-    /// Reads the colours of a frame.
-    pub(crate) fn colour(
-        &self,
-        index: usize,
-        options: &Arc<ReadOptions>,
-        progress: &Progress<'_>,
-    ) -> Result<Option<ColourImage>> {
+    fn colour(&self, index: usize, options: &Arc<ReadOptions>, progress: &Progress<'_>) -> Result<Option<ColourImage>> {
         let entry = &self.entries[index];
         let Some(place) = &entry.colour else { return Ok(None) };
         let path = self.shown(entry, place);
@@ -269,12 +272,18 @@ impl Recording {
         }))
     }
 
-    /// The name of an image in errors: its file. Within one file of all frames the name of its frame.
-    fn shown(&self, entry: &Entry, place: &Place) -> PathBuf {
-        match place {
-            Place::Named(name) => self.store.path_of(name),
-            Place::Span { .. } => self.store.path.join(format!("frame {}", entry.name)),
-        }
+    fn undamaged_parts(
+        &self,
+        index: usize,
+        world_from_sensor: DAffine3,
+        options: &Arc<ReadOptions>,
+        progress: &Progress<'_>,
+    ) -> Result<Frame> {
+        Recording::undamaged_parts(self, index, world_from_sensor, options, progress)
+    }
+
+    fn damage(&self, index: usize) -> Option<String> {
+        Recording::damage(self, index)
     }
 }
 

@@ -4,7 +4,8 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use super::super::{ReadOptions, conf, file};
+use super::super::options::ReadOptions;
+use super::super::{conf, file};
 use super::archive::Archive;
 use base::error::{Error, Result};
 use base::progress::Progress;

@@ -7,7 +7,8 @@ use std::sync::{Arc, PoisonError};
 
 use glam::DAffine3;
 
-use super::super::ReadOptions;
+use super::super::options::ReadOptions;
+use super::super::scan::Frames as _;
 use super::decode::Coding;
 use super::recording::Recording;
 use super::store::Place;
@@ -87,7 +88,7 @@ impl Recording {
 
     /// Reads a frame as [`Recording::frame`] does, but without its colours if they are damaged, and without any sample if depth or
     /// confidence is. The log is told once per frame.
-    pub(crate) fn undamaged_parts(
+    pub(super) fn undamaged_parts(
         &self,
         index: usize,
         world_from_sensor: DAffine3,
@@ -121,7 +122,7 @@ impl Recording {
     }
 
     /// Damage of a frame that reading it has met.
-    pub(crate) fn damage(&self, index: usize) -> Option<String> {
+    pub(super) fn damage(&self, index: usize) -> Option<String> {
         self.damages.lock().unwrap_or_else(PoisonError::into_inner).get(&index).cloned()
     }
 

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde_json::Value;
 use serde_json::value::RawValue;
 
-use crate::import::FileScan;
+use crate::import::scan::FileScan;
 use base::error::{Error, Result};
 
 /// The JSON of a file and the buffer in it.

@@ -7,8 +7,8 @@ use gltf::json::accessor::{ComponentType, Type};
 use gltf::json::validation::Checked;
 use gltf::json::{Accessor, Index, Root};
 
-use crate::import::FileScan;
 use crate::import::file::reserve;
+use crate::import::scan::FileScan;
 use base::error::{Error, Result};
 
 /// Data that accessors look into.

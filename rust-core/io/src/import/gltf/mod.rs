@@ -26,7 +26,7 @@ use std::io::Read;
 use gltf::json::{Root, deserialize};
 
 use super::file::{Input, reserve, too_deep};
-use super::{Content, FileScan};
+use super::scan::{Content, FileScan};
 use base::error::{Error, Result, known_as};
 use base::progress::Progress;
 

@@ -11,8 +11,8 @@ use serde_json::Value;
 
 use super::container::Members;
 use super::elements::Accessors;
-use crate::import::Content;
 use crate::import::file::reserve;
+use crate::import::scan::Content;
 use base::error::Result;
 use base::memory;
 use base::progress::Progress;

@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use crate::import::{FileScan, conf, file};
+use crate::import::scan::FileScan;
+use crate::import::{conf, file};
 use base::error::{Error, Result};
 
 /// The bytes that a URI names.

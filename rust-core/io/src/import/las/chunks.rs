@@ -12,8 +12,8 @@ use laz::{LazItem, LazItemType, LazVlr};
 use rayon::prelude::*;
 
 use super::{Points, fail, read_exact, seek, u32_at, u64_at};
-use crate::import::FileScan;
 use crate::import::file::{Input, reserve};
+use crate::import::scan::FileScan;
 use base::error::{Error, Result};
 use base::memory;
 use base::threads;

@@ -19,8 +19,8 @@ use glam::DVec3;
 use laz::LazVlr;
 
 use super::file::{Input, reserve};
+use super::scan::{Content, FileScan};
 use super::window::Window;
-use super::{Content, FileScan};
 use base::error::{Error, Result, counted, known_as};
 use base::log::{self, Level};
 use base::progress::Progress;

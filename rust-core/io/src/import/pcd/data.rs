@@ -3,7 +3,7 @@
 use super::header::{Header, Target};
 use super::lzf::{self, Lzf};
 use super::sink::Sink;
-use crate::import::FileScan;
+use crate::import::scan::FileScan;
 use crate::import::text::Lines;
 use crate::import::window::Window;
 use base::error::{Error, Result};

@@ -22,8 +22,8 @@ mod lzf;
 mod sink;
 
 use super::file::{self, Input};
+use super::scan::{Content, FileScan};
 use super::text::{Lines, lines_of};
-use super::{Content, FileScan};
 use base::error::Result;
 use base::progress::Progress;
 use header::Data;

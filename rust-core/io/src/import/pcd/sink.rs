@@ -7,7 +7,7 @@ use glam::{DAffine3, DVec3};
 use super::header::{Header, Target};
 use crate::import::file::reserve;
 use crate::import::grid::PointGrid;
-use crate::import::{Content, FileScan};
+use crate::import::scan::{Content, FileScan};
 use base::error::Result;
 use mesh::point_cloud::PointCloud;
 

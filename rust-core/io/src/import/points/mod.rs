@@ -25,8 +25,11 @@ use glam::DVec3;
 
 use self::columns::{Columns, MOST};
 use self::lines::{Line, Lines};
+use super::file;
+use super::options::ReadOptions;
+use super::scan::{Content, FileScan};
+use super::set::ScanSet;
 use super::text::whole_lines;
-use super::{Content, FileScan, ReadOptions, ScanSet, file};
 use base::error::{Error, Result, known_as};
 use base::memory;
 use base::progress::Progress;

@@ -2,8 +2,8 @@
 //! by row from the north.
 
 use super::super::file::{Input, reserve};
+use super::super::scan::{Content, FileScan};
 use super::super::text::Lines;
-use super::super::{Content, FileScan};
 use super::{Numbers, Place, Raster, stored_pixels};
 use base::error::Result;
 use base::progress::Progress;

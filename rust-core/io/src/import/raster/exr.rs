@@ -12,7 +12,7 @@ use ::exr::meta::attribute::SampleType;
 use ::exr::prelude::f16;
 
 use super::super::file::{Input, Watched, decoding_error, reserve, watched};
-use super::super::{Content, FileScan};
+use super::super::scan::{Content, FileScan};
 use super::{DEFLATED, Numbers, Raster, can_be_in, packed_pixels};
 use base::error::{Error, Result};
 use base::progress::Progress;

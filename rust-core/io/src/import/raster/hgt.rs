@@ -2,8 +2,8 @@
 //! are in no header: the number of bytes gives the one, a name like `N37E014` the other.
 
 use super::super::file::{Input, reserve};
+use super::super::scan::{Content, FileScan};
 use super::super::window::Window;
-use super::super::{Content, FileScan};
 use super::{Numbers, Place, Raster};
 use base::error::{Error, Result};
 use base::progress::Progress;

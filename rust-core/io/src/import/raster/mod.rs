@@ -33,8 +33,9 @@ use std::io::Cursor;
 use glam::{DAffine3, DVec3};
 
 use super::file::{self, watched};
+use super::options::ReadOptions;
+use super::scan::{Content, FileScan};
 use super::window::Window;
-use super::{Content, FileScan, ReadOptions};
 use base::error::{Error, Result};
 use base::log::{self, Level};
 use base::progress::Progress;

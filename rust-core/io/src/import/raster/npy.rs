@@ -5,8 +5,8 @@ use ::exr::prelude::f16;
 use glam::DVec3;
 
 use super::super::file::{Input, reserve};
+use super::super::scan::{Content, FileScan};
 use super::super::window::Window;
-use super::super::{Content, FileScan};
 use super::{Numbers, Raster, stored_pixels};
 use base::error::{Error, Result};
 use base::progress::Progress;

@@ -1,8 +1,8 @@
 //! Portable float maps: `Pf`, width, height, a scale whose sign is the byte order. Rows go from the bottom up.
 
 use super::super::file::{Input, reserve};
+use super::super::scan::{Content, FileScan};
 use super::super::text::Lines;
-use super::super::{Content, FileScan};
 use super::{Numbers, Raster, stored_pixels};
 use base::error::{Error, Result};
 use base::progress::Progress;

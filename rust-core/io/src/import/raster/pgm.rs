@@ -1,8 +1,8 @@
 //! Portable grey maps: `P5` with 8 bits or big-endian 16 bits, `P2` in text. A comment starts with #.
 
 use super::super::file::{Input, reserve};
+use super::super::scan::{Content, FileScan};
 use super::super::window::Window;
-use super::super::{Content, FileScan};
 use super::{Numbers, Raster, stored_pixels};
 use base::error::{Error, Result};
 use base::progress::Progress;

@@ -6,7 +6,8 @@ use std::path::Path;
 use ::png::{BitDepth, ColorType, Decoder, Limits, Transformations};
 
 use super::super::file::{Input, Watched, decoding_error, reserve, watched};
-use super::super::{Content, FileScan, PixelMeaning};
+use super::super::options::PixelMeaning;
+use super::super::scan::{Content, FileScan};
 use super::{DEFLATED, Numbers, Raster, can_be_in, packed_pixels};
 use base::error::{Error, Result};
 use base::progress::Progress;

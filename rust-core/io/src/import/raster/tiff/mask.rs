@@ -11,8 +11,8 @@ use ::tiff::tags::Tag;
 
 use super::overlay::{As, Overlay, read_as};
 use super::zstd::Packed;
-use crate::import::FileScan;
 use crate::import::file::decoding_error;
+use crate::import::scan::FileScan;
 use base::error::{Error, Result};
 use base::log::{self, Level};
 use base::progress::Progress;

@@ -9,8 +9,8 @@ use ::tiff::tags::Tag;
 use ruzstd::decoding::StreamingDecoder;
 
 use super::overlay::{As, Overlay, read_as};
-use crate::import::FileScan;
 use crate::import::file::{decoding_error, reserve};
+use crate::import::scan::FileScan;
 use base::error::{Error, Result};
 
 /// The number of the compression, and that of none.
