@@ -20,6 +20,7 @@
 //! | `colour` | the number that colours count to |
 //! | `polygons` | faces of more than three corners as triangles |
 //! | `raster` | height maps and depth images: hgt, PNG, PGM, PFM, EXR, TIFF, ESRI grids, npy |
+//! | `geo_keys` | the keys of GeoTIFF, which LAS has too |
 //! | `crs` | the coordinate reference system that a file names, and what else our own say of where they are from |
 //! | `camera`, `trajectory`, `pose` | side files: intrinsics, poses of a sequence, the pose of one scan |
 //! | `options` | options that tell what the files don't say |
@@ -39,6 +40,7 @@ mod edits;
 mod file;
 mod folder;
 mod frames;
+mod geo_keys;
 mod gltf;
 mod grid;
 mod kept;

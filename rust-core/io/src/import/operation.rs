@@ -9,7 +9,7 @@ pub const OPERATION: Operation = Operation {
     since: "0.1",
     takes: &[DataKind::Files],
     gives: &[DataKind::Scans],
-    params: Some(super::SCHEMA),
+    params: Some(super::options::SCHEMA),
     report: &[],
     command: None,
     blender: Some(Operator {

@@ -6,8 +6,7 @@ use std::io::{Read, Seek, SeekFrom};
 use mesh::Crs;
 use mesh::crs::LONGEST;
 
-use super::Named;
-use super::geo_keys::GeoKeys;
+use super::super::geo_keys::{GeoKeys, NamedCrs};
 use crate::import::file;
 
 /// Owner of the records.
@@ -37,7 +36,7 @@ fn number<const N: usize>(bytes: &[u8], at: usize) -> Option<u64> {
 }
 
 /// The system that a file of so many bytes names. `None` if its records can't be followed.
-pub(super) fn named(input: &mut (impl Read + Seek), length: u64) -> Option<Named> {
+pub(super) fn named(input: &mut (impl Read + Seek), length: u64) -> Option<NamedCrs> {
     let mut header = Vec::new();
     input.take(HEADER as u64).read_to_end(&mut header).ok()?;
     let minor = *header.get(25)?;
@@ -76,7 +75,7 @@ impl Records {
         Some(())
     }
 
-    fn crs(&self) -> Named {
+    fn crs(&self) -> NamedCrs {
         // A text of C ends at its first zero. One without a letter is a record that somebody left empty.
         let text = self.text.as_ref().map(|bytes| file::start_of_text(bytes));
         if let Some(text) = text.filter(|text| text.contains(char::is_alphanumeric)) {

@@ -2,7 +2,6 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | `geo_keys` | the keys of GeoTIFF, which LAS has too |
 //! | `las` | records of LAS |
 //! | `said` | provenance in our own PLY, OBJ, glTF and E57 |
 //!
@@ -10,7 +9,6 @@
 //! A damaged file names none: its reader says what is wrong. If something can't be taken for the text of a system, that is told, also of
 //! such a file.
 
-pub(super) mod geo_keys;
 mod las;
 mod said;
 
@@ -22,6 +20,7 @@ use mesh::Crs;
 use mesh::crs::LONGEST;
 
 use super::file::watched;
+use super::geo_keys::NamedCrs;
 use super::raster::tiff;
 use super::scan::FileScan;
 use super::{e57, file};
@@ -30,9 +29,6 @@ use base::error::{Error, Result};
 
 /// Bytes that tell a format.
 const START: usize = 64;
-
-/// A system, or none. Or the fault of one that is named.
-type Named = Result<Option<Crs>, String>;
 
 /// The system that the file of a scan names, or the file beside it.
 ///
@@ -43,11 +39,11 @@ pub(super) fn of_file(scan: &FileScan) -> Result<Option<Crs>> {
     if own.is_some() || scan.options.camera.is_some() { Ok(own) } else { beside(&scan.path) }
 }
 
-fn named(path: &Path, named: Named) -> Result<Option<Crs>> {
+fn named(path: &Path, named: NamedCrs) -> Result<Option<Crs>> {
     named.map_err(|problem| Error::format(path, "coordinate reference system", problem))
 }
 
-fn own(scan: &FileScan) -> Result<Named> {
+fn own(scan: &FileScan) -> Result<NamedCrs> {
     let path = &scan.path;
     let (start, _) = file::read_start(path, START)?;
     if start.starts_with(b"LASF") {

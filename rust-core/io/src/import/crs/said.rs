@@ -7,6 +7,7 @@ use roxmltree::Document;
 use serde_json::{Map, Value};
 
 use super::super::file::watched;
+use super::super::geo_keys::NamedCrs;
 use super::super::{e57, file, ply};
 use crate::export::{CRS_COMMENT, CRS_EXTRA, E57_NAMESPACE, LONGEST};
 use base::error::Result;
@@ -31,7 +32,7 @@ pub(super) struct Said {
 
 impl Said {
     /// The system that it names.
-    pub(super) fn crs(&self) -> super::Named {
+    pub(super) fn crs(&self) -> NamedCrs {
         let Some(text) = self.crs.as_ref().and_then(|crs| crs.get("text")?.as_str()) else { return Ok(None) };
         let crs = super::understood(text)?;
         let in_degrees = self.crs.as_ref().is_some_and(|crs| crs.get("unit").is_some_and(|unit| unit == "degree"));

@@ -14,8 +14,8 @@ use ::tiff::tags::{ExtraSamples, Tag};
 
 use self::overlay::Overlay;
 use self::zstd::Packed;
-use super::super::crs::geo_keys::GeoKeys;
 use super::super::file::{self, Input, Watched, decoding_error, reserve, watched};
+use super::super::geo_keys::GeoKeys;
 use super::super::scan::{Content, FileScan};
 use super::{Numbers, Place, Raster, can_be_in, packed_pixels};
 use base::error::{Error, Result, known_as};

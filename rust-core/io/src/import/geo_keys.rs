@@ -2,7 +2,8 @@
 
 use mesh::Crs;
 
-use super::Named;
+/// A system, or none. Or the fault of one that is named.
+pub(super) type NamedCrs = Result<Option<Crs>, String>;
 
 /// Numbers of keys.
 const MODEL: u16 = 1024;
@@ -21,9 +22,9 @@ const USER_DEFINED: u16 = 32767;
 const ESRI: &str = "ESRI PE String = ";
 
 /// The directory and the parameters of text.
-pub(in super::super) struct GeoKeys<'a> {
-    pub(in super::super) directory: &'a [u16],
-    pub(in super::super) text: &'a [u8],
+pub(super) struct GeoKeys<'a> {
+    pub(super) directory: &'a [u16],
+    pub(super) text: &'a [u8],
 }
 
 impl GeoKeys<'_> {
@@ -33,7 +34,7 @@ impl GeoKeys<'_> {
     }
 
     /// A key's value in the directory itself.
-    pub(in super::super) fn value(&self, id: u16) -> Option<u16> {
+    pub(super) fn value(&self, id: u16) -> Option<u16> {
         self.entry(id).filter(|entry| entry[1] == 0).map(|entry| entry[3])
     }
 
@@ -52,12 +53,12 @@ impl GeoKeys<'_> {
     }
 
     /// Whether x and y are degrees.
-    pub(in super::super) fn are_degrees(&self) -> bool {
+    pub(super) fn are_degrees(&self) -> bool {
         self.value(MODEL) == Some(DEGREES)
     }
 
     /// The system: by its code, with that of the heights if there is one, else by well-known text or a name in a citation.
-    pub(in super::super) fn crs(&self) -> Named {
+    pub(super) fn crs(&self) -> NamedCrs {
         let degrees = self.are_degrees();
         let code = if degrees { self.code(GEOGRAPHIC) } else { self.code(PROJECTED) };
         let text = match code {
