@@ -1131,9 +1131,10 @@ typedef struct {
   double rms_error;
   // 95 % of the samples lie at most this far from the mesh. In the unit of the scans.
   double p95_error;
-  // Row of the sample farthest from the mesh, the first one of several. Then it is UINT64_MAX.
+  // Row of the sample farthest from the mesh, the first one of several. There is none for an empty mesh. Then it is
+  // UINT64_MAX.
   uint64_t worst_row;
-  // Its column. Then it is UINT64_MAX.
+  // Its column. There is none for an empty mesh. Then it is UINT64_MAX.
   uint64_t worst_col;
   // Samples that the mesh covers: their rays meet it.
   uint64_t covered_pixels;

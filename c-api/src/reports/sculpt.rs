@@ -38,9 +38,10 @@ pub struct srf_sculpt_report {
     pub rms_error: f64,
     /// 95 % of the samples lie at most this far from the mesh. In the unit of the scans.
     pub p95_error: f64,
-    /// Row of the sample farthest from the mesh, the first one of several. Then it is UINT64_MAX.
+    /// Row of the sample farthest from the mesh, the first one of several. There is none for an empty mesh. Then it is
+    /// UINT64_MAX.
     pub worst_row: u64,
-    /// Its column. Then it is UINT64_MAX.
+    /// Its column. There is none for an empty mesh. Then it is UINT64_MAX.
     pub worst_col: u64,
     /// Samples that the mesh covers: their rays meet it.
     pub covered_pixels: u64,

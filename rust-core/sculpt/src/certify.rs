@@ -37,8 +37,8 @@ base::report! {
         p95_error: f64 = length("95 % below"),
         /// Row and column of the sample farthest from the mesh. Of several the first one. There is none for an empty mesh.
         worst_pixel: Option<[usize; 2]> = count("Worst pixel").optional().parts(&[
-            ("worst_row", "Row of the sample farthest from the mesh, the first one of several."),
-            ("worst_col", "Its column."),
+            ("worst_row", "Row of the sample farthest from the mesh, the first one of several. There is none for an empty mesh."),
+            ("worst_col", "Its column. There is none for an empty mesh."),
         ]),
         /// Samples that the mesh covers: their rays meet it.
         covered_pixels: usize = count("Samples covered"),
