@@ -115,7 +115,7 @@ def test_depth_images_keep_their_times_and_their_camera(tmp_path):
     (tmp_path / "placed.tum").write_text("\n".join(lines[:2]) + "\n")
     done = run("info", *names, "placed.tum", "--camera", camera, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
-    assert "placed 1 scans by the times in their names; 1 of 2 have no pose within 0.02 s" in done.stdout + done.stderr
+    assert "placed 1 scans by the times in their names, and 1 of 2 have no pose within 0.02 s" in done.stdout + done.stderr
 
 
 def test_align_tells_that_a_list_leads_out_of_its_folder(tmp_path):
@@ -123,7 +123,7 @@ def test_align_tells_that_a_list_leads_out_of_its_folder(tmp_path):
     (tmp_path / "lists").mkdir()
     shutil.move(tmp_path / "scan01.ply", tmp_path / "lists")
     scans = ("scan00.ply", os.path.join("lists", "scan01.ply"))
-    told = "1 scan lies outside of its folder, and only --allow-outside (allow_outside) reads such a list"
+    told = "1 scan lies outside of its folder, so merge refuses this list without --allow-outside (allow_outside). "
     for ending, is_told in [("conf", True), ("mlp", True), ("aln", True), ("tum", False)]:
         placed = os.path.join("lists", f"placed.{ending}")
         done = run("align", *scans, "--fixed", "0,1", "-o", placed, "--json", cwd=tmp_path)

@@ -209,7 +209,7 @@ def test_the_command_line_tells_of_merging_in_files_where_memory_is_short(tmp_pa
     assert told in json.loads(coarser.stdout)["notes"]
     refused = run(*merge, "refused.ply", "--max-memory", "22M", "--voxel", "0.0137", cwd=tmp_path)
     assert refused.returncode == 1
-    assert "not enough memory: a voxel of 0.0137" in refused.stderr and refused.stderr.rstrip().endswith(f"; {hint}")
+    assert "not enough memory: a voxel of 0.0137" in refused.stderr and refused.stderr.rstrip().endswith(f". {hint}.")
     # It does what it promises; and who has memory, or has done so, is told nothing.
     for given in (["--max-memory", "22M", "--workspace", "scratch"], []):
         enough = run(*merge, "whole.ply", *given, "--json", cwd=tmp_path)

@@ -8,7 +8,7 @@ const LETTERS_PER_SLIP: usize = 3;
 /// space joins words, count for nothing.
 pub fn nearest<'a>(given: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let given = plain(given);
-    let most = given.len().div_ceil(LETTERS_PER_SLIP).min(given.len().saturating_sub(1));
+    let most = (given.len() / LETTERS_PER_SLIP).max(1).min(given.len().saturating_sub(1));
     let slips = |name: &str| {
         let name = plain(name);
         let slips = slips(&given, &name);
@@ -62,7 +62,7 @@ fn slips(a: &[char], b: &[char]) -> usize {
 mod tests {
     use super::*;
 
-    const KNOWN: [&str; 5] = ["auto", "sequence", "rough", "min_overlap", "max-memory"];
+    const KNOWN: [&str; 6] = ["smoothing", "auto", "sequence", "rough", "min_overlap", "max-memory"];
 
     #[test]
     fn misspelled_names_are_known_by_the_nearest() {
@@ -86,12 +86,12 @@ mod tests {
 
     #[test]
     fn other_names_are_near_to_none() {
-        for given in ["", "x", "tolerance", "no", "turntable"] {
+        for given in ["", "x", "tolerance", "no", "turntable", "nothing"] {
             assert_eq!(nearest(given, KNOWN), None, "{given}");
         }
         assert_eq!(nearest("auto", []), None);
         assert_eq!(meant("tolerance", KNOWN), "");
-        assert_eq!(instead("tolerance", &KNOWN[..2]), "There are auto, sequence.");
+        assert_eq!(instead("tolerance", &KNOWN[1..3]), "There are auto, sequence.");
         assert_eq!(instead("autto", &KNOWN), "Did you mean \"auto\"?");
     }
 
