@@ -1,4 +1,4 @@
-"""Draws scans as they come, placed, and merged: docs/pictures/turntable.jpg, and docs/pictures/heap.jpg with real ones.
+"""Draws scans as they come, placed, and merged: docs/pictures/heap.jpg, with real ones.
 
 Usage: python demo/heap_picture.py OUT.jpg [SCANS.conf]
 

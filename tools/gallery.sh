@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Renders the gallery of the README for artists, blender-addon/pictures/gallery.webp, from virtual scans inside Blender.
+# Renders from virtual scans inside Blender: the gallery of the README for artists, blender-addon/pictures/gallery.webp, and
+# the steps of the guides, docs/pictures/guides/.
 # The extension must have been built (make extension).
 set -euo pipefail
 . "$(dirname "$0")/lib.sh"
@@ -15,3 +16,7 @@ mkdir -p out/gallery
 log=out/gallery/blender.log
 timeout 900 "$blender/bin/python" demo/gallery.py "$archive" out/gallery >"$log" 2>&1 || { tail -n 30 "$log" >&2; die "the gallery failed inside Blender, see above"; }
 "$pictures/bin/python" demo/gallery_page.py out/gallery "$font" blender-addon/pictures/gallery.webp
+
+log=out/gallery/guides.log
+timeout 1800 "$blender/bin/python" demo/guide_pictures.py "$archive" out/gallery/guides >"$log" 2>&1 || { tail -n 30 "$log" >&2; die "the pictures of the guides failed inside Blender, see above"; }
+"$pictures/bin/python" demo/guide_page.py out/gallery/guides "$font" docs/pictures/guides

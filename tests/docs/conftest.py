@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(ROOT / folder) for folder in ("tools/docs", "tests/python", "tests/blender")]
+sys.path[:0] = [str(ROOT / folder) for folder in ("demo", "tools/docs", "tests/python", "tests/blender")]
 
 
 @pytest.fixture(scope="session")

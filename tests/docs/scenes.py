@@ -3,6 +3,7 @@
 import functools
 import shutil
 
+import made_scans
 import numpy as np
 import recordings
 import surfrecon
@@ -44,6 +45,18 @@ class Scenes:
         recordings.write_transforms(folder, 6, subject=subject, finer=4)
         return folder
 
+    @functools.cached_property
+    def virtual(self):
+        """The scans that `demo/made_scans.py` makes, as the guides say."""
+        folder = self.folder / "made"
+        made_scans.make_all(folder)
+        return folder
+
+    def made(self, folder):
+        """The same elsewhere."""
+        shutil.copytree(self.virtual, folder, dirs_exist_ok=True)
+        return {}
+
     def heap(self, folder):
         """A folder of scans without poses."""
         shutil.copytree(self.scans[0], folder / "folder of scans")
@@ -55,19 +68,6 @@ class Scenes:
         (folder / "folder").mkdir()
         shutil.copytree(scans, folder / "folder" / "of" / "scans")
         return picked(truth)
-
-    def turn(self, folder):
-        """Scans of a whole turn of a table, in its order, without poses."""
-        shape, turn = surfrecon.sculpture(cell=4.0), np.arange(8) * np.pi / 4
-        first = len(shape.positions)
-        edge = np.stack([160 * np.cos(turn), 160 * np.sin(turn), 0 * turn], axis=1)
-        top = [(first, first + k, first + k + 1) for k in range(1, 7)]
-        both = surfrecon.Mesh(np.vstack([shape.positions, edge]), np.vstack([shape.triangles, top]))
-        cameras = surfrecon.turntable(both, around=0, above=8, below=0, elevation=0.6, pixels=130)
-        (folder / "turn").mkdir()
-        for k, image in enumerate(surfrecon.virtual_scan(both, cameras)):
-            image.write(folder / "turn" / f"view{k}.ply")
-        return {}
 
     def jobs(self, folder):
         """A folder of scans without poses, named by their views."""
@@ -87,34 +87,12 @@ class Scenes:
         surfrecon.merge(look()).mesh.write(folder / "surface.ply")
         return {}
 
-    def points(self, folder):
-        """Scattered points."""
-        return {"points": torus().positions}
-
     def recording(self, folder):
         """A phone's recording, and its depths as one array."""
         shutil.copytree(self.phone, folder / "export of a phone")
         depths = [frame.image.points[..., 2] for frame in surfrecon.open(self.phone)]
         np.save(folder / "depths.npy", np.nan_to_num(np.stack(depths)))
         return {}
-
-    def survey(self, folder):
-        """Scans seen from points far from the origin, in a system."""
-        row, col = np.mgrid[-20:20, -20:20] / 20.0
-        points = np.stack([col, row, 3 + 0.1 * np.cos(3 * col)], axis=-1)
-        images = [surfrecon.RangeImage.from_points(points, viewing=("from", (0, 0, 0)), name=name) for name in "ab"]
-        for image in images:
-            pose = np.eye(4)
-            pose[:3, 3] = 500_000, 5_000_000, 300
-            image.world_from_sensor, image.crs = pose, "EPSG:25832"
-        surfrecon.write_scans(folder / "survey.e57", images)
-        return {}
-
-    def again(self, folder):
-        """Scans, and one that was moved."""
-        moved = look()[3]
-        moved.world_from_sensor = np.array(moved.world_from_sensor) + 0.01 * np.eye(4, k=3)
-        return {"scans": look(), "moved": moved}
 
     def large(self, folder):
         """A list of scans, and a folder to work in."""
@@ -127,16 +105,6 @@ class Scenes:
         shutil.copytree(self.placed, folder / "scans")
         (folder / "work").mkdir()
         return {}
-
-    def host(self, folder):
-        """One range image."""
-        return {"image": look()[0]}
-
-    def memory(self, folder):
-        """Bytes that came from somewhere, and somebody who takes them."""
-        sent = []
-        received = (self.placed / "view0.ply").read_bytes()
-        return {"received": received, "images": look(), "mesh": torus(), "send": sent.append}
 
     def listed(self, folder):
         """A list of scans, and a folder of them; the first one, a closed surface, and points on it."""

@@ -7,6 +7,7 @@ import os
 import re
 import shlex
 import subprocess
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -78,12 +79,14 @@ SHOWN
 SHELL = {
     "README.md": ("heap", {"placed.conf", "surface.glb"}),
     "docs/site/guide/heaps.md": ("python", {"placed.conf", "surface.ply"}),
-    "docs/site/guide/large.md": ("large", {"surface.ply"}),
-    "docs/site/guide/merging.md": ("large", {"surface.ply"}),
+    "docs/site/guide/large.md": ("made", {"surface.ply"}),
+    "docs/site/guide/merging.md": ("made", {"surface.ply"}),
+    "docs/site/guide/points.md": ("made", {"surface.ply"}),
     "docs/site/guide/recordings.md": ("recording", {"model.glb", "poses.tum", "surface.ply"}),
     "docs/site/guide/remeshing.md": ("surface", {"surface.glb"}),
+    "docs/site/guide/surveys.md": ("made", {"survey.ply"}),
     "docs/site/guide/terrain.md": ("heights", {"terrain.glb"}),
-    "docs/site/guide/turntable.md": ("turn", {"placed.conf", "surface.glb"}),
+    "docs/site/guide/turntable.md": ("made", {"placed.conf", "surface.glb"}),
     "docs/site/guide/command_line.md": (
         "jobs",
         {"placed.conf", "surface.ply", "surface.glb", "light.stl", "merged.ply", "merged.ply.json", "distance.json"},
@@ -112,6 +115,13 @@ def test_commands_do_what_the_page_says(name, scenes, tmp_path):
         done = run(*arguments, cwd=tmp_path)
         assert done.returncode == 0, (arguments, done.stderr)
     assert made <= {path.name for path in tmp_path.iterdir()}
+
+
+def test_a_crate_names_the_library_as_rust_md_says():
+    (text,) = (block.text for block in blocks(ROOT / "docs/site/guide/rust.md") if block.language == "toml")
+    ((name, where),) = tomllib.loads(text)["dependencies"].items()
+    manifest = ROOT / Path(where["path"]).relative_to("../surfrecon") / "Cargo.toml"
+    assert tomllib.loads(manifest.read_text("utf-8"))["package"]["name"] == name
 
 
 def test_completion_is_a_script_of_the_shell():
@@ -153,11 +163,11 @@ def cpp_of(name):
 
 
 def test_the_lines_of_cpp_run(scenes, tmp_path):
-    scenes.listed(tmp_path / "bunny")
-    (tmp_path / "scan.ply").write_bytes((tmp_path / "bunny" / "view0.ply").read_bytes())
+    scenes.large(tmp_path)
+    (tmp_path / "scan.ply").write_bytes((tmp_path / "view0.ply").read_bytes())
     (tmp_path / "program.cpp").write_text(CPP.replace("SHOWN", cpp_of("docs/site/guide/c.md")), "utf-8")
     started(built("c++", "c++17", tmp_path / "program.cpp", tmp_path), folder=tmp_path)
-    assert (tmp_path / "bunny.glb").stat().st_size > 10_000
+    assert (tmp_path / "surface.glb").stat().st_size > 10_000
 
 
 def test_the_lines_of_a_merge_that_is_run_again_do(scenes, tmp_path):
