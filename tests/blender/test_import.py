@@ -320,7 +320,21 @@ def test_scans_inside_an_object_are_shown_alone(conf, capfd):
     assert view().local_view is not None
     assert all(obj.visible_get(viewport=view()) for obj in bpy.data.collections["torus"].objects)
     assert not cube.visible_get(viewport=view())
-    assert '"Cube" encloses the scans' in capfd.readouterr().out
+    assert '"Cube" is in the way' in capfd.readouterr().out
+
+
+def test_scans_that_a_new_file_s_cube_stands_in_are_shown_alone(conf, capfd):
+    bpy.ops.mesh.primitive_cube_add(size=1)
+    cube = bpy.context.object
+    import_scans(conf)
+    assert view().local_view is not None and not cube.visible_get(viewport=view())
+    assert '"Cube" is in the way' in capfd.readouterr().out
+
+
+def test_scans_beside_a_cube_are_shown_with_it(conf, capfd):
+    bpy.ops.mesh.primitive_cube_add(size=1, location=(40, 0, 0))
+    import_scans(conf)
+    assert view().local_view is None and "in the way" not in capfd.readouterr().out
 
 
 def test_colours_are_shown_where_there_are_some(tmp_path, conf):

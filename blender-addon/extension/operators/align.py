@@ -15,7 +15,7 @@ from ..false_colours import show_materials
 from ..job import JobOperator
 from ..properties import draw_others, given, option, threads
 from ..running import Refused, gathered, waited
-from ..scene import put_back, put_forward, whereabouts
+from ..scene import put_back, put_forward, select_only, whereabouts
 from ..sources import sources_of, what_is_gone
 from ..telling import tell, told
 from ..words import number
@@ -30,11 +30,8 @@ PARAMETERS = {p.name: p for p in surfrecon.parameters("align")}
 ROUNDING = 1e-4
 
 
-@declared.operator("align")
-class SURFRECON_OT_align(JobOperator, bpy.types.Operator):
-    """Runs the operation `align`."""
-
-    bl_options = {"REGISTER", "UNDO", "PRESET"}
+class Aligning(JobOperator):
+    """What operators share that align the selected objects."""
 
     __annotations__ = {name: option(parameter) for name, parameter in PARAMETERS.items()} | {
         "show_misfit": bpy.props.BoolProperty(
@@ -177,14 +174,45 @@ class SURFRECON_OT_align(JobOperator, bpy.types.Operator):
             if reason:
                 what = "stays where it was, undecided" if state == "undecided" else "is not placed"
                 tell(self, {"WARNING"}, f'"{name}" {what}: {reason}')
+        self.all_placed = report.placed == len(self.owners)
         text = f"{report.placed} of {number(len(self.owners), 'scan', 'scans')} placed{self.said}"
         if self.through_points:
             clouds = number(len(self.through_points), "cloud", "clouds")
             text += f"; {clouds} by the surface through the points"
-        if report.placed == len(self.owners):
+        if self.all_placed:
             tell(self, {"INFO"}, text)
         else:
             tell(self, {"WARNING"}, f"{text}: see Report in the sidebar for the others")
+
+
+@declared.operator("align")
+class SURFRECON_OT_align(Aligning, bpy.types.Operator):
+    """Runs the operation `align`."""
+
+    bl_options = {"REGISTER", "UNDO", "PRESET"}
+
+
+class SURFRECON_OT_align_merge(Aligning, bpy.types.Operator):
+    """Align the selected scans and, once all of them are placed, merge them into one new surface"""
+
+    bl_idname = "surfrecon.align_merge"
+    bl_label = "Align and Merge"
+    # What can be adjusted is the merge, which is the last operation.
+    bl_options = {"UNDO"}
+
+    def finish(self, context, result):
+        """Merges what was aligned, as an operation of its own. A scan in a wrong place would spoil the surface."""
+        super().finish(context, result)
+        if not self.all_placed:
+            tell(
+                self,
+                {"WARNING"},
+                "Nothing is merged, since not all scans are placed: Merge Scans takes them as they lie",
+            )
+            return
+        select_only(context, [bpy.data.objects[name] for name in self.before])
+        # A window stays alive, and a script waits.
+        bpy.ops.surfrecon.merge("INVOKE_DEFAULT" if self.is_watched() else "EXEC_DEFAULT", True)
 
 
 def map_misfit(context, numbers, scan_from_object, result):

@@ -31,8 +31,8 @@ from ..running import Refused
 from ..scene import into_collection, select_only, show_colours, tint
 from ..telling import tell
 from ..translations import NAMES
+from ..views import open_sidebar, union
 from ..views import show as show_in_views
-from ..views import union
 from ..words import number, sentence, size
 
 READING = {p.name: p for p in surfrecon.parameters("open")}
@@ -99,7 +99,8 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
     )
     frame: BoolProperty(
         name="Frame",
-        description="Turn the 3D views to the imported scans, show their colours, and fit the clip planes",
+        description="Turn the 3D views to the imported scans, show their colours, fit the clip planes, and open the "
+        "sidebar",
         default=True,
     )
     frames: IntProperty(
@@ -315,8 +316,10 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
             cameras.take_picture_size(context.scene, *views[0])
         chosen = objects + self.stand_for_others(collection, factor, offset)
         select_only(context, chosen)
-        if self.frame and (encloser := show_in_views(context, chosen)) is not None:
-            tell(self, {"INFO"}, f'"{encloser}" encloses the scans: they are shown alone, in local view')
+        if self.frame and (obstacle := show_in_views(context, chosen)) is not None:
+            tell(self, {"INFO"}, f'"{obstacle}" is in the way: the scans are shown alone, in local view')
+        if self.frame and self.is_watched():
+            open_sidebar(context)
         self.tell(context, collection, objects, blind, damaged)
 
     def tell(self, context, collection, objects, blind, damaged):
@@ -331,7 +334,7 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
         if blind:
             notes.append(f"{number(blind, 'frame has', 'frames have')} no sample to be trusted")
         notes += self.opened.notes
-        note_import(collection, len(objects), coloured, samples, len(self.others), notes)
+        note_import(collection, self.paths[0], len(objects), coloured, samples, len(self.others), notes)
         texts = [number(len(objects), "scan", "scans"), number(samples, "sample", "samples")]
         if 0 < coloured < len(objects):
             texts.append(f"{coloured:,} with colours")
