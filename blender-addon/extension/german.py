@@ -185,6 +185,7 @@ GERMAN = {
     "The plane is the ground now": "Die Ebene ist jetzt der Boden",
     "it has {} of the samples, which spread by {}": "auf ihr liegen {} der Messpunkte, die um {} streuen",
     "The ends of the ruler lie {} and {} off the surface: drag them with Ctrl held, which snaps them": "Die Enden des Lineals liegen {} und {} neben der Fläche: sie mit gehaltener Strg-Taste ziehen, dann rasten sie ein",
+    "The ends of the ruler lie {} and {} off the surface: what is seen below them is taken": "Die Enden des Lineals liegen {} und {} neben der Fläche: genommen wird, was man unter ihnen sieht",
     "measure it with the ruler (the Measure tool), or select": "mit dem Lineal (dem Werkzeug Messen) messen, oder auswählen:",
     '"{}" has no selected vertex: select some in Edit Mode, and go back to Object Mode': '"{}" hat keine ausgewählte Ecke: im Bearbeitungsmodus welche auswählen und in den Objektmodus zurückgehen',
     '"{}" has no vertex in its active vertex group with a weight of {} or more: paint some in Weight Paint': '"{}" hat in der aktiven Eckengruppe keine Ecke mit einem Gewicht von wenigstens {}: in Gewichte malen welche malen',

@@ -35,12 +35,13 @@ class ScansPanel:
 
 def buttons(layout, *operators):
     """One button an operator (name, icon). They wait while something runs, and the one that was pressed shows the
-    progress: it is seen wherever one has scrolled to, and no other button moves.
+    progress: it is seen wherever one has scrolled to, and no other button moves. Returns the column.
     """
     column = layout.column(align=True)
     column.operator_context = "INVOKE_DEFAULT"
     for name, icon in operators:
         button(column, name, icon)
+    return column
 
 
 def button(column, name, icon, **look):
@@ -116,10 +117,10 @@ class SURFRECON_PT_look(ScansPanel, bpy.types.Panel):
 
     def draw(self, context):
         """Its buttons, and the switch of a result's sources."""
-        buttons(self.layout, ("surfrecon.tint_scans", "COLOR"))
+        column = buttons(self.layout, ("surfrecon.tint_scans", "COLOR"))
         sources = meant(context)
         # It stays where nothing has sources: buttons below it would jump whenever a result is made.
-        button(self.layout, "surfrecon.show_sources", "HIDE_OFF", depress=bool(sources) and are_shown(sources))
+        button(column, "surfrecon.show_sources", "HIDE_OFF", depress=bool(sources) and are_shown(sources))
 
 
 class SURFRECON_PT_place(ScansPanel, bpy.types.Panel):

@@ -116,7 +116,7 @@ def found(operator):
     finally:
         panels.button = draw
         region.tag_redraw()
-    box = difference(region)
+    box = difference(region, reddened=True)
     yield 0.1
     return box
 
@@ -136,11 +136,14 @@ def is_stale():
     return difference(sidebar()) is not None
 
 
-def difference(region):
-    """The middle of what differs between two pictures in a region, or `None`."""
+def difference(region, reddened=False):
+    """The middle of what differs between two pictures in a region, or of what is redder in the second, or `None`."""
     height = bpy.context.window_manager.windows[0].height
     crop = f"{region.width}x{region.height}+{region.x}+{height - region.y - region.height}"
     command = ["convert", PICTURES / ".plain.png", PICTURES / ".red.png", "-crop", crop, "+repage"]
+    if reddened:
+        # Red without green, of which bars of progress have none.
+        command += ["-color-matrix", "1 -1 0 1 -1 0 1 -1 0"]
     # Of what is seen through the sidebar edges differ too, but no whole area.
     command += ["-compose", "difference", "-composite", "-colorspace", "gray", "-threshold", "4%"]
     command += ["-morphology", "Open", "Rectangle:20x10"]

@@ -12,6 +12,7 @@ from bringing import aligning, dropping, installing
 from disturbing import asking, cancelling, leaving, meddling
 from driver import drive
 from making import adjusting, adjusting_long, looking, merging, merging_anew, scanning
+from ruling import ruling
 
 
 def steps():
@@ -28,6 +29,7 @@ def steps():
     yield from adjusting_long()
     yield from cancelling(scans)
     yield from looking()
+    yield from ruling()
     yield from scanning()
     yield from asking()
     with tempfile.TemporaryDirectory() as folder:
