@@ -72,7 +72,7 @@ class Aligning(JobOperator):
         meant = set(chosen.objects)
         chosen.leave_out([obj for obj in chosen.objects if not meant.isdisjoint(sources_of(obj))], RESULTS)
         objects, self.said = chosen.objects, chosen.said()
-        # Steps of a turntable go by names: Blender's order of what is selected is none.
+        # Steps of a turntable go by names, and frames by their numbers: Blender's order of what is selected is none.
         objects.sort(key=lambda obj: natural(obj.name))
         self.result = None
         if len(objects) == 1 and len(sources_of(objects[0])) > 1:
@@ -89,12 +89,11 @@ class Aligning(JobOperator):
         self.before, self.scan_from_object, self.through_points = {}, {}, []
         found = yield from gathered(context, objects, self.scan_of_object)
         # The name of the object that each scan is of, or stands for.
-        self.owners = [name for name, part in zip(self.before, found, strict=True) for _ in recording.of_all([part])]
-        self.poses = [
-            scan.world_from_sensor if isinstance(scan, surfrecon.Scan) else None for scan in recording.of_all(found)
-        ]
+        ordered = recording.in_order([bpy.data.objects[name] for name in self.before], found)
+        self.owners, scans = [name for name, _ in ordered], [scan for _, scan in ordered]
+        self.poses = [scan.world_from_sensor if isinstance(scan, surfrecon.Scan) else None for scan in scans]
         fixed = [k for k, name in enumerate(self.owners) if is_locked(bpy.data.objects[name])]
-        return surfrecon.Job.align(recording.of_all(found), fixed=fixed, **given(self, PARAMETERS))
+        return surfrecon.Job.align(scans, fixed=fixed, **given(self, PARAMETERS))
 
     def scan_of_object(self, obj, depsgraph):
         """What is aligned of an object, or a generator of the frames that it stands for."""

@@ -259,7 +259,8 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
         chosen = {numbers[k] for k in recording.spread(coloured, self.frames)}
         self.others = [k for k in numbers if k not in chosen]
         staying = set(self.others)
-        self.scans = [scan for k, scan in enumerate(self.opened) if k not in staying]
+        self.numbers = [k for k in range(len(self.opened)) if k not in staying]
+        self.scans = [self.opened[k] for k in self.numbers]
         return recording.reading(self.scans)
 
     def factor(self, context):
@@ -275,7 +276,7 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
         factor = self.factor(context)
         made, views, blind, damaged = [], [], 0, []
         try:
-            for scan in self.scans:
+            for index, scan in zip(self.numbers, self.scans, strict=True):
                 # Each is given back as soon as Blender has it.
                 content, camera = contents.pop(0)
                 if isinstance(content, surfrecon.FormatError):
@@ -285,6 +286,8 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
                     blind += 1
                     continue
                 made.append(self.object_of(scan, content, factor))
+                if camera is not None:
+                    recording.note_frame(made[-1][0], self.paths, index)
                 if camera is not None and self.cameras:
                     obj, _ = made[-1]
                     views.append((cameras.of_frame(camera, obj, np.array(content.world_from_sensor), factor), camera))

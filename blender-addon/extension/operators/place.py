@@ -76,8 +76,9 @@ class SURFRECON_OT_true_size(bpy.types.Operator):
         """The distance, and what makes it wrong."""
         self.layout.use_property_split = True
         self.layout.prop(self, "distance")
-        for line in textwrap.wrap(told(self.said or ""), LETTERS):
-            self.layout.label(text=line, icon="ERROR" if self.warns else "INFO", translate=False)
+        for k, line in enumerate(textwrap.wrap(told(self.said or ""), LETTERS)):
+            icon = "BLANK1" if k > 0 else "ERROR" if self.warns else "INFO"
+            self.layout.label(text=line, icon=icon, translate=False)
 
     def picked(self, context):
         """The two points."""
