@@ -17,6 +17,9 @@ MOST_RATIO = 1e6
 # The tab in the sidebar. It is looked for so often until it is there.
 TAB, LOOKS, LOOK_SECONDS = "Scans", 100, 0.05
 
+# Areas whose views an import has put into local view.
+ALONE = set()
+
 
 def show(context, objects):
     """Turns all 3D views of the scene's windows to these objects, which are selected. Returns the name of an object
@@ -41,6 +44,7 @@ def show(context, objects):
             with context.temp_override(window=window, area=area, region=region):
                 if obstacle is not None and view.local_view is None and bpy.ops.view3d.localview.poll():
                     bpy.ops.view3d.localview(frame_selected=False)
+                    ALONE.add(area.as_pointer())
                 if bpy.ops.view3d.view_selected.poll():
                     bpy.ops.view3d.view_selected()
     return None if obstacle is None else obstacle.name
@@ -106,3 +110,41 @@ def what_is_in_the_way(context, objects, box):
             if encloses or (is_simple(obj) and (low < box[1]).all() and (high > box[0]).all()):
                 return obj
     return None
+
+
+def leave_empty(window_manager):
+    """Takes views out of the local view that an import put them into, once nothing is in it: undo takes the scans away
+    and leaves the view, in which nothing would ever be seen.
+    """
+    for window in window_manager.windows:
+        for area in window.screen.areas:
+            if area.as_pointer() not in ALONE or area.type != "VIEW_3D":
+                continue
+            view = area.spaces.active
+            if view.local_view is not None and any(obj.visible_get(viewport=view) for obj in window.view_layer.objects):
+                continue
+            ALONE.discard(area.as_pointer())
+            region = next(region for region in area.regions if region.type == "WINDOW")
+            with bpy.context.temp_override(window=window, area=area, region=region):
+                if view.local_view is not None and bpy.ops.view3d.localview.poll():
+                    bpy.ops.view3d.localview(frame_selected=False)
+
+
+@bpy.app.handlers.persistent
+def after_undo(*_):
+    """Called by Blender while it undoes: what changes views waits until that is done."""
+    if ALONE and bpy.app.background:
+        leave_empty(bpy.context.window_manager)
+    elif ALONE:
+        bpy.app.timers.register(lambda: leave_empty(bpy.context.window_manager), first_interval=0)
+
+
+def register():
+    """Watches for undo."""
+    bpy.app.handlers.undo_post.append(after_undo)
+
+
+def unregister():
+    """No longer."""
+    bpy.app.handlers.undo_post.remove(after_undo)
+    ALONE.clear()

@@ -15,7 +15,7 @@ import bpy
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from driver import MODULE, PICTURES, adjust, check, drive, leave_panel, place, run, until  # noqa: E402 (the path is made above)
+from driver import MODULE, PICTURES, adjust, check, drive, leave_panel, place, run, until, view_selected  # noqa: E402 (the path is made above)
 from person import Person  # noqa: E402
 
 DATA = os.environ.get("SURFRECON_DATA")
@@ -84,7 +84,9 @@ def exported(person, path, triangles):
         f"{person.name}: Blender finds {len(meshes[0].data.polygons):,} triangles in it, and nothing else",
         len(bpy.data.objects) == 1 and len(meshes[0].data.polygons) == triangles,
     )
-    run(bpy.ops.view3d.view_selected, "INVOKE_DEFAULT", use_all_regions=False)
+    view_selected()
+    view = place()["area"].spaces.active
+    view.shading.color_type, view.overlay.show_outline_selected = "VERTEX", False
     yield 1.0
     person.look("opened_again")
     return meshes[0]
@@ -182,6 +184,7 @@ def chair(folder):
     """A phone's recording of a chair in a garden, of which the chair alone is meant."""
     there = folder / "chair"
     shutil.copytree(Path(DATA, "frames", "scannerapp_chair", "chair_scan"), there)
+    shutil.copy(there / "frame_00030.jpg", PICTURES / "chair_photo.jpg")
     person = Person("chair")
     yield from fresh()
     yield from person.drop([there / "info.json"])
@@ -203,6 +206,8 @@ def chair(folder):
         person.did(text)
     yield from person.wait()
     yield from leave_panel()
+    view_selected()
+    yield 1.0
     person.look("largest_part")
     result = yield from to_glb(person, there.parent)
     size = result.dimensions

@@ -19,7 +19,7 @@ from driver import (
     until,
 )
 from mathutils import Vector
-from person import found, is_stale
+from person import found, is_stale, scrolled
 
 # A button below those that show progress.
 BELOW = "surfrecon.error_map"
@@ -178,7 +178,10 @@ def looking():
     check("the error map is there", "error" in merged.data.attributes)
     only(merged)
     yield 1.0
+    # Down to the legend, and back.
+    yield from scrolled("WHEELDOWNMOUSE")
     picture("8_error_map")
+    yield from scrolled("WHEELUPMOUSE")
     space = place()["area"].spaces.active
     check("it is seen in the solid view, whose colours need no shader", space.shading.type == "SOLID")
     check("which shows them", space.shading.color_type == "VERTEX")

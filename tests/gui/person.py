@@ -155,3 +155,15 @@ def difference(region, reddened=False):
     width, tall = map(int, size.split("x"))
     top = height - region.y - region.height + int(y)
     return region.x + int(x) + width // 2, height - (top + tall // 2)
+
+
+def scrolled(wheel):
+    """Turns the wheel over the sidebar, as far as that goes."""
+    region = sidebar()
+    at = (region.x + region.width // 2, region.y + region.height // 2)
+    window = move(at)
+    for _ in range(12):
+        yield 0.1
+        window.event_simulate(type=wheel, value="PRESS", x=at[0], y=at[1])
+    move(MIDDLE)
+    yield 1.0
