@@ -4,7 +4,7 @@ set -euo pipefail
 . "$(dirname "$0")/lib.sh"
 cd "$root"
 
-[ -e out/gui/9_error_map_solid.png ] || die "there are no pictures in out/gui: run make test-gui"
+[ -e out/gui/8_error_map.png ] || die "there are no pictures in out/gui: run make test-gui"
 "$(tools/venv.sh demo)/bin/python" - <<'PYTHON'
 from PIL import Image
 

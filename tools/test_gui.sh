@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Runs the extension in the window of a real Blender, under a virtual display: tools/test_gui.sh [SCRIPT...], scripts of
-# this tree instead of the tests. Pictures: out/gui/.
+# this tree instead of the tests. Pictures: out/gui/. JOURNEYS="bunny chair" names ways of tests/gui/journeys.py.
 set -euo pipefail
 . "$(dirname "$0")/lib.sh"
 cd "$root"
@@ -18,11 +18,14 @@ cp out/extension/*.zip $repository/
 "$(tools/python.sh)" tools/extension_index.py $repository >/dev/null
 
 failed=0
-[ $# -gt 0 ] || set -- tests/gui/window.py tests/gui/repository.py
+[ $# -gt 0 ] || set -- tests/gui/window.py tests/gui/repository.py tests/gui/journeys.py
+data=()
+if [ -n "${SURFRECON_DATA:-}" ]; then data=(SURFRECON_DATA=/data); fi
 for script in "$@"; do
-    timeout 900 tools/gui_enter.sh "$folder" env -i PATH=/usr/bin:/bin:/usr/games LANG=C.UTF-8 HOME=/root \
+    timeout 1800 tools/gui_enter.sh "$folder" env -i PATH=/usr/bin:/bin:/usr/games LANG=C.UTF-8 HOME=/root \
         BLENDER_USER_RESOURCES="/var/profile-$$-$(basename "$script" .py)" LIBGL_ALWAYS_SOFTWARE=1 GALLIUM_DRIVER=llvmpipe \
         SURFRECON_ZIP="/tree/$zip" SURFRECON_REPOSITORY="/tree/$repository" SURFRECON_PICTURES=/tree/out/gui \
+        JOURNEYS="${JOURNEYS:-}" "${data[@]}" \
         xvfb-run -a -s '-screen 0 1440x1000x24 -nolisten tcp' \
         blender --enable-event-simulate --factory-startup --window-geometry 0 0 1440 1000 --python-exit-code 7 \
         --python "/tree/$script" || failed=1

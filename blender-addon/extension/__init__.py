@@ -19,6 +19,7 @@
 | chosen | the part of a selection that is meant; what is left out |
 | sources, hiding | what results were made from; hiding it in views, renders and exports |
 | scene | results in the scene: collections, selection, colours, materials |
+| imported, formats, views | what an import said; formats in its dialog; views and the sidebar after it |
 | false_colours | distances in colours, put on a surface for looking and taken off again |
 | gltf | what Blender's export of glTF leaves out |
 | words, advice | lengths, numbers, times and errors as people read them; what to do about these in Blender |
@@ -26,14 +27,40 @@
 | presets, translations | options saved under names; other languages |
 """
 
-from . import job, kept, kept_merge, menus, operators, panels, preferences, presets, properties, sources, translations
+from . import (
+    job,
+    kept,
+    kept_merge,
+    menus,
+    operators,
+    panels,
+    preferences,
+    presets,
+    properties,
+    sources,
+    translations,
+    views,
+)
 from .gltf import (  # noqa: F401 (Blender's exporter calls them)
     glTF2_post_export_callback,
     glTF2_pre_export_callback,
     glTF2ExportUserExtension,
 )
 
-MODULES = (preferences, properties, sources, job, kept, kept_merge, operators, panels, menus, presets, translations)
+MODULES = (
+    preferences,
+    properties,
+    sources,
+    job,
+    kept,
+    kept_merge,
+    operators,
+    panels,
+    menus,
+    presets,
+    views,
+    translations,
+)
 
 
 def register():

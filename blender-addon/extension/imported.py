@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Sentences of an import, kept with its collection for the report."""
 
+import os
+
 from .translations import word
 
 # Custom property of a collection: figures, and notes, a line each.
@@ -17,9 +19,16 @@ def import_of(obj):
     return next((one for one in obj.users_collection if hasattr(one.get(IMPORTED), "to_dict")), None)
 
 
-def note_import(collection, scans, coloured, samples, in_files, notes):
+def folder_of(objects):
+    """The folder that one of the objects was imported from, or `None`."""
+    found = (collection[IMPORTED].get("folder") for collection in map(import_of, objects) if collection is not None)
+    return next((folder for folder in found if isinstance(folder, str) and os.path.isdir(folder)), None)
+
+
+def note_import(collection, path, scans, coloured, samples, in_files, notes):
     """Notes with a collection what was imported."""
     collection[IMPORTED] = {
+        "folder": os.path.dirname(os.path.abspath(path)),
         "scans": scans,
         "coloured": coloured,
         "samples": samples,

@@ -92,6 +92,10 @@ class JobOperator:
                 Adjusting.replaced = replaces
             return done
 
+    def is_watched(self):
+        """Whether somebody works in the window meanwhile: no script and no adjustment waits."""
+        return self._timer is not None
+
     def invoke(self, context, event):
         """For people: returns at once; `modal` watches."""
         return self.watch(context)

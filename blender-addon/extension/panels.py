@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The sidebar tab "Scans", in the order of the work: bring in, look, clean, align and merge, reduce, measure."""
+"""The sidebar tab "Scans", in the order of the work: bring in, look, clean, align and merge, measure, reduce."""
 
 import bpy
 
@@ -18,6 +18,7 @@ from .translations import NAMES, OPERATORS, word
 from .words import fits, length, number, wrapped
 
 ALIGN = ("surfrecon.align", "SNAP_ON")
+GLB = ("surfrecon.export_glb", "EXPORT")
 
 # The share of the width that labels of figures have.
 LABELS = 0.45
@@ -33,12 +34,35 @@ class ScansPanel:
 
 
 def buttons(layout, *operators):
-    """One button an operator (name, icon); they wait while something runs."""
+    """One button an operator (name, icon). They wait while something runs, and the one that was pressed shows the
+    progress: it is seen wherever one has scrolled to, and no other button moves. Returns the column.
+    """
     column = layout.column(align=True)
-    column.enabled = Running.job is None
     column.operator_context = "INVOKE_DEFAULT"
     for name, icon in operators:
-        column.operator(name, icon=icon)
+        button(column, name, icon)
+    return column
+
+
+def button(column, name, icon, **look):
+    """One of `buttons`."""
+    row = column.row(align=True)
+    if Running.job is not None and Running.title == label_of(name):
+        progress(row)
+        return
+    row.enabled = Running.job is None
+    row.operator(name, icon=icon, **look)
+
+
+def label_of(name):
+    """What an operator is called, in English."""
+    return getattr(bpy.types, f"SURFRECON_OT_{name.removeprefix('surfrecon.')}").bl_label
+
+
+def progress(row):
+    """A bar as high as a button, and what stops the job."""
+    row.progress(factor=Running.fraction, type="BAR", text=Running.text())
+    row.operator("surfrecon.cancel", text="", icon="CANCEL")
 
 
 class SURFRECON_PT_running(ScansPanel, bpy.types.Panel):
@@ -51,9 +75,11 @@ class SURFRECON_PT_running(ScansPanel, bpy.types.Panel):
         """The progress, or what the buttons would work on."""
         layout = self.layout
         if Running.job is not None:
+            # As many rows as otherwise: what is below stays where it is.
             layout.label(text=Running.title, text_ctxt=OPERATORS)
-            layout.progress(factor=Running.fraction, type="BAR", text=Running.text())
-            layout.operator("surfrecon.cancel", icon="CANCEL")
+            column = layout.column(align=True)
+            progress(column.row(align=True))
+            button(column, *GLB)
             return
         scans = [obj for obj in context.selected_objects if scan_objects.is_range_image(obj)]
         meshes = [obj for obj in context.selected_objects if obj.type == "MESH" and obj not in scans]
@@ -66,7 +92,7 @@ class SURFRECON_PT_running(ScansPanel, bpy.types.Panel):
         if frames:
             texts.append(number(frames, word("frame in its file"), word("frames in their files")))
         layout.label(text=f"{word('Selection')}: {', '.join(texts)}", translate=False)
-        buttons(layout, ("surfrecon.select_scans", "RESTRICT_SELECT_OFF"))
+        buttons(layout, ("surfrecon.select_scans", "RESTRICT_SELECT_OFF"), GLB)
 
 
 class SURFRECON_PT_bring(ScansPanel, bpy.types.Panel):
@@ -91,10 +117,10 @@ class SURFRECON_PT_look(ScansPanel, bpy.types.Panel):
 
     def draw(self, context):
         """Its buttons, and the switch of a result's sources."""
-        buttons(self.layout, ("surfrecon.tint_scans", "COLOR"))
+        column = buttons(self.layout, ("surfrecon.tint_scans", "COLOR"))
         sources = meant(context)
-        if sources:
-            self.layout.operator("surfrecon.show_sources", icon="HIDE_OFF", depress=are_shown(sources))
+        # It stays where nothing has sources: buttons below it would jump whenever a result is made.
+        button(column, "surfrecon.show_sources", "HIDE_OFF", depress=bool(sources) and are_shown(sources))
 
 
 class SURFRECON_PT_place(ScansPanel, bpy.types.Panel):
@@ -139,6 +165,7 @@ class SURFRECON_PT_merge(ScansPanel, bpy.types.Panel):
             self.layout,
             ALIGN,
             ("surfrecon.merge", "MOD_REMESH"),
+            ("surfrecon.align_merge", "AUTOMERGE_ON"),
             ("surfrecon.merge_to_file", "EXPORT"),
             ("surfrecon.reconstruct", "OUTLINER_DATA_POINTCLOUD"),
         )
@@ -159,25 +186,6 @@ class SURFRECON_PT_options(ScansPanel, bpy.types.Panel):
         layout.label(text="0: measured from the scans", text_ctxt=NAMES, icon="INFO")
         context.scene.surfrecon.draw_options(layout)
         layout.prop(context.scene.surfrecon, "threads")
-
-
-class SURFRECON_PT_reduce(ScansPanel, bpy.types.Panel):
-    """Lighter meshes."""
-
-    bl_label = "Reduce"
-
-    def draw(self, context):
-        """Its buttons."""
-        buttons(
-            self.layout,
-            ("surfrecon.sculpt", "MOD_DECIM"),
-            ("surfrecon.quads", "MESH_GRID"),
-            ("surfrecon.remesh", "MOD_TRIANGULATE"),
-        )
-        # The slider of an object with levels of detail.
-        obj = context.object
-        if obj is not None and len(obj.surfrecon_levels) > 0:
-            self.layout.prop(obj, "surfrecon_level")
 
 
 class SURFRECON_PT_measure(ScansPanel, bpy.types.Panel):
@@ -222,6 +230,25 @@ class SURFRECON_PT_error(ScansPanel, bpy.types.Panel):
         for name in ("mean", "rms", "p95", "max"):
             names.label(text={"rms": "RMS", "p95": "95 % below"}.get(name, name.capitalize()), text_ctxt=NAMES)
             values.label(text=length(context, figures[name]))
+
+
+class SURFRECON_PT_reduce(ScansPanel, bpy.types.Panel):
+    """Lighter meshes."""
+
+    bl_label = "Reduce"
+
+    def draw(self, context):
+        """Its buttons."""
+        buttons(
+            self.layout,
+            ("surfrecon.sculpt", "MOD_DECIM"),
+            ("surfrecon.quads", "MESH_GRID"),
+            ("surfrecon.remesh", "MOD_TRIANGULATE"),
+        )
+        # The slider of an object with levels of detail.
+        obj = context.object
+        if obj is not None and len(obj.surfrecon_levels) > 0:
+            self.layout.prop(obj, "surfrecon_level")
 
 
 class SURFRECON_PT_report(ScansPanel, bpy.types.Panel):
@@ -307,9 +334,9 @@ CLASSES = (
     SURFRECON_PT_clean,
     SURFRECON_PT_merge,
     SURFRECON_PT_options,
-    SURFRECON_PT_reduce,
     SURFRECON_PT_measure,
     SURFRECON_PT_error,
+    SURFRECON_PT_reduce,
     SURFRECON_PT_report,
 )
 

@@ -29,6 +29,9 @@ SELECTIONS = "recording_selections"
 # were by then, whether aligning had put the frames there, and their poses as above. Samples are kept, not places.
 FORMER = "recording_former_poses"
 
+# Of the object of one frame: its number, and the first of the files.
+NUMBER, SOURCE = "recording_frame", "recording_source"
+
 # One such file of a recording stands for all of it: images, lists and cameras, which alone are no scan with a place.
 PARTS = {".png", ".jpg", ".jpeg", ".exr", ".json", ".txt", ".log", ".csv", ".freiburg", ".depth"}
 
@@ -107,6 +110,28 @@ def stand_for(name, paths, options, frames, total, scale):
     obj[OPTIONS] = {key: value for key, value in options.items() if value is not None}
     obj[FRAMES], obj[TOTAL], obj[SCALE] = list(frames), total, float(scale)
     return obj
+
+
+def note_frame(obj, paths, number):
+    """Notes with the object of a frame where it stands in its recording: names can be changed."""
+    obj[NUMBER], obj[SOURCE] = number, os.path.abspath(paths[0])
+
+
+def in_order(objects, found):
+    """The (object's name, scan) of what `gathered` found of objects: in the order of their recordings where all are of
+    some, else in that of the objects.
+    """
+    listed, places = [], []
+    for obj, part in zip(objects, found, strict=True):
+        if is_recording(obj):
+            source = obj[PATHS].split("\n")[0]
+            places += [(source, number) for number in obj[FRAMES]]
+        else:
+            places.append((obj[SOURCE], obj[NUMBER]) if NUMBER in obj and SOURCE in obj else None)
+        listed += [(obj.name, scan) for scan in of_all([part])]
+    if None in places:
+        return listed
+    return [listed[k] for k in sorted(range(len(listed)), key=lambda k: places[k])]
 
 
 def is_recording(obj):

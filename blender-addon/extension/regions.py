@@ -104,24 +104,94 @@ def ruler_points(scene, count):
 # Ends of a ruler that lie off the surface by more than this share of its length make a wrong length of it.
 OFF = 0.01
 
+# Where the surface around an end lies so many times farther off than it lies aside, an edge is near.
+STEEP = 10
 
-def ends_in_the_air(context, objects):
-    """A sentence about ends of the ruler that don't lie on what is seen of objects, or `None`: dragged without snapping
-    they lie in the plane of the view.
+
+def ends_of_ruler(context, objects, by_view=True):
+    """The two ends of the ruler, (2, 3), where the surface below them is, a sentence about that, and whether it warns.
+    `None` and no sentence where the ends need not be moved, as without a ruler.
+
+    Dragged without snapping they lie in a plane of the view. As long as the view looks along it, the surface that is
+    seen below an end is what was pointed at. Without `by_view` ends are never moved: a script has no view.
     """
     points = ruler_points(context.scene, 2)
     if points is None or not np.isfinite(points).all():
-        return None
+        return None, None, False
+    shown = [obj for obj in objects if obj.visible_get()]
+    depsgraph = context.evaluated_depsgraph_get()
     try:
-        surface = surfaces.surface_of([obj for obj in objects if obj.visible_get()], context.evaluated_depsgraph_get())
-        off = surfrecon.distances(points, surface)
+        off = surfrecon.distances(points, surfaces.surface_of(shown, depsgraph))
     except (Refused, surfrecon.SurfreconError):
         # Points have no surface that could tell.
+        return None, None, False
+    reach = OFF * np.linalg.norm(points[1] - points[0])
+    if off.sum() <= reach:
+        return None, None, False
+    lay = "The ends of the ruler lie {} and {} off the surface".format(
+        *(length(context, float(distance)) for distance in off)
+    )
+    found = seen_below(context, points, off > reach / 2, shown, depsgraph) if by_view else None
+    if found is None:
+        return None, f"{lay}: drag them with Ctrl held, which snaps them", True
+    return found, f"{lay}: what is seen below them is taken", False
+
+
+def seen_below(context, points, lifted, objects, depsgraph):
+    """Points (2, 3) of a ruler that was drawn in this view, those that are lifted moved along the view to the surface
+    that is seen there; `None` where there is no view, the ruler lies across it, or an end is near an edge of what is
+    seen.
+    """
+    view = getattr(context.space_data, "region_3d", None)
+    if view is None:
         return None
-    if off.sum() <= OFF * np.linalg.norm(points[1] - points[0]):
+    world_from_view = np.array(view.view_matrix.inverted(), np.float64)
+    eye, right, up, ahead = (*(world_from_view[:3, k] for k in (3, 0, 1)), -world_from_view[:3, 2])
+    depths = (points - eye) @ ahead
+    ruler = np.linalg.norm(points[1] - points[0])
+    if abs(depths[1] - depths[0]) > OFF / 10 * ruler or (view.is_perspective and depths.min() <= 0):
         return None
-    first, second = (length(context, float(distance)) for distance in off)
-    return f"The ends of the ruler lie {first} and {second} off the surface: drag them with Ctrl held, which snaps them"
+    found = points.copy()
+    for k in np.flatnonzero(lifted):
+        aside = OFF * ruler
+        around = [points[k] + aside * step for step in (0 * up, right, -right, up, -up)]
+        hits = [cast(eye, ahead, view.is_perspective, point, objects, depsgraph) for point in around]
+        if any(hit is None for hit in hits):
+            return None
+        depth = [(hit - eye) @ ahead for hit in hits]
+        scale = depth[0] / depths[k] if view.is_perspective else 1.0
+        if max(depth) - min(depth) > STEEP * aside * scale:
+            return None
+        found[k] = hits[0]
+    return found
+
+
+def cast(eye, ahead, is_perspective, point, objects, depsgraph):
+    """What the view sees of the objects at a point, the nearest to the eye; `None` where it sees past them."""
+    best = None
+    for obj in objects:
+        if obj.type != "MESH":
+            continue
+        evaluated = obj.evaluated_get(depsgraph)
+        from_world = np.linalg.inv(np.array(evaluated.matrix_world, np.float64))
+        direction = point - eye if is_perspective else ahead
+        # A view without perspective sees what is behind its own place, too.
+        begin = eye if is_perspective else point - 2 * ahead * far(point, evaluated)
+        local = from_world[:3, :3] @ begin + from_world[:3, 3], from_world[:3, :3] @ direction
+        hit, place, _, _ = evaluated.ray_cast(*local)
+        if hit:
+            matrix = np.array(evaluated.matrix_world, np.float64)
+            place = matrix[:3, :3] @ np.array(place) + matrix[:3, 3]
+            if best is None or (place - best) @ ahead < 0:
+                best = place
+    return best
+
+
+def far(point, obj):
+    """No vertex of an object is farther than this from a point."""
+    matrix = np.array(obj.matrix_world, np.float64)
+    corners = np.array(obj.bound_box) @ matrix[:3, :3].T + matrix[:3, 3]
+    return float(np.linalg.norm(corners - point, axis=1).max())
 
 
 def picked(context, count):

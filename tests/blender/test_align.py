@@ -348,3 +348,22 @@ def test_misfit_is_shown_as_colours(scans, images):
     assert len({obj["surfrecon_error"]["limit"] for obj in placed}) == 1
     far = [obj["surfrecon_error"]["p95"] for obj in placed]
     assert scans[2] not in placed or scans[2]["surfrecon_error"]["p95"] > np.median(far)
+
+
+def test_scans_that_are_aligned_are_merged_in_one_go(scans, capfd):
+    assert bpy.ops.surfrecon.align_merge() == {"FINISHED"}
+    assert errors(scans).max() < 2
+    merged = bpy.context.object
+    assert merged.name.endswith(" merged") and list(bpy.context.selected_objects) == [merged]
+    assert "6 scans merged" in capfd.readouterr().out
+
+
+def test_nothing_is_merged_unless_all_scans_have_a_place(scans, capfd):
+    before = set(bpy.data.objects)
+    stranger = add_mesh("stranger", torus())
+    stranger.select_set(True)
+    assert bpy.ops.surfrecon.align_merge() == {"FINISHED"}
+    assert set(bpy.data.objects) == before | {stranger}
+    said = capfd.readouterr().out
+    assert "6 of 7 scans placed" in said
+    assert "Nothing is merged, since not all scans are placed: Merge Scans takes them as they lie" in said

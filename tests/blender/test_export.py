@@ -91,3 +91,28 @@ def test_the_coordinate_reference_system_stays(tmp_path, imported):
     collection["crs"] = 3
     with pytest.raises(RuntimeError, match=f'"{collection.name}" has a crs that is no text'):
         export(tmp_path / "no.e57", file_format="E57")
+
+
+def test_a_glb_has_the_selected_surface_alone_under_its_name_beside_the_scans(tmp_path):
+    bpy.ops.surfrecon.import_scans(filepath=str(write_set(tmp_path, torus_scans(pixels=40))))
+    scan = bpy.context.object
+    bpy.ops.surfrecon.merge(measure=False)
+    merged = bpy.context.object
+    bpy.ops.mesh.primitive_cube_add()
+    bpy.context.object.select_set(False)
+    merged.select_set(True)
+    bpy.context.view_layer.objects.active = merged
+    scan.hide_set(False)
+    merged.name = "a/b merged"
+    assert bpy.ops.surfrecon.export_glb() == {"FINISHED"}
+    written = list(tmp_path.glob("*.glb"))
+    assert [path.name for path in written] == ["a_b merged.glb"]
+    bpy.ops.wm.read_homefile(use_empty=True)
+    bpy.ops.import_scene.gltf(filepath=str(written[0]))
+    (found,) = bpy.data.objects
+    assert found.name == "a/b merged" and len(found.data.polygons) > 1000
+
+
+def test_without_a_surface_there_is_no_glb():
+    bpy.ops.object.camera_add()
+    assert not bpy.ops.surfrecon.export_glb.poll()

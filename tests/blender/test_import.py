@@ -320,7 +320,44 @@ def test_scans_inside_an_object_are_shown_alone(conf, capfd):
     assert view().local_view is not None
     assert all(obj.visible_get(viewport=view()) for obj in bpy.data.collections["torus"].objects)
     assert not cube.visible_get(viewport=view())
-    assert '"Cube" encloses the scans' in capfd.readouterr().out
+    assert '"Cube" is in the way' in capfd.readouterr().out
+
+
+def test_scans_that_a_new_file_s_cube_stands_in_are_shown_alone(conf, capfd):
+    bpy.ops.mesh.primitive_cube_add(size=1)
+    cube = bpy.context.object
+    import_scans(conf)
+    assert view().local_view is not None and not cube.visible_get(viewport=view())
+    assert '"Cube" is in the way' in capfd.readouterr().out
+
+
+def test_undo_of_an_import_shows_again_what_was_in_the_way(conf):
+    bpy.ops.mesh.primitive_cube_add(size=20)
+    cube = bpy.context.object
+    bpy.ops.ed.undo_push(message="cube")
+    import_scans(conf)
+    bpy.ops.ed.undo_push(message="import")
+    assert view().local_view is not None
+    bpy.ops.ed.undo()
+    cube = bpy.data.objects["Cube"]
+    assert len(bpy.data.objects) == 1
+    assert view().local_view is None and cube.visible_get(viewport=view())
+
+
+def test_undo_after_an_import_keeps_the_scans_alone(conf):
+    bpy.ops.mesh.primitive_cube_add(size=20)
+    import_scans(conf)
+    bpy.ops.ed.undo_push(message="import")
+    bpy.context.object.location.x = 1
+    bpy.ops.ed.undo_push(message="move")
+    bpy.ops.ed.undo()
+    assert view().local_view is not None
+
+
+def test_scans_beside_a_cube_are_shown_with_it(conf, capfd):
+    bpy.ops.mesh.primitive_cube_add(size=1, location=(40, 0, 0))
+    import_scans(conf)
+    assert view().local_view is None and "in the way" not in capfd.readouterr().out
 
 
 def test_colours_are_shown_where_there_are_some(tmp_path, conf):

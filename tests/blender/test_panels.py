@@ -122,9 +122,26 @@ def test_a_running_job_shows_progress_and_cancel(panels, extension):
     running = extension.job.Running
     running.begin(surfrecon.Job.merge(torus_scans(pixels=30)), "Merge Scans")
     try:
-        texts = draw(panels["running"])
-        assert "surfrecon.cancel" in texts
-        assert any("%" in text for text in texts)
+        for name in ("running", "merge"):
+            texts = draw(panels[name])
+            assert "surfrecon.cancel" in texts
+            assert any("%" in text for text in texts)
+        # The button that was pressed has become the progress, and all others are there.
+        assert "surfrecon.merge" not in texts and {"surfrecon.align", "surfrecon.merge_to_file"} <= set(texts)
+        assert not any("%" in text for text in draw(panels["place"]))
+    finally:
+        running.cancel()
+
+
+def test_a_panel_has_as_many_rows_while_something_runs(panels, extension):
+    quiet = {name: draw(panel) for name, panel in panels.items()}
+    running = extension.job.Running
+    running.begin(surfrecon.Job.merge(torus_scans(pixels=30)), "Merge Scans")
+    try:
+        for name, texts in quiet.items():
+            now = draw(panels[name])
+            # A bar and its button to cancel stand in one row.
+            assert texts is None or len(now) - now.count("surfrecon.cancel") == len(texts), name
     finally:
         running.cancel()
 
@@ -231,8 +248,8 @@ def test_the_steps_are_in_the_order_of_the_work(extension):
         "Size and Ground",
         "Clean",
         "Merge",
-        "Reduce",
         "Measure",
+        "Reduce",
         "Report",
     ]
 

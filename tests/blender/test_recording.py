@@ -1,6 +1,9 @@
 """Recordings of depth cameras and phones: some frames as objects with cameras, one object that stands for the rest."""
 
+import contextlib
 import zipfile
+from importlib import import_module
+from types import SimpleNamespace
 
 import bpy
 import numpy as np
@@ -332,3 +335,42 @@ def test_frames_with_colours_become_objects_first(tmp_path, extension):
     load(path, frames=2)
     assert sorted(obj.name for obj in scans()) == ["00002", "00005"]
     assert all("colour" in obj.data.attributes for obj in scans())
+
+
+def handed_over(monkeypatch, extension, **options):
+    """Where the scans stand, in the order in which aligning gets them."""
+    align, places = import_module(f"{extension.__name__}.operators.align"), []
+
+    def note(scans, **given):
+        places.extend(np.array(scan.world_from_sensor)[:3, 3] for scan in scans)
+        return surfrecon.Job.align(scans, **given)
+
+    known = {name: getattr(surfrecon, name) for name in dir(surfrecon)}
+    monkeypatch.setattr(align, "surfrecon", SimpleNamespace(**known | {"Job": SimpleNamespace(align=note)}))
+    with contextlib.suppress(RuntimeError):
+        bpy.ops.surfrecon.align(**options)
+    return np.array(places)
+
+
+def test_frames_are_aligned_in_the_order_of_their_recording(tmp_path, extension, monkeypatch):
+    path = write_transforms(tmp_path / "ring", 12, colour=None)
+    load(path, frames=4)
+    for k, obj in enumerate(scans()):
+        obj.name = f"{9 - k}"
+    for obj in bpy.context.view_layer.objects:
+        obj.select_set(obj in scans() or obj == rest())
+    places = handed_over(monkeypatch, extension, start="sequence")
+    expected = [np.array(scan.world_from_sensor)[:3, 3] for scan in surfrecon.open(path)]
+    assert np.allclose(places, expected, atol=1e-5)
+
+
+def test_scans_of_no_recording_are_aligned_in_the_order_of_their_names(tmp_path, extension, monkeypatch):
+    load(write_transforms(tmp_path / "ring", 4, colour=None))
+    for k, obj in enumerate(scans()):
+        obj.name = f"view {12 - k}"
+    del scans()[0]["recording_frame"]
+    for obj in bpy.context.view_layer.objects:
+        obj.select_set(obj in scans())
+    expected = [bpy.data.objects[f"view {k}"].matrix_world.translation for k in (9, 10, 11, 12)]
+    expected = [tuple(place) for place in expected]
+    assert np.allclose(handed_over(monkeypatch, extension, start="sequence"), expected, atol=1e-5)

@@ -256,6 +256,65 @@ def test_ends_of_the_ruler_that_lie_in_the_air_are_told(extension, monkeypatch, 
     assert (text in capfd.readouterr().out) == said
 
 
+def looking_down(is_perspective, height=10.0):
+    """A context whose view looks down from the z axis."""
+    view = SimpleNamespace(view_matrix=Matrix.Translation((0, 0, -height)), is_perspective=is_perspective)
+    context = bpy.context
+    return SimpleNamespace(
+        scene=context.scene,
+        space_data=SimpleNamespace(region_3d=view),
+        evaluated_depsgraph_get=context.evaluated_depsgraph_get,
+        region=None,
+        preferences=context.preferences,
+    )
+
+
+@pytest.mark.parametrize(("is_perspective", "grown"), [(False, 1.0), (True, 2.0)])
+def test_ends_of_the_ruler_go_to_what_is_seen_below_them(extension, monkeypatch, is_perspective, grown):
+    bpy.ops.mesh.primitive_plane_add(size=8)
+    plane = bpy.context.object
+    bpy.ops.mesh.primitive_plane_add(size=8, location=(0, 0, -1))
+    ends = np.array([(-0.5, 0.2, 5), (0.7, 0.3, 5)])
+    monkeypatch.setattr(extension.regions, "ruler_points", lambda scene, count: ends)
+    found, said, warns = extension.regions.ends_of_ruler(looking_down(is_perspective), [bpy.context.object, plane])
+    assert np.allclose(found, ends * (grown, grown, 0), atol=1e-5) and not warns
+    assert said.endswith("off the surface: what is seen below them is taken")
+
+
+def test_an_end_of_the_ruler_that_is_snapped_stays(extension, monkeypatch):
+    bpy.ops.mesh.primitive_plane_add(size=8, rotation=(0, 0.3, 0))
+    ends = np.array([(0.0, 0, 0), (1.0, 0, 0)])
+    monkeypatch.setattr(extension.regions, "ruler_points", lambda scene, count: ends)
+    found, _, warns = extension.regions.ends_of_ruler(looking_down(False), [bpy.context.object])
+    assert np.allclose(found, [(0, 0, 0), (1, 0, -np.tan(0.3))], atol=1e-5) and not warns
+
+
+@pytest.mark.parametrize(
+    ("ends", "why"),
+    [
+        ([(-0.5, 0, 5), (0.5, 0, 4)], "the view was turned since"),
+        ([(-0.5, 0, 5), (6.0, 0, 5)], "nothing is seen below an end"),
+        ([(-0.5, 0, 5), (3.99, 0, 5)], "an end is at a border"),
+    ],
+)
+def test_ends_of_the_ruler_stay_in_the_air_where_nothing_decides(extension, monkeypatch, ends, why):
+    bpy.ops.mesh.primitive_plane_add(size=8)
+    monkeypatch.setattr(extension.regions, "ruler_points", lambda scene, count: np.array(ends))
+    found, said, warns = extension.regions.ends_of_ruler(looking_down(False), [bpy.context.object])
+    assert found is None and warns, why
+    assert said.endswith("off the surface: drag them with Ctrl held, which snaps them")
+
+
+def test_the_length_is_that_between_the_ends_on_the_surface(extension, monkeypatch):
+    bpy.ops.mesh.primitive_plane_add(size=4)
+    plane = bpy.context.object
+    ends = np.array([(-0.5, 0, 0.5), (0.5, 0, 0.5)])
+    monkeypatch.setattr(extension.regions, "ruler_points", lambda scene, count: ends)
+    assert bpy.ops.surfrecon.true_size(distance=3, ends=(-0.75, 0, 0, 0.75, 0, 0)) == {"FINISHED"}
+    bpy.context.view_layer.update()
+    assert plane.dimensions.x == pytest.approx(8)
+
+
 def test_nothing_is_scaled_or_grounded_that_would_not_stay(standing, extension, monkeypatch):
     path, _ = standing
     load(path, frames=2)

@@ -54,8 +54,8 @@ def installing():
     yield 0.5
 
 
-def dropping(folder):
-    """A file dropped into the view: the call that Blender makes for the file handler."""
+def written(folder):
+    """How many scans of a made-up shape were written, and the options of the operator that a drop of them calls."""
     import surfrecon
 
     shape = surfrecon.sculpture(cell=4.0)
@@ -63,11 +63,17 @@ def dropping(folder):
     for k, image in enumerate(images):
         image.name = f"serpent{k:02}"
     surfrecon.write_scans(folder / "serpent.conf", images)
+    options = {"filepath": str(folder / "serpent.conf"), "directory": f"{folder}/", "files": [{"name": "serpent.conf"}]}
+    return len(images), options
+
+
+def dropping(folder):
+    """A file dropped into the view: the call that Blender makes for the file handler."""
+    count, options = written(folder)
     handler = bpy.types.SURFRECON_FH_scans
     check("the file handler takes .conf files", ".conf" in handler.bl_file_extensions.split(";"))
     with bpy.context.temp_override(**place()):
         check("and files dropped into the 3D view", bool(handler.poll_drop(bpy.context)))
-    options = {"filepath": str(folder / "serpent.conf"), "directory": f"{folder}/", "files": [{"name": "serpent.conf"}]}
     run(bpy.ops.surfrecon.import_scans, **options, unit="MM")
     yield 0.7
     picture("2_import_dialog")
@@ -75,12 +81,12 @@ def dropping(folder):
     key("RET")
     yield from until(lambda: bpy.data.objects and extension().job.Running.job is None)
     scans = [obj for obj in bpy.data.objects if extension().scan_objects.is_range_image(obj)]
-    check(f"all {len(images)} scans are there", len(scans) == len(images))
+    check(f"all {count} scans are there", len(scans) == count)
     check("in a collection named after the set", "serpent" in bpy.data.collections)
     run(bpy.ops.ed.undo, "EXEC_DEFAULT")
     check("importing is one undo step", not bpy.data.objects)
     run(bpy.ops.ed.redo, "EXEC_DEFAULT")
-    check("that can be done again", len(bpy.data.objects) == len(images))
+    check("that can be done again", len(bpy.data.objects) == count)
     yield 0.5
     far = place()["area"].spaces.active.region_3d.view_distance
     size = max(obj.dimensions.length for obj in bpy.data.objects)
@@ -88,6 +94,25 @@ def dropping(folder):
     run(bpy.ops.surfrecon.tint_scans)
     yield 3.0
     picture("3_scans")
+
+
+def undoing(folder):
+    """Scans in a cube are shown alone, and once they are undone the cube is seen again."""
+    _, options = written(folder)
+    run(bpy.ops.mesh.primitive_cube_add, "EXEC_DEFAULT", True, size=2)
+    run(bpy.ops.surfrecon.import_scans, **options, unit="MM")
+    yield 0.7
+    key("RET")
+    yield from until(lambda: len(bpy.data.objects) > 1 and extension().job.Running.job is None)
+    yield 0.5
+    view = place()["area"].spaces.active
+    check("scans in a cube are shown alone", view.local_view is not None)
+    run(bpy.ops.ed.undo, "EXEC_DEFAULT")
+    yield 1.0
+    (cube,) = bpy.data.objects
+    check("and the cube is seen again without them", view.local_view is None and cube.visible_get(viewport=view))
+    bpy.data.objects.remove(cube)
+    run(bpy.ops.ed.undo_push, "EXEC_DEFAULT", message="empty")
 
 
 def aligning():
@@ -115,7 +140,9 @@ def aligning():
         )
 
     put(thrown, "thrown")
-    yield 0.3
+    view_selected()
+    yield 1.0
+    picture("3_heap")
     for time_of_it in ("at first", "once more"):
         started = time.monotonic()
         check(f"aligning {time_of_it} runs in the background", run(bpy.ops.surfrecon.align) == {"RUNNING_MODAL"})

@@ -91,6 +91,11 @@ def picture(name):
     for window in bpy.context.window_manager.windows:
         with bpy.context.temp_override(window=window):
             bpy.ops.wm.redraw_timer(type="DRAW_WIN_SWAP", iterations=1)
+    screen(name)
+
+
+def screen(name):
+    """Keeps a picture of the screen as it is."""
     command = ["import", "-window", "root", "-display", os.environ["DISPLAY"], PICTURES / f"{name}.png"]
     subprocess.run(command, check=True)
 

@@ -19,6 +19,10 @@ from driver import (
     until,
 )
 from mathutils import Vector
+from person import found, is_stale, scrolled
+
+# A button below those that show progress.
+BELOW = "surfrecon.error_map"
 
 
 def drawn():
@@ -45,6 +49,7 @@ def merging():
     """To the end, with progress; then back and forth."""
     running, shown = extension().job.Running, drawn()
     before = names()
+    lay = yield from found(BELOW)
     started = time.monotonic()
     check("the merge runs in the background", run(bpy.ops.surfrecon.merge, voxel=0.0006) == {"RUNNING_MODAL"})
     yield from until(lambda: shown, 10)
@@ -59,11 +64,15 @@ def merging():
             pictured = True
             check("no second operation may begin meanwhile", not bpy.ops.surfrecon.merge.poll())
             picture("4_merging")
+            lies = yield from found(BELOW)
+            check(f"no button jumps: {BELOW} lies at {lies}, and lay at {lay}", lies == lay is not None)
         yield 0.05
     # Reading the objects, then merging and measuring: each from 0 to 1.
     falls = sum(after < before for before, after in zip(seen, seen[1:], strict=False))
     check(f"progress rose through {len(stages)} stages", falls <= 1 < len(stages))
     yield 0.3
+    stale = yield from is_stale()
+    check("the sidebar is as it should be by itself", not stale)
     merged = merged_object()
     check("the surface is there", merged is not None and len(merged.data.polygons) > 10000)
     run(bpy.ops.ed.undo, "EXEC_DEFAULT")
@@ -168,13 +177,14 @@ def looking():
     yield from until(lambda: running.job is None)
     check("the error map is there", "error" in merged.data.attributes)
     only(merged)
-    # Shaders are compiled first.
-    yield 15.0
+    yield 1.0
+    # Down to the legend, and back.
+    yield from scrolled("WHEELDOWNMOUSE")
     picture("8_error_map")
+    yield from scrolled("WHEELUPMOUSE")
     space = place()["area"].spaces.active
-    space.shading.type, space.shading.color_type = "SOLID", "VERTEX"
-    yield 3.0
-    picture("9_error_map_solid")
+    check("it is seen in the solid view, whose colours need no shader", space.shading.type == "SOLID")
+    check("which shows them", space.shading.color_type == "VERTEX")
     check("the colours for the solid view are there", merged.data.color_attributes.active_color.name == "error_colour")
 
 

@@ -15,7 +15,7 @@ from ..false_colours import show_materials
 from ..job import JobOperator
 from ..properties import draw_others, given, option, threads
 from ..running import Refused, gathered, waited
-from ..scene import put_back, put_forward, whereabouts
+from ..scene import put_back, put_forward, select_only, whereabouts
 from ..sources import sources_of, what_is_gone
 from ..telling import tell, told
 from ..words import number
@@ -30,11 +30,8 @@ PARAMETERS = {p.name: p for p in surfrecon.parameters("align")}
 ROUNDING = 1e-4
 
 
-@declared.operator("align")
-class SURFRECON_OT_align(JobOperator, bpy.types.Operator):
-    """Runs the operation `align`."""
-
-    bl_options = {"REGISTER", "UNDO", "PRESET"}
+class Aligning(JobOperator):
+    """What operators share that align the selected objects."""
 
     __annotations__ = {name: option(parameter) for name, parameter in PARAMETERS.items()} | {
         "show_misfit": bpy.props.BoolProperty(
@@ -75,7 +72,7 @@ class SURFRECON_OT_align(JobOperator, bpy.types.Operator):
         meant = set(chosen.objects)
         chosen.leave_out([obj for obj in chosen.objects if not meant.isdisjoint(sources_of(obj))], RESULTS)
         objects, self.said = chosen.objects, chosen.said()
-        # Steps of a turntable go by names: Blender's order of what is selected is none.
+        # Steps of a turntable go by names, and frames by their numbers: Blender's order of what is selected is none.
         objects.sort(key=lambda obj: natural(obj.name))
         self.result = None
         if len(objects) == 1 and len(sources_of(objects[0])) > 1:
@@ -92,12 +89,11 @@ class SURFRECON_OT_align(JobOperator, bpy.types.Operator):
         self.before, self.scan_from_object, self.through_points = {}, {}, []
         found = yield from gathered(context, objects, self.scan_of_object)
         # The name of the object that each scan is of, or stands for.
-        self.owners = [name for name, part in zip(self.before, found, strict=True) for _ in recording.of_all([part])]
-        self.poses = [
-            scan.world_from_sensor if isinstance(scan, surfrecon.Scan) else None for scan in recording.of_all(found)
-        ]
+        ordered = recording.in_order([bpy.data.objects[name] for name in self.before], found)
+        self.owners, scans = [name for name, _ in ordered], [scan for _, scan in ordered]
+        self.poses = [scan.world_from_sensor if isinstance(scan, surfrecon.Scan) else None for scan in scans]
         fixed = [k for k, name in enumerate(self.owners) if is_locked(bpy.data.objects[name])]
-        return surfrecon.Job.align(recording.of_all(found), fixed=fixed, **given(self, PARAMETERS))
+        return surfrecon.Job.align(scans, fixed=fixed, **given(self, PARAMETERS))
 
     def scan_of_object(self, obj, depsgraph):
         """The scan of an object to align, or a generator of the frames that it stands for."""
@@ -177,14 +173,45 @@ class SURFRECON_OT_align(JobOperator, bpy.types.Operator):
             if reason:
                 what = "stays where it was, undecided" if state == "undecided" else "is not placed"
                 tell(self, {"WARNING"}, f'"{name}" {what}: {reason}')
+        self.all_placed = report.placed == len(self.owners)
         text = f"{report.placed} of {number(len(self.owners), 'scan', 'scans')} placed{self.said}"
         if self.through_points:
             clouds = number(len(self.through_points), "cloud", "clouds")
             text += f", {clouds} by the surface through the points"
-        if report.placed == len(self.owners):
+        if self.all_placed:
             tell(self, {"INFO"}, text)
         else:
             tell(self, {"WARNING"}, f"{text}: see Report in the sidebar for the others")
+
+
+@declared.operator("align")
+class SURFRECON_OT_align(Aligning, bpy.types.Operator):
+    """Runs the operation `align`."""
+
+    bl_options = {"REGISTER", "UNDO", "PRESET"}
+
+
+class SURFRECON_OT_align_merge(Aligning, bpy.types.Operator):
+    """Align the selected scans and, once all of them are placed, merge them into one new surface"""
+
+    bl_idname = "surfrecon.align_merge"
+    bl_label = "Align and Merge"
+    # What can be adjusted is the merge, which is the last operation.
+    bl_options = {"UNDO"}
+
+    def finish(self, context, result):
+        """Merges what was aligned, as an operation of its own. A scan in a wrong place would spoil the surface."""
+        super().finish(context, result)
+        if not self.all_placed:
+            tell(
+                self,
+                {"WARNING"},
+                "Nothing is merged, since not all scans are placed: Merge Scans takes them as they lie",
+            )
+            return
+        select_only(context, [bpy.data.objects[name] for name in self.before])
+        # A window stays alive, and a script waits.
+        bpy.ops.surfrecon.merge("INVOKE_DEFAULT" if self.is_watched() else "EXEC_DEFAULT", True)
 
 
 def map_misfit(context, numbers, scan_from_object, result):

@@ -31,8 +31,8 @@ from ..running import Refused
 from ..scene import into_collection, select_only, show_colours, tint
 from ..telling import tell
 from ..translations import NAMES
+from ..views import open_sidebar, union
 from ..views import show as show_in_views
-from ..views import union
 from ..words import number, sentence, size
 
 READING = {p.name: p for p in surfrecon.parameters("open")}
@@ -99,7 +99,8 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
     )
     frame: BoolProperty(
         name="Frame",
-        description="Turn the 3D views to the imported scans, show their colours, and fit the clip planes",
+        description="Turn the 3D views to the imported scans, show their colours, fit the clip planes, and open the "
+        "sidebar",
         default=True,
     )
     frames: IntProperty(
@@ -258,7 +259,8 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
         chosen = {numbers[k] for k in recording.spread(coloured, self.frames)}
         self.others = [k for k in numbers if k not in chosen]
         staying = set(self.others)
-        self.scans = [scan for k, scan in enumerate(self.opened) if k not in staying]
+        self.numbers = [k for k in range(len(self.opened)) if k not in staying]
+        self.scans = [self.opened[k] for k in self.numbers]
         return recording.reading(self.scans)
 
     def factor(self, context):
@@ -274,7 +276,7 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
         factor = self.factor(context)
         made, views, blind, damaged = [], [], 0, []
         try:
-            for scan in self.scans:
+            for index, scan in zip(self.numbers, self.scans, strict=True):
                 # Each is given back as soon as Blender has it.
                 content, camera = contents.pop(0)
                 if isinstance(content, surfrecon.FormatError):
@@ -284,6 +286,8 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
                     blind += 1
                     continue
                 made.append(self.object_of(scan, content, factor))
+                if camera is not None:
+                    recording.note_frame(made[-1][0], self.paths, index)
                 if camera is not None and self.cameras:
                     obj, _ = made[-1]
                     views.append((cameras.of_frame(camera, obj, np.array(content.world_from_sensor), factor), camera))
@@ -316,8 +320,10 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
             cameras.take_picture_size(context.scene, *views[0])
         chosen = objects + self.stand_for_others(collection, factor, offset)
         select_only(context, chosen)
-        if self.frame and (encloser := show_in_views(context, chosen)) is not None:
-            tell(self, {"INFO"}, f'"{encloser}" encloses the scans: they are shown alone, in local view')
+        if self.frame and (obstacle := show_in_views(context, chosen)) is not None:
+            tell(self, {"INFO"}, f'"{obstacle}" is in the way: the scans are shown alone, in local view')
+        if self.frame and self.is_watched():
+            open_sidebar(context)
         self.tell(context, collection, objects, blind, damaged)
 
     def tell(self, context, collection, objects, blind, damaged):
@@ -332,7 +338,7 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
         if blind:
             notes.append(f"{number(blind, 'frame has', 'frames have')} no sample to be trusted")
         notes += self.opened.notes
-        note_import(collection, len(objects), coloured, samples, len(self.others), notes)
+        note_import(collection, self.paths[0], len(objects), coloured, samples, len(self.others), notes)
         texts = [number(len(objects), "scan", "scans"), number(samples, "sample", "samples")]
         if 0 < coloured < len(objects):
             texts.append(f"{coloured:,} with colours")

@@ -6,7 +6,7 @@ import textwrap
 import bpy
 import numpy as np
 import surfrecon
-from bpy.props import EnumProperty, FloatProperty
+from bpy.props import EnumProperty, FloatProperty, FloatVectorProperty
 from mathutils import Matrix
 
 from .. import false_colours, recording, regions, reports, scaling, scan_objects, usable
@@ -42,8 +42,15 @@ class SURFRECON_OT_true_size(bpy.types.Operator):
         options={"SKIP_SAVE"},
     )
 
-    # Said in the dialog: ends of the ruler that lie in the air.
-    warning = None
+    ends: FloatVectorProperty(
+        name="Ends",
+        description="The ends of the ruler on the surface, if it was moved there",
+        size=6,
+        options={"HIDDEN", "SKIP_SAVE"},
+    )
+
+    # Said in the dialog: how the ends of the ruler lie, and whether that is to be mended.
+    said, warns = None, False
 
     @classmethod
     def poll(cls, context):
@@ -55,29 +62,39 @@ class SURFRECON_OT_true_size(bpy.types.Operator):
     def invoke(self, context, event):
         """Asks for the distance; what was measured is what it begins with."""
         try:
-            a, b = regions.picked(context, 2)
+            moved, self.said, self.warns = regions.ends_of_ruler(context, context.selected_objects)
+            if moved is not None:
+                self.ends = moved.ravel()
+            a, b = self.picked(context)
         except Refused as problem:
             tell(self, {"ERROR"}, str(problem))
             return {"CANCELLED"}
         self.distance = float(np.linalg.norm(b - a))
-        self.warning = regions.ends_in_the_air(context, context.selected_objects)
         return context.window_manager.invoke_props_dialog(self, width=WIDTH)
 
     def draw(self, context):
         """The distance, and what makes it wrong."""
         self.layout.use_property_split = True
         self.layout.prop(self, "distance")
-        for line in textwrap.wrap(told(self.warning or ""), LETTERS):
-            self.layout.label(text=line, icon="ERROR", translate=False)
+        for k, line in enumerate(textwrap.wrap(told(self.said or ""), LETTERS)):
+            icon = "BLANK1" if k > 0 else "ERROR" if self.warns else "INFO"
+            self.layout.label(text=line, icon=icon, translate=False)
+
+    def picked(self, context):
+        """The two points."""
+        if self.properties.is_property_set("ends"):
+            return np.array(self.ends, np.float64).reshape(2, 3)
+        return regions.picked(context, 2)
 
     def execute(self, context):
         """Scales about the origin of the scene."""
         try:
             refuse_no_numbers(self)
-            scale = surfrecon.true_size(*regions.picked(context, 2), self.distance).scale
+            scale = surfrecon.true_size(*self.picked(context), self.distance).scale
             roots, taken = movable_roots(context)
             scaling.refuse_shared(roots)
-            warning = self.warning or regions.ends_in_the_air(context, context.selected_objects)
+            if self.said is None and not self.properties.is_property_set("ends"):
+                _, self.said, self.warns = regions.ends_of_ruler(context, context.selected_objects, by_view=False)
         except (Refused, surfrecon.SurfreconError) as problem:
             tell(self, {"ERROR"}, sentence(problem))
             return {"CANCELLED"}
@@ -89,8 +106,8 @@ class SURFRECON_OT_true_size(bpy.types.Operator):
         for obj in family:
             reports.grow(obj, scale)
         tell(self, {"INFO"}, f"Scaled by {scale:.6g}{went_along(taken)}")
-        if warning:
-            tell(self, {"WARNING"}, warning)
+        if self.said:
+            tell(self, {"WARNING" if self.warns else "INFO"}, self.said)
         return {"FINISHED"}
 
 

@@ -1,0 +1,240 @@
+"""The ways of the README, from dropped files to a GLB, as a person goes them: each interaction is done and counted.
+
+Real data are in SURFRECON_DATA; without them the ways that need them are left out, which is said.
+"""
+
+import json
+import os
+import shutil
+import struct
+import sys
+import tempfile
+from pathlib import Path
+
+import bpy
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from driver import MODULE, PICTURES, adjust, check, drive, leave_panel, place, run, until, view_selected  # noqa: E402 (the path is made above)
+from person import Person  # noqa: E402
+
+DATA = os.environ.get("SURFRECON_DATA")
+
+# Files of the published bunny that are no scans.
+MERGED = "bun_zipper"
+
+# The field Smallest part, from where F9 opens its panel, in pixels.
+SHARE = (208, -161)
+
+# Interactions that each way may take.
+BUNNY, HEAP, CHAIR = 8, 6, 10
+
+
+def fresh():
+    """A new file, as Blender begins with, and the window as it is then."""
+    bpy.ops.wm.read_homefile(use_factory_startup=True)
+    yield 1.0
+    area = place()["area"]
+    check(
+        "the sidebar is closed, and the cube is there",
+        not area.spaces.active.show_region_ui and "Cube" in bpy.data.objects,
+    )
+
+
+def installed():
+    """The extension, from the zip."""
+    bpy.ops.extensions.package_install_files(
+        filepath=os.environ["SURFRECON_ZIP"], repo="user_default", enable_on_install=True
+    )
+    check("the extension is installed and enabled", MODULE in bpy.context.preferences.addons)
+    yield 0.5
+
+
+def contents(path):
+    """The JSON of a GLB file."""
+    data = path.read_bytes()
+    magic, _, _, length, kind = struct.unpack("<4sIIII", data[:20])
+    assert (magic, kind) == (b"glTF", 0x4E4F534A)
+    return json.loads(data[20 : 20 + length])
+
+
+def exported(person, path, triangles):
+    """Opens the GLB again: it has the surface that was exported and nothing else."""
+    yield from until(path.exists, 60)
+    check(f"{person.name}: {path.name} is written", path.exists())
+    if not path.exists():
+        return
+    document = contents(path)
+    nodes, meshes = document["nodes"], document["meshes"]
+    primitives = [primitive for mesh in meshes for primitive in mesh["primitives"]]
+    check(f"{person.name}: one node, of the name {path.stem}", [node["name"] for node in nodes] == [path.stem])
+    check(
+        f"{person.name}: one mesh of one part, no camera, no light",
+        len(primitives) == 1 and not document.get("cameras"),
+    )
+    check(f"{person.name}: no false colours", "error" not in json.dumps(document).lower())
+    shutil.copy(path, PICTURES / f"{person.name}.glb")
+    bpy.ops.wm.read_homefile(use_empty=True)
+    yield 0.5
+    run(bpy.ops.import_scene.gltf, "EXEC_DEFAULT", filepath=str(path))
+    yield 0.5
+    meshes = [obj for obj in bpy.data.objects if obj.type == "MESH"]
+    # glTF has no quads, and its importer none either.
+    check(
+        f"{person.name}: Blender finds {len(meshes[0].data.polygons):,} triangles in it, and nothing else",
+        len(bpy.data.objects) == 1 and len(meshes[0].data.polygons) == triangles,
+    )
+    view_selected()
+    view = place()["area"].spaces.active
+    view.shading.color_type, view.overlay.show_outline_selected = "VERTEX", False
+    yield 1.0
+    person.look("opened_again")
+    return meshes[0]
+
+
+def surface():
+    """The active object, of which a surface is expected."""
+    return bpy.context.view_layer.objects.active
+
+
+def to_glb(person, folder):
+    """The last steps of each way."""
+    triangles, name = len(surface().data.polygons), surface().name
+    yield from person.click("surfrecon.export_glb")
+    yield 2.0
+    person.look("export")
+    yield from person.press("RET", "click Export glTF 2.0")
+    return (yield from exported(person, folder / f"{name}.glb", triangles))
+
+
+def bunny(folder):
+    """The scans of a turntable with their list: they lie where they belong."""
+    scans(folder)
+    shutil.copy(Path(DATA, "stanford_bunny", "bun.conf"), folder)
+    yield from fresh()
+    made = yield from turntable(Person("bunny"), folder / "bun.conf")
+    check(f"bunny: it is {made.dimensions.z:.3f} m high and stands", 0.14 < made.dimensions.z < 0.17)
+
+
+def made(folder):
+    """The same with scans of a made-up shape, which need no data."""
+    import surfrecon
+
+    shape = surfrecon.sculpture(cell=4.0)
+    images = surfrecon.virtual_scan(shape, surfrecon.turntable(shape, pixels=200), noise=0.05)
+    for k, image in enumerate(images):
+        image.name = f"serpent{k:02}"
+    surfrecon.write_scans(folder / "serpent.conf", images)
+    yield from fresh()
+    bpy.context.preferences.addons[MODULE].preferences.unit = "MM"
+    result = yield from turntable(Person("made"), folder / "serpent.conf")
+    bpy.context.preferences.addons[MODULE].preferences.unit = "M"
+    longest, there = max(result.dimensions), 0.001 * (shape.positions.max(axis=0) - shape.positions.min(axis=0)).max()
+    check(f"made: it is {longest:.4f} m long, as the shape", abs(longest - there) < 0.02 * there)
+
+
+def turntable(person, path):
+    """From the dropped list of a set of scans to the GLB; returns what is in that."""
+    yield from person.drop([path])
+    person.look("dropped")
+    yield from person.press("RET", "click Import Range Scans")
+    yield from person.wait()
+    person.look("imported")
+    yield from person.click("surfrecon.merge")
+    yield from person.wait()
+    person.look("merged")
+    yield from person.click("surfrecon.error_map")
+    yield from person.wait()
+    person.look("error")
+    result = yield from to_glb(person, path.parent)
+    person.counted(BUNNY)
+    return result
+
+
+def scans(folder):
+    """Copies the ten scans of the bunny; returns their paths."""
+    found = sorted(Path(DATA, "stanford_bunny").glob("*.ply"))
+    return [Path(shutil.copy(path, folder)) for path in found if not path.name.startswith(MERGED)]
+
+
+def heap(folder):
+    """Ten scans that lie anywhere: they are brought together first."""
+    folder = folder / "heap"
+    folder.mkdir()
+    person = Person("heap")
+    yield from fresh()
+    yield from person.drop(scans(folder))
+    person.look("dropped")
+    yield from person.press("R", "click Range Scans, in the menu of importers")
+    person.look("dialog")
+    yield from person.press("RET", "click Import Range Scans")
+    yield from person.wait()
+    person.look("imported")
+    yield from person.click("surfrecon.align_merge")
+    yield from person.wait()
+    yield from person.wait()
+    person.look("merged")
+    result = yield from to_glb(person, folder)
+    diagonal = result.dimensions.length
+    check(f"heap: a bunny with a diagonal of {diagonal:.3f} m", 0.2 < diagonal < 0.3)
+    person.counted(HEAP)
+
+
+def chair(folder):
+    """A phone's recording of a chair in a garden, of which the chair alone is meant."""
+    there = folder / "chair"
+    shutil.copytree(Path(DATA, "frames", "scannerapp_chair", "chair_scan"), there)
+    shutil.copy(there / "frame_00030.jpg", PICTURES / "chair_photo.jpg")
+    person = Person("chair")
+    yield from fresh()
+    yield from person.drop([there / "info.json"])
+    person.look("dropped")
+    yield from person.press("RET", "click Import Range Scans")
+    yield from person.wait()
+    person.look("imported")
+    check("chair: the cube that it stands in is out of sight", place()["area"].spaces.active.local_view is not None)
+    yield from person.click("surfrecon.remove_background")
+    yield from person.wait()
+    person.look("without_background")
+    yield from person.click("surfrecon.merge")
+    yield from person.wait()
+    person.look("merged")
+    check("chair: some of the garden is left", surface().dimensions.length > 2.5)
+    # The largest part alone: the fourth field of the panel of the last operation.
+    yield from adjust("chair_5_adjust", "1", SHARE)
+    for text in ("F9", "Enter over Smallest part", "type 1", "Enter"):
+        person.did(text)
+    yield from person.wait()
+    yield from leave_panel()
+    view_selected()
+    yield 1.0
+    person.look("largest_part")
+    result = yield from to_glb(person, there.parent)
+    size = result.dimensions
+    check(
+        f"chair: it alone, {size.x:.2f} x {size.y:.2f} x {size.z:.2f} m, stands", 0.8 < size.z < 1.1 and max(size) < 2
+    )
+    check("chair: it has colours", len(result.data.color_attributes) == 1)
+    person.counted(CHAIR)
+
+
+# Each way, and whether it is of real data.
+WAYS = ((made, False), (bunny, True), (heap, True), (chair, True))
+
+
+def steps():
+    """All ways, or those that JOURNEYS names."""
+    asked = os.environ.get("JOURNEYS", "").split()
+    yield from installed()
+    for way, is_real in WAYS:
+        if asked and way.__name__ not in asked:
+            continue
+        if is_real and DATA is None:
+            print(f"left out: {way.__name__}, since SURFRECON_DATA is not set", flush=True)
+            continue
+        with tempfile.TemporaryDirectory() as folder:
+            yield from way(Path(folder))
+
+
+if __name__ == "__main__":
+    drive(steps())
