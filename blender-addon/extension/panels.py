@@ -55,7 +55,7 @@ def button(column, name, icon, **look):
 
 
 def label_of(name):
-    """What an operator is called, in English."""
+    """The name of an operator, in English."""
     return getattr(bpy.types, f"SURFRECON_OT_{name.removeprefix('surfrecon.')}").bl_label
 
 

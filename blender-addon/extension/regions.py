@@ -104,7 +104,7 @@ def ruler_points(scene, count):
 # Ends of a ruler that lie off the surface by more than this share of its length make a wrong length of it.
 OFF = 0.01
 
-# Where the surface around an end lies so many times farther off than it lies aside, an edge is near.
+# An edge is near if the surface around an end lies so many times farther off than it lies aside.
 STEEP = 10
 
 
@@ -167,7 +167,7 @@ def seen_below(context, points, lifted, objects, depsgraph):
 
 
 def cast(eye, ahead, is_perspective, point, objects, depsgraph):
-    """What the view sees of the objects at a point, the nearest to the eye; `None` where it sees past them."""
+    """The place on the objects that the view sees at a point, the nearest to the eye. `None` where it sees past them."""
     best = None
     for obj in objects:
         if obj.type != "MESH":

@@ -338,7 +338,7 @@ def test_frames_with_colours_become_objects_first(tmp_path, extension):
 
 
 def handed_over(monkeypatch, extension, **options):
-    """Where the scans stand, in the order in which aligning gets them."""
+    """Places of the scans, in the order in which aligning gets them."""
     align, places = import_module(f"{extension.__name__}.operators.align"), []
 
     def note(scans, **given):

@@ -8,7 +8,7 @@ import subprocess
 import bpy
 from driver import PICTURES, check, extension, key, picture, place, screen, until
 
-# Where the mouse is when a file is dropped, and when nothing else is meant: the middle of the 3D view, from below.
+# Place of the mouse when a file is dropped, and when nothing else is meant: the middle of the 3D view, from below.
 MIDDLE = (450, 520)
 
 
@@ -94,7 +94,7 @@ def sidebar():
 
 
 def found(operator):
-    """Where the button of an operator is in the sidebar, in pixels from the lower left corner; `None` if it isn't."""
+    """Place of an operator's button in the sidebar, in pixels from the lower left corner. `None` if it isn't there."""
     panels = extension().panels
     draw = panels.button
     names = []

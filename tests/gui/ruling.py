@@ -12,7 +12,7 @@ STEP, AROUND = 25, 6
 
 
 def seen(at):
-    """What the view sees at a pixel of its region, or `None`."""
+    """The place that the view sees at a pixel of its region, or `None`."""
     region, view = place()["region"], place()["area"].spaces.active.region_3d
     begin = view3d_utils.region_2d_to_origin_3d(region, view, at)
     direction = view3d_utils.region_2d_to_vector_3d(region, view, at)

@@ -31,7 +31,7 @@ ROUNDING = 1e-4
 
 
 class Aligning(JobOperator):
-    """What operators share that align the selected objects."""
+    """Work that operators share which align the selected objects."""
 
     __annotations__ = {name: option(parameter) for name, parameter in PARAMETERS.items()} | {
         "show_misfit": bpy.props.BoolProperty(
@@ -196,7 +196,7 @@ class SURFRECON_OT_align_merge(Aligning, bpy.types.Operator):
 
     bl_idname = "surfrecon.align_merge"
     bl_label = "Align and Merge"
-    # What can be adjusted is the merge, which is the last operation.
+    # Adjusting changes the merge, which is the last operation.
     bl_options = {"UNDO"}
 
     def finish(self, context, result):
