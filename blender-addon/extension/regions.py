@@ -167,7 +167,7 @@ def seen_below(context, points, lifted, objects, depsgraph):
 
 
 def cast(eye, ahead, is_perspective, point, objects, depsgraph):
-    """The place on the objects that the view sees at a point, the nearest to the eye. `None` where it sees past them."""
+    """The place on objects that the view sees at a point, the nearest to the eye. `None` where it sees past them."""
     best = None
     for obj in objects:
         if obj.type != "MESH":
