@@ -163,7 +163,7 @@ fn no_arrangement_explains_placed_frames_better_nor_another_as_well() {
         let images = frames(seed);
         let sources: Vec<&dyn ScanSource> = images.iter().map(|image| image as &dyn ScanSource).collect();
         let alignment = crate::run(&sources, &params, &Constraints::default(), &Progress::none()).unwrap();
-        let (views, order) = crate::read(&sources, &Progress::none()).unwrap();
+        let (views, order) = crate::driver::read(&sources, &Progress::none()).unwrap();
         let inside = Constraints::default().renumbered(&params, &order, &views, None);
         let candidates = candidates(&views, &Bound::of(&views, &params, &inside), &limits);
         let local = |k: usize| DAffine3::from_translation(views[k].reduced.middle);

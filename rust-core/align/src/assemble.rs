@@ -372,7 +372,7 @@ mod tests {
         let projection = Projection::Orthographic { first: [0.0; 2], step: [1.0; 2] };
         let image = RangeImage::from_values(40, 40, (0..1600).map(bowl).collect(), projection).unwrap();
         let sources = [&image as &dyn ScanSource; FRAMES];
-        crate::read(&sources, &Progress::none()).unwrap().0
+        crate::driver::read(&sources, &Progress::none()).unwrap().0
     }
 
     /// A piece of a recording that waits for one between is joined once that has its place by pairs that are weak.
@@ -392,7 +392,7 @@ mod tests {
         pairs.push(pair(1, 6, Finding::Sure));
         let params = AlignParams::default();
         let is_fixed = [false; FRAMES];
-        let inside = crate::Constraints::default().renumbered(&params, &order.frames, &views, None);
+        let inside = crate::constraints::Constraints::default().renumbered(&params, &order.frames, &views, None);
         let limit = Limit { bound: &Bound::of(&views, &params, &inside), steps: Some(&steps), is_fixed: &is_fixed };
         let (groups, standings) = assemble(&views, &pairs, apart_at_first(&views, &is_fixed), limit, |_| false);
         assert_eq!(groups.len(), 1, "{standings:?}");
@@ -404,7 +404,7 @@ mod tests {
     fn of_many_frames_of_a_room_little_joins_nothing_by_itself() {
         let frame = frames(1).remove(0);
         let groups = |count: usize, joined: &[[usize; 2]], overlap: [f64; 2], balance: f64| {
-            let views = crate::read(&vec![&frame as &dyn ScanSource; count], &Progress::none()).unwrap().0;
+            let views = crate::driver::read(&vec![&frame as &dyn ScanSource; count], &Progress::none()).unwrap().0;
             let pair = |&[a, b]: &[usize; 2]| {
                 let mut hold = Hold::default();
                 hold.values[0] = balance;
@@ -415,7 +415,7 @@ mod tests {
             let pairs: Vec<Pair> = joined.iter().map(pair).collect();
             let (params, order) = (AlignParams::default(), (0..count).collect::<Vec<_>>());
             let is_fixed = vec![false; count];
-            let inside = crate::Constraints::default().renumbered(&params, &order, &views, None);
+            let inside = crate::constraints::Constraints::default().renumbered(&params, &order, &views, None);
             let limit = Limit { bound: &Bound::of(&views, &params, &inside), steps: None, is_fixed: &is_fixed };
             assemble(&views, &pairs, apart_at_first(&views, &is_fixed), limit, |_| false).0.len()
         };

@@ -10,7 +10,7 @@ pub const OPERATION: Operation = Operation {
     since: "0.1",
     takes: &[DataKind::Scans],
     gives: &[DataKind::Poses],
-    params: Some(crate::SCHEMA),
+    params: Some(crate::params::SCHEMA),
     report: &[crate::report::AlignReport::SCHEMA],
     command: Some(Command {
         files: "SCANS",

@@ -7,7 +7,6 @@ use std::sync::OnceLock;
 use glam::DAffine3;
 use rayon::prelude::*;
 
-use crate::COMPARING;
 use crate::assemble::{Limit, Standing, apart_at_first, assemble};
 use crate::constraints::{Inside, Ordered, Told};
 use crate::finding::{Finding, Limits};
@@ -18,6 +17,7 @@ use crate::params::AlignParams;
 use crate::reach::{Bound, ROUGH_REACH};
 use crate::retrieve::likeness;
 use crate::sequence::{Steps, followed};
+use crate::stages::COMPARING;
 use crate::turntable::Table;
 use crate::view::View;
 use base::error::Result;

@@ -5,7 +5,6 @@ use std::collections::{BTreeMap, BTreeSet};
 use glam::DAffine3;
 use rayon::prelude::*;
 
-use crate::FITTING;
 use crate::assemble::Standing;
 use crate::coloured;
 use crate::constraints::{Inside, Pick};
@@ -20,6 +19,7 @@ use crate::reach::Bound;
 use crate::refine::Both;
 use crate::relax::{Link, Net, Start, Tie, contacts};
 use crate::search::{Found, search};
+use crate::stages::FITTING;
 use crate::turntable::Table;
 use crate::uncertainty::covariances;
 use crate::view::View;
