@@ -158,7 +158,7 @@ fn an_image_behind_that_is_gone_is_told() {
     let found = memory::guarded(|| Ok::<_, Error>(values(&file)));
     choose(None);
     assert_eq!(found.unwrap(), (0..30).map(f64::from).collect::<Vec<f64>>());
-    assert_eq!(*heard.lock().unwrap(), ["x: image 2 of the file cannot be read. If it is a mask, nothing is masked"]);
+    assert_eq!(*heard.lock().unwrap(), ["x: image 2 of the file cannot be read. If it is a mask, nothing is masked."]);
 }
 
 #[test]
