@@ -105,7 +105,7 @@ fn height_maps() {
     assert!((3700.0..3780.0).contains(&highest), "Fuji is 3776 m high, not {highest}");
     let error = import::open(&data.join("dem/autzen-height.tif")).unwrap().scans[0].read().unwrap_err().to_string();
     assert!(
-        error.contains("3 channels a pixel; a height map or depth image has one, of whole numbers or floats"),
+        error.contains("3 channels a pixel, but a height map or depth image has one, of whole numbers or floats"),
         "{error}"
     );
 }

@@ -163,7 +163,7 @@ fn what_can_not_be_is_refused_before_the_work() {
     assert!(text.ends_with("surface.glb: only .ply is written piece by piece: choose such a name"), "{text}");
     let write = WriteOptions { encoding: Encoding::Ascii, ..WriteOptions::default() };
     let text = refused(&path, &IntoFile { write, ..IntoFile::default() }).to_string();
-    assert!(text.contains("what is written piece by piece is binary: the encoding \"ascii\""), "{text}");
+    assert!(text.contains("must be binary, got the encoding \"ascii\""), "{text}");
     let text = refused(&path, &least(&folder.path().join("none"))).to_string();
     assert!(text.ends_with("none: the workspace must be a folder that exists"), "{text}");
     let little = IntoFile { max_memory: Some(1_000_000), ..IntoFile::default() };

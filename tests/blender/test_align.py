@@ -326,7 +326,7 @@ def test_who_does_not_stay_where_it_is_put_is_named(scans):
         obj.constraints.new("COPY_LOCATION").target = anchor
     bpy.context.view_layer.update()
     before, seen = lies(scans), [world(obj) for obj in scans]
-    with pytest.raises(RuntimeError, match='"view[01]" does not stay where it is put: turn off its constraints'):
+    with pytest.raises(RuntimeError, match='"view[01]" does not stay where it is put: turn off constraints'):
         bpy.ops.surfrecon.align()
     bpy.context.view_layer.update()
     assert lies(scans) == before and np.array_equal([world(obj) for obj in scans], seen)

@@ -110,7 +110,7 @@ def test_errors_come_back_as_they_are(client, scans, workspace, tmp_path):
     distributed.Plan.read(plan).remove()
     with pytest.raises(surfrecon.InputError, match="must be names of files and folders"):
         distributed.merge(surfrecon.open(scans), tmp_path / "surface.ply", **given)
-    with pytest.raises(surfrecon.InputError, match="s3://bucket/surface.ply: the surface is a file"):
+    with pytest.raises(surfrecon.InputError, match="s3://bucket/surface.ply: the surface must be a file"):
         distributed.merge(scans, "s3://bucket/surface.ply", **given)
     with pytest.raises(surfrecon.InputError, match="only .ply is written piece by piece"):
         distributed.merge(scans, tmp_path / "surface.obj", **given)

@@ -167,7 +167,7 @@ BAD_OPTIONS = [
     (
         {"picks": [surfrecon.Pick(0, 1, (0, 0, 0), (0, 0, 1), normals=((0, 0, 1), (0, 0, 0)))]},
         surfrecon.InputError,
-        "pick 0: a normal is zero",
+        "pick 0: a normal must be finite and not 0",
     ),
     ({"axis": (0, 0, 1)}, TypeError, r"axis must be \(point, direction\), three numbers each, got \(0, 0, 1\)"),
     ({"axis": ((0, 0, 0), (0, 1))}, surfrecon.InputError, r"the axis' direction must have shape \(3,\), got \(2,\)"),

@@ -105,7 +105,7 @@ NOT_A_NUMBER = np.where(GOOD == 1, GOOD, np.nan)
             GOOD,
             {"poses": [GOOD, NOT_A_NUMBER] + [None] * 4},
             surfrecon.InputError,
-            "the pose of scan 1 has an entry",
+            "the pose of scan 1 must have finite entries",
         ),
         (0, GOOD, {"reach": 0}, surfrecon.ParameterError, "reach must be .* > 0, got 0"),
         (0, GOOD, {"tolerance": -1}, surfrecon.ParameterError, "tolerance must be .* > 0, got -1"),

@@ -79,7 +79,7 @@ mod tests {
             (turn() * 1.0101, "its axes have the lengths 1.0101, 1.0101, 1.0101 and are orthonormal within 2.03e-2"),
             (turn() * DMat3::from_diagonal(DVec3::new(1.0, 2.0, 1.0)), "lengths 1.0000, 2.0000, 1.0000"),
             (turn() * DMat3::from_diagonal(DVec3::new(1.0, -1.0, 1.0)), "it mirrors, but a scan can only be turned"),
-            (DMat3::from_diagonal(DVec3::new(1.0, f64::NAN, 1.0)), "must be at most 0.02; apply scale and shear"),
+            (DMat3::from_diagonal(DVec3::new(1.0, f64::NAN, 1.0)), "must be at most 0.02. Apply scale and shear"),
         ] {
             let error = made(axes).unwrap_err();
             assert!(error.contains(why), "{error}");

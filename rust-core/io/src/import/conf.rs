@@ -345,7 +345,7 @@ mod tests {
         case("bmesh", "line 1: expected tx ty tz");
         case("camera 0 0 x 0 0 0 1", "line 1: expected tx ty tz qx qy qz qw at the end of the line, found `x` for tz");
         case("bmsh a.ply 0 0 0 0 0 0 1", "line 1: `bmsh` is unknown");
-        case("camera 0 0 0 0 0 0 1\n", "whole file: no line `bmesh` or `mesh` names a scan");
+        case("camera 0 0 0 0 0 0 1\n", "whole file: a line `bmesh` or `mesh` must name a scan");
         case("", "whole file: no line");
         case("bmesh s.conf 0 0 0 0 0 0 1", "line 1: s.conf is a list of scans");
         let (_folder, conf) = folder("");

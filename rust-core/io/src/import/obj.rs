@@ -193,7 +193,7 @@ mod tests {
     #[test]
     fn what_is_wrong_has_its_line() {
         for (text, problem) in [
-            ("v 1 2\n", "line 1: the line ends; expected z"),
+            ("v 1 2\n", "line 1: expected z, but the line ends"),
             ("v 1 2 x\n", "line 1: expected z, found `x`"),
             ("v 0 0 0\nf 1 1\n", "line 2: a face needs three vertices"),
             ("v 0 0 0\nf 1 1 2\n", "line 2: a face names vertex 2, but there are only 1"),

@@ -266,15 +266,21 @@ mod tests {
             assert!(found.starts_with(expected), "found: {found}\nexpected: {expected}");
         };
         case(format!("1\n3\n{POSE}1 2 3\n1 2 3\n"), "line 10: 1 columns of 3 rows don't fit the 12 bytes");
-        case(format!("1\n2\n{POSE}1 2 3 4 5 6 7\n"), "line 11: the file ends; expected point 1 of 1 columns x 2 rows");
+        case(
+            format!("1\n2\n{POSE}1 2 3 4 5 6 7\n"),
+            "line 11: expected point 1 of 1 columns x 2 rows, but the file ends",
+        );
         case(format!("99999999\n99999999\n{POSE}1 2 3\n"), "line 10: 99999999 columns of 99999999 rows don't fit");
         case(format!("18446744073709551615\n2\n{POSE}1 2 3\n"), "line 1: expected the number of columns");
         case(format!("0\n2\n{POSE}1 2 3\n"), "line 10: 0 columns");
-        case(format!("1\n2\n{POSE}1 2 3 4\n1 2 3\n"), "line 12: the line ends; expected the intensity");
+        case(format!("1\n2\n{POSE}1 2 3 4\n1 2 3\n"), "line 12: expected the intensity, but the line ends");
         case(format!("1\n2\n{POSE}1 2 3\n1 2 3 4\n"), "line 12: expected the end of the line");
         case(format!("1\n1\n{POSE}1 2 x\n"), "line 11: expected the end of a line of x y z");
-        case(format!("1\n1\n{}1 2 3\n", POSE.replace("0 0 1 0", "0 0 1 9")), "line 10: neither the last row");
-        case("1\n1\n0 0 0\n1 0 0\n".to_owned(), "line 4: the file ends; expected an axis");
+        case(
+            format!("1\n1\n{}1 2 3\n", POSE.replace("0 0 1 0", "0 0 1 9")),
+            "line 10: the last row of the matrix, or its last column,",
+        );
+        case("1\n1\n0 0 0\n1 0 0\n".to_owned(), "line 4: expected an axis, but the file ends");
     }
 
     #[test]

@@ -186,7 +186,7 @@ mod tests {
         );
         let cut = TEXT.replace("endsolid two\n", "");
         let error = damage::read(parse, cut.as_bytes(), &scan).unwrap_err().to_string();
-        assert!(error.contains("line 15: the file ends; expected `endsolid`"), "{error}");
+        assert!(error.contains("line 15: expected `endsolid`, but the file ends"), "{error}");
         let error =
             damage::read(parse, TEXT.replace("endloop", "vertex 1 2 3").as_bytes(), &scan).unwrap_err().to_string();
         assert!(error.contains("line 7: expected `facet`"), "{error}");

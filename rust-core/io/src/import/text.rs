@@ -297,7 +297,10 @@ mod tests {
             assert!(lines.next_content().unwrap());
             assert_eq!((lines.number, lines.word()), (1, &b"a"[..]));
             assert_eq!((lines.count("c").unwrap(), lines.f64("f").unwrap()), (1, -2.5));
-            assert_eq!(lines.f64("a number").unwrap_err().to_string(), "t: line 1: the line ends; expected a number");
+            assert_eq!(
+                lines.f64("a number").unwrap_err().to_string(),
+                "t: line 1: expected a number, but the line ends"
+            );
             assert!(lines.next_content().unwrap());
             assert_eq!((lines.number, lines.word().len()), (4, 5000));
             assert_eq!(lines.count("c").unwrap(), 7);

@@ -417,11 +417,11 @@ mod tests {
     fn what_is_wrong_has_a_line() {
         for (text, problem) in [
             ("", "line 1: there is no pose"),
-            ("0 0 1\n1 0 0 0\n", "line 2: the file ends; expected a row"),
-            ("0 0 1\n1 0 0\n", "line 2: the line ends; expected a number of a 4 x 4 matrix"),
+            ("0 0 1\n1 0 0 0\n", "line 2: expected a row, but the file ends"),
+            ("0 0 1\n1 0 0\n", "line 2: expected a number of a 4 x 4 matrix, but the line ends"),
             ("1 2\n", "line 1: expected three whole numbers"),
             ("1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17\n", "line 1: expected three whole numbers"),
-            ("1 0 0 0 0 1 0 0 0 0 1 0\n0 0 0 0 0 0 1\n", "line 2: poses with and without a time are mixed"),
+            ("1 0 0 0 0 1 0 0 0 0 1 0\n0 0 0 0 0 0 1\n", "line 2: all poses must have a time or none"),
             ("1 2 3 4 5 6 7 8\n", "line 1: the quaternion"),
             ("1 x\n", "line 1: expected a number, found `x`"),
             ("2 0 0 0 0 0 0 1\n1 0 0 0 0 0 0 1\n", "line 2: expected finite numbers, times ascending"),

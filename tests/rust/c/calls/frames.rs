@@ -239,7 +239,7 @@ pub(super) fn frames_that_can_not_be_are_refused() {
     arrays().refused(&with(field::ROW_STRIDE, u64::MAX), PARAMETER, "768 elements are more than there can be");
     arrays().refused(&with(field::FX, 0), PARAMETER, "frame.intrinsics: ");
     arrays().refused(&with(field::FX + 2, nan), PARAMETER, "frame.intrinsics: the camera's centre cx");
-    arrays().refused(&with(field::COLOUR_FROM_DEPTH, nan), INPUT, "frame.colour_from_depth has a number that is not");
+    arrays().refused(&with(field::COLOUR_FROM_DEPTH, nan), INPUT, "frame.colour_from_depth must have finite numbers");
     arrays().refused(&with(field::COLOUR_FROM_DEPTH, 2_f64.to_bits()), INPUT, "frame.colour_from_depth must be rigid");
     let signed = Array { kind: I32, ..depths };
     Arrays::of(signed).refused(
@@ -390,7 +390,7 @@ pub(super) fn images_made_when_they_are_needed_merge_as_those_that_are_there() {
         api.refused(add(there, none, here, name), NULL, "source must not be NULL");
         api.refused(add(there, &nothing, here, name), NULL, "source.make must not be NULL");
         api.refused(add(there, &source, here, std::ptr::null()), NULL, "name must not be NULL");
-        api.refused(add(there, &source, &[f64::NAN; 16], name), INPUT, "world_from_sensor has a number that is not");
+        api.refused(add(there, &source, &[f64::NAN; 16], name), INPUT, "world_from_sensor must have finite numbers");
         api.refused(
             add(Handle(std::ptr::without_provenance_mut(8)), &source, here, name),
             HANDLE,

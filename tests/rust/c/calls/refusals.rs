@@ -171,7 +171,7 @@ pub(super) fn what_is_said_of_scans_that_are_not_there_is_refused() {
         turn(at, none, none, 0, NULL, "direction must not be NULL");
         turn(none, along, none, 0, NULL, "point must not be NULL");
         turn(at, at, none, 0, INPUT, "a direction that is not 0");
-        turn(angles.as_ptr(), along, none, 0, INPUT, "a number that is not finite");
+        turn(angles.as_ptr(), along, none, 0, INPUT, "must have finite numbers");
         turn(at, along, none, 2, NULL, "angles must not be NULL");
         turn(none, none, angles.as_ptr(), 3, INPUT, "3 angles of the turntable are given for 2 scans: give one a scan");
         turn(none, none, angles.as_ptr(), 2, INPUT, "angle of scan 1 must be a number of radians");

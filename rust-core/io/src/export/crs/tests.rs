@@ -76,7 +76,7 @@ fn nothing_is_said_of_nothing() {
 fn what_can_not_be_said_is_told() {
     let crs = Crs::new("EPSG:25832").unwrap();
     let note = |path: &str, holding| crs_note(Path::new(path), holding, Some(&crs));
-    let expected = ".stl has no place for the coordinate reference system, EPSG:25832, which is left out; .ply, .glb, .obj keeps it";
+    let expected = ".stl has no place for the coordinate reference system, EPSG:25832, which is left out: write .ply, .glb, .obj to keep it";
     assert_eq!(note("a.stl", Holding::Mesh).as_deref(), Some(expected));
     for (path, holding) in [("a.ptx", Holding::Images), ("a.conf", Holding::Images), ("a.ply", Holding::Image)] {
         assert!(note(path, holding).unwrap().ends_with(".e57 keeps it"));

@@ -212,7 +212,7 @@ fn a_file_beside_it_names_it() {
     // A text that is none is told: a project of another program, a code, nothing, and text that was cut.
     for text in ["[project]\nname=x\n", "EPSG:25832", "", "GEOGCSX[1]"] {
         let path = folder.file("heights.prj", text);
-        let problem = "this is no well-known text, so that the coordinates are in no known system: it is left out";
+        let problem = "expected well-known text, without which the coordinates are in no known system: it is left out";
         let note = format!("{}: coordinate reference system: {problem}", path.display());
         assert_eq!(told(&grid), (None, vec![note]));
     }

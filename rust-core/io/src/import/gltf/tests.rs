@@ -65,7 +65,7 @@ fn more_than_may_be_placed_is_refused_at_once() {
     scan.options = crate::import::ReadOptions { max_decoded_gib: vertices(6.0), ..Default::default() }.into();
     let text = damage::read(parse, &glb(), &scan).unwrap_err().to_string();
     let expected =
-        "scene: 8 vertices and 12 corners of triangles are placed, more than max_decoded_gib allows; raise it";
+        "scene: 8 vertices and 12 corners of triangles are placed, more than max_decoded_gib allows: raise it";
     assert!(text.contains(expected), "{text}");
     scan.options = crate::import::ReadOptions { max_decoded_gib: vertices(8.0), ..Default::default() }.into();
     assert!(damage::read(parse, &glb(), &scan).is_ok());

@@ -133,7 +133,7 @@ fn what_is_wrong_is_said() {
         damage::read(parse, &bytes, &scan).unwrap_err().to_string()
     };
     assert!(told(&|b| b.truncate(100), None).ends_with("header: 100 bytes are fewer than a header has, 227"));
-    assert!(told(&|b| b[25] = 9, None).ends_with("version 1.9 is not known; known are 1.0 to 1.4"));
+    assert!(told(&|b| b[25] = 9, None).ends_with("version 1.9 is not known: known are 1.0 to 1.4"));
     assert!(told(&|b| b[104] = 11, None).contains("points of format 11 with 38 bytes are not known"));
     assert!(told(&|b| b.truncate(b.len() - 1), None).contains("60 points of 38 bytes don't fit the 2279 bytes left"));
     assert!(told(&|b| b[131..139].fill(0xFF), None).contains("is not usable"));

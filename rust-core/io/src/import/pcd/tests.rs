@@ -136,8 +136,8 @@ fn what_does_not_fit_is_refused_before_it_is_allocated() {
         ("FIELDS label x", "FIELDS label q", "line 11: a cloud needs the fields x, y and z"),
         ("SIZE 1 4", "SIZE 3 4", "line 11: field label: type U of 3 bytes is unknown"),
         ("SIZE 1 4", "SIZE 4", "line 11: FIELDS, SIZE, TYPE and COUNT need as many"),
-        ("DATA ascii", "DATA asci", "line 11: the data is ascii, binary or"),
-        ("TYPE U", "TYPE X", "line 5: a type is F, I or U"),
+        ("DATA ascii", "DATA asci", "line 11: the data must be ascii, binary or"),
+        ("TYPE U", "TYPE X", "line 5: a type must be F, I or U"),
         ("\n9 1 2 3", "\n9 1 2 z", "line 12: expected a number, found `z`"),
         ("\n9 1 2 3", "\n9 1 2 3 3", "line 12: expected the end of the line"),
     ] {

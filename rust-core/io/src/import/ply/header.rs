@@ -350,7 +350,7 @@ mod tests {
 
     #[test]
     fn what_is_wrong_is_named_with_its_line() {
-        assert_eq!(refused("plyx\n"), "start of file: a PLY file starts with a line `ply`");
+        assert_eq!(refused("plyx\n"), "start of file: a PLY file must start with a line `ply`");
         let line = |text: &str| refused(&format!("ply\nformat ascii 1.0\n{text}\nend_header\n"));
         assert!(line("element vertex -3").starts_with("line 3: vertex: `-3` is not a count"));
         assert!(line("element vertex 99999999999999999999999").contains("is not a count"));

@@ -240,7 +240,7 @@ fn what_is_wrong_is_named_with_its_place() {
         &GRID.replace("7 8 9", "7 8 9.5"),
         "line 18: vertex 2 of 5 (counted from 0), property blue: expected a whole number, found `9.5`",
     );
-    case(&GRID.replace("1 4 \n", "1 5 \n"), "row 2, column 3: vertex 5 does not exist; there are 5");
+    case(&GRID.replace("1 4 \n", "1 5 \n"), "row 2, column 3: vertex 5 does not exist: there are 5");
     case(&GRID.replace("1 4 \n", "1 -1 \n"), "row 2, column 3: vertex -1 does not exist");
     case(&GRID.replace("1 4 \n", "2 3 4 \n"), "row 2, column 3: a cell holds at most one vertex, this one 2");
     case(&GRID.replace("1 4 \n", "1 4 \n0 \n"), "after the last element: 3 bytes follow");

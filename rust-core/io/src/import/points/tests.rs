@@ -65,7 +65,7 @@ fn columns_with_names() {
 
 #[test]
 fn what_is_wrong_has_a_line() {
-    assert_eq!(refused("0 0 0\n1 1\n"), "a.xyz: line 2: 2 numbers; the first point has 3");
+    assert_eq!(refused("0 0 0\n1 1\n"), "a.xyz: line 2: 2 numbers, but the first point has 3");
     assert_eq!(refused("# x\n\n0 0 0\n1 1 one\n"), "a.xyz: line 4: expected a number, found `one`");
     assert_eq!(refused("0 0\n"), "a.xyz: line 1: a point needs three coordinates, this line has 2 numbers");
     assert!(refused(&"1 ".repeat(100_000)).contains("longer than 65,536 bytes"));

@@ -163,7 +163,7 @@ fn colours_are_heights_only_where_they_say_so() {
     let bits = png_file(::png::ColorType::Grayscale, ::png::BitDepth::One, [2, 1], &[0x80]);
     assert!(refused(png::parse, &bits, ReadOptions::default()).contains("grey of 1 bits"));
     let small = ReadOptions { max_decoded_gib: 1e-9, ..ReadOptions::default() };
-    assert!(refused(png::parse, &grey, small).contains("max_decoded_gib = 0.000000001 GiB; raise it"));
+    assert!(refused(png::parse, &grey, small).contains("max_decoded_gib = 0.000000001 GiB: raise it"));
 }
 
 #[test]
@@ -195,7 +195,7 @@ fn floats_and_their_places() {
     for (header, problem) in [
         (dict("<f4", "False", "(4294967296, 4294967296)"), "4294967296 x 4294967296 pixels of 4 bytes"),
         (dict("<f4", "False", "(0, 3)"), "must have at least one"),
-        (dict("<c16", "False", "(2, 3)"), "its numbers are of the type <c16; read are floats of 2, 4 and 8 bytes"),
+        (dict("<c16", "False", "(2, 3)"), "its numbers are of the type <c16, but must be floats of 2, 4 or 8 bytes"),
         (dict("|O", "False", "(2, 3)"), "Convert it with array.astype('f4')"),
         ("{'descr': [('x', '<f4')], 'fortran_order': False, 'shape': (6,), }".to_owned(), "expected {'descr'"),
         (dict("<f4", "False", "(2, 3, 4, 5)"), "an image must have the shape (rows, cols)"),
@@ -240,14 +240,14 @@ fn esri_grids_keep_their_far_places() {
     assert!(esri::sniff(text.as_bytes()) && !esri::sniff(b"ncolsx 1") && !esri::sniff(b"1 2 3"));
     endure(esri::parse, text.as_bytes(), &scan(ReadOptions::default()));
     for (text, problem) in [
-        ("ncols 2\nnrows 1\ncellsize 1\n1   \n", "line 4: the file ends; expected height 1 of 2"),
+        ("ncols 2\nnrows 1\ncellsize 1\n1   \n", "line 4: expected height 1 of 2, but the file ends"),
         ("ncols 2\nnrows 1\ncellsize 1\n1 2 3\n", "line 4: expected the end: there are more heights"),
         ("ncols 2\nnrows 1\ncellsize 1\n1 x\n", "line 4: expected a height, found `x`"),
         ("ncols 2\nnrows 1\n1 2\n", "line 3: the header needs ncols, nrows and cellsize"),
         ("ncols 2\nnrows 1\ncellsize 0\n1 2\n", "line 4: cellsize must be finite and > 0"),
         ("ncols 999999999\nnrows 999999999\ncellsize 1\n1 2\n", "999999999 x 999999999 pixels"),
         ("ncols -2\n", "line 1: expected the number of columns, found `-2`"),
-        ("ncols 2\n", "line 1: the file ends; expected heights"),
+        ("ncols 2\n", "line 1: expected heights, but the file ends"),
     ] {
         let error = refused(esri::parse, text.as_bytes(), ReadOptions::default());
         assert!(error.contains(problem), "{error}");
@@ -266,8 +266,8 @@ fn a_tile_of_one_degree_is_in_metres() {
     let far = map.point_in_world(4);
     assert!((far.x - 88_418.0).abs() < 30.0 && (far.y - 110_990.0).abs() < 30.0, "{far}");
     endure(hgt::parse, &heights, &scan(ReadOptions::default()));
-    assert!(refused(hgt::parse, &heights[1..], ReadOptions::default()).contains("49 bytes are no square"));
-    assert!(refused(hgt::parse, &[], ReadOptions::default()).contains("0 bytes are no square"));
+    assert!(refused(hgt::parse, &heights[1..], ReadOptions::default()).contains("49 bytes must be a square"));
+    assert!(refused(hgt::parse, &[], ReadOptions::default()).contains("0 bytes must be a square"));
 }
 
 fn exr_file(names: [&str; 2], depths: &[f32], size: (usize, usize)) -> Vec<u8> {
@@ -297,6 +297,6 @@ fn the_depth_among_a_render_s_channels() {
     let half = exr_file(["A", "Z"], &depths, (3, 2));
     same(&values(&image(exr::parse, &half, options())), &[1.5, 2.0, NAN, 4.0, 5.0, 6.5]);
     let error = refused(exr::parse, &exr_file(["A", "Noise"], &depths, (3, 2)), options());
-    assert!(error.ends_with("no channel is a depth (Z, Depth or V); there are A, Noise"), "{error}");
+    assert!(error.ends_with("no channel is a depth (Z, Depth or V): there are A, Noise"), "{error}");
     endure(exr::parse, &render, &scan(options()));
 }

@@ -200,7 +200,7 @@ fn what_is_not_as_announced_is_refused() {
     let text = refused(parts, &|sink| sink.begin(&many(10)));
     assert!(text.contains("mesh.ply: 4294967296 vertices are more than PLY files have numbers for"), "{text}");
     let text = begun(&|sink| sink.triangles(0, &wide(&mesh.triangles), &[]));
-    assert!(text.contains("0 vertices and 1 triangles were handed over, of 3 and 1"), "{text}");
+    assert!(text.contains("says 3 vertices and 1 triangles, but 0 and 1 were handed over"), "{text}");
     let text = begun(&|sink| sink.vertices(1, &mesh.positions, &rows()));
     assert!(text.contains("there are only 3 vertices, and no 3 from 1 on"), "{text}");
     assert!(begun(&|sink| sink.vertices(0, &mesh.positions, &[])).contains("the attributes of its vertices"));

@@ -216,7 +216,7 @@ fn clocks_that_differ_are_brought_together() {
     }
     // Further off than is looked for: no shift is made up.
     let (_keep, path) = by_hand(3.7, &|pose| pose).0.folder();
-    note(&open(&path).unwrap(), "no shift of time within 3 s brings them onto each other");
+    note(&open(&path).unwrap(), "no shift of time within 3 s brings them together");
     // So far off that no image has a pose.
     let (_keep, path) = by_hand(1000.0, &|pose| pose).0.folder();
     let error = open(&path).unwrap_err().to_string();

@@ -137,7 +137,7 @@ fn masks_in_the_file_are_applied() {
     assert!(error.ends_with("mask: 3 x 5 pixels, but the image has 3 x 10: they must be the same"), "{error}");
     let deep = Stored { bits: &[16], strips: &[&[0; 60]], rows_per_strip: 3, ..BITS };
     let error = read(parse, &with_behind(&[deep], false), &scan()).unwrap_err().to_string();
-    assert!(error.ends_with("mask: 1 channels of 16 bits; a mask has one, of 1 or 8 bits"), "{error}");
+    assert!(error.ends_with("mask: 1 channels of 16 bits, but a mask has one, of 1 or 8 bits"), "{error}");
     endure(parse, &with_behind(&[BITS], false), &scan());
     endure(parse, &with_behind(&[BITS], true), &scan());
 }
@@ -158,7 +158,7 @@ fn an_image_behind_that_is_gone_is_told() {
     let found = memory::guarded(|| Ok::<_, Error>(values(&file)));
     choose(None);
     assert_eq!(found.unwrap(), (0..30).map(f64::from).collect::<Vec<f64>>());
-    assert_eq!(*heard.lock().unwrap(), ["x: image 2 of the file cannot be read; if it is a mask, nothing is masked"]);
+    assert_eq!(*heard.lock().unwrap(), ["x: image 2 of the file cannot be read. If it is a mask, nothing is masked."]);
 }
 
 #[test]
@@ -239,7 +239,7 @@ fn alpha_is_applied() {
     // The sense of a second channel must be said.
     let unknown = Stored { more: &[(Tag::ExtraSamples, 0)], strips: &[&pixels], rows_per_strip: 2, ..apart };
     let error = read(parse, &alone(&unknown), &scan()).unwrap_err().to_string();
-    assert!(error.contains("2 channels a pixel; a height map or depth image has one"), "{error}");
+    assert!(error.contains("2 channels a pixel, but a height map or depth image has one"), "{error}");
 }
 
 /// Theorem: Zstandard gives what plain files do, by strips of any size, in any predictor, with channels apart or not.
