@@ -62,13 +62,6 @@ class Scenes:
         shutil.copytree(self.scans[0], folder / "folder of scans")
         return {}
 
-    def python(self, folder):
-        """The same elsewhere, and what a person picks."""
-        scans, truth = self.scans
-        (folder / "folder").mkdir()
-        shutil.copytree(scans, folder / "folder" / "of" / "scans")
-        return picked(truth)
-
     def jobs(self, folder):
         """A folder of scans without poses, named by their views."""
         (folder / "scans").mkdir()

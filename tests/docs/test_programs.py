@@ -78,7 +78,7 @@ SHOWN
 # Files that commands of a page find, and the files that they make.
 SHELL = {
     "README.md": ("heap", {"placed.conf", "surface.glb"}),
-    "docs/site/guide/heaps.md": ("python", {"placed.conf", "surface.ply"}),
+    "docs/site/guide/heaps.md": ("made", {"placed.conf", "surface.ply"}),
     "docs/site/guide/large.md": ("made", {"surface.ply"}),
     "docs/site/guide/merging.md": ("made", {"surface.ply"}),
     "docs/site/guide/points.md": ("made", {"surface.ply"}),

@@ -22,7 +22,7 @@ FOUND = {
     ("README.md", "From a folder to a surface"): "heap",
     ("python/README.md", "surfrecon"): "listed",
     ("docs/site/index.md", "A first result"): "nothing",
-    ("docs/site/guide/heaps.md", None): "python",
+    ("docs/site/guide/heaps.md", None): "made",
     ("docs/site/guide/hosts.md", None): "made",
     ("docs/site/guide/large.md", None): "made",
     ("docs/site/guide/library.md", None): "nothing",

@@ -10,7 +10,7 @@ from heaps import look
 
 
 def test_the_example_runs(tmp_path):
-    surfrecon.write_scans(tmp_path / "scans.conf", look())
+    surfrecon.write_scans(tmp_path / "placed.conf", look())
     text = (ROOT / "meshlab-plugin" / "README.md").read_text("utf-8")
     (source,) = re.findall(r"^```python\n(.*?)^```", text, re.M | re.S)
     # The place of the plugin is for each to say. A second load of the same one is refused.
