@@ -1,24 +1,59 @@
 #!/usr/bin/env bash
-# Takes the pictures that blender-addon/README.md shows from those that `make test-gui` took of the window.
+# Takes the pictures that blender-addon/README.md shows from those that `make test-gui` took of the window: parts of it in their
+# own size, as wide as pages show them. Those of the chair need SURFRECON_DATA there.
 set -euo pipefail
 . "$(dirname "$0")/lib.sh"
 cd "$root"
 
 [ -e out/gui/8_error_map.png ] || die "there are no pictures in out/gui: run make test-gui"
 "$(tools/venv.sh demo)/bin/python" - <<'PYTHON'
+from pathlib import Path
+
 from PIL import Image
 
-for picture, name in (
-    ("2_import_dialog", "import"),
-    ("3_scans", "scans"),
-    ("5_preview", "merging"),
-    ("8_error_map", "error"),
-    ("6_adjust", "adjust"),
-):
-    with Image.open(f"out/gui/{picture}.png") as window:
-        window = window.convert("RGB").crop((0, 0, 1160, window.height))
-        # The dialog opens in the lower left corner.
-        if name == "import":
-            window = window.crop((0, window.height - 320, 640, window.height))
-        window.save(f"blender-addon/pictures/{name}.webp", quality=80, method=6)
+PICTURES = Path("out/gui")
+# Widest picture that is shown as it is, and the gap between pictures that stand together.
+WIDEST, GAP = 830, 10
+# Parts of the window, in pixels from its upper left corner: the view with its sidebar, with its left half, without both.
+WITH_SIDEBAR, WITH_PANEL, VIEW = (322, 30, 1152, 900), (60, 30, 890, 900), (60, 100, 900, 730)
+
+
+def part(name, box):
+    """A part of a picture of the window."""
+    with Image.open(PICTURES / f"{name}.png") as window:
+        return window.convert("RGB").crop(box)
+
+
+def beside(pictures, columns):
+    """Pictures in rows, as wide together as pages are."""
+    width = (WIDEST - GAP * (columns - 1)) // columns
+    height = width * 3 // 4
+    rows = -(-len(pictures) // columns)
+    page = Image.new("RGB", (WIDEST, rows * height + (rows - 1) * GAP), "white")
+    for k, picture in enumerate(pictures):
+        small = picture.resize((width, height), Image.Resampling.LANCZOS)
+        page.paste(small, (k % columns * (width + GAP), k // columns * (height + GAP)))
+    return page
+
+
+def keep(picture, name):
+    """Writes a picture of the page."""
+    picture.save(f"blender-addon/pictures/{name}.webp", quality=85, method=6)
+
+
+# The dialog opens in the lower left corner.
+keep(part("2_import_dialog", (0, 680, 640, 1000)), "import")
+keep(part("3_scans", WITH_SIDEBAR), "scans")
+keep(part("5_preview", WITH_SIDEBAR), "merging")
+keep(part("8_error_map", WITH_SIDEBAR), "error")
+keep(part("6_adjust", WITH_PANEL), "adjust")
+keep(beside([part("3_heap", VIEW), part("3_aligned", VIEW)], 2), "heap")
+photo = PICTURES / "chair_photo.jpg"
+if photo.exists():
+    with Image.open(photo) as image:
+        chair = [image.convert("RGB")]
+    chair += [part(name, VIEW) for name in ("chair_2_imported", "chair_5_largest_part", "chair_7_opened_again")]
+    keep(beside(chair, 2), "chair")
+else:
+    print("left out: the pictures of the chair, for which make test-gui needs SURFRECON_DATA")
 PYTHON

@@ -119,7 +119,7 @@ def aligning():
     """Scans that are thrown about come together again, F9 throws them back, and they end where the file put them."""
     running, scans = extension().job.Running, sorted(bpy.data.objects.keys())
     there = [bpy.data.objects[name].matrix_world.copy() for name in scans]
-    thrown = [Matrix.Rotation(k, 4, "XYZ"[k % 3]) @ Matrix.Translation((0.1 * k, 0, 0)) for k in range(len(scans))]
+    thrown = [Matrix.Rotation(k, 4, "XYZ"[k % 3]) @ Matrix.Translation((0.03 * k, 0, 0)) for k in range(len(scans))]
 
     def put(matrices, text):
         objects = [bpy.data.objects[name] for name in scans]
