@@ -14,8 +14,9 @@ from PIL import Image
 PICTURES = Path("out/gui")
 # Widest picture that is shown as it is, and the gap between pictures that stand together.
 WIDEST, GAP = 830, 10
-# Parts of the window, in pixels from its upper left corner: the view with its sidebar, with its left half, without both.
-WITH_SIDEBAR, WITH_PANEL, VIEW = (322, 30, 1152, 900), (60, 30, 890, 900), (60, 100, 900, 730)
+# Parts of the window, in pixels from its upper left corner: the view with its sidebar, with the panel of F9, above, below.
+WITH_SIDEBAR, WITH_PANEL = (322, 30, 1152, 900), (60, 30, 890, 900)
+ABOVE, BELOW = (60, 100, 900, 730), (60, 245, 900, 875)
 
 
 def part(name, box):
@@ -41,18 +42,18 @@ def keep(picture, name):
     picture.save(f"blender-addon/pictures/{name}.webp", quality=85, method=6)
 
 
-# The dialog opens in the lower left corner.
-keep(part("2_import_dialog", (0, 680, 640, 1000)), "import")
+# Where the mouse was.
+keep(part("2_import_dialog", (100, 400, 740, 700)), "import")
 keep(part("3_scans", WITH_SIDEBAR), "scans")
 keep(part("5_preview", WITH_SIDEBAR), "merging")
 keep(part("8_error_map", WITH_SIDEBAR), "error")
 keep(part("6_adjust", WITH_PANEL), "adjust")
-keep(beside([part("3_heap", VIEW), part("3_aligned", VIEW)], 2), "heap")
+keep(beside([part("3_heap", ABOVE), part("3_aligned", ABOVE)], 2), "heap")
 photo = PICTURES / "chair_photo.jpg"
 if photo.exists():
     with Image.open(photo) as image:
         chair = [image.convert("RGB")]
-    chair += [part(name, VIEW) for name in ("chair_2_imported", "chair_5_largest_part", "chair_7_opened_again")]
+    chair += [part(name, BELOW) for name in ("chair_2_imported", "chair_4_merged", "chair_7_opened_again")]
     keep(beside(chair, 2), "chair")
 else:
     print("left out: the pictures of the chair, for which make test-gui needs SURFRECON_DATA")

@@ -48,7 +48,9 @@ def button(column, name, icon, **look):
     """One of `buttons`."""
     row = column.row(align=True)
     if Running.job is not None and Running.title == label_of(name):
-        progress(row)
+        # The stage stands at the top, where there is more room.
+        row.progress(factor=Running.fraction, type="BAR", text=Running.text(with_stage=False))
+        row.operator("surfrecon.cancel", text="", icon="CANCEL")
         return
     row.enabled = Running.job is None
     row.operator(name, icon=icon, **look)
@@ -57,12 +59,6 @@ def button(column, name, icon, **look):
 def label_of(name):
     """The name of an operator, in English."""
     return getattr(bpy.types, f"SURFRECON_OT_{name.removeprefix('surfrecon.')}").bl_label
-
-
-def progress(row):
-    """A bar as high as a button, and what stops the job."""
-    row.progress(factor=Running.fraction, type="BAR", text=Running.text())
-    row.operator("surfrecon.cancel", text="", icon="CANCEL")
 
 
 class SURFRECON_PT_running(ScansPanel, bpy.types.Panel):
@@ -76,9 +72,11 @@ class SURFRECON_PT_running(ScansPanel, bpy.types.Panel):
         layout = self.layout
         if Running.job is not None:
             # As many rows as otherwise: what is below stays where it is.
-            layout.label(text=Running.title, text_ctxt=OPERATORS)
+            row = layout.row()
+            row.label(text=Running.title, text_ctxt=OPERATORS)
+            row.operator("surfrecon.cancel", text="", icon="CANCEL", emboss=False)
             column = layout.column(align=True)
-            progress(column.row(align=True))
+            column.progress(factor=Running.fraction, type="BAR", text=Running.text())
             button(column, *GLB)
             return
         scans = [obj for obj in context.selected_objects if scan_objects.is_range_image(obj)]

@@ -220,14 +220,15 @@ class Running:
         return cls.seconds() * (1 - cls.fraction) / cls.fraction
 
     @classmethod
-    def text(cls):
+    def text(cls, with_stage=True):
         """Stage, share done and time left, for people."""
         if cls.stopped is not None:
             return "stopping"
         if cls.waiting:
             return "Switch to Object Mode to get the result"
         left = cls.seconds_left()
-        return f"{cls.stage} {cls.fraction:.0%}" + (f", {duration(left)} left" if left is not None else "")
+        stage = f"{cls.stage} " if with_stage else ""
+        return f"{stage}{cls.fraction:.0%}" + (f", {duration(left)} left" if left is not None else "")
 
     @classmethod
     def stop(cls):

@@ -19,6 +19,7 @@ LONG = {
     "clean": {},
     "remove_background": {},
     "align": {},
+    "align_merge": {},
     "merge": {"voxel": 0.008},
     "merge_to_file": {"voxel": 0.008},
     "reconstruct": {},
@@ -84,7 +85,7 @@ def call(scans_file, extension, tmp_path):
             "reproject": [shape],
             "virtual_scan": [shape],
         }.get(name, [*scans, shape])
-        if name in {"align", "merge", "merge_to_file", "clean"}:
+        if name in {"align", "align_merge", "merge", "merge_to_file", "clean"}:
             chosen = scans
         if name in {"ground", "remove_background"}:
             # A plane is hidden once nothing of it is left.

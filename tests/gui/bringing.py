@@ -20,6 +20,7 @@ from driver import (
     view_selected,
 )
 from mathutils import Matrix, Vector
+from person import MIDDLE, move
 
 # About the distance of the samples of the scans that are dropped, in millimetres.
 SPACING = 1.5
@@ -74,6 +75,9 @@ def dropping(folder):
     check("the file handler takes .conf files", ".conf" in handler.bl_file_extensions.split(";"))
     with bpy.context.temp_override(**place()):
         check("and files dropped into the 3D view", bool(handler.poll_drop(bpy.context)))
+    # The dialog opens there.
+    move(MIDDLE)
+    yield 0.3
     run(bpy.ops.surfrecon.import_scans, **options, unit="MM")
     yield 0.7
     picture("2_import_dialog")
