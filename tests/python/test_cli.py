@@ -115,7 +115,9 @@ def test_depth_images_keep_their_times_and_their_camera(tmp_path):
     (tmp_path / "placed.tum").write_text("\n".join(lines[:2]) + "\n")
     done = run("info", *names, "placed.tum", "--camera", camera, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
-    assert "placed 1 scans by the times in their names, and 1 of 2 have no pose within 0.02 s" in done.stdout + done.stderr
+    assert (
+        "placed 1 scans by the times in their names, and 1 of 2 have no pose within 0.02 s" in done.stdout + done.stderr
+    )
 
 
 def test_align_tells_that_a_list_leads_out_of_its_folder(tmp_path):
