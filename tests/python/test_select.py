@@ -132,7 +132,7 @@ def test_masks_are_of_one_scan_each(files, scans):
         assert (image.valid == scans[k].valid & ~marks[k]).all()
     with pytest.raises(surfrecon.InputError, match="masks for .* scans"):
         files.keep(marks[1:])
-    with pytest.raises(surfrecon.InputError, match=r"the mask has 3 x 5 pixels, the image"):
+    with pytest.raises(surfrecon.InputError, match=r"the mask has 3 x 5 pixels, but the image"):
         files[0].keep(np.zeros((3, 5), bool)).read()
     with pytest.raises(surfrecon.InputError, match=rf"{scans[1].name}.*the mask has"):
         surfrecon.keep(scans, [marks[0], np.zeros((3, 5), bool), *marks[2:]])

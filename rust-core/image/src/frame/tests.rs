@@ -172,6 +172,6 @@ fn enlarged_depth_is_taken_in_its_own_size_and_a_background_left_out() {
     assert_eq!(ranges(&back), ranges(&as_it_was));
     assert_eq!(of_large.enlarged, Some([[160, 120], small]));
     let words = of_large.in_words().unwrap();
-    assert!(words.starts_with("160 x 120 pixels of depth are 40 x 30 pixels, repeated;"), "{words}");
+    assert!(words.starts_with("160 x 120 pixels of depth are 40 x 30 pixels, repeated, "), "{words}");
     assert!(words.ends_with("left out of the samples: 10.0 % far beyond all others"), "{words}");
 }

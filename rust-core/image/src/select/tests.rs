@@ -129,7 +129,7 @@ fn what_is_no_region_is_refused_by_name() {
     let mut image = images().remove(0);
     let mask = Region::Mask(Arc::new(Mask::of_image(19, 23, &[true; 437]).unwrap()));
     let wrong = mask.clone().kept().of_image(&mut image, &Progress::none()).unwrap_err().to_string();
-    assert_eq!(wrong, "the mask has 19 x 23 pixels, the image 23 x 19");
+    assert_eq!(wrong, "the mask has 19 x 23 pixels, but the image 23 x 19");
     let mut mesh = Shape::Sphere { radius: 1.0 }.mesh(4);
     let wrong = mask.removed().of_mesh(&mut mesh, DAffine3::IDENTITY, &Progress::none()).unwrap_err().to_string();
     assert!(wrong.starts_with("the mask has 437 marks for"), "{wrong}");

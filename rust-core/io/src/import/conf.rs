@@ -294,7 +294,7 @@ mod tests {
         assert_eq!(placed[0].quaternion, [0.0, 0.0, 0.0, 1.0]);
         assert_eq!(placed[1].quaternion, [0.0, 0.0, 1.0, 0.0]);
         assert_eq!(placed[2].translation, DVec3::new(-1e-3, 2.0, 0.5));
-        assert_eq!(notes, ["s.conf: line 7: there is no file reference_cyl; this reference surface was left out"]);
+        assert_eq!(notes, ["s.conf: line 7: there is no file reference_cyl, so this reference surface was left out"]);
         let cr = text.replace("\r\n", "\r");
         assert_eq!(parse(&conf, cr.as_bytes(), &ReadOptions::default(), &mut notes).unwrap(), placed);
         let set = open_any(&conf).unwrap();
@@ -346,7 +346,7 @@ mod tests {
         case("camera 0 0 x 0 0 0 1", "line 1: expected tx ty tz qx qy qz qw at the end of the line, found `x` for tz");
         case("bmsh a.ply 0 0 0 0 0 0 1", "line 1: `bmsh` is unknown");
         case("camera 0 0 0 0 0 0 1\n", "whole file: a line `bmesh` or `mesh` must name a scan");
-        case("", "whole file: no line");
+        case("", "whole file: a line `bmesh` or `mesh` must name a scan");
         case("bmesh s.conf 0 0 0 0 0 0 1", "line 1: s.conf is a list of scans");
         let (_folder, conf) = folder("");
         let error = parse(&conf, b"# \n\xff\n", &ReadOptions::default(), &mut Vec::new()).unwrap_err().to_string();

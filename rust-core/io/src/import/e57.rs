@@ -363,9 +363,9 @@ mod tests {
             assert_eq!((read.name.as_str(), read.valid_count()), (expected.name.as_str(), 6));
         }
         let error = write(&[&images[1]]).unwrap_err().to_string();
-        assert!(error.ends_with("set.e57: whole file: the scan has no valid points"), "{error}");
+        assert!(error.ends_with("set.e57: whole file: the scan has no valid points: export it again"), "{error}");
         let error = FileScan::new(&path).read().unwrap_err().to_string();
-        assert!(error.ends_with("set.e57: scan 0: the scan has no valid points"), "{error}");
+        assert!(error.ends_with("set.e57: scan 0: the scan has no valid points: export it again"), "{error}");
         let error = write(&[&images[1], &images[1]]).unwrap_err().to_string();
         assert!(error.ends_with("none of 2 scans has valid points"), "{error}");
     }

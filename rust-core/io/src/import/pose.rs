@@ -59,7 +59,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<DAffine3, String> {
         *value = word.parse().map_err(|_| format!("expected number {} of 16, found `{shown}`", i + 1))?;
     }
     if words.next().is_some() {
-        return Err("a pose is a 4 x 4 matrix, found more than 16 numbers".to_owned());
+        return Err("a pose must be a 4 x 4 matrix, found more than 16 numbers".to_owned());
     }
     from_rows(&rows)
 }
@@ -168,6 +168,9 @@ mod tests {
         assert_eq!(set.notes, ["frame-1.depth.png: placed by frame-1.pose.txt"]);
         std::fs::write(folder.path().join("frame-1.depth.xf"), "1 0").unwrap();
         let error = crate::import::open(&scan).unwrap_err().to_string();
-        assert!(error.ends_with("frame-1.depth.xf: whole file: a pose is a 4 x 4 matrix, found 2 numbers"), "{error}");
+        assert!(
+            error.ends_with("frame-1.depth.xf: whole file: a pose must be a 4 x 4 matrix, found 2 numbers"),
+            "{error}"
+        );
     }
 }

@@ -242,7 +242,7 @@ mod tests {
         case("s.mlp", MLP.replace("a.ply", "x.ply"), "whole file: 1 of 2 files are missing: x.ply. Put them into");
         case("s.mlp", MLP.replace("a.ply", "../a.ply"), "line 4: ../a.ply leads out of the folder");
         case("s.mlp", MLP.replace("0 -1 0 5", "0 -2 0 5"), "line 4: the matrix is not a rigid transform");
-        case("s.mlp", MLP.replace("0 -1 0 5", "0 -1 5"), "line 4: a pose is a 4 x 4 matrix, found 15 numbers");
+        case("s.mlp", MLP.replace("0 -1 0 5", "0 -1 5"), "line 4: a pose must be a 4 x 4 matrix, found 15 numbers");
         case("s.mlp", MLP.replace("</MeshGroup>", ""), "line 13: expected 'MeshGroup' tag");
         case("s.mlp", MLP.replace("MLMesh", "Mesh"), "an `MLMesh` must name a mesh");
         case("s.mlp", MLP.replace("a.ply", "s.mlp"), "line 4: s.mlp is a list of scans");

@@ -352,7 +352,7 @@ mod tests {
         scans.insert(1, scan("12"));
         let note = tum.place(&mut scans, Path::new("t")).unwrap().unwrap();
         assert!(note.ends_with(
-            "placed 3 scans by the times in their names; 1 of 4 have no pose within 0.02 s and are passed over"
+            "placed 3 scans by the times in their names, and 1 of 4 have no pose within 0.02 s and are passed over"
         ));
         assert_eq!(are_second(&scans), [true, false, true]);
         let refused = tum.place(&mut vec![scan("12")], Path::new("t")).unwrap_err().to_string();
@@ -417,7 +417,7 @@ mod tests {
     fn what_is_wrong_has_a_line() {
         for (text, problem) in [
             ("", "line 1: there is no pose"),
-            ("0 0 1\n1 0 0 0\n", "line 2: expected a row, but the file ends"),
+            ("0 0 1\n1 0 0 0\n", "line 2: expected a row of a 4 x 4 matrix, but the file ends"),
             ("0 0 1\n1 0 0\n", "line 2: expected a number of a 4 x 4 matrix, but the line ends"),
             ("1 2\n", "line 1: expected three whole numbers"),
             ("1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17\n", "line 1: expected three whole numbers"),

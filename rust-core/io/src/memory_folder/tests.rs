@@ -223,7 +223,9 @@ fn names_are_those_of_files_within() {
     assert!(text.ends_with("this path leads out of its folder in memory"), "{text}");
     assert!(place_of(&root.join("ä/../a")).unwrap().is_file());
     // A name is a file's or a folder's.
-    for (name, words) in [("ä", "is a folder, not"), ("a/b", "a is a file, but"), ("a/b/c", "a is a file, but")] {
+    for (name, words) in
+        [("ä", "this is a folder: give the name"), ("a/b", "a is a file, but"), ("a/b/c", "a is a file, but")]
+    {
         let text = folder.put(name, Vec::new()).unwrap_err().to_string();
         assert!(text.contains(words), "{text}");
         let mesh = mesh::shapes::Shape::Sphere { radius: 1.0 }.mesh(4);

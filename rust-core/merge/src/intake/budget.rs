@@ -420,8 +420,8 @@ mod tests {
         let text = (0..).map(|scan| budget.expect(scan, &sphere())).find_map(Result::err).unwrap().to_string();
         assert!(budget.refused().unwrap().0 > 0);
         let voxel = text
-            .strip_prefix("not enough memory: a voxel of 0.1 (in the unit of the scans) needs 10 MB or more, 10 MB are free; a voxel of ")
-            .and_then(|rest| rest.strip_suffix(" fits"))
+            .strip_prefix("not enough memory: a voxel of 0.1 (in the unit of the scans) needs 10 MB or more, 10 MB are free: choose a voxel of ")
+            .and_then(|rest| rest.strip_suffix(", which fits"))
             .unwrap_or_else(|| panic!("{text}"));
         let mut one = Seen::default();
         one.add(&Foreseen::of(&sphere(), 0.1, f64::INFINITY));

@@ -79,7 +79,7 @@ fn what_can_not_be_said_is_told() {
     let expected = ".stl has no place for the coordinate reference system, EPSG:25832, which is left out: write .ply, .glb, .obj to keep it";
     assert_eq!(note("a.stl", Holding::Mesh).as_deref(), Some(expected));
     for (path, holding) in [("a.ptx", Holding::Images), ("a.conf", Holding::Images), ("a.ply", Holding::Image)] {
-        assert!(note(path, holding).unwrap().ends_with(".e57 keeps it"));
+        assert!(note(path, holding).unwrap().ends_with("write .e57 to keep it"));
     }
     assert_eq!(note("a.e57", Holding::Images), None);
     assert_eq!(crs_note(Path::new("a.stl"), Holding::Mesh, None), None);

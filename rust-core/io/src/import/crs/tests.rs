@@ -186,7 +186,7 @@ fn maps_name_theirs_where_they_say_where_they_lie() {
     assert_eq!(text_of(&folder.file("nowhere.tif", tiff(&utm, false))), None);
     let degrees = directory(&[(1024, 2), (2048, 4326)], &[]);
     let (crs, notes) = told(&folder.file("degrees.tif", tiff(&degrees, true)));
-    assert!(crs.is_none() && notes[0].contains("places in degrees (EPSG:4326) become metres"), "{notes:?}");
+    assert!(crs.is_none() && notes[0].contains("places in degrees (EPSG:4326) are not lengths"), "{notes:?}");
     // Depth images lie in no system.
     let camera = super::super::Camera::new([1.0; 2], [0.5; 2]);
     let options = ReadOptions { camera: Some(camera), ..ReadOptions::default() };

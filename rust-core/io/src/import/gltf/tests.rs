@@ -110,7 +110,7 @@ fn strips_mirrors_and_buffers_elsewhere() {
         ("none.bin", "none.bin"),
         ("data:text/plain,x", "only base64 is known"),
         ("data:;base64,!!", "this is not base64"),
-        ("data:;base64,AAAA", "it has 3 bytes of 48"),
+        ("data:;base64,AAAA", "it has only 3 bytes of 48"),
     ] {
         let error = read(uri).unwrap_err().to_string();
         assert!(error.contains(problem), "{error}");
@@ -192,10 +192,10 @@ fn what_has_no_surface_is_refused() {
     let nothing = r#"{"asset":{"version":"2.0"},"scenes":[{"nodes":[0]}],"nodes":[{"name":"camera"}]}"#;
     let end = "export a surface or points with it";
     for text in [nothing, r#"{"asset":{"version":"2.0"}}"#] {
-        assert_eq!(told(text), format!("x.glb: scene: there is no mesh; {end}"));
+        assert_eq!(told(text), format!("x.glb: scene: there is no mesh: {end}"));
     }
     for text in [drawn(1, SCENE, NODES), drawn(4, SCENE, r#""nodes":[{}],"#)] {
-        assert_eq!(told(&text), format!("x.glb: scene: there are no triangles and no points; {end}"));
+        assert_eq!(told(&text), format!("x.glb: scene: there are no triangles and no points: {end}"));
     }
 }
 

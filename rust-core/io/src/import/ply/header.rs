@@ -355,10 +355,10 @@ mod tests {
         assert!(line("element vertex -3").starts_with("line 3: vertex: `-3` is not a count"));
         assert!(line("element vertex 99999999999999999999999").contains("is not a count"));
         assert!(line("element vertex").contains("`` is not a count"));
-        assert!(line("element").contains("no name"));
+        assert!(line("element").contains("must have a name"));
         assert!(line("property float x").contains("must follow an element"));
         assert!(line("element v 1\nproperty half x").starts_with("line 4: unknown type `half`"));
-        assert!(line("element v 1\nproperty float").contains("no name"));
+        assert!(line("element v 1\nproperty float").contains("must have a name"));
         assert!(line("element v 1\nproperty list float int i").contains("can't be a `float`"));
         assert!(line("element v 1\nelement v 1").contains("twice"));
         assert!(line("element v 1").contains("has no properties"));

@@ -153,7 +153,7 @@ fn polycam_corrected_in_part() {
         for (k, scan) in set.scans.iter().enumerate() {
             assert!(scan.world_from_sensor.abs_diff_eq(up * twin.pose(k), 1e-5), "{k}");
         }
-        note(set, "the session has corrected ones for 2 of 6 frames alone, which are of another frame of reference");
+        note(set, "The session has corrected ones for 2 of 6 frames alone, which are of another frame of reference.");
     });
 }
 
