@@ -290,6 +290,7 @@ GERMAN_TEXTS = {
     "Against": "Gegen",
     "Case a, b, c": "Fall a, b, c",
     "Closed up to": "Geschlossen bis",
+    "Shortest edge": "Kürzeste Kante",
     "Dropped: copies": "Entfernt: doppelt",
     "Dropped: inside": "Entfernt: innen",
     "Dropped: not finite": "Entfernt: nicht endlich",

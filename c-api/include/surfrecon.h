@@ -1061,6 +1061,9 @@ typedef struct {
   uint64_t working_bytes;
   // Whether stages left in files what they leave for each other. 1 or 0.
   uint64_t in_files;
+  // Length of the shortest edge of the surface. It is at least a hundredth of a cell. In the unit of the scans. Since
+  // 0.2.
+  double shortest_edge;
 } srf_merge_report;
 
 // How a range image is sculpted to few triangles. Starts with its size. Set to the defaults by srf_sculpt_params_init().

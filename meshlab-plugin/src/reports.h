@@ -44,6 +44,7 @@ inline const Figures merge_figures = {
     {Figure::Kind::count, "dropped_faces", "Stray parts dropped, triangles", false, 1, offsetof(srf_merge_report, dropped_faces), {}, {}},
     {Figure::Kind::bytes, "working_bytes", "Memory", false, 1, offsetof(srf_merge_report, working_bytes), {}, {}},
     {Figure::Kind::flag, "in_files", "In files", false, 1, offsetof(srf_merge_report, in_files), {}, {}},
+    {Figure::Kind::length, "shortest_edge", "Shortest edge", false, 1, offsetof(srf_merge_report, shortest_edge), {}, {}},
 };
 
 inline const Figures sculpt_figures = {

@@ -33,6 +33,7 @@ fn merge(conf: &str, voxel: f64) -> Option<(Merged, CheckReport, DistanceReport)
     assert!(welded.is_manifold(), "{welded}");
     assert_eq!(welded.vertices, report.vertices, "vertices fall together in single precision");
     assert_eq!(merged.report.faces.iter().sum::<u64>(), merged.mesh.triangles.len() as u64);
+    assert!(merged.report.shortest_edge >= 0.01 * voxel, "{}", merged.report.shortest_edge);
     Some((merged, report, off))
 }
 

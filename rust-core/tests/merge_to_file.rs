@@ -8,7 +8,7 @@ use glam::{DAffine3, DVec3};
 use surfrecon::export::{Encoding, Provenance, WriteOptions, write_mesh};
 use surfrecon::geom::bvh::Bvh;
 use surfrecon::memory_folder::MemoryFolder;
-use surfrecon::merge::{self, MergeParams, ScanSource};
+use surfrecon::merge::{self, MergeParams, MergeReport, ScanSource};
 use surfrecon::mesh::shapes::Shape;
 use surfrecon::scan::{ScanParams, TurntableViews, bounds, scan, turntable};
 use surfrecon::{Error, IntoFile, Progress, RangeImage, merge_to_file};
@@ -143,7 +143,8 @@ fn the_file_is_the_one_that_merging_and_writing_make() {
             let into = IntoFile { write: write.clone(), ..into };
             let report = merge_to_file(&sources(&scans), &in_pieces, &params(), &into, &Progress::none()).unwrap();
             assert!(std::fs::read(&in_pieces).unwrap() == std::fs::read(&at_once).unwrap());
-            assert_eq!((report.faces, report.holes), (merged.report.faces, merged.report.holes));
+            let figures = |of: &MergeReport| (of.faces, of.holes, of.shortest_edge);
+            assert_eq!(figures(&report), figures(&merged.report));
             assert!(names(workspace.path()).is_empty() && names(folder.path()).len() == 2);
         }
     }

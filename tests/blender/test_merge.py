@@ -69,6 +69,15 @@ def test_the_surface_is_the_torus(scans):
     assert not any(np.isnan(v.co).any() for v in merged.data.vertices)
 
 
+def test_quadriflow_takes_the_surface(scans):
+    # It takes edges for none whose ends differ by less than 0.0001 along each axis.
+    assert bpy.ops.surfrecon.merge(voxel=VOXEL) == {"FINISHED"}
+    report = bpy.context.object["surfrecon_report"].to_dict()
+    assert VOXEL / 100 <= report["shortest_edge"] < VOXEL / 20
+    assert bpy.ops.object.quadriflow_remesh(target_faces=500) == {"FINISHED"}
+    assert all(len(polygon.vertices) == 4 for polygon in bpy.context.object.data.polygons)
+
+
 def test_scans_that_do_not_fit_are_told_of():
     row, col = np.mgrid[0:40, 0:50]
     corner = surfrecon.RangeImage.orthographic(0.02 * np.abs(col - 25.0) + 0.01 * row, step=(0.02, 0.02)).triangulate()
@@ -411,3 +420,12 @@ def test_the_bunny():
     assert report["input_triangles"] == pytest.approx(690_821, rel=1e-3)
     # Upright: the bunny is about as high as it is wide, and it stands on its feet.
     assert 0.14 < merged.dimensions.z < 0.17
+
+
+@pytest.mark.skipif("SURFRECON_DATA" not in os.environ, reason="SURFRECON_DATA is not set")
+def test_quadriflow_takes_the_closed_bunny_in_centimetres():
+    scans = surfrecon.open(Path(os.environ["SURFRECON_DATA"]) / "stanford_bunny" / "bun.conf")
+    merged = surfrecon.merge(scans, max_hole_length=1.0).mesh
+    assert merged.check()["boundary_edges"] == 0
+    add_mesh("bunny", surfrecon.Mesh(100 * merged.positions, merged.triangles))
+    assert bpy.ops.object.quadriflow_remesh(target_faces=2000) == {"FINISHED"}

@@ -86,6 +86,9 @@ pub struct srf_merge_report {
     pub working_bytes: u64,
     /// Whether stages left in files what they leave for each other. 1 or 0.
     pub in_files: u64,
+    /// Length of the shortest edge of the surface. It is at least a hundredth of a cell. In the unit of the scans. Since
+    /// 0.2.
+    pub shortest_edge: f64,
 }
 
 /// Prepares a struct of figures. Call srf_merge_report_init(report), which adds the size that this header knows.

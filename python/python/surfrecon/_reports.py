@@ -237,6 +237,8 @@ class MergeReport(Report):
         artificial_intersections: Artificial intersections that became vertices.
         faces: Triangles made directly (case a), after analysis of the neighbouring cells (case b), by filling holes
             (case c).
+        shortest_edge: Length of the shortest edge of the surface. It is at least a hundredth of a cell. In the unit
+            of the scans.
         holes: Holes closed, and boundary loops left open.
         dropped_components: Connected parts dropped, and the triangles they had. These are parts that no scan saw,
             and those that are too small.
@@ -271,6 +273,7 @@ class MergeReport(Report):
     fused_intersections: int
     artificial_intersections: int
     faces: tuple[int, int, int]
+    shortest_edge: float
     holes: tuple[int, int]
     dropped_components: tuple[int, int]
     colour_gains: list[tuple[float, float, float]]

@@ -103,7 +103,7 @@ impl Growing {
     /// [`base::Error::Cancelled`].
     pub fn close_loops(&mut self, progress: &Progress<'_>) -> Result<holes::HoleReport> {
         let border = self.open_edges(progress)?;
-        holes::close(&mut self.positions, &mut self.triangles, &border, |_| f64::INFINITY, progress)
+        holes::close(&mut self.positions, &mut self.triangles, &border, |_| f64::INFINITY, 0.0, progress)
     }
 
     /// Takes fills that cross something away, with all around them, and closes the loops anew. The same around loops that stayed open.

@@ -133,7 +133,8 @@ pub fn finish(
     dump::parts(&whole)?;
     close_holes::close(&mut whole, &lattice, params, room, &mut report, progress)?;
     progress.lap("holes");
-    report.faces = write::write(whole, Besides { coloured, crs, places }, sink, progress)?;
+    let written = write::write(whole, Besides { coloured, crs, places }, sink, progress)?;
+    (report.faces, report.shortest_edge) = (written.faces, written.shortest_edge());
     progress.lap("write");
     report.seconds = progress.seconds();
     Ok(report)

@@ -97,6 +97,8 @@ base::report! {
             ("faces_settled", "Triangles made after analysis of the neighbouring cells (case b)."),
             ("faces_filling", "Triangles that fill holes (case c)."),
         ]),
+        /// Length of the shortest edge of the surface. It is at least a hundredth of a cell.
+        shortest_edge: f64 = length("Shortest edge").since("0.2"),
         /// Holes closed, and boundary loops left open.
         holes: [u64; 2] = count("Holes closed, left").parts(&[
             ("holes_closed", "Holes closed."),

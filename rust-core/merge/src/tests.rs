@@ -10,6 +10,7 @@ mod grazing;
 mod noise;
 mod placing;
 mod refusals;
+mod slivers;
 
 use crate::crossings::bundles::{self, Buckets};
 use crate::crossings::crossing::Crossing;

@@ -77,7 +77,7 @@ pub mod align_report {
     pub const PLACED: usize = 12;
 }
 
-pub type MergeReport = Sized<27>;
+pub type MergeReport = Sized<28>;
 
 /// Places of the figures of [`MergeReport`].
 #[allow(dead_code, reason = "tests look at some")]
@@ -107,6 +107,7 @@ pub mod merge_report {
     pub const DROPPED_FACES: usize = 24;
     pub const WORKING_BYTES: usize = 25;
     pub const IN_FILES: usize = 26;
+    pub const SHORTEST_EDGE: usize = 27;
 }
 
 pub type SculptReport = Sized<14>;

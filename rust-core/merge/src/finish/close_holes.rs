@@ -9,7 +9,7 @@ use super::retry_holes::{self, Attempt, Retried};
 use super::{components, refuse_nothing};
 use crate::crossings::lattice::Lattice;
 use crate::surface::connected::parts;
-use crate::surface::extract::{Row, Surface};
+use crate::surface::extract::{self, Row, Surface};
 use crate::surface::numbering::{GONE, NONE};
 use crate::surface::tile::{Part, Tiles};
 use crate::surface::whole::{Changes, Whole, Window};
@@ -123,12 +123,13 @@ pub fn close<T: Tiles>(
     let limit_of = |vertices: &[u32]| of_part(vertices.first().map(|&v| boundary.at[v as usize].1));
     let (wanted, mut open) = holes::sort_out(&boundary.sides, |v| boundary.at[v as usize].0, limit_of);
     let regions: Vec<Bounds> = wanted.iter().map(|hole| holes::region(boundary.bounds(hole))).collect();
+    let shortest = extract::APART * lattice.voxel;
     let mut additions = Vec::new();
     let mut rims = BTreeMap::new();
     for batch in batches(&regions, 0.0, lattice.voxel, room, progress)? {
         let window = whole.window(&pick(&regions, &batch), progress)?;
         let holes: Vec<&Vec<u32>> = batch.iter().map(|&hole| &wanted[hole]).collect();
-        open.extend(fill(window, &boundary, &holes, &mut additions, &mut rims, progress)?);
+        open.extend(fill(window, &boundary, &holes, shortest, &mut additions, &mut rims, progress)?);
     }
     open.sort_by_key(|open| open.vertex);
     let closed = additions.len() as u64;
@@ -238,13 +239,14 @@ fn fill(
     mut window: Window,
     boundary: &Boundary,
     wanted: &[&Vec<u32>],
+    shortest: f64,
     additions: &mut Vec<Addition>,
     rims: &mut BTreeMap<u64, Row>,
     progress: &Progress<'_>,
 ) -> Result<Vec<holes::OpenLoop>> {
     let wanted: Vec<Vec<u32>> = wanted.iter().map(|hole| boundary.in_window(&window, hole)).collect();
     let surface = &mut window.surface;
-    let report = holes::close_loops(&mut surface.positions, &mut surface.triangles, &wanted, progress)?;
+    let report = holes::close_loops(&mut surface.positions, &mut surface.triangles, &wanted, shortest, progress)?;
     surface.adopt_fill(&report);
     let (mut vertex, mut triangle) = (report.first_vertex, report.first_triangle);
     for filled in &report.fills {

@@ -13,7 +13,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::crossings::lattice::Lattice;
 use crate::surface::connected::parts;
-use crate::surface::extract::Surface;
+use crate::surface::extract::{self, Surface};
 use crate::surface::pinches;
 use base::error::Result;
 use base::progress::Progress;
@@ -224,7 +224,9 @@ impl<'a> Trial<'a> {
                 return Ok(());
             }
             let surface = &mut self.surface;
-            let report = holes::close(&mut surface.positions, &mut surface.triangles, &wanted, &limit, progress)?;
+            let (places, triangles) = (&mut surface.positions, &mut surface.triangles);
+            let shortest = extract::APART * lattice.voxel;
+            let report = holes::close(places, triangles, &wanted, &limit, shortest, progress)?;
             surface.adopt_fill(&report);
             self.closed += report.closed as u64;
             let next = successors(&wanted);

@@ -13,9 +13,10 @@ use crate::surface::extract::{Case, Surface};
 use crate::surface::numbering::{GONE, Numbered};
 use crate::surface::passes;
 use crate::surface::tile::Tiles;
-use crate::surface::whole::Whole;
+use crate::surface::whole::{Corners, Whole};
 use base::error::Result;
 use base::progress::Progress;
+use glam::DVec3;
 use mesh::sink::{MeshOutline, MeshSink};
 use mesh::{AttributeData, Crs, Extent};
 
@@ -30,8 +31,40 @@ pub struct Besides {
     pub places: ScanPlaces,
 }
 
-/// Writes the surface, with colours if any scan has them: vertices that no scan has a colour of take one of those beside them. Returns the
-/// number of triangles of each case.
+/// Figures of the triangles that were handed over.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Written {
+    /// Their number by case.
+    pub faces: [u64; 3],
+    /// Length of their shortest side, squared. Whatever their order, it is the same to the bit.
+    shortest: f64,
+}
+
+impl Default for Written {
+    fn default() -> Self {
+        Written { faces: [0; 3], shortest: f64::INFINITY }
+    }
+}
+
+impl Written {
+    fn add(&mut self, [a, b, c]: [DVec3; 3], case: Case) {
+        self.faces[case as usize] += 1;
+        let sides = [a.distance_squared(b), b.distance_squared(c), c.distance_squared(a)];
+        self.shortest = sides.into_iter().fold(self.shortest, f64::min);
+    }
+
+    fn and(self, other: Written) -> Written {
+        let faces = [0, 1, 2].map(|case| self.faces[case] + other.faces[case]);
+        Written { faces, shortest: self.shortest.min(other.shortest) }
+    }
+
+    /// Length of their shortest side.
+    pub fn shortest_edge(&self) -> f64 {
+        self.shortest.sqrt()
+    }
+}
+
+/// Writes the surface, with colours if any scan has them: vertices that no scan has a colour of take one of those beside them.
 ///
 /// # Errors
 /// A tile can't be read. The sink's. Cancelled.
@@ -40,7 +73,7 @@ pub fn write<T: Tiles>(
     besides: Besides,
     sink: &mut dyn MeshSink,
     progress: &Progress<'_>,
-) -> Result<[u64; 3]> {
+) -> Result<Written> {
     progress.stage(WRITING, whole.tiles.count() as u64);
     if let Some(mut surface) = whole.take_surface(progress)? {
         if besides.coloured {
@@ -57,14 +90,16 @@ fn at_once(
     Besides { coloured, crs, places }: Besides,
     sink: &mut dyn MeshSink,
     progress: &Progress<'_>,
-) -> Result<[u64; 3]> {
-    let mut counts = [0; 3];
-    passes::each(surface.cases.len(), progress, |t| counts[surface.cases[t] as usize] += 1)?;
+) -> Result<Written> {
+    let mut written = Written::default();
+    passes::each(surface.cases.len(), progress, |t| {
+        written.add(surface.triangles[t].map(|v| surface.positions[v as usize]), surface.cases[t]);
+    })?;
     passes::each(surface.scan.len(), progress, |v| surface.scan[v] = places.told(surface.scan[v]))?;
     let mut mesh = surface.into_mesh(coloured, progress)?;
     mesh.crs = crs;
     sink.whole(mesh, progress)?;
-    Ok(counts)
+    Ok(written)
 }
 
 /// `colours` are those of vertices that no scan has a colour of. Nothing where no scan has any.
@@ -74,7 +109,7 @@ fn in_pieces<T: Tiles>(
     Besides { crs, places, .. }: Besides,
     sink: &mut dyn MeshSink,
     progress: &Progress<'_>,
-) -> Result<[u64; 3]> {
+) -> Result<Written> {
     let mut removed: Vec<u64> = whole.changes.removed.iter().copied().collect();
     removed.sort_unstable();
     let out = Out { whole, colours, places, removed, sink: Mutex::new(sink) };
@@ -92,9 +127,9 @@ fn in_pieces<T: Tiles>(
         progress.advance(1)?;
         out.tile(&whole.tile(i)?)
     };
-    let counts = (0..whole.tiles.count()).into_par_iter().with_max_len(1).map(tile).collect::<Result<Vec<_>>>()?;
+    let written = (0..whole.tiles.count()).into_par_iter().with_max_len(1).map(tile).collect::<Result<Vec<_>>>()?;
     let added = out.added()?;
-    Ok(counts.into_iter().fold(added, |all, of| [0, 1, 2].map(|case| all[case] + of[case])))
+    Ok(written.into_iter().fold(added, Written::and))
 }
 
 struct Out<'a, T> {
@@ -109,8 +144,18 @@ struct Out<'a, T> {
 /// Triangles whose numbers follow each other, as they are found.
 #[derive(Default)]
 struct Run {
+    /// Number of the first.
+    first: u64,
     triangles: Vec<[u64; 3]>,
-    cases: Vec<Case>,
+    /// Whether they fill holes.
+    fills: Vec<bool>,
+}
+
+impl Run {
+    /// The number that follows.
+    fn next(&self) -> u64 {
+        self.first + self.triangles.len() as u64
+    }
 }
 
 impl<T: Tiles> Out<'_, T> {
@@ -123,28 +168,19 @@ impl<T: Tiles> Out<'_, T> {
         v - self.whole.changes.bare.partition_point(|&bare| bare < v) as u64
     }
 
-    fn tile(&self, numbered: &Numbered<'_>) -> Result<[u64; 3]> {
+    fn tile(&self, numbered: &Numbered<'_>) -> Result<Written> {
         let tile = &numbered.tile;
         let own: Vec<(usize, u64)> = (0..tile.own).map(|v| (v, numbered.vertex(v))).filter(|of| of.1 != GONE).collect();
         for run in own.chunk_by(|a, b| a.1 + 1 == b.1) {
             self.vertices(&tile.surface, run.iter().copied())?;
         }
-        let corners = |t: usize| tile.surface.triangles[t].map(|v| numbered.vertex(v as usize));
-        let kept: Vec<(u64, usize)> =
-            (0..tile.surface.triangles.len()).filter_map(|t| Some((numbered.triangle(t)?, t))).collect();
-        let mut counts = [0; 3];
-        for run in kept.chunk_by(|a, b| a.0 + 1 == b.0) {
-            let found = self.triangles(run.iter().map(|&(number, t)| (number, corners(t), tile.surface.cases[t])))?;
-            (0..3).for_each(|case| counts[case] += found[case]);
-        }
-        Ok(counts)
+        self.triangles(self.whole.triangles_of(numbered))
     }
 
-    fn added(&self) -> Result<[u64; 3]> {
-        let Whole { added, corners, numbers, .. } = self.whole;
+    fn added(&self) -> Result<Written> {
+        let Whole { added, numbers, .. } = self.whole;
         self.vertices(added, (0..added.positions.len()).zip(numbers.vertices..))?;
-        let cases = corners.iter().zip(&added.cases);
-        self.triangles((numbers.triangles..).zip(cases).map(|(t, (corners, case))| (t, *corners, *case)))
+        self.triangles(self.whole.added_triangles())
     }
 
     /// Hands over vertices of a surface, with their numbers, which follow each other.
@@ -170,24 +206,28 @@ impl<T: Tiles> Out<'_, T> {
         self.to_sink(|sink| sink.vertices(self.vertex(first), &positions, &attributes))
     }
 
-    /// Hands over triangles with their numbers, which follow each other, corners and cases. Counts the cases.
-    fn triangles(&self, list: impl Iterator<Item = (u64, [u64; 3], Case)>) -> Result<[u64; 3]> {
-        let (mut first, mut counts, mut run) = (None, [0; 3], Run::default());
+    /// Hands over triangles: those that follow each other, together.
+    fn triangles(&self, list: impl Iterator<Item = (u64, Corners, Case)>) -> Result<Written> {
+        let (mut written, mut run) = (Written::default(), Run::default());
         for (t, corners, case) in list {
-            let before = self.removed.partition_point(|&removed| removed < t);
-            if self.removed.get(before) == Some(&t) {
-                continue;
+            let number = t - self.removed.partition_point(|&removed| removed < t) as u64;
+            if run.next() != number {
+                self.hand_over(std::mem::take(&mut run))?;
+                run.first = number;
             }
-            first = first.or(Some(t - before as u64));
-            let corners = self.whole.changes.renamed.get(&t).copied().unwrap_or(corners);
-            run.triangles.push(corners.map(|v| self.vertex(v)));
-            run.cases.push(case);
-            counts[case as usize] += 1;
+            run.triangles.push(corners.map(|corner| self.vertex(corner.0)));
+            run.fills.push(case == Case::Fill);
+            written.add(corners.map(|corner| corner.1), case);
         }
-        let Some(first) = first else { return Ok(counts) };
-        let fills = run.cases.iter().map(|&case| case == Case::Fill).collect();
-        self.to_sink(|sink| sink.triangles(first, &run.triangles, &[AttributeData::Bool(fills)]))?;
-        Ok(counts)
+        self.hand_over(run)?;
+        Ok(written)
+    }
+
+    fn hand_over(&self, Run { first, triangles, fills }: Run) -> Result<()> {
+        if triangles.is_empty() {
+            return Ok(());
+        }
+        self.to_sink(|sink| sink.triangles(first, &triangles, &[AttributeData::Bool(fills)]))
     }
 }
 

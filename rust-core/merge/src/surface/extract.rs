@@ -33,9 +33,9 @@ pub struct Artificial {
     pub is_placed: bool,
 }
 
-/// Vertices of several edges that meet exactly in a node are moved this far apart, in cells: enough to stay distinct in
-/// single precision.
-pub const APART: f64 = 1.0 / 4096.0;
+/// Vertices of several edges of a node that are nearer to it are moved to this distance, in cells. So no side of a triangle of the surface
+/// is shorter, and all stay distinct in single precision.
+pub const APART: f64 = 1.0 / 96.0;
 
 /// A vertex that lies in a node, or nearer to it than [`APART`].
 #[derive(Clone, Copy, Debug)]

@@ -6,15 +6,15 @@
 use glam::DVec3;
 use rustc_hash::FxHashMap;
 
-use super::extract::Surface;
+use super::extract::{self, Surface};
 use super::passes;
 use crate::crossings::lattice::Lattice;
 use base::error::Result;
 use base::progress::Progress;
 use base::work;
 
-/// Distance, in cells, between the vertices of the fans along their edge of the grid.
-const APART: f64 = 1.0 / 1024.0;
+/// Distance, in cells, between the vertices of the fans along their edge of the grid. A fill may join them by an edge.
+const APART: f64 = 1.0 / 32.0;
 
 /// Splits all pinched vertices, the lowest first. The new vertices follow the others. Returned is which vertex each of them was split from.
 pub fn split(surface: &mut Surface, lattice: &Lattice, progress: &Progress<'_>) -> Result<Vec<u32>> {
@@ -128,6 +128,10 @@ fn separate(
     });
     before.insert(vertex, position);
     let middle = (fans.len() - 1) as f64 / 2.0;
+    // No vertex of the row is nearer to a node than others are, unless the row is longer than an edge.
+    let inset = (extract::APART + APART * middle).min(0.5);
+    let fraction = cells[axis] - cells[axis].floor();
+    let shift = fraction.clamp(inset, 1.0 - inset) - fraction;
     surface.scan[v] = -1;
     // A side of the boundary is a fan's if a triangle of the fan has it.
     let mut fan_of: FxHashMap<[u32; 2], usize> = FxHashMap::default();
@@ -141,7 +145,7 @@ fn separate(
     let mut names = vec![vertex];
     for (rank, fan) in fans.iter().enumerate() {
         let mut moved = position;
-        moved[axis] += APART * lattice.voxel * (rank as f64 - middle);
+        moved[axis] += (shift + APART * (rank as f64 - middle)) * lattice.voxel;
         if rank == 0 {
             surface.positions[v] = moved;
         } else {

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::extract::{Row, Surface};
+use super::extract::{Case, Row, Surface};
 use super::numbering::{GONE, NONE, Numbered, Numbers};
 use super::parts::Chosen;
 use super::tile::Tiles;
@@ -14,8 +14,10 @@ use base::progress::Progress;
 use glam::DVec3;
 use mesh::holes::{self, Bounds};
 
-/// A triangle's corners: numbers, places, colours.
-pub type Corners = [(u64, DVec3, [u8; 4]); 3];
+/// A triangle's corner: number, place, colour.
+type Corner = (u64, DVec3, [u8; 4]);
+/// A triangle's corners.
+pub type Corners = [Corner; 3];
 
 /// The whole surface.
 pub struct Whole<T> {
@@ -159,37 +161,58 @@ impl<T: Tiles> Whole<T> {
     /// # Errors
     /// A tile can't be read. Cancelled.
     pub fn each_triangle(&self, progress: &Progress<'_>, mut each: impl FnMut(Corners)) -> Result<()> {
-        let Changes { moved, removed, renamed, .. } = &self.changes;
-        let at = |v: u64, place: DVec3| moved.get(&v).map_or(place, |moved| moved.0);
-        // Other corners are added ones.
-        let known = self.numbers.vertices;
-        let added = |v: u64| match v.checked_sub(known) {
-            Some(place) => (v, at(v, self.added.positions[place as usize]), self.added.colour[place as usize]),
-            None => (v, at(v, self.rims[&v].position), self.rims[&v].colour),
-        };
         for i in 0..self.tiles.count() {
             progress.check()?;
             let numbered = self.tile(i)?;
-            let surface = &numbered.tile.surface;
-            let all = surface.triangles.iter().enumerate();
-            let kept = all.filter_map(|(t, corners)| Some((numbered.triangle(t)?, corners)));
-            for (number, corners) in kept.filter(|t| !removed.contains(&t.0)) {
-                let mut found = corners.map(|v| {
-                    let (v, number) = (v as usize, numbered.vertex(v as usize));
-                    (number, at(number, surface.positions[v]), surface.colour[v])
-                });
-                if let Some(renamed) = renamed.get(&number) {
-                    for (corner, &v) in found.iter_mut().zip(renamed).filter(|(corner, v)| corner.0 != **v) {
-                        *corner = added(v);
-                    }
-                }
-                each(found);
-            }
+            self.triangles_of(&numbered).for_each(|(_, corners, _)| each(corners));
         }
-        for (t, corners) in (self.numbers.triangles..).zip(&self.corners).filter(|t| !removed.contains(&t.0)) {
-            each(renamed.get(&t).unwrap_or(corners).map(added));
-        }
+        self.added_triangles().for_each(|(_, corners, _)| each(corners));
         Ok(())
+    }
+
+    /// The triangles of a tile that are there still: numbers, rising in each brick, corners and cases.
+    pub fn triangles_of<'a>(&'a self, of: &'a Numbered<'_>) -> impl Iterator<Item = (u64, Corners, Case)> + 'a {
+        let surface = &of.tile.surface;
+        let corner = |v: u32| {
+            let (v, number) = (v as usize, of.vertex(v as usize));
+            self.corner(number, surface.positions[v], surface.colour[v])
+        };
+        let kept = (0..surface.triangles.len()).filter_map(|t| Some((of.triangle(t)?, t)));
+        kept.filter(|kept| self.is_there(kept.0)).map(move |(number, t)| {
+            let mut corners = surface.triangles[t].map(corner);
+            if let Some(renamed) = self.changes.renamed.get(&number) {
+                // Other corners are added ones.
+                for (corner, &v) in corners.iter_mut().zip(renamed).filter(|(corner, v)| corner.0 != **v) {
+                    *corner = self.added_corner(v);
+                }
+            }
+            (number, corners, surface.cases[t])
+        })
+    }
+
+    /// The triangles that were added and are there still: numbers, rising, corners and cases.
+    pub fn added_triangles(&self) -> impl Iterator<Item = (u64, Corners, Case)> + '_ {
+        let all = (self.numbers.triangles..).zip(self.corners.iter().zip(&self.added.cases));
+        all.filter(|of| self.is_there(of.0)).map(|(number, (corners, &case))| {
+            let corners = self.changes.renamed.get(&number).unwrap_or(corners);
+            (number, corners.map(|v| self.added_corner(v)), case)
+        })
+    }
+
+    fn is_there(&self, triangle: u64) -> bool {
+        !self.changes.removed.contains(&triangle)
+    }
+
+    fn added_corner(&self, v: u64) -> Corner {
+        match v.checked_sub(self.numbers.vertices) {
+            Some(at) => self.corner(v, self.added.positions[at as usize], self.added.colour[at as usize]),
+            None => self.corner(v, self.rims[&v].position, self.rims[&v].colour),
+        }
+    }
+
+    /// A corner that was at `before`.
+    fn corner(&self, v: u64, before: DVec3, colour: [u8; 4]) -> Corner {
+        (v, self.changes.moved.get(&v).map_or(before, |moved| moved.0), colour)
     }
 
     /// Calls `each` with the number, place and colour of every vertex.

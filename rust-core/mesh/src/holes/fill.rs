@@ -49,8 +49,8 @@ impl Fill {
     }
 }
 
-/// Closes a hole: faired, else only refined, else only triangulated, whichever first crosses nothing. `near` are the
-/// triangles of the mesh in the hole's region, `others` fills it must not cross.
+/// Closes a hole: faired, else only refined, else only triangulated, whichever first crosses nothing and gives no new vertex an edge below
+/// `shortest`. `near` are the triangles of the mesh in the hole's region, `others` fills it must not cross.
 ///
 /// # Errors
 /// [`base::Error::Cancelled`].
@@ -59,6 +59,7 @@ pub(super) fn close(
     hole: &[u32],
     near: &[u32],
     others: &[&Fill],
+    shortest: f64,
     progress: &Progress<'_>,
 ) -> Result<Option<Fill>> {
     let rim = Rim::new(mesh, hole, near.iter().copied());
@@ -81,7 +82,7 @@ pub(super) fn close(
     let faired = fair::fair(&refined, &rim.triangles, progress)?;
     for patch in [faired, refined, coarse] {
         progress.check()?;
-        if stays_clear(&patch) {
+        if patch.shortest_new_edge() >= shortest && stays_clear(&patch) {
             return Ok(Some(Fill { patch }));
         }
     }

@@ -57,7 +57,7 @@ pub enum HoleReason {
     TooLong,
     /// Not a simple loop: a vertex lies on it twice or on two loops, or it has only two edges.
     NotSimple,
-    /// Any fill would meet the surface or another fill.
+    /// Any fill would meet the surface or another fill, or have an edge that is too short.
     Crossing,
 }
 
@@ -108,7 +108,7 @@ pub struct HoleReport {
 }
 
 /// Closes the holes of a mesh whose boundary is at most as long (in the unit of the positions) as `limit` says of its
-/// vertices.
+/// vertices. New vertices have no edge shorter than `shortest`.
 ///
 /// `triangles` form an oriented manifold with boundary. `boundary` are its boundary edges, each in the direction of its triangle, in any
 /// order. New vertices and triangles are appended. The old ones are not touched, also not on an error.
@@ -127,10 +127,11 @@ pub fn close(
     triangles: &mut Vec<[u32; 3]>,
     boundary: &[[u32; 2]],
     limit: impl Fn(&[u32]) -> f64,
+    shortest: f64,
     progress: &Progress<'_>,
 ) -> Result<HoleReport> {
     let (holes, open) = sort_out(boundary, |v| positions[v as usize], limit);
-    let mut report = close_loops(positions, triangles, &holes, progress)?;
+    let mut report = close_loops(positions, triangles, &holes, shortest, progress)?;
     report.open.extend(open);
     report.open.sort_by_key(|open| open.vertex);
     Ok(report)
@@ -168,6 +169,7 @@ pub fn close_loops(
     positions: &mut Vec<DVec3>,
     triangles: &mut Vec<[u32; 3]>,
     holes: &[Vec<u32>],
+    shortest: f64,
     progress: &Progress<'_>,
 ) -> Result<HoleReport> {
     let mut report =
@@ -182,9 +184,9 @@ pub fn close_loops(
     let fills: Vec<Option<Fill>> = holes
         .par_iter()
         .zip(&surroundings)
-        .map(|(hole, near)| fill::close(mesh, hole, near, &[], progress))
+        .map(|(hole, near)| fill::close(mesh, hole, near, &[], shortest, progress))
         .collect::<Result<_>>()?;
-    let fills = settle(mesh, holes, &regions, &surroundings, fills, progress)?;
+    let fills = settle(mesh, holes, &regions, &surroundings, fills, shortest, progress)?;
     let [points, faces] =
         fills.iter().flatten().map(Fill::size).fold([0; 2], |sum, size| [sum[0] + size[0], sum[1] + size[1]]);
     // Growing by pushing would double what is there.
@@ -229,6 +231,7 @@ fn settle(
     regions: &[Bounds],
     surroundings: &[Vec<u32>],
     mut fills: Vec<Option<Fill>>,
+    shortest: f64,
     progress: &Progress<'_>,
 ) -> Result<Vec<Option<Fill>>> {
     // Not the fills' own boxes: one that is made anew lies elsewhere in its region.
@@ -239,7 +242,7 @@ fn settle(
         let later = group[0].0;
         let earlier: Vec<&Fill> = group.iter().filter_map(|&(_, i)| fills[i].as_ref()).collect();
         if fills[later].as_ref().is_some_and(|fill| fill.crosses(&earlier)) {
-            fills[later] = fill::close(mesh, &holes[later], &surroundings[later], &earlier, progress)?;
+            fills[later] = fill::close(mesh, &holes[later], &surroundings[later], &earlier, shortest, progress)?;
         }
     }
     Ok(fills)

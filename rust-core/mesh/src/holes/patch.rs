@@ -66,6 +66,14 @@ impl Patch {
         self.points.len() - self.loop_len
     }
 
+    /// Length of the shortest edge at a new vertex. Infinite if there is none.
+    pub fn shortest_new_edge(&self) -> f64 {
+        let sides = self.triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
+        let new = sides.filter(|side| side.iter().any(|&v| v as usize >= self.loop_len));
+        let length = |[a, b]: [u32; 2]| self.points[a as usize].distance(self.points[b as usize]);
+        new.map(length).fold(f64::INFINITY, f64::min)
+    }
+
     pub fn corners(&self, triangle: usize) -> [DVec3; 3] {
         self.triangles[triangle].map(|v| self.points[v as usize])
     }

@@ -17,7 +17,8 @@ fn boundary_of(triangles: &[[u32; 3]]) -> Vec<[u32; 2]> {
 fn close_all(mesh: &TriMesh, limit: f64) -> (TriMesh, HoleReport) {
     let mut closed = mesh.clone();
     let boundary = boundary_of(&mesh.triangles);
-    let report = close(&mut closed.positions, &mut closed.triangles, &boundary, |_| limit, &Progress::none()).unwrap();
+    let report =
+        close(&mut closed.positions, &mut closed.triangles, &boundary, |_| limit, 0.0, &Progress::none()).unwrap();
     check_closing(mesh, &closed, &report);
     (closed, report)
 }
@@ -90,7 +91,7 @@ fn work_grows_with_the_number_of_pinholes_in_a_wall() {
         let boundary = boundary_of(&wall.triangles);
         let (report, steps) = pool.install(|| {
             base::work::counted(|| {
-                close(&mut wall.positions, &mut wall.triangles, &boundary, |_| 5.0, &Progress::none()).unwrap()
+                close(&mut wall.positions, &mut wall.triangles, &boundary, |_| 5.0, 0.0, &Progress::none()).unwrap()
             })
         });
         assert_eq!((report.closed as u32, report.open.len()), (rows / 3 * (cols / 3), 1));
@@ -228,7 +229,8 @@ fn a_long_loop_is_cut_and_closed() {
     let mut closed = holed.clone();
     let boundary = boundary_of(&holed.triangles);
     assert!(boundary.len() > 360 + 2 * minimal::LARGEST - 50);
-    let report = close(&mut closed.positions, &mut closed.triangles, &boundary, |_| 345.0, &Progress::none()).unwrap();
+    let report =
+        close(&mut closed.positions, &mut closed.triangles, &boundary, |_| 345.0, 0.0, &Progress::none()).unwrap();
     assert_eq!(report.closed, 1);
     assert!(check(&closed).is_manifold());
 }
@@ -312,11 +314,45 @@ fn what_is_no_loop_is_left_and_bad_boundaries_do_no_harm() {
     assert!(report.closed == 0 && report.open.iter().all(|open| open.reason == HoleReason::NotSimple));
     // A boundary that the mesh doesn't have.
     let mut mesh = sphere(1);
-    let report =
-        close(&mut mesh.positions, &mut mesh.triangles, &[[0, 1], [1, 2], [2, 0], [3, 4]], |_| 9.0, &Progress::none());
+    let report = close(
+        &mut mesh.positions,
+        &mut mesh.triangles,
+        &[[0, 1], [1, 2], [2, 0], [3, 4]],
+        |_| 9.0,
+        0.0,
+        &Progress::none(),
+    );
     assert!(report.is_ok());
-    let report = close(&mut vec![], &mut vec![], &[], |_| 1.0, &Progress::none()).unwrap();
+    let report = close(&mut vec![], &mut vec![], &[], |_| 1.0, 0.0, &Progress::none()).unwrap();
     assert_eq!(report, HoleReport::default());
+}
+
+#[test]
+fn new_vertices_have_no_edge_below_the_shortest() {
+    let holed = cut(&torus(40, 60), |p| (4.0 * p.x).sin() * (5.0 * p.y).cos() > 0.5);
+    let boundary = boundary_of(&holed.triangles);
+    let fill = |shortest: f64| {
+        let mut mesh = holed.clone();
+        let (positions, triangles) = (&mut mesh.positions, &mut mesh.triangles);
+        let report = close(positions, triangles, &boundary, |_| 9.0, shortest, &Progress::none()).unwrap();
+        check_closing(&holed, &mesh, &report);
+        (mesh, report)
+    };
+    let new_edges = |(mesh, report): &(TriMesh, HoleReport)| {
+        let sides = mesh.triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
+        let new = sides.filter(|side| side.iter().any(|&v| v as usize >= report.first_vertex));
+        new.map(|[a, b]| mesh.positions[a as usize].distance(mesh.positions[b as usize])).collect::<Vec<_>>()
+    };
+    let as_fine = fill(0.0);
+    let least = new_edges(&as_fine).into_iter().fold(f64::INFINITY, f64::min);
+    assert!(least.is_finite() && fill(least) == as_fine);
+    // Holes are filled without new vertices rather than left open.
+    for shortest in [1.01 * least, 2.0 * least, 9.0] {
+        let found = fill(shortest);
+        assert!(new_edges(&found).into_iter().all(|length| length >= shortest));
+        assert_eq!(found.1.closed, as_fine.1.closed);
+        assert!(found.1.sources.len() < as_fine.1.sources.len());
+    }
 }
 
 #[test]
@@ -331,7 +367,7 @@ fn the_same_whatever_the_threads_and_the_order_of_the_boundary() {
         boundary.reverse();
         let pool = base::threads::pool(threads).unwrap();
         let report = pool
-            .install(|| close(&mut mesh.positions, &mut mesh.triangles, &boundary, |_| 9.0, &Progress::none()))
+            .install(|| close(&mut mesh.positions, &mut mesh.triangles, &boundary, |_| 9.0, 0.0, &Progress::none()))
             .unwrap();
         assert!(report.closed > 5);
         results.push((mesh, report));
@@ -346,7 +382,8 @@ fn cancelling_leaves_the_mesh_as_it_was() {
     let mut checks = 0;
     loop {
         let mut mesh = holed.clone();
-        match close(&mut mesh.positions, &mut mesh.triangles, &boundary, |_| 9.0, &Progress::cancel_after(checks)) {
+        match close(&mut mesh.positions, &mut mesh.triangles, &boundary, |_| 9.0, 0.0, &Progress::cancel_after(checks))
+        {
             Ok(_) => break,
             Err(error) => assert!(matches!(error, base::Error::Cancelled) && mesh == holed),
         }
