@@ -10,6 +10,7 @@
 //! | `sequence`, `turntable` | motions from frame to frame of a recording, and on a turntable about its axis |
 //! | `tint`, `coloured` | motions by colours where shape leaves them open |
 //! | `reach`, `gravity` | motions only near poses that are rough, and only as gravity allows |
+//! | `doubts` | groups that the heap as a whole speaks against |
 //! | `assemble`, `relax`, `uncertainty` | groups, all poses at once, and how far they may be off |
 //! | `misfit` | differences that no pose explains |
 //! | `report`, `summary`, `rivals`, `words` | the report |
@@ -25,6 +26,7 @@ mod blocks;
 mod coloured;
 mod constraints;
 mod correspond;
+mod doubts;
 mod driver;
 mod envelope;
 mod features;

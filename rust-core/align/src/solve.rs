@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use crate::assemble::Standing;
 use crate::coloured;
 use crate::constraints::{Inside, Pick};
+use crate::doubts::Doubted;
 use crate::finding::{BALANCE, Finding, Limits, closest, fits};
 use crate::group::Group;
 use crate::judge::{Verdict, judge, tolerance, touching_share};
@@ -31,6 +32,7 @@ pub(crate) struct Solved {
     pub groups: Vec<SolvedGroup>,
     pub pairs: Vec<Pair>,
     pub standings: Vec<Standing>,
+    pub doubted: Vec<Doubted>,
     pub links: Vec<Looked>,
     pub limits: Limits,
     pub inside: Vec<bool>,
@@ -130,7 +132,7 @@ const MANY: usize = 1000;
 
 pub(crate) fn solve(views: &[View], params: &AlignParams, inside: &Inside, progress: &Progress<'_>) -> Result<Solved> {
     let bound = Bound::of(views, params, inside);
-    let Found { pairs, standings, groups, table, sequence } = search(views, params, inside, &bound, progress)?;
+    let Found { pairs, standings, groups, doubted, table, sequence } = search(views, params, inside, &bound, progress)?;
     let limits = Limits::of(params);
     let is_followed = sequence.is_some();
     let known = Known { views, inside, bound: &bound, limits: &limits, table: table.as_ref(), is_followed };
@@ -156,6 +158,7 @@ pub(crate) fn solve(views: &[View], params: &AlignParams, inside: &Inside, progr
         groups: solved,
         pairs,
         standings,
+        doubted,
         links: looked
             .into_iter()
             .map(|(link, verdict)| Looked { link, closest: closest(&verdict, &limits), verdict })

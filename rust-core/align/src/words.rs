@@ -5,6 +5,7 @@ use rayon::prelude::*;
 
 use crate::assemble::{Standing, contradict};
 use crate::constraints::Pick;
+use crate::doubts::{Doubt, Doubted};
 use crate::finding::Finding;
 use crate::judge::Mode;
 use crate::misfit::{Cause, Placed, cause};
@@ -70,6 +71,9 @@ pub(crate) fn reason(
             views[k].fine().len()
         ));
     }
+    if let Some(text) = doubted(solved, names, k) {
+        return open(text);
+    }
     let apart = scans[k].state == ScanState::Apart;
     let sure_one = || {
         let fits = |pair: &&Pair| (pair.a == k || pair.b == k) && pair.finding == Finding::Sure;
@@ -130,6 +134,28 @@ pub(crate) fn reason(
         "no place was found where it fits another scan: it is of something else, or shares less than a third: give it {remedy}"
     )))
 }
+
+/// Why a scan that fits others is taken out of its group.
+fn doubted(solved: &Solved, names: &[&str], k: usize) -> Option<String> {
+    let Doubted { scans, doubt } = solved.doubted.iter().find(|doubted| doubted.scans.contains(&k))?;
+    let pairs = solved.pairs.iter().filter(|pair| pair.finding == Finding::Sure && (pair.a == k || pair.b == k));
+    let best = pairs.max_by(|x, y| touching(x).total_cmp(&touching(y)));
+    let fits = best.map_or("it fits other scans".to_owned(), |pair| {
+        format!("it fits {:?}", names[if pair.a == k { pair.b } else { pair.a }])
+    });
+    let why = match doubt {
+        Doubt::Elsewhere => "other pairs that fit as well put it elsewhere, and nothing decides".to_owned(),
+        Doubt::Few => format!(
+            "{} of {} scans that fit each other are too few to tell one place from another that looks alike",
+            scans.len(),
+            solved.inside.len()
+        ),
+    };
+    Some(format!("{fits}, but {why}: {DECIDED_BY}"))
+}
+
+/// Remedies for a place in doubt.
+const DECIDED_BY: &str = "align the recording as a sequence, give rough poses, or a pair of points that both show";
 
 /// Whether scans that are placed see through a scan where it was given, further off than rough poses may be.
 fn against(views: &[View], solved: &Solved, k: usize) -> bool {
@@ -329,6 +355,7 @@ pub(crate) fn say(
         ));
     }
     report.messages.extend(several_places(views, order, names, solved, progress)?);
+    report.messages.extend(in_doubt(order, names, solved));
     let same = (0..views.len()).flat_map(|a| (a + 1..views.len()).map(move |b| (a, b)));
     for (a, b) in
         same.filter(|&(a, b)| views[a].reduced.content == views[b].reduced.content && views[a].reduced.area > 0.0)
@@ -373,6 +400,36 @@ fn several_places(
         ));
     }
     Ok(said)
+}
+
+/// Frames of rooms that fit each other, but whose place is in doubt.
+fn in_doubt(order: &[usize], names: &[&str], solved: &Solved) -> Vec<String> {
+    let of = |doubt: Doubt| {
+        let doubted = solved.doubted.iter().filter(|doubted| doubted.doubt == doubt);
+        let mut scans: Vec<usize> = doubted.flat_map(|doubted| doubted.scans.iter().copied()).collect();
+        scans.sort_by_key(|&k| order[k]);
+        scans.into_iter().map(|k| names[k]).collect::<Vec<&str>>()
+    };
+    let mut said = Vec::new();
+    let elsewhere = of(Doubt::Elsewhere);
+    if !elsewhere.is_empty() {
+        let fit =
+            if elsewhere.len() == 1 { "1 scan fits".to_owned() } else { format!("{} scans fit", elsewhere.len()) };
+        said.push(format!(
+            "{fit} others in several places, by pairs that are equally sure, and nothing decides: {}",
+            quoted(&elsewhere)
+        ));
+    }
+    let few = of(Doubt::Few);
+    if !few.is_empty() {
+        said.push(format!(
+            "{} scans fit each other, too few of {} to tell places that look alike from each other: {}",
+            few.len(),
+            names.len(),
+            quoted(&few)
+        ));
+    }
+    said
 }
 
 /// Places where track of a recording was lost, and whether it was found again.
