@@ -47,9 +47,11 @@ def repository():
 def click(window, place):
     """The left button, so far from the upper right corner of a window."""
     x, y = window.width - place[0], window.height - place[1]
-    for kind, value in (("MOUSEMOVE", "NOTHING"), ("LEFTMOUSE", "PRESS"), ("LEFTMOUSE", "RELEASE")):
-        window.event_simulate(type=kind, value=value, x=x, y=y)
-        yield 0.3
+    # The first move lets the button know of the mouse, which slow drawing may keep from it.
+    moves = [("MOUSEMOVE", "NOTHING", 3), ("MOUSEMOVE", "NOTHING", 0)]
+    for kind, value, off in (*moves, ("LEFTMOUSE", "PRESS", 0), ("LEFTMOUSE", "RELEASE", 0)):
+        window.event_simulate(type=kind, value=value, x=x + off, y=y)
+        yield 0.5
 
 
 def installed():
@@ -79,7 +81,8 @@ def installing():
     yield from until(listed.exists, 60)
     check("its list is fetched", listed.exists())
     bpy.context.window_manager.extension_search = "Range"
-    yield 2.0
+    # As long as Blender says that it looks for updates, what folds the list is where the button will be.
+    yield 20.0
     picture("11_repository")
     driver.MODULE = f"bl_ext.{repo.module}.surfrecon"
     # The message comes and goes.
