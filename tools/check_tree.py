@@ -25,6 +25,8 @@ MOST_LINES = 1_000
 CODE = {".rs", ".py", ".c", ".cpp", ".h", ".hpp", ".sh"}
 # The first screen and more; the rest belongs into guides.
 README_BYTES = 8_000
+# Python that users or the next developer read: docstrings are held to the limits of doc comments.
+DOCUMENTED = ("python/python/surfrecon", "blender-addon/extension")
 # Commands and addresses that lead somewhere from the first release on, before to nothing or to a taker of the name.
 PUBLISHED = re.compile(
     r"pip install (?:--?\S+ )*['\"]?surfrecon\b|cargo (?:add|install) surfrecon|/surfrecon/releases\b"
@@ -142,6 +144,11 @@ def comment_problems():
         if path.suffix in {".py", ".pyi"}:
             for number, text in plain_words.python_comments(path.read_text("utf-8")):
                 yield from begins_with_a_question(path.relative_to(ROOT), number, text)
+    for folder in DOCUMENTED:
+        python = [path for path in files() if path.suffix == ".py" and path.is_relative_to(ROOT / folder)]
+        text = plain_words.docstrings("\n".join(path.read_text("utf-8") for path in python))
+        for problem in text.problems(plain_words.COMMENT_LIMITS):
+            yield f"{folder}: {problem}"
     codes = {str(path.relative_to(ROOT)): path.read_text("utf-8") for path in files() if path.suffix == ".rs"}
     folders = {str(path.parent.relative_to(ROOT)) + "/" for path in files() if path.name == "Cargo.toml"}
     crates = {}

@@ -135,6 +135,16 @@ def doc_comments(code):
     return markdown("\n".join(lines))
 
 
+def docstrings(code):
+    """The prose of the docstrings of a Python file, without examples."""
+    found = []
+    for node in ast.walk(ast.parse(code)):
+        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str):
+            lines = inspect.cleandoc(node.value.value).splitlines()
+            found.append("\n".join(line for line in lines if not line.lstrip().startswith((">>>", "..."))))
+    return markdown("\n\n".join(found))
+
+
 def main():
     """Prints the figures; ends with status 1 if one is beyond its limit."""
     found = False

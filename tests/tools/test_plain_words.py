@@ -187,3 +187,16 @@ def test_a_comment_that_begins_with_a_question_is_told_with_its_line(crates):
     (crates / "a.py").write_text("# Places.\na = 1\n# What it counts.\nb = 2\n", "utf-8")
     python, rust = check_tree.comment_problems()
     assert python.startswith("a.py:3: ") and rust.startswith("core/src/a.rs:3: ")
+
+
+def test_docstrings_are_counted_without_their_examples():
+    code = '''"""One. Two; three.
+
+>>> a; b
+"""
+
+def f():
+    """Four; five."""
+    x = "six; seven"
+'''
+    assert plain_words.docstrings(code).figures()["semicolons per 1,000 words"] == pytest.approx(2 / 5 * 1000)
