@@ -1,7 +1,7 @@
 """Surfaces from range scans: scans in any place in, one merged surface out.
 
-Arrays in and out are NumPy's; work runs on all cores with the interpreter lock released. Lengths are in the unit of the
-scans, angles in radians; ``parameters()`` lists every option with default, range and meaning.
+Arrays in and out are NumPy's. Work runs on all cores with the interpreter lock released. Lengths are in the unit of the
+scans, angles in radians. ``parameters()`` lists every option with default, range and meaning.
 
 In examples ``np`` is NumPy, ``scans`` a ``ScanSet`` of six scans in millimetres that have poses, ``image`` the first of
 them as a ``RangeImage``, ``mesh`` a closed ring as a ``Mesh``, ``points`` its vertices.

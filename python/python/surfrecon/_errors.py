@@ -17,7 +17,7 @@ class SurfreconError(Exception):
 
 
 class ParameterError(SurfreconError, ValueError):
-    """An option lies outside its range; the text gives value, range and unit.
+    """An option lies outside its range. The text gives value, range and unit.
 
     >>> try:
     ...     result = surfrecon.merge(scans, voxel=-1.0)
@@ -39,7 +39,7 @@ class InputError(SurfreconError, ValueError):
 
 
 class FormatError(SurfreconError, ValueError):
-    """A file does not hold what its format promises; the text gives file and place.
+    """A file does not hold what its format promises. The text gives file and place.
 
     >>> with open("notes.ply", "w") as file:
     ...     count = file.write("no scan")
@@ -52,7 +52,7 @@ class FormatError(SurfreconError, ValueError):
 
 
 class FileError(SurfreconError, OSError):
-    """Reading or writing a file failed; ``filename`` and ``errno`` are set where known.
+    """Reading or writing a file failed. ``filename`` and ``errno`` are set where known.
 
     >>> try:
     ...     scans = surfrecon.open("nowhere.ply")
@@ -81,7 +81,7 @@ class OutOfMemoryError(SurfreconError, MemoryError):
 
 
 class Cancelled(SurfreconError):
-    """The caller cancelled; nothing was left behind.
+    """The caller cancelled. Nothing was left behind.
 
     >>> try:
     ...     result = surfrecon.merge(scans, progress=lambda stage, share: False)

@@ -1,4 +1,4 @@
-"""Types of the compiled module; the texts are its docstrings (`help(surfrecon.merge)`)."""
+"""Types of the compiled module. The texts are its docstrings (`help(surfrecon.merge)`)."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from os import PathLike

@@ -35,7 +35,7 @@ class Report(dict[str, Any]):
         return sorted({*super().__dir__(), *self})
 
     def __repr__(self) -> str:
-        """The figures in one line; of arrays and lists of reports how many there are."""
+        """The figures in one line. Arrays and lists of reports are shown by how many there are."""
         return f"{type(self).__name__}({', '.join(f'{name}={_short(value)}' for name, value in self.items())})"
 
     def __str__(self) -> str:

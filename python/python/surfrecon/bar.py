@@ -9,7 +9,7 @@ __all__ = ["Bar"]
 
 
 class Bar:
-    """A progress bar as the ``progress`` of any operation; interrupting the notebook or Ctrl-C cancels.
+    """A progress bar as the ``progress`` of any operation. Interrupting the notebook or Ctrl-C cancels.
 
     >>> with Bar() as progress:
     ...     result = surfrecon.merge(scans, progress=progress)
@@ -22,7 +22,7 @@ class Bar:
         self._bar = tqdm(total=100, bar_format="{desc:32} {percentage:3.0f} % |{bar}| {elapsed}", **options)
 
     def __call__(self, stage: str, fraction: float) -> bool:
-        """Shows the stage and the share done; the operation goes on."""
+        """Shows the stage and the share done. The operation goes on."""
         self._bar.set_description_str(stage, refresh=False)
         self._bar.update(100 * fraction - self._bar.n)
         return True
@@ -34,7 +34,7 @@ class Bar:
     def __exit__(
         self, kind: type[BaseException] | None, problem: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Closes it; full if all went well."""
+        """Closes it. The bar is full if all went well."""
         if kind is None:
             self._bar.update(100 - self._bar.n)
         self._bar.close()

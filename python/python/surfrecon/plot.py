@@ -41,8 +41,8 @@ def _colours() -> Any:
 
 
 def range_image(image: RangeImage, ax: Any = None, unit: str = "") -> Any:
-    """How far a range image's samples lie from the sensor, as a picture; from the nearest sample on where its rays are
-    parallel.
+    """How far a range image's samples lie from the sensor, as a picture. They count from the nearest sample where
+    rays are parallel.
 
     >>> from surfrecon import plot
     >>> plot.range_image(image, unit="mm").figure.savefig("depth.png")

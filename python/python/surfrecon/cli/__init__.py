@@ -2,8 +2,8 @@
 
 ======================== =======================================================================
 ``program``              runs a command line, and what becomes of errors
-``performing``           one command from reading to writing; exit codes
-``parser``, ``options``  the command line; options out of the table of parameters
+``performing``           one command from reading to writing, and exit codes
+``parser``, ``options``  the command line, and options out of the table of parameters
 ``commands``             what each command takes and writes
 ``operations``           what each command does
 ``contents``             what scans hold
@@ -11,7 +11,7 @@
 ``batch``, ``manifest``  many jobs
 ``task``                 tasks of a merge that was planned
 ``conflicts``            jobs that would write over what others read or write
-``inputs``, ``members``  which files are read, and their hashes; files that files name
+``inputs``, ``members``  files that are read, their hashes, and files that files name
 ``record``               what is kept of a run: its report and the provenance of its result
 ``files``                text files that appear whole
 ``streams``              closed pipes, full disks, names that are not UTF-8

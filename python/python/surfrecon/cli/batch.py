@@ -27,7 +27,7 @@ __all__ = ["run_batch"]
 
 
 def run_batch(given: argparse.Namespace, shown: Shown, stops: Stops) -> int:
-    """Runs the jobs of a manifest; returns the exit code.
+    """Runs the jobs of a manifest. Returns the exit code.
 
     Raises:
         UsageError: the manifest is wrong. Nothing has run then.
@@ -64,7 +64,7 @@ def run_batch(given: argparse.Namespace, shown: Shown, stops: Stops) -> int:
 
 
 def _chosen(jobs: list[Job], given: argparse.Namespace) -> list[Job]:
-    """The jobs that were asked for; all of a manifest must be right, whichever run."""
+    """The jobs that were asked for. All jobs of a manifest must be right, whichever run."""
     try:
         refuse_conflicts(jobs, given.manifest, given.report)
     except UsageError as problem:
@@ -104,7 +104,7 @@ def _ran(work: Work, job: Job) -> dict[str, Any]:
 
 
 def _reason(job: Job, given: argparse.Namespace, shown: Shown, stops: Stops, changed: set[str]) -> str | None:
-    """Why a job is to run; ``None`` where its report says that it would make again what is there."""
+    """The reason to run a job. It is ``None`` where its report says that the job would make again what is there."""
     # A pipe would be waited for.
     if not os.path.isfile(job.report):
         return "there is no report of it"

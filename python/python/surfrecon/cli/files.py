@@ -29,7 +29,7 @@ def is_report(path: str) -> bool:
 
 
 def write_text(path: str, text: str) -> None:
-    """Writes a text file; one that was there is replaced at once, or untouched if writing fails.
+    """Writes a text file. A file that was there is replaced at once. It stays untouched if writing fails.
 
     Its permissions stay.
 

@@ -35,7 +35,7 @@ def of_scans(given: Sequence[str], scans: Iterable[_native.Scan]) -> list[str]:
 
 
 def of_names(given: Sequence[str]) -> list[str]:
-    """As `of_scans`, as far as it is known before anything is opened; without what folders hold."""
+    """As `of_scans`, as far as it is known before anything is opened. Files in folders are left out."""
     found = with_members(path for path in given if not os.path.isdir(path))
     return found + [beside for path in found for beside in _beside(path) if os.path.isfile(beside)]
 

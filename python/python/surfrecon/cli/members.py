@@ -22,7 +22,7 @@ _GLB_HEADER = 20
 
 
 def with_members(paths: Iterable[str]) -> list[str]:
-    """Files, all that they name, and what these name; each once. What can't be read names nothing."""
+    """Files, all that they name, and what these name. Each comes once. A file that can't be read names nothing."""
     found: dict[str, str] = {}
     left = list(paths)
     while left:
@@ -65,7 +65,7 @@ _LISTS = {
 
 
 def _of_json(text: bytes) -> Iterator[str]:
-    """Buffers and images of a glTF; depth and colour of frames, of which some are named without an ending."""
+    """Buffers and images of a glTF, depth and colour of frames. Some files of frames are named without an ending."""
     whole = json.loads(text.decode("utf-8-sig"))
     for entry in _entries(whole, "buffers") + _entries(whole, "images"):
         name = entry.get("uri")

@@ -32,7 +32,7 @@ class Own:
     """An option that is no parameter of the core.
 
     A ``flag``, ``text``, a ``file`` or ``folder``, a ``count``, ``counts`` or ``numbers``.
-    Of the last two ``length`` is how many, or 0 for any number; numbers that are ``angles`` may be degrees.
+    ``length`` is how many values the last two have, or 0 for any number. Numbers that are ``angles`` may be degrees.
     """
 
     name: str
@@ -175,7 +175,7 @@ def parsed(row: Row, value: Any) -> Any:
 
 
 def add(group: argparse._ArgumentGroup, row: Row) -> None:
-    """Adds an option; what is not given leaves nothing behind, so that the core's own default holds."""
+    """Adds an option. One that is not given leaves nothing behind, so that the core's own default holds."""
     flag = f"--{row.name.replace('_', '-')}"
     given: dict[str, Any] = {"dest": row.name, "default": argparse.SUPPRESS, "help": _help(row)}
     if row.kind == "flag":

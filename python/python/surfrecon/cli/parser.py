@@ -22,8 +22,8 @@ _EXIT_CODES = """exit codes:
   0    done
   1    a file can't be read or written, or what it holds can't be used
   2    a wrong command line or manifest
-  130  stopped by Ctrl-C (128 + the number of any signal): nothing is left behind, of a batch the jobs that are
-       done; once all is written it changes nothing
+  130  stopped by Ctrl-C (128 + the number of any signal). Nothing is left behind, but the jobs of a batch that are
+       done stay. A signal changes nothing once all is written.
   141  nobody reads the output any more
 
 An output that exists is replaced, at once and only if all went well.
@@ -38,7 +38,7 @@ _LARGEST = 2**63 - 1
 
 
 class BadCommandLine(UsageError):
-    """A command line that can't be understood; ``command`` is the one that says more with --help."""
+    """A command line that can't be understood. ``command`` is the one that says more with --help."""
 
     def __init__(self, command: str, text: str) -> None:
         super().__init__(f"{text}{'' if text.endswith('?') else '.'} {command} --help says more.")

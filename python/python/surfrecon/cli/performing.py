@@ -34,7 +34,7 @@ def show(given: argparse.Namespace, document: dict[str, Any]) -> None:
 
 
 def perform(work: Work) -> tuple[dict[str, Any], Made]:
-    """Runs what is asked, from reading to writing; returns the report.
+    """Runs what is asked, from reading to writing. Returns the report.
 
     From when its result is written on, signals are deferred: a command that was stopped has left nothing.
 

@@ -1,4 +1,4 @@
-"""Runs a command line; what becomes of errors."""
+"""Runs a command line. Decides what becomes of errors."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ __all__ = ["run"]
 
 
 def run(arguments: Sequence[str]) -> int:
-    """Runs a command line; returns its exit code."""
+    """Runs a command line. Returns its exit code."""
     streams.prepare()
     try:
         code = _run(arguments)

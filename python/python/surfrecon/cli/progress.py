@@ -28,7 +28,7 @@ class Shown:
         self._bar: Any = None
 
     def __call__(self, stage: str, fraction: float) -> bool:
-        """Shows a stage; ``False`` once the program was asked to end."""
+        """Shows a stage. Returns ``False`` once the program was asked to end."""
         if self._bar is not None:
             # A terminal that is gone is no reason to stop.
             with contextlib.suppress(OSError, ValueError):

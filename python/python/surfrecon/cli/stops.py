@@ -26,7 +26,7 @@ class Stopped(BaseException):
 
 
 class Stops:
-    """Turns signals into `Stopped` while a command works; once, so that nothing interrupts what is done about it.
+    """Turns signals into `Stopped` while a command works. It does so once, so nothing interrupts what is done about it.
 
     While it is deferred a signal only sets `asked`, and progress cancels: once a result is being written either the
     command was stopped and has left nothing, or all that it writes is there, its report too. It begins deferred.

@@ -29,7 +29,7 @@ def _as_bytes_or_escaped(problem: UnicodeError) -> tuple[str | bytes, int]:
 
 
 def prepare() -> None:
-    """Makes standard streams safe to use; the first thing to do."""
+    """Makes standard streams safe to use. This is the first thing to do."""
     for number in range(3):
         try:
             os.fstat(number)

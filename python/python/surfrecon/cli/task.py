@@ -18,7 +18,7 @@ __all__ = ["run_task"]
 
 
 def run_task(given: argparse.Namespace, shown: Shown, stops: Stops) -> int:
-    """Does the tasks that are named, or all; returns the exit code.
+    """Does the tasks that are named, or all. Returns the exit code.
 
     Raises:
         UsageError: there is no such task.

@@ -86,7 +86,7 @@ class Work:
         return scans
 
     def note(self, *texts: str) -> None:
-        """Notes what people should know; the log may have told it before, after the name of what it is about."""
+        """Notes what people should know. The log may have told it before, after the name of what it is about."""
         for text in texts:
             if not any(note == text or note.endswith(f": {text}") for note in self.notes):
                 self.notes.append(text)

@@ -113,7 +113,7 @@ def merge(
 
 
 def _whole(path: Any) -> Any:
-    """A path as workers find it; what is none is refused by the plan."""
+    """A path as workers find it. The plan refuses anything that is no path."""
     is_path = isinstance(path, str | os.PathLike) and not is_url(os.fspath(path))
     return os.path.abspath(path) if is_path else path
 
@@ -131,7 +131,7 @@ def _workers(client: Any) -> tuple[int, int | None]:
 
 
 def _done(plan: Plan, client: Any, retries: int, progress: Progress | None) -> dict[str, Any]:
-    """Does all tasks; the figures of the last."""
+    """Does all tasks. Returns the figures of the last."""
     from distributed import as_completed
 
     # Dask takes a key that it knows for one that is done, and workers a plan for the one that they have read.

@@ -200,7 +200,7 @@ class Plan:
 
     @property
     def stages(self) -> list[Stage]:
-        """The stages in their order; the last one, which is one task, writes the surface."""
+        """The stages in their order. The last one, which is one task, writes the surface."""
         found, first = [], 0
         for name, count in [*_native._merge_stages(self._content["tasks"]), (WRITE, 1)]:
             found.append(Stage(name, range(first, first + count)))
@@ -229,7 +229,7 @@ class Plan:
 
     @property
     def threads(self) -> int:
-        """Threads of a task; 0 for all there are."""
+        """Threads of a task. 0 stands for all there are."""
         return int(self._content["options"].get("threads") or 0)
 
     def run(
@@ -310,11 +310,11 @@ class Plan:
         return found | {"seconds": round(time.monotonic() - began, 3)}
 
     def clear(self) -> None:
-        """Removes what tasks have left; the plan and the surface stay."""
+        """Removes what tasks have left. The plan and the surface stay."""
         self._storage().remove()
 
     def remove(self) -> None:
-        """Removes the plan and what tasks have left, but for what is to be kept; the surface stays."""
+        """Removes the plan and what tasks have left, but for what is to be kept. The surface stays."""
         if not self.keep:
             self.clear()
         remove_file(self.path)

@@ -91,7 +91,7 @@ class Local(Storage):
     def at_hand(
         self, wanted: Sequence[str], spent: Sequence[str], scratch: str | os.PathLike[str] | None
     ) -> Iterator[str]:
-        """It is at hand; tasks remove themselves what is spent."""
+        """It is at hand. Tasks themselves remove what is spent."""
         if not os.path.isdir(self.place):
             raise FileError(f"{self.place}: the folder of the tasks is not there: plan the merge anew")
         yield self.place
@@ -121,7 +121,7 @@ class Remote(Storage):
     def at_hand(
         self, wanted: Sequence[str], spent: Sequence[str], scratch: str | os.PathLike[str] | None
     ) -> Iterator[str]:
-        """Fetches what is not here yet; hands over what is new, marks last."""
+        """Fetches what is not here yet. Hands over what is new, marks last."""
         if scratch is not None and not os.path.isdir(scratch):
             raise InputError(f"{os.fspath(scratch)}: scratch must be a folder that exists")
         files, root = _files(self.place)
