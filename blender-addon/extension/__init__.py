@@ -6,25 +6,40 @@
 | preferences | what holds for all scenes |
 | properties | options of the operators and the sidebar, made from the library's parameter table |
 | operators | a file each: bring in, look, clean, align, merge, reduce, measure, export |
-| panels, reports, menus | the sidebar tab; the figures of results; the entries in Blender's menus |
-| job, running, preview | a long call as a modal operator; what runs, and its cancel; a rough picture meanwhile |
+| panels | the sidebar tab |
+| reports | the figures of results |
+| menus | the entries in Blender's menus |
+| job | a long call as a modal operator |
+| running | what runs, and its cancel |
+| preview | a rough picture while a job runs |
 | home | the scene and the collection that a job was begun in |
 | kept_merge | what the last merge found out, for the next one |
-| adjusting, kept | adjusted operations that take long; what an operator needs again when it is adjusted |
-| convert, splines, surfaces | arrays <-> Blender's meshes; NURBS surfaces; several objects as one surface |
-| scan_objects, cameras | range images as objects, and back; cameras both ways |
+| adjusting | adjusted operations that take long |
+| kept | what an operator needs again when it is adjusted |
+| convert | arrays <-> Blender's meshes |
+| splines | NURBS surfaces |
+| surfaces | several objects as one surface |
+| scan_objects | range images as objects, and back |
+| cameras | cameras both ways |
 | usable | what refuses objects that can't be used, changed or moved |
-| regions, pruning, scaling | boxes, planes, selections, the ruler's points; meshes with fewer vertices; other sizes |
+| regions | boxes, planes, selections, the ruler's points |
+| pruning | meshes with fewer vertices |
+| scaling | other sizes |
 | recording | frames of a recording: those that stay in their files, and the object that stands for them |
-| chosen | the part of a selection that is meant; what is left out |
-| sources, hiding | what results were made from; hiding it in views, renders and exports |
+| chosen | the part of a selection that is meant, and what is left out |
+| sources | what results were made from |
+| hiding | hiding the sources of results in views, renders and exports |
 | scene | results in the scene: collections, selection, colours, materials |
-| imported, formats, views | what an import said; formats in its dialog; views and the sidebar after it |
+| imported | what an import said |
+| formats | formats in the dialog of an import |
+| views | views and the sidebar after an import |
 | false_colours | distances in colours, put on a surface for looking and taken off again |
 | gltf | what Blender's export of glTF leaves out |
-| words, advice | lengths, numbers, times and errors as people read them; what to do about these in Blender |
+| words | lengths, numbers, times and errors as people read them |
+| advice | what to do about errors in Blender |
 | declared | what the library declares of its operations: identifiers, names, tips |
-| presets, translations | options saved under names; other languages |
+| presets | options saved under names |
+| translations | other languages |
 """
 
 from . import (

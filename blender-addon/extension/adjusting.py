@@ -82,7 +82,7 @@ class Before:
         context.view_layer.objects.active = context.view_layer.objects.get(self.active or "")
 
     def replace(self):
-        """Removes what was made then; what was made now takes its names."""
+        """Removes what was made then. The new things take its names."""
         for kind, names in ((bpy.data.objects, self.made), (bpy.data.collections, self.made_in)):
             for name in names:
                 old = kind.get(name)

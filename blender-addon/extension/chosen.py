@@ -65,7 +65,7 @@ class Chosen:
         self.counts[kind] = self.counts.get(kind, 0) + 1
 
     def without_shapes(self):
-        """Leaves out cubes and planes if there are scans, or what was made of scans; returns itself."""
+        """Leaves out cubes and planes if there are scans, or what was made of scans. It returns itself."""
         if any(is_scan(obj) or sources_of(obj) for obj in self.objects):
             self.leave_out([obj for obj in self.objects if is_simple(obj)], SHAPES)
         return self

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Arrays <-> Blender's meshes, transforms and custom properties. What knows mesh layers; `pruning` copies them, too.
+"""Arrays <-> Blender's meshes, transforms and custom properties. This file knows mesh layers. `pruning` copies
+them, too.
 
-Blender copies an array at once only into an attribute of exactly its type; everything here keeps to that.
+Blender copies an array at once only into an attribute of exactly its type. Everything here keeps to that.
 """
 
 import bpy
@@ -45,7 +46,7 @@ def fill(mesh, coordinates, corners, sides=3):
 
 
 def store(mesh, name, values, domain="POINT"):
-    """Stores one value an element as an attribute; an older one of that name is replaced."""
+    """Stores one value an element as an attribute. It replaces an older attribute of that name."""
     older = mesh.attributes.get(name)
     if older is not None:
         mesh.attributes.remove(older)
@@ -143,7 +144,7 @@ def positions(mesh):
 
 
 def triangles(mesh):
-    """(m, 3) int32; larger polygons are cut."""
+    """(m, 3) int32: the triangles. Larger polygons are cut."""
     if len(mesh.loops) == 3 * len(mesh.polygons):
         flat = np.empty(len(mesh.loops), np.int32)
         mesh.attributes[".corner_vert"].data.foreach_get("value", flat)
@@ -242,8 +243,8 @@ def seen_positions(obj, depsgraph):
 
 
 def points_of_object(obj, depsgraph, in_world):
-    """(n, 3) float64: the points of a point cloud, or the vertices of what has any, with modifiers, in the world or in
-    the object's own frame; and their (n, 4) colours or `None`.
+    """(n, 3) float64: the points of a point cloud, or the vertices of what has any, with modifiers. They are in the
+    world or in the object's own frame. The second value is their (n, 4) colours or `None`.
 
     Raises `Refused` with a sentence about the object.
     """

@@ -46,7 +46,7 @@ def store_distances(mesh, distances):
 
 
 def show(obj, limit, material=None):
-    """Gives the object a material that shows the attribute; its mesh keeps its own materials, see `hide`."""
+    """Gives the object a material that shows the attribute. Its mesh keeps its own materials, see `hide`."""
     remember(obj.data)
     if not obj.material_slots:
         obj.data.materials.append(None)
@@ -90,7 +90,7 @@ def wear_own(obj):
 
 
 def undress(obj):
-    """Shows the object as it really looks; returns what `show` takes to show its false colours again."""
+    """Shows the object as it really looks. It returns what `show` takes to show its false colours again."""
     shown = limit_of(obj), next(slot.material for slot in obj.material_slots if shows_error(slot.material))
     wear_own(obj)
     if COLOURS in obj.data.attributes:
@@ -155,7 +155,9 @@ def real_ones_active(mesh, before):
 
 
 def grow(objects, scale):
-    """Distances and figures of objects that are scaled; those of a mesh that several share once."""
+    """Scales distances and figures of objects that are scaled. It scales the distances of a mesh once, even if several
+    objects share it.
+    """
     for obj in objects:
         if FIGURES in obj:
             obj[FIGURES] = {name: value * scale for name, value in obj[FIGURES].to_dict().items()}

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""German of what is said in sentences: refusals, reports and hints. A pair of braces is a part that changes; the parts
-are in the same order in both, or have numbers.
+"""German of what is said in sentences: refusals, reports and hints. A pair of braces is a part that changes. The parts
+are in the same order in both languages, or have numbers.
 """
 # A sentence a line is easier to translate than one in pieces.
 # ruff: noqa: E501

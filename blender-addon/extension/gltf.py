@@ -26,7 +26,7 @@ def glTF2_post_export_callback(settings):
 
 
 class glTF2ExportUserExtension:
-    """Leaves out what a result was made from, as long as that is hidden; by itself the exporter takes it along."""
+    """Leaves out what a result was made from, as long as that is hidden. By itself the exporter takes it along."""
 
     def gather_tree_filter_tag_hook(self, tree, settings):
         """Says which nodes of the scene don't go into the file."""

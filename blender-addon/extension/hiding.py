@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Hides what a result was made from, in views, renders and exports, with the cameras of its frames; and shows it again.
+"""Hides what a result was made from, in views, renders and exports, with the cameras of its frames. It also shows it
+again.
 
 Both lie in the same place, so that one of them is seen at a time.
 """

@@ -18,7 +18,7 @@ class Home:
         self.collection = None if context.collection is None else context.collection.session_uid
 
     def find(self):
-        """The scene; refuses one that is gone."""
+        """The scene. It refuses a scene that is gone."""
         found = by_number(bpy.data.scenes, self.scene)
         if found is None:
             raise Refused("The scene in which this was begun was removed meanwhile: try again in another")

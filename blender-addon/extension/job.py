@@ -2,7 +2,7 @@
 """A long call of the library as a modal operator: thread, progress, cancel.
 
 The call runs on a thread of the library's own (`surfrecon.Job`), which touches nothing of Blender. The operator looks
-at it twenty times a second; ESC cancels. Only when it has ended is anything of the scene changed, on the main thread,
+at it twenty times a second. ESC cancels. Only when it has ended is anything of the scene changed, on the main thread,
 so that a cancelled or failed call leaves the scene as it was and a finished one is a single undo step.
 
 An operation that is adjusted in the panel of the last operation runs while Blender waits, as any operator does there.
@@ -97,7 +97,7 @@ class JobOperator:
         return self._timer is not None
 
     def invoke(self, context, event):
-        """For people: returns at once; `modal` watches."""
+        """For people: it returns at once. `modal` watches."""
         return self.watch(context)
 
     def watch(self, context):
@@ -186,7 +186,7 @@ class JobOperator:
         redraw(context)
 
     def _launching(self, context):
-        """The steps of `launch`, if it has any; a generator that returns the job."""
+        """The steps of `launch`, if it has any. It is a generator that returns the job."""
         Kept.only_of(self.bl_idname)
         refuse_no_numbers(self)
         launched = self.launch(context)
@@ -235,7 +235,7 @@ class JobOperator:
         tell(self, {"ERROR"}, text)
 
     def _leave(self, context, done=None):
-        """Takes away what was shown; returns `done`."""
+        """Takes away what was shown. It returns `done`."""
         preview.end()
         manager = context.window_manager
         if self._timer is not None:
@@ -263,7 +263,7 @@ def refuse_no_numbers(operator):
 
 
 class SURFRECON_OT_cancel(bpy.types.Operator):
-    """Stop the running operation; the scene stays as it was"""
+    """Stop the running operation. The scene stays as it was"""
 
     bl_idname = "surfrecon.cancel"
     bl_label = "Cancel"
@@ -274,13 +274,13 @@ class SURFRECON_OT_cancel(bpy.types.Operator):
         return Running.job is not None
 
     def execute(self, context):
-        """Asks the job to stop; its operator does the rest."""
+        """Asks the job to stop. Its operator does the rest."""
         Running.stop()
         return {"FINISHED"}
 
 
 def redraw(context):
-    """Lets the sidebars show the progress; the views themselves may be slow to draw and stay as they are."""
+    """Lets the sidebars show the progress. The views themselves may be slow to draw and stay as they are."""
     for window in context.window_manager.windows:
         for area in window.screen.areas:
             if area.type == "VIEW_3D":

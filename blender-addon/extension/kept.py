@@ -84,7 +84,7 @@ def fingerprint(*arrays):
 
 
 def look():
-    """Forgets what can't be adjusted any more; as a timer, returns when to look again."""
+    """Forgets what can't be adjusted any more. As a timer, it returns when to look again."""
     operators = bpy.context.window_manager.operators
     if Kept.owner is not None and (not operators or operators[-1].bl_idname != Kept.owner):
         Kept.forget()

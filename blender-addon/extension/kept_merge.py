@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The findings of the last merge, for the next: after a scan was moved, only what it has a part in is done anew.
 
-Scans are known by what they hold, not by their objects, so that undo, edits and other files can't deceive it; results
-are those of a merge that knows nothing, to the bit. One set of scans is kept, with copies of what they hold. Its memory
-is given back when another file is read, when a merge or another operation finds memory short, and some time after the
-last merge.
+Scans are known by what they hold, not by their objects. So undo, edits and other files can't deceive it. Results are
+those of a merge that knows nothing, to the bit. One set of scans is kept, with copies of what they hold. Its memory is
+given back when another file is read, when a merge or another operation finds memory short, and some time after the last
+merge.
 """
 
 import time
@@ -54,13 +54,15 @@ class KeptMerge:
 
     @classmethod
     def renewed(cls):
-        """How many blocks of space the last merge had to do, and how many there are; `None` where it kept nothing."""
+        """How many blocks of space the last merge had to do, and how many there are. The result is `None` where it
+        kept nothing.
+        """
         renewed = (0, 0) if cls.merger is None else cls.merger.renewed
         return renewed if renewed[1] > 0 else None
 
     @classmethod
     def forget(cls):
-        """Gives its memory back; whether there was anything."""
+        """Gives its memory back. It returns whether there was anything."""
         was = cls.merger is not None
         cls.merger, cls.keys = None, []
         return was
@@ -81,7 +83,7 @@ def key_of(scan):
 
 
 def look():
-    """Forgets what nobody has used for long; as a timer, returns when to look again."""
+    """Forgets what nobody has used for long. As a timer, it returns when to look again."""
     if time.monotonic() - KeptMerge.used > IDLE_SECONDS:
         KeptMerge.forget()
     return None if KeptMerge.merger is None else LOOK_SECONDS

@@ -28,7 +28,7 @@ def distances_of(merged):
 
 
 def mark_of(merged):
-    """A text that differs once anything did that the distances depend on; `None` where that can't be told."""
+    """A text that changes with anything that the distances depend on. It is `None` where that can't be told."""
     sources = [source for _, source in pairs_of(merged)]
     distances = convert.vertex_values(merged.data, ATTRIBUTE, "FLOAT", np.float32)
     if distances is None or not sources or None in sources:

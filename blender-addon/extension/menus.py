@@ -28,7 +28,7 @@ OBJECT = (
 
 
 def groups():
-    """The groups of the menu; operators that no group names come last."""
+    """The groups of the menu. Operators that no group names come last."""
     named = {*FILES, *(name for group in OBJECT for name in group)}
     others = [cls.bl_idname for cls in operators.CLASSES if issubclass(cls, bpy.types.Operator) and not hidden(cls)]
     rest = tuple(name for name in others if name not in named)

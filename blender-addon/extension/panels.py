@@ -177,7 +177,7 @@ class SURFRECON_PT_options(ScansPanel, bpy.types.Panel):
     bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context):
-        """One row an option; lengths of 0 are measured from the scans."""
+        """One row an option. Lengths of 0 are measured from the scans."""
         layout = self.layout
         layout.use_property_split = True
         layout.use_property_decorate = False
@@ -261,7 +261,7 @@ class SURFRECON_PT_report(ScansPanel, bpy.types.Panel):
         return obj is not None and (any(name in obj for name in LINES) or import_of(obj) is not None)
 
     def draw(self, context):
-        """The object's name, five lines and what is said in sentences; other figures are folded."""
+        """The object's name, five lines and what is said in sentences. Other figures are folded."""
         obj = context.object
         self.layout.label(text=obj.name, icon="OBJECT_DATA", translate=False)
         summary = lines_of(in_short, context, obj)
@@ -293,7 +293,7 @@ class SURFRECON_PT_report(ScansPanel, bpy.types.Panel):
 
 
 def lines_of(lines, context, what):
-    """The (name, value) texts; none where they can't be told, since custom properties can be changed by anyone."""
+    """The (name, value) texts. There are none where they can't be told, since anyone can change custom properties."""
     try:
         return list(lines(context, what))
     except (AttributeError, KeyError, TypeError, ValueError):

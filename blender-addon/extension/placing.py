@@ -23,7 +23,7 @@ def set_name(paths):
 
 
 def place(made, axes, origin):
-    """Gives the objects their matrices; returns by what all were moved, if they were."""
+    """Gives the objects their matrices. It returns the offset that all were moved by, or `None`."""
     poses = np.array([axes @ pose for _, pose in made])
     extent = max(max(np.abs(np.array(obj.bound_box)).max() for obj, _ in made), 1e-12)
     boxes = [np.array(obj.bound_box) @ pose[:3, :3].T + pose[:3, 3] for (obj, _), pose in zip(made, poses, strict=True)]

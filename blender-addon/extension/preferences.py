@@ -70,7 +70,7 @@ class SurfreconPreferences(bpy.types.AddonPreferences):
 
 
 def preference(name):
-    """The value of a preference; its default where the extension runs without being installed as one."""
+    """The value of a preference. It is the default where the extension runs without being installed as one."""
     addon = bpy.context.preferences.addons.get(__package__)
     if addon is None or addon.preferences is None:
         return SurfreconPreferences.bl_rna.properties[name].default

@@ -63,7 +63,7 @@ def description(parameter):
 
 
 def draw_others(layout, options, parameters, drawn):
-    """A row for each parameter that has no place of its own; threads are a matter of the preferences."""
+    """A row for each parameter that has no place of its own. Threads are a matter of the preferences."""
     for name in parameters:
         if name != "threads" and name not in drawn:
             layout.prop(options, name)
@@ -123,7 +123,7 @@ def threads(options):
 
 
 def arguments(options):
-    """Keyword arguments of `surfrecon.merge` from a `MergeOptions`; lengths in Blender's unit."""
+    """Keyword arguments of `surfrecon.merge` from a `MergeOptions`. Lengths are in Blender's unit."""
     found = given(options, {name: p for name, p in PARAMETERS.items() if name != "threads"})
     if not options.close_holes:
         found["max_hole_length"] = 0.0

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Removes vertices of a mesh and the faces at them; all else stays as it was."""
+"""Removes vertices of a mesh and the faces at them. All else stays as it was."""
 
 import bmesh
 import bpy

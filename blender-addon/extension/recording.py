@@ -3,7 +3,7 @@
 
 That object is an empty with custom properties: the files, how they are read, which frames it stands for, and how many
 units of the scene a unit of the files has. Its matrix places the recording in the world, so its frames go where it is
-moved. They are read from the files when they are merged or aligned, one by one; saving, undo and copies keep them.
+moved. They are read from the files when they are merged or aligned, one by one. Saving, undo and copies keep them.
 """
 
 import os
@@ -54,7 +54,7 @@ def spread(preferred, most):
 
 
 def opened(paths, whole, options):
-    """The paths that were opened and the scans in them; a generator for `launch`.
+    """The paths that were opened and the scans in them. It is a generator for `launch`.
 
     One file of a recording that does not open as one stands for the whole of it, if `whole` says so: Blender lets files
     be dropped, but no folders.
@@ -102,7 +102,7 @@ def reading(scans):
 
 
 def stand_for(name, paths, options, frames, total, scale):
-    """An object that stands for frames of the files; linked nowhere yet, it lies where the files have their origin."""
+    """An object that stands for frames of the files. It is linked nowhere yet. It lies at the origin of the files."""
     obj = bpy.data.objects.new(name, None)
     obj.empty_display_type = "SPHERE"
     obj[PATHS] = "\n".join(os.path.abspath(path) for path in paths)
@@ -140,7 +140,8 @@ def is_recording(obj):
 
 
 def frames(obj, depsgraph):
-    """The frames that an object stands for, placed as it is, samples still in the files; a generator for `gathered`.
+    """The frames that an object stands for, placed as it is. Their samples are still in the files. It is a generator
+    for `gathered`.
 
     Raises `Refused` with a sentence if the files are gone or have changed.
     """
@@ -192,7 +193,7 @@ def at_pose(scan, world_from_recording, pose):
 
 
 def moved(scan, world_from_recording, scale, pose):
-    """A scan where the recording's object and, if it was aligned, its own pose put it; it stays in its file."""
+    """A scan where the recording's object and, if it was aligned, its own pose put it. It stays in its file."""
     scaled = np.diag([scale, scale, scale, 1.0])
     similarity = world_from_recording @ scaled
     if pose is not None:
@@ -203,7 +204,9 @@ def moved(scan, world_from_recording, scale, pose):
 
 
 def placement(obj, depsgraph):
-    """4 x 4 float64: from the recording to the world; refuses what no frame can be: stretched, flattened, mirrored."""
+    """4 x 4 float64: from the recording to the world. It refuses what no frame can be: stretched, flattened,
+    mirrored.
+    """
     matrix = np.array(obj.evaluated_get(depsgraph).matrix_world, np.float64)
     if not np.isfinite(matrix).all():
         raise Refused(f'"{obj.name}" has a location, rotation or scale that is no number: check it in N, Item')
@@ -249,7 +252,7 @@ def former_poses(obj):
 
 
 def put(obj, world_from_recording, world_from_frames):
-    """Notes where frames lie now, in the world; the object stays where it is."""
+    """Notes where frames lie now, in the world. The object stays where it is."""
     count = len(obj.get(SELECTIONS, ())) // 18
     former = list(obj.get(FORMER, ()))
     width = 2 + 12 * len(obj[FRAMES])

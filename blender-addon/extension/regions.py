@@ -52,7 +52,9 @@ def region_of(obj, depsgraph):
 
 
 def marked(obj, by):
-    """(n,) bool: which vertices of an object are selected, in its active vertex group or masked; refuses none."""
+    """(n,) bool: which vertices of an object are selected, in its active vertex group or masked. It refuses an object
+    without such vertices.
+    """
     mesh = obj.data
     count = len(mesh.vertices)
     if by == "SELECTED":
@@ -83,7 +85,7 @@ def world_positions(obj, depsgraph):
 
 
 def ruler_points(scene, count):
-    """So many points of the scene's rulers, the last drawn first, in the world; `None` without such a ruler.
+    """So many points of the scene's rulers, the last drawn first, in the world. It is `None` without such a ruler.
 
     A ruler of two points is a length, one that was bent has three.
     """
@@ -138,9 +140,9 @@ def ends_of_ruler(context, objects, by_view=True):
 
 
 def seen_below(context, points, lifted, objects, depsgraph):
-    """Points (2, 3) of a ruler that was drawn in this view, those that are lifted moved along the view to the surface
-    that is seen there; `None` where there is no view, the ruler lies across it, or an end is near an edge of what is
-    seen.
+    """Points (2, 3) of a ruler that was drawn in this view. Lifted points are moved along the view to the surface that
+    is seen there. The result is `None` where there is no view, the ruler lies across it, or an end is near an edge of
+    what is seen.
     """
     view = getattr(context.space_data, "region_3d", None)
     if view is None:
@@ -195,8 +197,8 @@ def far(point, obj):
 
 
 def picked(context, count):
-    """Points that were picked: those of the ruler, else the selected vertices of the active object. Refuses other
-    numbers of vertices than two, or fewer than three where three are asked for; all of a mesh are none.
+    """Points that were picked: those of the ruler, else the selected vertices of the active object. It refuses other
+    numbers of vertices than two, or fewer than three where three are asked for. All vertices of a mesh count as none.
     """
     points = ruler_points(context.scene, count)
     if points is not None:
@@ -219,7 +221,7 @@ def picked(context, count):
 
 
 def plane_of(points, above):
-    """The plane that lies nearest to points, three or more; above is the side where the place `above` lies."""
+    """The plane that lies nearest to three or more points. The place `above` lies on its upper side."""
     if not np.isfinite(points).all():
         raise Refused("A picked point has a coordinate that is no number: pick others")
     middle = points.mean(axis=0)

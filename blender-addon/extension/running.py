@@ -37,7 +37,7 @@ class Gathering:
         return self.title, self.share
 
     def read(self):
-        """Reads on for a moment; returns the job once all is read, else `None`."""
+        """Reads on for a moment. It returns the job once all is read, else `None`."""
         end = time.monotonic() + READING_SECONDS
         while True:
             try:
@@ -77,8 +77,8 @@ class Handle:
 
 
 def gathered(context, objects, read):
-    """`read(object, depsgraph)` of each object, as a list; one that takes long may be a generator of the same kind. A
-    generator, for `launch`, that yields the share done.
+    """`read(object, depsgraph)` of each object, as a list. It is a generator, for `launch`, that yields the share done.
+    A `read` that takes long may be a generator of the same kind.
 
     The user may work on meanwhile, so objects are looked up when their turn comes.
     """
@@ -97,7 +97,7 @@ def gathered(context, objects, read):
 
 
 def part_of(steps, begin, length):
-    """A generator that yields shares, as a part of a longer one; returns what it returns."""
+    """A generator that yields shares, as a part of a longer one. It returns what `steps` returns."""
     while True:
         try:
             share = next(steps)
@@ -107,8 +107,8 @@ def part_of(steps, begin, length):
 
 
 def waited(job):
-    """The result of a job of the library. A generator, for `launch`, that yields the share done; one that is dropped
-    cancels the job.
+    """The result of a job of the library. It is a generator, for `launch`, that yields the share done. A generator that
+    is dropped cancels the job.
     """
     while not job.done():
         yield job.progress()[1]
@@ -232,7 +232,7 @@ class Running:
 
     @classmethod
     def stop(cls):
-        """Asks the job to stop, which it does within a tenth of a second; who watches it does the rest."""
+        """Asks the job to stop, which it does within a tenth of a second. The watcher of the job does the rest."""
         cls.job.cancel()
         cls.stopped = time.monotonic()
 

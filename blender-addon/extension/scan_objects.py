@@ -2,7 +2,7 @@
 """Range images as objects, and objects as what is merged and aligned.
 
 A range image in Blender is a mesh of one vertex a valid pixel, with the vertex attributes `range_row` and `range_col`
-and, where known, `confidence`, `intensity` and `colour`; the object has custom properties for the camera of its pixels,
+and, where known, `confidence`, `intensity` and `colour`. The object has custom properties for the camera of its pixels,
 and its matrix is the pose. So undo, save and reload keep it. Vertices may be moved, turned, scaled and mirrored, all at
 once or with the object, and deleted: the library tells by the camera's anchors what was done to them.
 """
@@ -32,7 +32,7 @@ def is_range_image(obj):
 
 
 def object_from_range_image(name, image, scale, faces):
-    """An object from a `surfrecon.RangeImage`; lengths are multiplied by `scale`. With or without triangles."""
+    """An object from a `surfrecon.RangeImage`, with or without triangles. Lengths are multiplied by `scale`."""
     made = bpy.data.objects.new(name, convert.mesh_from_result(name, image.to_mesh(faces=faces), scale=scale))
     keep_camera(made, image.grid_camera().scaled(scale))
     return made
@@ -51,7 +51,7 @@ def keep_camera(obj, camera):
 
 
 def scale_range_image(obj, scale):
-    """Scales the samples of a range image and its camera; its pose stays."""
+    """Scales the samples of a range image and its camera. Its pose stays."""
     mesh = obj.data
     mesh.attributes["position"].data.foreach_set("vector", (convert.positions(mesh) * scale).reshape(-1))
     mesh.update()
@@ -62,7 +62,7 @@ def scale_range_image(obj, scale):
 
 
 def camera_of(obj):
-    """The `surfrecon.GridCamera` that an object's custom properties say; refuses what can't be one."""
+    """The `surfrecon.GridCamera` that an object's custom properties say. It refuses what can't be one."""
     rows, columns = obj[ROWS], obj[COLUMNS]
     if not (isinstance(rows, int) and isinstance(columns, int) and 0 < rows * columns <= MOST_PIXELS and rows > 0):
         raise Refused(
@@ -127,7 +127,7 @@ def has_faces(obj, depsgraph):
 
 
 def seen_by(obj, mesh):
-    """The camera, and the row and column of each vertex; `None` if the mesh is no longer one vertex a pixel."""
+    """The camera, and the row and column of each vertex. `None` if the mesh is no longer one vertex a pixel."""
     camera = camera_of(obj)
     row, column = (convert.vertex_values(mesh, name, "INT", np.int32) for name in ("range_row", "range_col"))
     if row is None or column is None or min(row.min(), column.min()) < 0:

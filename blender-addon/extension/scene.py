@@ -70,7 +70,7 @@ def put_back(obj, before):
 
 
 def select_only(context, objects):
-    """Selects these objects and nothing else; the first becomes the active one."""
+    """Selects these objects and nothing else. The first becomes the active one."""
     for obj in list(context.view_layer.objects.selected):
         obj.select_set(False)
     for obj in objects:
@@ -101,8 +101,8 @@ def into_local_views(context, objects):
 
 
 def dress(made, sources, depsgraph):
-    """Gives an object the materials of the ones it was made from, each face that of the nearest face there; without
-    any materials, one that shows its colours.
+    """Gives an object the materials of the ones it was made from. Each face gets that of the nearest face there. If
+    there are no materials, the object gets one that shows its colours.
     """
     sources = [obj for obj in sources if obj is not None and hasattr(obj.data, "materials")]
     materials = []

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Sources of results: noted with them as pointers, which hold whatever an object is called later.
 
-A pointer keeps a deleted object in the file, where no scene has it; such an object counts as gone, and saving lets it
+A pointer keeps a deleted object in the file, where no scene has it. Such an object counts as gone, and saving lets it
 go. Each pointer has the name beside it that the object had, so that what is gone can be named.
 """
 
@@ -53,7 +53,7 @@ def sources_of(obj):
 
 
 def all_sources_of(objects):
-    """Sources of objects, and theirs; none twice, and none of the objects themselves."""
+    """Sources of objects, and theirs. None comes twice, and none is one of the objects themselves."""
     found, new = list(objects), list(objects)
     while new:
         new = [source for obj in new for source in sources_of(obj) if source not in found]
@@ -93,7 +93,7 @@ def has_colours(scan):
 
 
 def scan_behind(obj):
-    """The range scan that an object is, or was made from; `None` if there is none.
+    """The range scan that an object is, or was made from. It is `None` if there is no such scan.
 
     So an operator can be adjusted, and called again, while its own result is the active object.
     """

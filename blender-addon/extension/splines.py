@@ -11,7 +11,7 @@ RESOLUTION = 2
 
 
 def object_from_spline(context, name, spline):
-    """A native NURBS surface of a `surfrecon.Spline`, the very same surface; an object that is linked nowhere yet.
+    """A native NURBS surface of a `surfrecon.Spline`, the very same surface. The object is linked nowhere yet.
 
     To Python Blender gives curves only: each row of control points becomes one, and Blender's own operator joins them.
     Coordinates are at first the place in the grid, so that it is seen afterwards where each point went.

@@ -28,7 +28,7 @@ def language_of(view):
 
 
 def translated(text, language):
-    """A sentence by a dictionary of patterns; what no pattern is of stays."""
+    """A sentence by a dictionary of patterns. A text without a pattern stays."""
     if text in language:
         return language[text]
     for pattern, other in patterns(id(language)):
@@ -50,7 +50,7 @@ def translated(text, language):
 
 @cache
 def patterns(number):
-    """Patterns with parts that change, of the dictionary with that identity; those that say most come first."""
+    """Patterns with parts that change, of the dictionary with that identity. Those that say most come first."""
     language = next(one for one in LANGUAGES.values() if id(one) == number)
     found = [key for key in language if "{}" in key]
     found.sort(key=lambda key: -len(key.replace("{}", "")))

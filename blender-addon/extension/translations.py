@@ -68,7 +68,7 @@ GERMAN_TEXTS = {
     "Merge the selected scans, or any selected oriented meshes, into one new surface": "Die ausgewählten Scans, oder beliebige Netze mit einer Außenseite, zu einer neuen Fläche vereinen",
     "Align the selected scans and, once all of them are placed, merge them into one new surface": "Die ausgewählten Scans ausrichten und, sobald alle ihren Platz haben, zu einer neuen Fläche vereinen",
     "Write the selected surfaces, and nothing else, into a GLB file by Blender's glTF exporter": "Die ausgewählten Flächen, und nichts sonst, mit Blenders glTF-Exporter in eine GLB-Datei schreiben",
-    "Merge the selected scans straight into a PLY file, also more of them than memory holds; no object is made": "Die ausgewählten Scans gleich in eine PLY-Datei vereinen, auch mehr, als der Speicher fasst; es entsteht kein Objekt",
+    "Merge the selected scans straight into a PLY file, also more of them than memory holds. No object is made": "Die ausgewählten Scans gleich in eine PLY-Datei vereinen, auch mehr, als der Speicher fasst. Es entsteht kein Objekt",
     "Make a surface through the vertices or points of the selected objects, whatever faces they have": "Eine Fläche durch die Ecken oder Punkte der ausgewählten Objekte legen, gleich welche Flächen sie haben",
     "Simplify the active scan to a mesh of few triangles that stays within a tolerance of every sample": "Den aktiven Scan zu einem Netz weniger Dreiecke vereinfachen, das von keinem Messpunkt weiter abweicht als die Toleranz",
     "Make a regular grid of quads of the active scan, dense where the surface bends": "Aus dem aktiven Scan ein regelmäßiges Gitter von Vierecken machen, dicht, wo sich die Fläche krümmt",
@@ -77,7 +77,7 @@ GERMAN_TEXTS = {
     "Colour the active surface by its distance to the other selected objects, or to its sources": "Die aktive Fläche nach ihrem Abstand von den anderen ausgewählten Objekten färben, oder von dem, woraus sie entstand",
     "Show the selected objects in their own materials again, as they were before they were measured": "Die ausgewählten Objekte wieder in ihren eigenen Materialien zeigen, so wie sie vor dem Messen waren",
     "Measure how far the active surface is from the others selected, or its sources, with a limit no point exceeds": "Messen, wie weit die aktive Fläche von den anderen ausgewählten oder von ihren Quellen entfernt ist, mit einer Schranke, die kein Punkt überschreitet",
-    "Stop the running operation; the scene stays as it was": "Die laufende Operation anhalten; die Szene bleibt, wie sie war",
+    "Stop the running operation. The scene stays as it was": "Die laufende Operation anhalten. Die Szene bleibt, wie sie war",
     # Titles
     "Range Scans": "Entfernungsbilder",
     "Bring In": "Hereinholen",
@@ -351,7 +351,7 @@ LANGUAGES = {
 
 
 def in_our_words(cls):
-    """A class whose properties' names are looked up among ours; to be registered."""
+    """A class that is to be registered. The names of its properties are looked up among ours."""
     declared = (item for base in cls.__mro__ for item in vars(base).get("__annotations__", {}).items())
     for name, prop in declared:
         if name not in BLENDERS and hasattr(prop, "keywords"):

@@ -41,7 +41,7 @@ def shows_instances(obj, depsgraph):
 
 
 def active(context):
-    """The active object; refuses one that the user doesn't see."""
+    """The active object. It refuses one that the user doesn't see."""
     if not context.object.visible_get():
         raise Refused(f'"{context.object.name}" is the active object and hidden: show it, or click another one')
     return context.object

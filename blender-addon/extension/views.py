@@ -73,7 +73,7 @@ def open_sidebar(context):
 
 
 def fit_clips(view, extent):
-    """Lets a view see what is so large; planes that do so already stay."""
+    """Lets a view see what is so large. Planes that do so already stay."""
     if extent <= 0:
         return
     if view.clip_start > extent / LEAST_NEAR:
@@ -100,8 +100,8 @@ def union(corners):
 
 
 def what_is_in_the_way(context, objects, box):
-    """Another object with a surface, in sight, whose box holds that of the objects; or one that is a simple shape, as
-    the cube of a new file, and cuts into their box. `None` if there is none.
+    """Another object with a surface, in sight, that is in the way. Its box holds that of the objects, or it is a simple
+    shape, as the cube of a new file, and cuts into their box. The result is `None` if there is no such object.
     """
     for obj in context.view_layer.objects:
         if obj.type == "MESH" and obj not in objects and obj.visible_get() and len(obj.data.polygons) > 0:

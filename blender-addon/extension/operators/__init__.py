@@ -13,7 +13,7 @@ MODULES = [importlib.import_module(f".{module.name}", __package__) for module in
 
 
 def _classes():
-    """The classes of all files that Blender knows by an identifier; operators before what names them."""
+    """The classes of all files that Blender knows by an identifier. Operators come before classes that name them."""
     found = [
         item
         for module in MODULES

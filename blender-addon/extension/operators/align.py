@@ -112,7 +112,7 @@ class Aligning(JobOperator):
         return scan
 
     def note(self, obj, depsgraph):
-        """Notes where an object is, and returns its matrix; refuses one that moving and turning can't place."""
+        """Notes where an object is, and returns its matrix. It refuses one that moving and turning can't place."""
         matrix = np.array(obj.evaluated_get(depsgraph).matrix_world, np.float64)
         if not convert.is_rigid(matrix):
             whose = "its scale and that of its parents" if obj.parent is not None else "its scale"
@@ -215,8 +215,8 @@ class SURFRECON_OT_align_merge(Aligning, bpy.types.Operator):
 
 
 def map_misfit(context, numbers, scan_from_object, result):
-    """Colours the scans, names of objects with their numbers, that have a place; what no other scan shows as if it
-    fitted.
+    """Colours the scans that have a place. `numbers` has the names of their objects with their numbers. Parts that no
+    other scan shows look as if they fitted.
     """
     found = {}
     for name, k in numbers.items():
@@ -249,7 +249,7 @@ def is_locked(obj):
 def place(context, before, moved):
     """Puts objects to their new matrices, by name, and all others of `before` where they were: (`whereabouts`, matrix).
 
-    Raises `Refused` if one of them doesn't go there; then all are where they were.
+    Raises `Refused` if one of them doesn't go there. Then all are where they were.
     """
     for name, (there, _) in before.items():
         put_back(bpy.data.objects[name], there)
@@ -273,7 +273,7 @@ def place(context, before, moved):
 
 def place_frames(name, matrix, scans):
     """Notes with the object that stands for frames, at that matrix, where they belong. Of each scan: its owner's name,
-    its report, the pose it had and the one found; frames that have no place stay where they were.
+    its report, the pose it had and the one found. Frames that have no place stay where they were.
     """
     own = [(scan, here, there) for owner, scan, here, there in scans if owner == name]
     if any(scan.state == "placed" for scan, _, _ in own):
@@ -295,7 +295,7 @@ def is_off(obj, matrix):
 
 def lines_of(report, owners, frames):
     """Name, state, deviation and reason of each scan. Frames in their files, which may be thousands, are counted by the
-    object that stands for them, the state and the reason; their deviation is the largest.
+    object that stands for them, the state and the reason. Their deviation is the largest.
     """
     lines, counted = [], {}
     for scan, owner in zip(report.scans, owners, strict=True):

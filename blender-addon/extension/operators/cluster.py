@@ -30,7 +30,7 @@ OPTIONS = tuple(name for name in PARAMETERS if name not in RESOLUTIONS)
 
 
 class Level(bpy.types.PropertyGroup):
-    """A mesh of a chain; the pointer keeps it in the file while another level is shown."""
+    """A mesh of a chain. The pointer keeps it in the file while another level is shown."""
 
     mesh: PointerProperty(type=bpy.types.Mesh)
 
@@ -116,7 +116,7 @@ class SURFRECON_OT_remesh(JobOperator, bpy.types.Operator):
         return surfrecon.Job.cluster(mesh, max_error=self.max_error / stretch, **options)
 
     def preview(self, context):
-        """The surface in large cells; points have none yet."""
+        """The surface in large cells. Points have no preview yet."""
         mesh, _ = self.input
         if isinstance(mesh, surfrecon.Mesh):
             return Task("preview", lambda note: SimpleNamespace(mesh=coarse(mesh.positions, mesh.triangles)))
@@ -194,7 +194,9 @@ class SURFRECON_OT_cluster(bpy.types.Operator):
 
 
 def dense(obj, depsgraph):
-    """The surface of an object as a mesh, or the points (n, 3) of one without faces; and its matrix."""
+    """The surface of an object as a mesh, or the points (n, 3) of an object without faces. The second value is its
+    matrix.
+    """
     if scan_objects.is_range_image(obj) or (obj.type == "MESH" and len(obj.evaluated_get(depsgraph).data.polygons) > 0):
         content = scan_objects.scan_of_object(obj, depsgraph)
         if isinstance(content, surfrecon.RangeImage):

@@ -110,7 +110,7 @@ def map_onto(obj, distances, limit):
 
 
 def round_up(value):
-    """The next of 1, 2, 5, 10, 20 ... in any power of ten; 1 for 0."""
+    """The next of 1, 2, 5, 10, 20 ... in any power of ten. It is 1 for 0."""
     if not value > 0:
         return 1.0
     power = 10.0 ** np.floor(np.log10(value))

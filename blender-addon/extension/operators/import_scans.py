@@ -236,14 +236,14 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
         }
 
     def execute(self, context):
-        """After the dialog the window stays alive while files are read; scripts wait."""
+        """After the dialog the window stays alive while files are read. Scripts wait."""
         if self.by_hand and not bpy.app.background:
             self.by_hand = False
             return self.watch(context)
         return super().execute(context)
 
     def launch(self, context):
-        """Looks what the files hold; only what becomes an object is read."""
+        """Looks what the files hold. It reads only what becomes an object."""
         paths = [os.path.join(self.directory, f.name) for f in self.files if f.name] or [self.filepath]
         # A file browser that is asked for a folder puts a separator behind it.
         paths = [os.path.normpath(path) if os.path.isdir(path) else path for path in paths]
@@ -264,7 +264,7 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
         return recording.reading(self.scans)
 
     def factor(self, context):
-        """Units of the scene a unit of the files; recordings and some formats are in metres."""
+        """Units of the scene a unit of the files. Recordings and some formats are in metres."""
         of_frames = all(isinstance(scan, surfrecon.Frame) for scan in self.opened)
         preferred = "M" if of_frames or formats.is_in_metres(self.paths) else preference("unit")
         unit = preferred if self.unit == "PREFERRED" else self.unit
@@ -272,7 +272,7 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
         return {"CUSTOM": self.scale, "SCENE": 1.0}.get(unit) or UNITS[unit] / length
 
     def finish(self, context, contents):
-        """Puts the scans into a collection; if anything fails, nothing stays."""
+        """Puts the scans into a collection. Nothing stays if anything fails."""
         factor = self.factor(context)
         made, views, blind, damaged = [], [], 0, []
         try:
@@ -364,7 +364,7 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
             tell(self, {"WARNING"}, "Scaled or turned, the scans are in no coordinate reference system any more")
 
     def stand_for_others(self, collection, factor, offset):
-        """The object that stands for the frames that become none, in a list; an empty list if there are none."""
+        """A list with the object that stands for the frames that become none. It is empty without such frames."""
         if not self.others:
             return []
         name = f"{collection.name}: {number(len(self.others), 'more frame', 'more frames')}"

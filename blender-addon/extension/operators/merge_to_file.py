@@ -17,7 +17,7 @@ from .merge import OfSelected
 
 
 class SURFRECON_OT_merge_to_file(OfSelected, bpy.types.Operator, ExportHelper):
-    """Merge the selected scans straight into a PLY file, also more of them than memory holds; no object is made"""
+    """Merge the selected scans straight into a PLY file, also more of them than memory holds. No object is made"""
 
     bl_idname = "surfrecon.merge_to_file"
     bl_label = "Merge to File"
@@ -56,7 +56,7 @@ class SURFRECON_OT_merge_to_file(OfSelected, bpy.types.Operator, ExportHelper):
         layout.prop(self, "encoding")
 
     def execute(self, context):
-        """After the dialog the window stays alive while files are read; scripts wait."""
+        """After the dialog the window stays alive while files are read. Scripts wait."""
         if self.by_hand and not bpy.app.background:
             self.by_hand = False
             return self.watch(context)

@@ -60,7 +60,7 @@ class SURFRECON_OT_true_size(bpy.types.Operator):
         return has_selection(cls, context)
 
     def invoke(self, context, event):
-        """Asks for the distance; what was measured is what it begins with."""
+        """Asks for the distance. It begins with what was measured."""
         try:
             moved, self.said, self.warns = regions.ends_of_ruler(context, context.selected_objects)
             if moved is not None:
@@ -205,8 +205,8 @@ def family_of(context):
 
 
 def movable_roots(context):
-    """The selected objects, and what they were made from, that no other one takes along, and how many of these were not
-    selected; refuses those that can't be moved.
+    """The selected objects, and what they were made from, that no other one takes along. The second value is how many
+    of their sources were not selected. It refuses objects that can't be moved.
     """
     family = family_of(context)
     roots = [obj for obj in family if set(family).isdisjoint(ancestors(obj))]

@@ -27,7 +27,9 @@ PREVIEW_POINTS = 10_000
 
 
 def one_a_point(sensors, parts):
-    """(n, 3): where the points of each part were seen from, NaN where that is not known; `None` if it is of none."""
+    """(n, 3): where the points of each part were seen from, NaN where that is not known. It is `None` if it is known of
+    no part.
+    """
     if all(sensor is None for sensor in sensors):
         return None
     known = [np.nan if sensor is None else sensor for sensor in sensors]
@@ -70,7 +72,7 @@ class SURFRECON_OT_reconstruct(JobOperator, bpy.types.Operator):
         layout.prop(self, "toward_camera")
 
     def launch(self, context):
-        """Gathers the points; the reconstructor of the same points is used again."""
+        """Gathers the points. The reconstructor of the same points is used again."""
         chosen = Chosen(context.selected_objects)
         objects, self.said = chosen.objects, chosen.said()
         if not objects:

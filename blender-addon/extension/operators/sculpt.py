@@ -67,7 +67,7 @@ class SURFRECON_OT_sculpt(JobOperator, bpy.types.Operator):
         layout.prop(self, "show_error")
 
     def launch(self, context):
-        """Gathers the scan; the sculptor of the same scan is used again."""
+        """Gathers the scan. The sculptor of the same scan is used again."""
         obj = scan_behind(usable.active(context))
         image = scan_objects.scan_of_object(obj, context.evaluated_depsgraph_get())
         if not isinstance(image, surfrecon.RangeImage):

@@ -131,8 +131,8 @@ def put_aside(context, shape, scans):
 
 
 def apply_region(region, world_from_box, objects, keep, depsgraph):
-    """Keeps or removes what lies in a region (of a box its matrix is needed, too), of scans and of frames that stay in
-    their files; returns how many samples of scans went.
+    """Keeps or removes what lies in a region, of scans and of frames that stay in their files. A box needs its
+    matrix, too. The function returns how many samples of scans went.
     """
     scans = [obj for obj in objects if not recording.is_recording(obj)]
     marks = [region.contains(regions.world_positions(obj, depsgraph)) for obj in scans]
@@ -144,10 +144,10 @@ def apply_region(region, world_from_box, objects, keep, depsgraph):
 
 
 def select(objects, marks, keep):
-    """Keeps or removes marked vertices of scans, of all or, where something is refused, none; returns how many went.
+    """Keeps or removes marked vertices of all scans, or of none where something is refused. It returns how many went.
 
-    A scan of which nothing would be left stays as it is, if others keep something, and is hidden: no longer selected,
-    it is not merged.
+    A scan of which nothing would be left stays as it is, if others keep something, and is hidden. It is no longer
+    selected, so it is not merged.
     """
     stay = [mark if keep else ~mark for mark in marks]
     for obj in objects:

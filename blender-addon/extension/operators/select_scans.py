@@ -27,7 +27,7 @@ class SURFRECON_OT_select_scans(bpy.types.Operator):
         return True
 
     def execute(self, context):
-        """Selects them; one of them is the active object."""
+        """Selects them. One of them is the active object."""
         scans = [obj for obj in context.view_layer.objects if can_be_selected(obj)]
         if not scans:
             tell(self, {"ERROR"}, "All scans are hidden: show them with their eyes, or with Show Sources")

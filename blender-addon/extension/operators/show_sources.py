@@ -42,8 +42,8 @@ class SURFRECON_OT_show_sources(bpy.types.Operator):
 
 
 def meant(context):
-    """The sources of the active result; without one, selected sources that renders still leave out, as Alt+H shows them
-    in views alone.
+    """The sources of the active result. Without one, they are the selected sources that renders still leave out. Alt+H
+    shows such sources in views alone.
     """
     sources = [] if context.object is None else sources_of(context.object)
     return sources or [obj for obj in context.selected_objects if hiding.HIDDEN in obj]
