@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use crate::assemble::{Limit, Standing, apart_at_first, assemble};
 use crate::constraints::{Inside, Ordered, Told};
-use crate::doubts::{Doubted, take_out};
+use crate::doubts::take_out;
 use crate::finding::{Finding, Limits};
 use crate::group::Group;
 use crate::hypothesise::Effort;
@@ -43,8 +43,8 @@ pub(crate) struct Found {
     pub pairs: Vec<Pair>,
     pub standings: Vec<Standing>,
     pub groups: Vec<Group>,
-    /// Scans that fit others, but were taken out of their groups.
-    pub doubted: Vec<Doubted>,
+    /// Scans that fit others, but are too few to tell where they belong.
+    pub doubted: Vec<usize>,
     /// The turntable, where there was one and it was found.
     pub table: Option<Table>,
     /// The scans in the order of the recording, where they were followed.

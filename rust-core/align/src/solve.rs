@@ -8,7 +8,6 @@ use rayon::prelude::*;
 use crate::assemble::Standing;
 use crate::coloured;
 use crate::constraints::{Inside, Pick};
-use crate::doubts::Doubted;
 use crate::finding::{BALANCE, Finding, Limits, closest, fits};
 use crate::group::Group;
 use crate::judge::{Verdict, judge, tolerance, touching_share};
@@ -32,7 +31,8 @@ pub(crate) struct Solved {
     pub groups: Vec<SolvedGroup>,
     pub pairs: Vec<Pair>,
     pub standings: Vec<Standing>,
-    pub doubted: Vec<Doubted>,
+    /// Scans that fit others, but are too few to tell where they belong.
+    pub doubted: Vec<usize>,
     pub links: Vec<Looked>,
     pub limits: Limits,
     pub inside: Vec<bool>,

@@ -5,7 +5,6 @@ use rayon::prelude::*;
 
 use crate::assemble::{Standing, contradict};
 use crate::constraints::Pick;
-use crate::doubts::{Doubt, Doubted};
 use crate::finding::Finding;
 use crate::judge::Mode;
 use crate::misfit::{Cause, Placed, cause};
@@ -135,27 +134,22 @@ pub(crate) fn reason(
     )))
 }
 
-/// Why a scan that fits others is taken out of its group.
+/// Why a scan that fits others has no place all the same.
 fn doubted(solved: &Solved, names: &[&str], k: usize) -> Option<String> {
-    let Doubted { scans, doubt } = solved.doubted.iter().find(|doubted| doubted.scans.contains(&k))?;
+    if !solved.doubted.contains(&k) {
+        return None;
+    }
     let pairs = solved.pairs.iter().filter(|pair| pair.finding == Finding::Sure && (pair.a == k || pair.b == k));
     let best = pairs.max_by(|x, y| touching(x).total_cmp(&touching(y)));
-    let fits = best.map_or("it fits other scans".to_owned(), |pair| {
-        format!("it fits {:?}", names[if pair.a == k { pair.b } else { pair.a }])
-    });
-    let why = match doubt {
-        Doubt::Elsewhere => "other pairs that fit as well put it elsewhere, and nothing decides".to_owned(),
-        Doubt::Few => format!(
-            "{} of {} scans that fit each other are too few to tell one place from another that looks alike",
-            scans.len(),
-            solved.inside.len()
-        ),
-    };
-    Some(format!("{fits}, but {why}: {DECIDED_BY}"))
+    let other = |pair: &Pair| format!("{:?}", names[if pair.a == k { pair.b } else { pair.a }]);
+    Some(format!(
+        "it fits {}, but {} of {} scans that fit each other are too few to tell one place from another that looks alike: align the recording as \
+         a sequence, give rough poses, or a pair of points that both show",
+        best.map_or("other scans".to_owned(), other),
+        solved.doubted.len(),
+        solved.inside.len()
+    ))
 }
-
-/// Remedies for a place in doubt.
-const DECIDED_BY: &str = "align the recording as a sequence, give rough poses, or a pair of points that both show";
 
 /// Whether scans that are placed see through a scan where it was given, further off than rough poses may be.
 fn against(views: &[View], solved: &Solved, k: usize) -> bool {
@@ -402,34 +396,18 @@ fn several_places(
     Ok(said)
 }
 
-/// Frames of rooms that fit each other, but whose place is in doubt.
-fn in_doubt(order: &[usize], names: &[&str], solved: &Solved) -> Vec<String> {
-    let of = |doubt: Doubt| {
-        let doubted = solved.doubted.iter().filter(|doubted| doubted.doubt == doubt);
-        let mut scans: Vec<usize> = doubted.flat_map(|doubted| doubted.scans.iter().copied()).collect();
-        scans.sort_by_key(|&k| order[k]);
-        scans.into_iter().map(|k| names[k]).collect::<Vec<&str>>()
-    };
-    let mut said = Vec::new();
-    let elsewhere = of(Doubt::Elsewhere);
-    if !elsewhere.is_empty() {
-        let fit =
-            if elsewhere.len() == 1 { "1 scan fits".to_owned() } else { format!("{} scans fit", elsewhere.len()) };
-        said.push(format!(
-            "{fit} others in several places, by pairs that are equally sure, and nothing decides: {}",
-            quoted(&elsewhere)
-        ));
-    }
-    let few = of(Doubt::Few);
-    if !few.is_empty() {
-        said.push(format!(
-            "{} scans fit each other, too few of {} to tell places that look alike from each other: {}",
-            few.len(),
-            names.len(),
+/// Frames of rooms that fit each other, but are too few to tell where they belong.
+fn in_doubt(order: &[usize], names: &[&str], solved: &Solved) -> Option<String> {
+    let mut few = solved.doubted.clone();
+    few.sort_by_key(|&k| order[k]);
+    let few: Vec<&str> = few.into_iter().map(|k| names[k]).collect();
+    let (count, all) = (few.len(), names.len());
+    (count > 0).then(|| {
+        format!(
+            "{count} scans fit each other, too few of {all} to tell places that look alike from each other: {}",
             quoted(&few)
-        ));
-    }
-    said
+        )
+    })
 }
 
 /// Places where track of a recording was lost, and whether it was found again.
