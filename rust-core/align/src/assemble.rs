@@ -42,7 +42,7 @@ const JOINTLY: f64 = 0.005;
 /// Of up to so many scans of a room a pair that is sure is believed. More scans have many more pairs, of which some are sure by chance:
 /// there a pair that holds less than this, or shares less of one scan and of the other, is confirmed by another one. Of 60 virtual heaps
 /// four had frames placed wrongly by such a pair; a twentieth of the frames is left out for them.
-const FEW_SCANS: usize = 5;
+pub(crate) const FEW_SCANS: usize = 5;
 const HELD: f64 = 0.01;
 const SHARED: [f64; 2] = [0.2, 0.4];
 /// Pairs agree if they put a scan within so many coarse cells of the same place.

@@ -4,7 +4,7 @@
 //! what (`features`, `correspond`); which scans may touch (`retrieve`); motions that many like points agree on (`hypothesise`),
 //! made exact (`refine`), judged (`judge`) and found sure or not (`finding`; not where a scan repeats itself, `symmetries`, nor where walls
 //! alone fit, `walls`), from frame to frame of a recording (`sequence`), on a turntable about its axis (`turntable`), by colours where shape leaves it open (`tint`, `coloured`), near poses that are rough
-//! (`reach`), only as gravity allows (`gravity`); groups (`assemble`); all poses at once (`relax`) and how far they may be off (`uncertainty`); what no pose explains (`misfit`); what is said (`report`:
+//! (`reach`), only as gravity allows (`gravity`); groups (`assemble`), unless the heap speaks against them (`doubts`); all poses at once (`relax`) and how far they may be off (`uncertainty`); what no pose explains (`misfit`); what is said (`report`:
 //! `summary`, `rivals`, `words`). One scan alone, by hand: `snap`.
 //!
 //! A scan is placed only if overlap, balance and uniqueness pass: never guessed. Nothing is drawn at random, and scans are
@@ -17,6 +17,7 @@ mod blocks;
 mod coloured;
 mod constraints;
 mod correspond;
+mod doubts;
 mod envelope;
 mod features;
 mod finding;

@@ -10,6 +10,7 @@ use rayon::prelude::*;
 use crate::COMPARING;
 use crate::assemble::{Limit, Standing, apart_at_first, assemble};
 use crate::constraints::{Inside, Ordered, Told};
+use crate::doubts::take_out;
 use crate::finding::{Finding, Limits};
 use crate::group::Group;
 use crate::hypothesise::Effort;
@@ -42,6 +43,8 @@ pub(crate) struct Found {
     pub pairs: Vec<Pair>,
     pub standings: Vec<Standing>,
     pub groups: Vec<Group>,
+    /// Scans that fit others, but are too few to tell where they belong.
+    pub doubted: Vec<usize>,
     /// The turntable, where there was one and it was found.
     pub table: Option<Table>,
     /// The scans in the order of the recording, where they were followed.
@@ -126,9 +129,15 @@ pub(crate) fn search(
             }
         }
     }
-    let (groups, standings) = found;
+    let (mut groups, mut standings) = found;
+    let pairs: Vec<Pair> = search.pairs.into_values().collect();
+    let is_heap = search.steps.is_none() && search.table.is_none() && !bound.binds();
+    let doubted = match is_heap {
+        true => take_out(views, inside, &pairs, &mut groups, &mut standings),
+        false => Vec::new(),
+    };
     let sequence = search.steps.and(inside.sequence.as_ref()).map(|order| order.frames.clone());
-    Ok(Found { pairs: search.pairs.into_values().collect(), standings, groups, table: search.table, sequence })
+    Ok(Found { pairs, standings, groups, doubted, table: search.table, sequence })
 }
 
 /// Pairs of scans of different groups: of each group the likeliest with any other.

@@ -31,6 +31,8 @@ pub(crate) struct Solved {
     pub groups: Vec<SolvedGroup>,
     pub pairs: Vec<Pair>,
     pub standings: Vec<Standing>,
+    /// Scans that fit others, but are too few to tell where they belong.
+    pub doubted: Vec<usize>,
     pub links: Vec<Looked>,
     pub limits: Limits,
     pub inside: Vec<bool>,
@@ -130,7 +132,7 @@ const MANY: usize = 1000;
 
 pub(crate) fn solve(views: &[View], params: &AlignParams, inside: &Inside, progress: &Progress<'_>) -> Result<Solved> {
     let bound = Bound::of(views, params, inside);
-    let Found { pairs, standings, groups, table, sequence } = search(views, params, inside, &bound, progress)?;
+    let Found { pairs, standings, groups, doubted, table, sequence } = search(views, params, inside, &bound, progress)?;
     let limits = Limits::of(params);
     let is_followed = sequence.is_some();
     let known = Known { views, inside, bound: &bound, limits: &limits, table: table.as_ref(), is_followed };
@@ -156,6 +158,7 @@ pub(crate) fn solve(views: &[View], params: &AlignParams, inside: &Inside, progr
         groups: solved,
         pairs,
         standings,
+        doubted,
         links: looked
             .into_iter()
             .map(|(link, verdict)| Looked { link, closest: closest(&verdict, &limits), verdict })

@@ -70,6 +70,9 @@ pub(crate) fn reason(
             views[k].fine().len()
         ));
     }
+    if let Some(text) = doubted(solved, names, k) {
+        return open(text);
+    }
     let apart = scans[k].state == ScanState::Apart;
     let sure_one = || {
         let fits = |pair: &&Pair| (pair.a == k || pair.b == k) && pair.finding == Finding::Sure;
@@ -130,6 +133,23 @@ pub(crate) fn reason(
         "no place was found where it fits another scan: it is of something else, or shares too little (neighbours should share a third of what they \
          see); give it {remedy}"
     )))
+}
+
+/// Why a scan that fits others has no place all the same.
+fn doubted(solved: &Solved, names: &[&str], k: usize) -> Option<String> {
+    if !solved.doubted.contains(&k) {
+        return None;
+    }
+    let pairs = solved.pairs.iter().filter(|pair| pair.finding == Finding::Sure && (pair.a == k || pair.b == k));
+    let best = pairs.max_by(|x, y| touching(x).total_cmp(&touching(y)));
+    let other = |pair: &Pair| format!("{:?}", names[if pair.a == k { pair.b } else { pair.a }]);
+    Some(format!(
+        "it fits {}, but {} of {} scans that fit each other are too few to tell one place from another that looks alike: align the recording as \
+         a sequence, give rough poses, or a pair of points that both show",
+        best.map_or("other scans".to_owned(), other),
+        solved.doubted.len(),
+        solved.inside.len()
+    ))
 }
 
 /// Whether scans that are placed see through a scan where it was given, further off than rough poses may be.
@@ -322,6 +342,7 @@ pub(crate) fn say(
         ));
     }
     report.messages.extend(several_places(views, order, names, solved, progress)?);
+    report.messages.extend(in_doubt(order, names, solved));
     let same = (0..views.len()).flat_map(|a| (a + 1..views.len()).map(move |b| (a, b)));
     for (a, b) in
         same.filter(|&(a, b)| views[a].reduced.content == views[b].reduced.content && views[a].reduced.area > 0.0)
@@ -374,6 +395,20 @@ fn several_places(
         ));
     }
     Ok(said)
+}
+
+/// Frames of rooms that fit each other, but are too few to tell where they belong.
+fn in_doubt(order: &[usize], names: &[&str], solved: &Solved) -> Option<String> {
+    let mut few = solved.doubted.clone();
+    few.sort_by_key(|&k| order[k]);
+    let few: Vec<&str> = few.into_iter().map(|k| names[k]).collect();
+    let (count, all) = (few.len(), names.len());
+    (count > 0).then(|| {
+        format!(
+            "{count} scans fit each other, too few of {all} to tell places that look alike from each other: {}",
+            quoted(&few)
+        )
+    })
 }
 
 /// Places where track of a recording was lost, and whether it was found again.

@@ -92,6 +92,16 @@ pub fn walk(scene: &TriMesh, count: usize, radii: [f64; 2], size: (usize, usize)
     film(scene, &(0..count).map(place).collect::<Vec<_>>(), size, 0.004)
 }
 
+/// Theorem: doors fold onto doors without any sensor speaking against it. Where few frames of the heap fit each other, nothing is placed, and the
+/// report names them.
+#[test]
+fn few_frames_of_a_corridor_are_in_doubt() {
+    let images = walk(&corridor(), 16, [5.5, 0.2], (60, 80));
+    let alignment = aligned(&without_poses(&images), &Constraints::default());
+    assert_eq!(alignment.report.placed(), 0, "{}", lines(&alignment));
+    assert!(alignment.report.messages.iter().any(|text| text.contains("too few of 16")), "{}", lines(&alignment));
+}
+
 /// Theorem: pairs of frames that share walls alone join nothing.
 #[test]
 fn walls_alone_join_nothing() {
