@@ -79,7 +79,7 @@ def unexpected(function: str, name: str, known: Iterable[str]) -> TypeError:
     Args:
         function: its name in the compiled module, of a method behind that of its class.
         name: what was given.
-        known: parameters that it takes; those that its signature shows come on top.
+        known: parameters that it takes. Those that its signature shows come on top.
     """
     names = {*known}
     # A name that the module does not have is a function of Python's, whose caller says all it takes.

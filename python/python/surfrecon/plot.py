@@ -48,7 +48,7 @@ def range_image(image: RangeImage, ax: Any = None, unit: str = "") -> Any:
     >>> plot.range_image(image, unit="mm").figure.savefig("depth.png")
 
     Args:
-        image: the range image; pixels without a sample stay empty.
+        image: the range image. Pixels without a sample stay empty.
         ax: matplotlib's axes, or ``None`` for new ones.
         unit: unit of lengths, for the legend.
     """

@@ -143,8 +143,8 @@ fn doubted(solved: &Solved, names: &[&str], k: usize) -> Option<String> {
     let best = pairs.max_by(|x, y| touching(x).total_cmp(&touching(y)));
     let other = |pair: &Pair| format!("{:?}", names[if pair.a == k { pair.b } else { pair.a }]);
     Some(format!(
-        "it fits {}, but {} of {} scans that fit each other are too few to tell one place from another that looks alike: align the recording as \
-         a sequence, give rough poses, or a pair of points that both show",
+        "it fits {}, but {} of {} scans that fit each other are too few to tell one place from another that looks alike. Align the recording as \
+         a sequence, give rough poses, or a pair of points that both show.",
         best.map_or("other scans".to_owned(), other),
         solved.doubted.len(),
         solved.inside.len()

@@ -31,7 +31,7 @@ def run_batch(given: argparse.Namespace, shown: Shown, stops: Stops) -> int:
 
     Raises:
         UsageError: the manifest is wrong. Nothing has run then.
-        Stopped: that was asked for; jobs before are done.
+        Stopped: that was asked for. Jobs before are done.
     """
     began, found, changed = time.monotonic(), [], set[str]()
     every = read_jobs(given.manifest)

@@ -21,7 +21,7 @@ def refuse_conflicts(jobs: Sequence[Job], manifest: str, summary: str | None) ->
     replace reports alone.
 
     Raises:
-        UsageError: there is one; the text names it and both jobs.
+        UsageError: there is one. The text names it and both jobs.
     """
     taken = {identity(manifest): "the manifest"}
     for job in jobs:

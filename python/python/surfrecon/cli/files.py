@@ -34,7 +34,7 @@ def write_text(path: str, text: str) -> None:
     Its permissions stay.
 
     Raises:
-        FileError: writing failed; nothing is left.
+        FileError: writing failed. Nothing is left.
         InputError: as `refuse_unwritable`.
     """
     refuse_unwritable(path, devices=True)

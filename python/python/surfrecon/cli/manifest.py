@@ -32,7 +32,7 @@ def read_jobs(path: str) -> list[Job]:
     """The jobs of a manifest in its order. Its files are named from its own folder.
 
     Raises:
-        UsageError: it is no manifest; the text names job and key.
+        UsageError: it is no manifest. The text names job and key.
         OSError: it can't be read.
     """
     with open(path, "rb") as file:

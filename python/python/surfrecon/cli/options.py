@@ -117,7 +117,7 @@ def read(row: Row, text: str) -> Any:
     """The value of an option as the command line has it.
 
     Raises:
-        ParameterError: it lies outside of the range, or is none of this kind; the text names option and range.
+        ParameterError: it lies outside of the range, or is none of this kind. The text names option and range.
     """
     if row.kind in ("choice", "text", "file", "folder"):
         value: Any = text

@@ -22,7 +22,7 @@ def run_task(given: argparse.Namespace, shown: Shown, stops: Stops) -> int:
 
     Raises:
         UsageError: there is no such task.
-        Stopped: that was asked for; tasks before are done.
+        Stopped: that was asked for. Tasks before are done.
     """
     began, plan = time.monotonic(), Plan.read(given.plan)
     last = plan.stages[-1].tasks[-1]

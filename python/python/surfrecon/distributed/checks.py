@@ -49,7 +49,7 @@ def check(
     """Refuses arguments that no merge has, as ``surfrecon.merge_to_file`` does.
 
     Raises:
-        TypeError: one of another kind; an option that there is not.
+        TypeError: one of another kind, or an option that there is not.
         ParameterError, InputError: one out of its range.
     """
     if not 1 <= whole("tasks", tasks) <= MOST_TASKS:
@@ -73,7 +73,7 @@ def check_names(paths: Iterable[str], output: str) -> None:
     """Refuses what only the last task would otherwise.
 
     Raises:
-        InputError: a URL where a file is meant; a surface that can't be written.
+        InputError: a URL where a file is meant, or a surface that can't be written.
     """
     for path in paths:
         if is_url(path):

@@ -51,14 +51,14 @@ def merge(
 
     Args:
         scans: files and folders, as for ``surfrecon.open``, under names that all workers know.
-        output: the surface; its ending is ``.ply``. A file that is there is replaced once all is written.
-        client: a ``dask.distributed.Client``. Each task takes one thread of a worker; processes of one thread are best.
+        output: the surface. Its ending is ``.ply``. A file that is there is replaced once all is written.
+        client: a ``dask.distributed.Client``. Each task takes one thread of a worker. Processes of one thread are best.
         workspace: a folder that all workers reach under this name, or a URL that fsspec knows. Default: the folder of
             ``output``.
-        tasks: how many tasks a stage has; default four for each thread of the workers that are there.
+        tasks: how many tasks a stage has. Default four for each thread of the workers that are there.
         keep: what the merge finds out stays in the workspace for the next one with the same parameters and ``tasks``,
             which has to be given: see ``Plan.make``.
-        max_memory: most bytes that a task takes; default 0.7 of what a worker may take, by its threads.
+        max_memory: most bytes that a task takes. Default 0.7 of what a worker may take, by its threads.
         reading: the keyword arguments of ``surfrecon.open``.
         encoding: as for ``surfrecon.merge_to_file``.
         part_triangles: as for ``surfrecon.merge_to_file``.
@@ -69,13 +69,13 @@ def merge(
         options: those of ``surfrecon.merge``.
 
     Returns:
-        The ``MergeReport``; its ``seconds`` are of the last task.
+        The ``MergeReport``. Its ``seconds`` are of the last task.
 
     Raises:
-        InputError: there is no worker, or one has no limit of memory and ``max_memory`` is not given; scans that can't
-            be used.
+        InputError: there is no worker, or one has no limit of memory and ``max_memory`` is not given, or
+            scans that can't be used.
         ParameterError, FormatError, FileError, OutOfMemoryError: as of ``surfrecon.merge_to_file``, on any worker.
-        TypeError: an argument of another kind; an option that there is not.
+        TypeError: an argument of another kind, or an option that there is not.
         Cancelled: ``progress`` returned ``False``. The workspace keeps what is done: the same call goes on.
     """
     if keep and tasks is None:

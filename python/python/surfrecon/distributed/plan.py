@@ -96,18 +96,18 @@ class Plan:
         1
 
         Args:
-            path: where the plan is written; names in it are relative to its folder where they lie in that. ``None``:
+            path: where the plan is written. Names in it are relative to its folder where they lie in that. ``None``:
                 into the workspace.
             scans: files and folders, as for ``surfrecon.open``.
-            output: the surface; its ending is ``.ply``.
+            output: the surface. Its ending is ``.ply``.
             workspace: a folder that exists, or a URL that fsspec knows (``s3://bucket/folder``): tasks leave up to 200
                 bytes for each intersection of a scan with the grid in a folder there. All processes have to reach it.
                 Default: the plan's folder, else that of ``output``.
-            tasks: how many tasks a stage has; some stages are one task. A few for each process let fast ones do more.
+            tasks: how many tasks a stage has. Some stages are one task. A few for each process let fast ones do more.
             keep: what the merge finds out stays in the workspace, a folder, as with ``surfrecon.merge_to_file``: the
                 next one planned in it with the same parameters and as many tasks, for these scans, some more, fewer or
                 moved, renews only what they have a part in. One at a time.
-            max_memory: most bytes that a process takes for a task; by default what is free.
+            max_memory: most bytes that a process takes for a task. By default what is free.
             reading: the keyword arguments of ``surfrecon.open``.
             encoding: how the surface is written, as for ``surfrecon.merge_to_file``.
             part_triangles: most triangles of a file, as for ``surfrecon.merge_to_file``.
@@ -115,10 +115,10 @@ class Plan:
             options: those of ``surfrecon.merge``. ``threads`` are those of each task.
 
         Raises:
-            InputError: scans that can't be used, a workspace that is no folder; an output that is a scan, has no folder
-                or another ending.
+            InputError: scans that can't be used, a workspace that is no folder, or an output that is a scan, has no
+                folder or another ending.
             ParameterError: an option out of its range.
-            TypeError: an argument of another kind; an option that there is not.
+            TypeError: an argument of another kind, or an option that there is not.
             FormatError, FileError: a file that can't be read or written.
         """
         path = None if path is None else os.fspath(path)
@@ -244,22 +244,23 @@ class Plan:
         """Does a task, unless it is done. Once the surface is written all are, as long as it stays as it is.
 
         Args:
-            number: which; all tasks of the stages before have to be done.
+            number: which. All tasks of the stages before have to be done.
             threads: instead of the plan's.
             max_memory: instead of the plan's.
-            scratch: where files of a workspace that is a URL are kept as long as they are needed; by default the
+            scratch: where files of a workspace that is a URL are kept as long as they are needed. By default the
                 system's folder for temporary files.
             progress: as of ``surfrecon.merge``.
 
         Returns:
-            A few figures: ``stage``, ``task``, ``seconds``; of the last task ``output`` and ``report`` as well, which
+            A few figures: ``stage``, ``task``, ``seconds``. Of the last task ``output`` and ``report`` as well, which
             names all scans.
 
         Raises:
-            InputError: there is no such task; one before it is not done; scans have changed since they were planned.
+            InputError: there is no such task, or one before it is not done, or scans have changed since they were
+                planned.
             FormatError, FileError: files that can't be read or written, or are damaged.
             OutOfMemoryError: less memory than a task takes at least.
-            Cancelled: ``progress`` said so; what other tasks left stays.
+            Cancelled: ``progress`` said so. What other tasks left stays.
         """
         function("progress", progress)
         stage, first = self._stage_of(whole("number", number))
