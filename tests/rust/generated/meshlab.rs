@@ -126,7 +126,7 @@ fn figures() {
             let names: Vec<String> = field.figure.choices().iter().map(|choice| quoted(choice.name)).collect();
             let _ = writeln!(
                 out,
-                "    {{FigureKind::Kind::{kind}, \"{0}\", {1}, {2}, {3}, offsetof(srf_{4}_report, {0}), {{{5}}}, {{{6}}}}},",
+                "    {{Figure::Kind::{kind}, \"{0}\", {1}, {2}, {3}, offsetof(srf_{4}_report, {0}), {{{5}}}, {{{6}}}}},",
                 field.name,
                 quoted(&field.label),
                 field.is_optional(),

@@ -78,7 +78,8 @@ fn exported() -> Vec<(String, Vec<(String, String)>)> {
             }
         }
         if !items.is_empty() {
-            items.sort_by_key(|(rust, _)| (kind(rust), rust.clone()));
+            // As rustfmt sorts them.
+            items.sort_by_key(|(rust, _)| (!rust.starts_with('_'), kind(rust), rust.clone()));
             all.push((file, items));
         }
     }
