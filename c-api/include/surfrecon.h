@@ -3546,7 +3546,7 @@ srf_status srf_alignment_reason(const srf_alignment *alignment,
 // returns      SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_alignment_message(const srf_alignment *alignment, size_t index, const char **out_message);
 
-// A line for logs: first the whole, then each scan, then the messages.
+// A line for logs: first the whole, then the messages, then each scan.
 // alignment  not NULL
 // index      less than scans_count + messages_count + 1 of the report
 // out_line   receives a text that stays until the alignment is freed, on SRF_OK only. Not NULL

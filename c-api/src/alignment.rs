@@ -165,7 +165,7 @@ pub unsafe extern "C" fn srf_alignment_message(
     })
 }
 
-/// A line for logs: first the whole, then each scan, then the messages.
+/// A line for logs: first the whole, then the messages, then each scan.
 /// alignment  not NULL
 /// index      less than scans_count + messages_count + 1 of the report
 /// out_line   receives a text that stays until the alignment is freed, on SRF_OK only. Not NULL

@@ -2,7 +2,7 @@
 
 use pyo3::exceptions::{PyOverflowError, PyTypeError};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyString};
 use surfrecon::error::{meant, nearest};
 use surfrecon::params::{Choice, Default, ParamKind, ParamSpec, Params, Value, find, schemas, table};
 
@@ -205,8 +205,12 @@ fn unexpected(py: Python<'_>, function: &str, name: &str, known: Vec<&str>) -> P
 
 /// The known name that was probably meant by one that is none.
 #[pyfunction]
-pub fn _nearest(given: &str, known: Vec<String>) -> Option<String> {
-    nearest(given, known.iter().map(String::as_str)).map(str::to_owned)
+pub fn _nearest<'py>(given: &Bound<'py, PyString>, known: Vec<Bound<'py, PyString>>) -> Option<Bound<'py, PyString>> {
+    // Arguments and names of files may be none of Unicode.
+    let names: Vec<_> = known.iter().map(|name| name.to_string_lossy()).collect();
+    let found = nearest(&given.to_string_lossy(), names.iter().map(AsRef::as_ref))?;
+    let place = names.iter().position(|name| name == found)?;
+    Some(known[place].clone())
 }
 
 /// Like [`params`] where the function takes a few of them.

@@ -182,7 +182,7 @@ fn what_is_not_done_yet_is_named() {
     let job = Job::new(&scans, 3);
     let said = |stage, number| job.task(stage, number, &Progress::none()).unwrap_err().to_string();
     assert!(said(Stage::Collect, 0).contains("plan 0 of 1 tasks is not done: do it first"));
-    assert_eq!(said(Stage::Collect, 3), "there is no task 3 of collect, which has 3");
+    assert_eq!(said(Stage::Collect, 3), "there is no task 3 of collect, which has only 3");
     job.task(Stage::Plan, 0, &Progress::none()).unwrap();
     for number in [0, 2] {
         job.task(Stage::Collect, number, &Progress::none()).unwrap();

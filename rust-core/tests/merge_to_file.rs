@@ -169,7 +169,7 @@ fn what_can_not_be_is_refused_before_the_work() {
     assert!(text.ends_with("none: the workspace must be a folder that exists"), "{text}");
     let little = IntoFile { max_memory: Some(1_000_000), ..IntoFile::default() };
     let error = refused(&path, &little);
-    let wanted = "not enough memory: merging into a file needs 24 MB at least, 12 MB for each of 2 threads, 1 MB are given; \
+    let wanted = "not enough memory: merging into a file needs 24 MB at least, 12 MB for each of 2 threads, 1 MB are given: \
                   allow more, or fewer threads";
     assert!(matches!(error, Error::OutOfMemory(_)) && error.to_string() == wanted, "{error}");
     let memory = MemoryFolder::new();

@@ -167,7 +167,7 @@ def test_bad_attributes_are_refused_by_name(options, error, text):
         (np.diag([-1.0, 1, 1, 1]), "world_from_sensor must be rigid"),
         (np.diag([0.0, 1, 1, 1]), "flattens space"),
         (np.ones((4, 4)), "must end with the row 0 0 0 1"),
-        (np.eye(4) * np.nan, "not finite"),
+        (np.eye(4) * np.nan, "must have finite entries"),
     ],
 )
 def test_bad_poses_are_refused_and_change_nothing(image, pose, text):

@@ -144,7 +144,7 @@ def test_structs_of_plain_numbers_take_none_that_is_not_finite(bad):
         (lambda **given: surfrecon.merge([], **given), "progres", "progress"),
         (lambda **given: surfrecon.merge_to_file([], "a.ply", **given), "workspce", "workspace"),
         (lambda **given: surfrecon.sculpt(next(iter(torus_scans(8))), **given), "toleranse", "tolerance"),
-        (lambda **given: surfrecon.open("a", **given), "scail", "scale"),
+        (lambda **given: surfrecon.open("a", **given), "scalle", "scale"),
         (lambda **given: surfrecon.read("a", **given), "camara", "camera"),
         (lambda **given: surfrecon.align([], **given), "trustd", "trusted"),
         (lambda **given: surfrecon.Aligner([], **given), "thread", "threads"),

@@ -17,7 +17,7 @@ BYTES = r"\d+ [kMG]B"
 # The error of a write that found no room, and the one before any write.
 NO_ROOM = re.compile(
     f"(the disk is full after {BYTES} of this file|the disk has no room for the {BYTES} of this file"
-    f"|which take {BYTES} to {BYTES}; {BYTES} are free): free some"
+    f"|which take {BYTES} to {BYTES}, but {BYTES} are free): free some"
 )
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux" or os.geteuid() != 0, reason="only root mounts file systems")
@@ -83,7 +83,7 @@ def test_before_the_work_it_is_told_what_a_merge_takes(listed, small, tmp_path):
     beside.mkdir()
     given = {"voxel": 0.01, "threads": 2}
     for workspace, text in (
-        (None, rf"which take {BYTES} to {BYTES}; 1 MB are free: free some, choose another workspace, or larger cells"),
+        (None, rf"which take {BYTES} to {BYTES}, but 1 MB are free: free some, choose another workspace, or larger cells"),
         (beside, rf"surface\.ply: the disk has no room for the {BYTES} of this file: free some, or choose another"),
     ):
         with pytest.raises(surfrecon.FileError, match=text) as raised:

@@ -37,7 +37,7 @@ def test_the_limit_holds_until_it_is_lifted(limit):
     assert surfrecon.memory_limit() == 100_000
     with pytest.raises(MemoryError) as refused:
         surfrecon.reconstruct(points)
-    said = "not enough memory: a surface through 1000 points needs about 400 kB, {} kB are allowed; about {} would fit"
+    said = "not enough memory: a surface through 1000 points needs about 400 kB, {} kB are allowed: about {} would fit"
     # The memory that the call holds already, some hundred bytes, may take the place of a few points.
     assert str(refused.value) in [said.format(kb, fit) for kb in (98, 99, 100) for fit in range(245, 251)]
     limit(None)
@@ -307,7 +307,7 @@ def test_a_limit_may_be_larger_than_any_memory(limit):
 def test_what_is_written_into_memory_beyond_the_limit_names_it(limit):
     mesh, folder = surfrecon.sculpture(cell=4.0), surfrecon.MemoryFolder()
     limit(mesh.positions.nbytes // 2)
-    with pytest.raises(surfrecon.OutOfMemoryError, match=r"could not be had, \d+ kB are allowed; .*raise the limit"):
+    with pytest.raises(surfrecon.OutOfMemoryError, match=r"could not be had, \d+ kB are allowed: raise the limit"):
         mesh.write(folder / "sculpture.ply")
     limit(None)
     assert len(folder) == 0

@@ -221,7 +221,7 @@ def test_places_and_colours_that_are_none_are_named():
         surfrecon.reconstruct(points, sensors=some)
     with pytest.raises(surfrecon.InputError, match=r"toward.* finite coordinates .* got \(NaN, 0, 0\)"):
         surfrecon.reconstruct(points, toward=(nan, 0, 0))
-    with pytest.raises(surfrecon.InputError, match=r"colour: floats must be from 0 to 1, got 255; .*uint8"):
+    with pytest.raises(surfrecon.InputError, match=r"colour: floats must be from 0 to 1, got 255. .*uint8"):
         surfrecon.reconstruct(points, colour=np.full((100, 3), 255.0))
     with pytest.raises(surfrecon.InputError, match=r"got -0\.5"):
         surfrecon.reconstruct(points, colour=np.full((100, 3), -0.5))

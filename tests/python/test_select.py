@@ -236,7 +236,7 @@ def test_a_list_of_poses_can_t_say_another_size(scans, tmp_path):
     ("call", "match"),
     [
         (lambda s: surfrecon.Box(np.diag([1, 1, 0, 1.0])), "the box is flat"),
-        (lambda s: surfrecon.Box(np.full((4, 4), np.nan)), "not finite"),
+        (lambda s: surfrecon.Box(np.full((4, 4), np.nan)), "must have finite entries"),
         (lambda s: surfrecon.Box(np.eye(3)), "shape"),
         (lambda s: surfrecon.Box.between((0, 0, 0), (1, 0, 1)), "along y"),
         (lambda s: surfrecon.Plane((0, 0, 0), (0, 0, 0)), "the normal of the plane"),

@@ -18,8 +18,9 @@ const FLOORS: &[&[&str]] = &[
 ];
 /// The folders of the merge, in the order in which data go through them: each knows those before it, and `pipeline`, `run`,
 /// `reference` and `dump` know all.
-const MERGE: &[&str] = &["crossings", "intake", "field", "visibility", "surface", "colour", "finish"];
-const OVER_THE_MERGE: &[&str] = &["pipeline", "run", "reference", "dump", "operation", "params", "report", "stages"];
+const MERGE: &[&str] =
+    &["stages", "params", "report", "crossings", "intake", "field", "visibility", "surface", "colour", "finish"];
+const OVER_THE_MERGE: &[&str] = &["pipeline", "run", "reference", "dump", "operation"];
 /// Crates that stand on the core, and know its roof and the allocator alone.
 const ON_THE_ROOF: &[&str] = &["c-api", "python"];
 const HOSTS: &[&str] = &["pyo3", "numpy::", "bpy", "cbindgen", "no_mangle", "extern \"C\""];

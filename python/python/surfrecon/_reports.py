@@ -165,7 +165,7 @@ class AlignReport(Report):
     >>> report = surfrecon.align(scans).report
     >>> report.placed, report.groups
     (6, [[0, 1, 2, 3, 4, 5]])
-    >>> report.summary[0].partition(";")[0]
+    >>> report.summary[0].partition(".")[0]
     '6 of 6 scans placed'
 
     Attributes:

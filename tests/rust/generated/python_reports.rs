@@ -65,7 +65,7 @@ const EXAMPLES: &[(&str, &[&str])] = &[
             ">>> report = surfrecon.align(scans).report",
             ">>> report.placed, report.groups",
             "(6, [[0, 1, 2, 3, 4, 5]])",
-            ">>> report.summary[0].partition(\";\")[0]",
+            ">>> report.summary[0].partition(\".\")[0]",
             "'6 of 6 scans placed'",
         ],
     ),

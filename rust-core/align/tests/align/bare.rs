@@ -23,13 +23,13 @@ pub fn nothing_joined(alignment: &Alignment) {
     assert!(alignment.report.groups.iter().all(|group| group.len() == 1), "{}", lines(alignment));
 }
 
-/// Every scan without a place has a reason, and one of them has these words.
-fn is_said(alignment: &Alignment, words: &str) {
+/// Every scan without a place has a reason, and one of them has one of these words.
+fn is_said(alignment: &Alignment, words: &[&str]) {
     let scans = &alignment.report.scans;
     let has_no_place = |state| matches!(state, ScanState::Unplaced | ScanState::Apart);
     let reasons = || scans.iter().filter(|scan| has_no_place(scan.state)).map(|scan| &scan.reason);
     assert!(reasons().all(|reason| !reason.is_empty()), "{}", lines(alignment));
-    assert!(reasons().any(|reason| reason.contains(words)), "{words}: {}", lines(alignment));
+    assert!(reasons().any(|reason| words.iter().any(|word| reason.contains(word))), "{words:?}: {}", lines(alignment));
 }
 
 /// Theorem: frames of an empty room are a heap of which nothing is placed, nor joined in pieces.
@@ -38,7 +38,7 @@ fn an_empty_room_is_refused() {
     let count = if base::tier::is_thorough() { 14 } else { 6 };
     let alignment = heap(&tour(&room(3, 0), count, SIZE, 0.004));
     nothing_joined(&alignment);
-    is_said(&alignment, "places");
+    is_said(&alignment, &["places", "elsewhere"]);
 }
 
 /// 3 m along each edge.
@@ -63,7 +63,7 @@ fn a_heap_of_a_cube_fits_in_several_places() {
     let count = if base::tier::is_thorough() { 12 } else { 5 };
     let alignment = heap(&turn(&cube(), count, count));
     nothing_joined(&alignment);
-    is_said(&alignment, "places");
+    is_said(&alignment, &["places", "elsewhere"]);
 }
 
 /// Theorem: corners hold neighbours. If a frame shows too little of one, track is lost, which is said, and pieces are not joined.
@@ -73,7 +73,7 @@ fn a_cube_is_followed_as_far_as_its_corners_hold() {
     let alignment = followed(&images, 0);
     none_wrong(&images, &alignment);
     assert!((2..images.len()).contains(&alignment.report.placed()), "{}", lines(&alignment));
-    is_said(&alignment, "slide");
+    is_said(&alignment, &["slide"]);
     let lost = |text: &String| text.starts_with("track was lost") && text.contains("what both show can turn or slide");
     assert!(alignment.report.messages.iter().any(lost), "{}", lines(&alignment));
 }
@@ -105,7 +105,7 @@ fn a_plain_corridor_slides_and_it_is_said() {
     let (heap, followed) = (heap(&images), followed(&images, 0));
     for alignment in [&heap, &followed] {
         nothing_joined(alignment);
-        is_said(alignment, "slide along the direction");
+        is_said(alignment, &["slide along the direction"]);
     }
     let lost = |k: usize| {
         let place = format!("track was lost between {:?} and {:?}", images[k].name, images[k + 1].name);

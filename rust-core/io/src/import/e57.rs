@@ -367,7 +367,7 @@ mod tests {
         let error = FileScan::new(&path).read().unwrap_err().to_string();
         assert!(error.ends_with("set.e57: scan 0: the scan has no valid points: export it again"), "{error}");
         let error = write(&[&images[1], &images[1]]).unwrap_err().to_string();
-        assert!(error.ends_with("none of 2 scans has valid points"), "{error}");
+        assert!(error.ends_with("none of 2 scans has valid points: export them again"), "{error}");
     }
 
     #[test]

@@ -74,7 +74,9 @@ mod window;
 #[cfg(any(test, fuzzing))]
 mod damage;
 #[cfg(test)]
-pub(crate) mod faults;
+mod faults;
+#[cfg(test)]
+pub(crate) mod faults_tests;
 #[cfg(any(test, fuzzing))]
 pub mod fuzzing;
 #[cfg(test)]

@@ -247,7 +247,11 @@ mod tests {
         case("s.mlp", MLP.replace("MLMesh", "Mesh"), "an `MLMesh` must name a mesh");
         case("s.mlp", MLP.replace("a.ply", "s.mlp"), "line 4: s.mlp is a list of scans");
         case("s.aln", ALN.replace("a.ply", "/etc/passwd"), "line 2: /etc/passwd leads out of the folder");
-        case("s.aln", ALN.replace("0 0 1 7", "0 0 1"), "line 6: the line ends");
+        case(
+            "s.aln",
+            ALN.replace("0 0 1 7", "0 0 1"),
+            "line 6: expected a number of a 4 x 4 matrix, but the line ends",
+        );
         case("s.aln", ALN.replacen('2', "99999999", 1), "expected");
         let error = open(folder.path()).unwrap_err().to_string();
         assert!(error.contains("several lists of scans (s.aln, s.mlp): choose one of them"), "{error}");

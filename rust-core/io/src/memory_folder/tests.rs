@@ -4,7 +4,7 @@ use std::io::Error as IoError;
 use super::*;
 use crate::export::faults::writers;
 use crate::import;
-use crate::import::faults::{outcome_of, sets};
+use crate::import::faults_tests::{outcome_of, sets};
 use base::progress::Progress;
 
 /// Puts all files below a folder of the system into one in memory, under the names that they have there.

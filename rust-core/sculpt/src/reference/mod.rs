@@ -247,7 +247,7 @@ mod tests {
             for tolerance in [0.0, 1e-9, 1e9, f64::MAX] {
                 match run(&image, &params(tolerance, 1), &Progress::none()) {
                     Ok(result) => assert!(!result.certificate.max_error.is_nan()),
-                    Err(error) => assert!(error.to_string().contains("use a larger unit"), "{error}"),
+                    Err(error) => assert!(error.to_string().contains("Use a larger unit"), "{error}"),
                 }
             }
         }

@@ -155,8 +155,8 @@ pub(super) fn what_is_not_placed_has_a_reason_and_a_cancelled_alignment_leaves_n
         let group_and_pose = aligned_scan::GROUP..aligned_scan::WORLD_FROM_SCAN + 16;
         assert_eq!(scans[place].numbers[group_and_pose], [&[u64::MAX][..], &[0; 16]].concat(), "no group and no pose");
         api.ok((api.srf_alignment_reason)(alignment, place, &mut reason));
-        assert!(!text(reason).is_empty() && lines[1 + place].ends_with(&text(reason)), "{lines:?}");
         let messages = report.numbers[align_report::MESSAGES_COUNT];
+        assert!(!text(reason).is_empty() && lines[1 + messages as usize + place].ends_with(&text(reason)), "{lines:?}");
         api.ok((api.srf_alignment_message)(alignment, messages as usize - 1, &mut reason));
         assert!(text(reason).contains("hold the same samples"), "{lines:?}");
         for end in [(api.srf_alignment_free)(alignment), (api.srf_aligner_free)(aligner)] {

@@ -299,7 +299,7 @@ pub(super) fn the_log_hears_of_gaps() {
         let merger = merger_of(mesh);
         merged(merger, &params(0.03));
         api.ok((api.srf_set_log)(None, std::ptr::null_mut()));
-        assert!(said.get_mut().unwrap().iter().any(|text| text.contains("1 open boundary loop;")), "{said:?}");
+        assert!(said.get_mut().unwrap().iter().any(|text| text.contains("1 open boundary loop:")), "{said:?}");
         api.ok((api.srf_merger_free)(merger));
         api.ok((api.srf_mesh_free)(mesh));
     }

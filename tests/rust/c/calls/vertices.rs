@@ -190,7 +190,7 @@ pub(super) fn what_is_no_range_image_is_refused() {
         PARAMETER,
         "row: type must be SRF_TYPE_I32 or SRF_TYPE_U32, got SRF_TYPE_F32",
     );
-    refused(&given, &camera, &STILL.map(|x| if x == 1.0 { f64::NAN } else { x }), INPUT, "not finite");
+    refused(&given, &camera, &STILL.map(|x| if x == 1.0 { f64::NAN } else { x }), INPUT, "must have finite numbers");
     let flat = std::array::from_fn(|i| if i == 5 { 0.0 } else { STILL[i] });
     refused(&given, &camera, &flat, INPUT, "flattens");
     refused(&given, &GridCamera::ZERO, &STILL, STRUCT_SIZE, "camera.struct_size is 0");

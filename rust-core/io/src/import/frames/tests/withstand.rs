@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex};
 
 use super::twin::{FRAMES, Files, Twin, grey16};
 use super::writers;
-use crate::import::{Content, FileScan, faults, open};
+use crate::import::{Content, FileScan, faults_tests, open};
 use base::context::{Context, choose};
 use base::error::Result;
 use base::log::Log;
@@ -209,5 +209,5 @@ fn any_read_of_a_folder_may_fail() {
             vec![path]
         })
         .collect();
-    faults::check(folder.path(), sets);
+    faults_tests::check(folder.path(), sets);
 }
