@@ -158,7 +158,7 @@ def merge_lines(context, report):
     if "rms_error" in report:
         yield "RMS error", length(context, report["rms_error"])
         yield "Largest error", length(context, report["max_error"])
-    yield from told("holes", "max_hole_length", "dropped_components")
+    yield from told("holes", "max_hole_length", "dropped_components", "shortest_edge")
     if gains := list(report.get("colour_gains", ())):
         yield "Exposures matched by", f"{min(gains):.2f} {word('to')} {max(gains):.2f}"
     if report.get("in_files"):

@@ -195,7 +195,7 @@ fn what_is_not_done_yet_is_named() {
     assert!(refused.to_string().ends_with("nowhere: tasks need a folder that exists"), "{refused}");
     // Scans of another number.
     let refused = merge_task(&job.sources[1..], &PARAMS, job.folder(), (Stage::Collect, 1), &Progress::none());
-    assert!(refused.unwrap_err().to_string().ends_with("was planned for 7 scans, not for 6"));
+    assert!(refused.unwrap_err().to_string().ends_with("was planned for 7 scans, not for 6: plan it anew"));
 }
 
 #[test]

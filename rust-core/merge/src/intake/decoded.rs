@@ -31,7 +31,7 @@ pub struct DecodedOnce<'a> {
 }
 
 impl<'a> DecodedOnce<'a> {
-    /// Of each of the scans of a merge that is allowed so much memory.
+    /// Of each of the scans of a merge that is allowed so much memory. None if no scan is read from a file.
     pub fn all(scans: &[&'a dyn ScanSource], memory: Option<u64>) -> Vec<Self> {
         let (there, _) = memory::available();
         let limits = [memory, memory::limit_of_calls()].into_iter().flatten().map(|bytes| bytes as f64);
@@ -41,7 +41,10 @@ impl<'a> DecodedOnce<'a> {
 
     fn within(most: u64, scans: &[&'a dyn ScanSource]) -> Vec<Self> {
         let files = scans.iter().filter(|scan| scan.file().is_some()).count() as u64;
-        let most = most / files.max(1);
+        if files == 0 {
+            return Vec::new();
+        }
+        let most = most / files;
         scans.iter().map(|&scan| DecodedOnce { scan, decoded: OnceLock::new(), most }).collect()
     }
 

@@ -101,11 +101,12 @@ fn in_memory(
     progress: &Progress<'_>,
 ) -> Result<Merged> {
     let memory = setup.fit.memory.is_finite().then_some(setup.fit.memory as u64);
-    let scans = DecodedOnce::all(scans, memory);
-    let scans: Vec<&dyn ScanSource> = scans.iter().map(|scan| scan as &dyn ScanSource).collect();
+    let once = DecodedOnce::all(scans, memory);
+    let once: Vec<&dyn ScanSource> = once.iter().map(|scan| scan as &dyn ScanSource).collect();
+    let scans = if once.is_empty() { scans } else { &once };
     match reuse {
-        Some(Reuse { merger, versions }) => merger.run_by((&scans, versions), params, setup, progress),
-        None => run_by(&scans, params, setup, progress),
+        Some(Reuse { merger, versions }) => merger.run_by((scans, versions), params, setup, progress),
+        None => run_by(scans, params, setup, progress),
     }
 }
 

@@ -28,7 +28,7 @@ fn photos_that_cannot_be_used_are_named() {
     let other_size = with(&|bad| bad.pixels = Pixels { size: [60, 50], colours: vec![[0; 3]; 3000] });
     assert!(other_size.contains("bad: the photo has 60 x 50 pixels, but its camera 120 x 100"), "{other_size}");
     let short = with(&|bad| bad.pixels.colours.truncate(11_999));
-    assert!(short.contains("bad: the photo of 120 x 100 pixels has 11999"), "{short}");
+    assert!(short.contains("bad: the photo of 120 x 100 pixels must have as many, got 11999"), "{short}");
     assert!(with(&|bad| bad.name = "good".into()).contains("two photos are called good"));
     assert!(with(&|bad| bad.camera.size = None).contains("bad: the camera has no size"));
     assert!(with(&|bad| bad.camera.focal[0] = 0.0).contains("bad: "));
