@@ -55,7 +55,7 @@ impl FileScan {
         Ok(content)
     }
 
-    /// The coordinate reference system of the world that it lies in: what [`ReadOptions::crs`] or its file names. Looked up in
+    /// The coordinate reference system of the world that it lies in: what `ReadOptions::crs` or its file names. Looked up in
     /// headers each time.
     ///
     /// # Errors
