@@ -83,7 +83,10 @@ def test_before_the_work_it_is_told_what_a_merge_takes(listed, small, tmp_path):
     beside.mkdir()
     given = {"voxel": 0.01, "threads": 2}
     for workspace, text in (
-        (None, rf"which take {BYTES} to {BYTES}, but 1 MB are free: free some, choose another workspace, or larger cells"),
+        (
+            None,
+            rf"which take {BYTES} to {BYTES}, but 1 MB are free: free some, choose another workspace, or larger cells",
+        ),
         (beside, rf"surface\.ply: the disk has no room for the {BYTES} of this file: free some, or choose another"),
     ):
         with pytest.raises(surfrecon.FileError, match=text) as raised:
