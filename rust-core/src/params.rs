@@ -4,6 +4,14 @@
 
 pub use base::params::{Choice, Default, ParamField, ParamKind, ParamSchema, ParamSpec, Params, Value};
 
+/// The former name of [`ParamKind`].
+#[deprecated(since = "0.2.0", note = "it is called `ParamKind`")]
+pub type Kind = ParamKind;
+
+/// The former name of [`ParamSchema`].
+#[deprecated(since = "0.2.0", note = "it is called `ParamSchema`")]
+pub type Schema = ParamSchema;
+
 use crate::operations::OPERATIONS;
 
 /// The operations' schemas.
