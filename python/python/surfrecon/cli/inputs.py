@@ -105,7 +105,7 @@ def system(text: str) -> str:
     """A coordinate reference system as it was given: its text, or a file (.prj, .wkt) that holds it.
 
     Raises:
-        InputError: there is no such file, or it holds no text, or what is empty.
+        InputError: there is no such file, or it holds no text, or it is empty.
     """
     found = text
     if text.lower().endswith((".prj", ".wkt")):

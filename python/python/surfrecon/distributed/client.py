@@ -55,10 +55,10 @@ def merge(
         client: a ``dask.distributed.Client``. Each task takes one thread of a worker. Processes of one thread are best.
         workspace: a folder that all workers reach under this name, or a URL that fsspec knows. Default: the folder of
             ``output``.
-        tasks: how many tasks a stage has. Default four for each thread of the workers that are there.
+        tasks: how many tasks a stage has. By default it has four for each thread of the workers that are there.
         keep: what the merge finds out stays in the workspace for the next one with the same parameters and ``tasks``,
             which has to be given: see ``Plan.make``.
-        max_memory: most bytes that a task takes. Default 0.7 of what a worker may take, by its threads.
+        max_memory: most bytes that a task takes. The default is 0.7 of what a worker may take, by its threads.
         reading: the keyword arguments of ``surfrecon.open``.
         encoding: as for ``surfrecon.merge_to_file``.
         part_triangles: as for ``surfrecon.merge_to_file``.
