@@ -423,6 +423,75 @@ def large(p):
     p.picture("large-parts", [names])
 
 
+def library(p):
+    """A preview, the surface, and how far the one is off the other."""
+    scans = surfrecon.open("placed.conf")
+    preview = surfrecon.merge(scans, voxel=8.0).mesh
+    mesh = surfrecon.merge(scans).mesh
+    off = np.asarray(surfrecon.distances(mesh.positions, preview))
+    most = 2.0
+    tints = linear(false_colours(off, 0, most))
+    size, body = (266, 400), surface(mesh)
+    p.picture(
+        "library-surface",
+        [
+            p.view(
+                "library-preview",
+                [surface(preview)],
+                size,
+                "A preview",
+                many(len(preview.triangles), "triangles"),
+                frame=[body],
+            ),
+            p.view("library-body", [body], size, "The surface", many(len(mesh.triangles), "triangles")),
+            p.view(
+                "library-off",
+                [made("Off", mesh.positions, mesh.triangles, tints)],
+                size,
+                "How far the preview is off",
+                f"red: {most:.0f} mm and more",
+            ),
+        ],
+    )
+
+
+def cluster(p):
+    """The scans by the tasks that collect them, the blocks of the surface, and the surface."""
+    tasks, cells = 4, 64
+    scans = surfrecon.open("placed.conf")
+    images = read(scans)
+    result = surfrecon.merge(scans)
+    mesh, size = result.mesh, (266, 400)
+    body = surface(mesh)
+    # A task collects a run of the scans in the order of their names.
+    runs = dots(samples(images, lambda k, count: scan_colour(k * tasks // count)), 0.5)
+    # Blocks are cubes of the world's grid.
+    block = np.floor(mesh.positions / (cells * result.report.voxel)).astype(int)
+    _, number = np.unique(block, axis=0, return_inverse=True)
+    tints = np.array([scan_colour(k) for k in range(number.max() + 1)])[number.ravel()]
+    p.picture(
+        "cluster-tasks",
+        [
+            p.view(
+                "cluster-runs",
+                [runs],
+                size,
+                "Scans",
+                f"{many(tasks, 'tasks')} collect {len(images)} scans",
+                frame=[body],
+            ),
+            p.view(
+                "cluster-blocks",
+                [made("Blocks", mesh.positions, mesh.triangles, tints)],
+                size,
+                "Blocks",
+                f"{number.max() + 1}, each {cells} cells wide",
+            ),
+            p.view("cluster-body", [body], size, "One file", many(len(mesh.triangles), "triangles")),
+        ],
+    )
+
+
 GUIDES = {
     "recordings": recordings,
     "turntable": turntable,
@@ -434,4 +503,6 @@ GUIDES = {
     "selecting": selecting,
     "surveys": surveys,
     "large": large,
+    "library": library,
+    "cluster": cluster,
 }

@@ -8,7 +8,8 @@ version = release = os.environ["SURFRECON_VERSION"]
 
 extensions = ["myst_parser", "sphinx_copybutton"]
 myst_heading_anchors = 6
-myst_enable_extensions = ["smartquotes"]
+# Fences of colons: what is inside stays Markdown for `tools/docs/sections.py`.
+myst_enable_extensions = ["smartquotes", "colon_fence"]
 # Sections of other files may begin deeper than the page.
 suppress_warnings = ["myst.header"]
 

@@ -13,7 +13,7 @@ namespace {
 
 // Files that MeshLab opens itself, as meshes, projects or rasters, and those that say nothing without others.
 const std::set<std::string> left_out = {
-    "ply", "stl", "obj", "ptx", "asc", "xyz", "txt", "pts", "mlp", "aln", "png", "tif", "tiff", "json", "log", "freiburg",
+    "ply", "stl", "obj", "ptx", "asc", "xyz", "txt", "pts", "mlp", "aln", "png", "tif", "tiff", "json", "log", "freiburg", "traj",
 #if SRF_MESHLAB >= 202100
     "e57", "glb", "gltf",
 #endif

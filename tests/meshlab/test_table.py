@@ -22,7 +22,7 @@ FILTERS = {
 }
 
 # Endings of files that MeshLab is left out of: projects, rasters, and what says nothing without the files beside it.
-NOBODYS = {"mlp", "aln", "png", "tif", "tiff", "json", "log", "freiburg"}
+NOBODYS = {"mlp", "aln", "png", "tif", "tiff", "json", "log", "freiburg", "traj"}
 
 
 def default_in_meshlab(parameter):
