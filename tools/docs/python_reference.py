@@ -108,8 +108,8 @@ def public_names():
 
 
 def pages():
-    """All pages. An operation that none of `PAGES` has gets one behind those of other operations: with its function, the
-    classes that this gives, and theirs.
+    """All pages. An operation that none of `PAGES` has gets one behind those of other operations, with the function and
+    the classes that this gives.
     """
     surfrecon = importlib.import_module("surfrecon")
     declared = _of_the_package()
@@ -135,7 +135,7 @@ def pages():
 
 
 def _of_the_package():
-    """What the package declares, by name."""
+    """The declarations of the package, by name."""
     package, found = Path(importlib.import_module("surfrecon").__file__).parent, {}
     for file in ("_errors.py", "_report.py", "_reports.py", "_native.pyi"):
         found |= declarations(package / file)
