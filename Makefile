@@ -75,6 +75,7 @@ install: ## Install the C library, its headers, pkg-config and CMake files: PREF
 	@$(ALONE) tools/install_c.sh "$${PREFIX:-/usr/local}"
 
 generate: ## Write what is generated from the code: the C header and its lists, what repeats parameters, PARAMETERS.md, fuzz seeds
+	tools/crates.py
 	SURFRECON_GENERATE=1 cargo test --quiet --package surfrecon-tests --test generated
 	SURFRECON_GENERATE=1 cargo test --quiet --package surfrecon-tests --test c_library header::
 	SURFRECON_GENERATE=1 cargo test --quiet --package surfrecon --test fuzz_seeds

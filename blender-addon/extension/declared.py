@@ -5,6 +5,10 @@ import surfrecon
 
 OPERATIONS = {operation.name: operation for operation in surfrecon.operations()}
 
+# Custom properties of results that hold what operations report, by their usual name, and the operations.
+REPORTING = {figure.operation for figure in surfrecon.figures()}
+REPORTS = {f"surfrecon_{name}": name for name in OPERATIONS if name in REPORTING}
+
 
 def operator(name):
     """Gives an operator the identifier, the name and the tip that its operation declares for Blender."""

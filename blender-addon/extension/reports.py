@@ -6,6 +6,7 @@ import math
 
 import surfrecon
 
+from .declared import REPORTS
 from .operators.align import REPORT as ALIGNED
 from .operators.clean import REPORT as CLEANED
 from .operators.cluster import REPORT as CLUSTERED
@@ -219,6 +220,21 @@ LINES = {
     CLEANED: clean_lines,
 }
 
+# Kinds of figures, and shapes of them, that are told in a line.
+KINDS = {"flag", "count", "integer", "bytes", "length", "angle", "ratio", "number", "choice", "stage"}
+SHAPES = {"one", "optional", "array", "optional array"}
+
+
+def lines_of_all(operation):
+    """The lines of an operation that has none above: a line for each figure that it declares."""
+
+    def lines(context, figures):
+        told = Told(operation, context, figures.to_dict())
+        yield from told(*(name for name, row in told.rows.items() if row.kind in KINDS and row.shape in SHAPES))
+
+    return lines
+
+
 # Operations that declare the figures of a custom property, and lengths among those that are put together here.
 DECLARED = {
     REPORT: "merge",
@@ -227,6 +243,9 @@ DECLARED = {
     RECONSTRUCTED: "reconstruct",
     CLUSTERED: "cluster",
 }
+OTHERS = {name: of for name, of in REPORTS.items() if name not in LINES and of not in DECLARED.values()}
+DECLARED |= OTHERS
+LINES |= {name: lines_of_all(operation) for name, operation in OTHERS.items()}
 LENGTHS = {
     ALIGNED: {"residual", "deviations"},
     REPORT: {"rms_error", "max_error"},

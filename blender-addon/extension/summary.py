@@ -1,17 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The first lines of a report: the few that people look for. All other figures are folded below them."""
 
+from .declared import OPERATIONS, REPORTS
 from .imported import of_scans
-from .operators.cluster import REPORT as CLUSTERED
 from .operators.merge import REPORT as MERGED
 from .operators.quads import REPORT as GRIDDED
 from .operators.reconstruct import REPORT as RECONSTRUCTED
-from .operators.sculpt import REPORT as SCULPTED
 from .translations import word
 from .words import length, size
 
 # Custom properties of what is a surface.
-SURFACES = (MERGED, SCULPTED, GRIDDED, RECONSTRUCTED, CLUSTERED)
+KINDS = (["a mesh"], ["a grid of quads"])
+SURFACES = (MERGED, *(name for name, operation in REPORTS.items() if OPERATIONS[operation].gives in KINDS))
 
 # Without a summary so many figures are not folded.
 FEW = 5

@@ -45,8 +45,8 @@ def number(count, one, many):
 
 
 # Labels of parameters whose names in code are no words. Names of files and objects stay as they are.
-TABLES = ("plane", "align", "merge", "triangulate", "sculpt", "quads", "reconstruct", "cluster")
-LABELS = {p.name: p.label for table in TABLES for p in surfrecon.parameters(table) if "_" in p.name}
+FILES = ("open", "write")
+LABELS = {p.name: p.label for p in surfrecon.parameters() if "_" in p.name and p.operation not in FILES}
 CODE_NAMES = re.compile(rf'(?<![\w"/.-])({"|".join(LABELS)})(?![\w"/.-])')
 
 

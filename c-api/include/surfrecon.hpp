@@ -495,51 +495,120 @@ private:
     }
 };
 
-// Parameters with their defaults.
-struct AlignParams : srf_align_params {
-    AlignParams() { check(srf_align_params_init(this)); }
+// Parameters and figures that are C's, made whole. Written by `make generate` from their declarations in the core, up to the mark.
+
+// structs
+
+// The parameters of `open`, with their defaults.
+struct ReadOptions : srf_read_options {
+    ReadOptions() { check(srf_read_options_init(this)); }
 };
-struct MergeParams : srf_merge_params {
-    MergeParams() { check(srf_merge_params_init(this)); }
+
+// The parameters of `write`, with their defaults.
+struct WriteOptions : srf_write_options {
+    WriteOptions() { check(srf_write_options_init(this)); }
 };
+
+// The parameters of `triangulate`, with their defaults.
 struct TriangulateParams : srf_triangulate_params {
     TriangulateParams() { check(srf_triangulate_params_init(this)); }
 };
-struct ScanParams : srf_scan_params {
-    ScanParams() { check(srf_scan_params_init(this)); }
+
+// The parameters of `plane`, with their defaults.
+struct PlaneParams : srf_plane_params {
+    PlaneParams() { check(srf_plane_params_init(this)); }
 };
 
+// The parameters of `align`, with their defaults.
+struct AlignParams : srf_align_params {
+    AlignParams() { check(srf_align_params_init(this)); }
+};
+
+// The parameters of `merge`, with their defaults.
+struct MergeParams : srf_merge_params {
+    MergeParams() { check(srf_merge_params_init(this)); }
+};
+
+// The parameters of `sculpt`, with their defaults.
 struct SculptParams : srf_sculpt_params {
     SculptParams() { check(srf_sculpt_params_init(this)); }
 };
 
-struct QuadParams : srf_quads_params {
-    QuadParams() { check(srf_quads_params_init(this)); }
-};
-
+// The parameters of `spline`, with their defaults.
 struct SplineParams : srf_spline_params {
     SplineParams() { check(srf_spline_params_init(this)); }
 };
-struct WriteOptions : srf_write_options {
-    WriteOptions() { check(srf_write_options_init(this)); }
+
+// The parameters of `reconstruct`, with their defaults.
+struct ReconstructParams : srf_reconstruct_params {
+    ReconstructParams() { check(srf_reconstruct_params_init(this)); }
 };
+
+// The parameters of `cluster`, with their defaults.
 struct ClusterParams : srf_cluster_params {
     ClusterParams() { check(srf_cluster_params_init(this)); }
 };
 
-// The figures of a clustering.
+// The parameters of `scan`, with their defaults.
+struct ScanParams : srf_scan_params {
+    ScanParams() { check(srf_scan_params_init(this)); }
+};
+
+// Scans that were aligned, and their pairs.
+struct AlignReport : srf_align_report {
+    AlignReport() { check(srf_align_report_init(this)); }
+};
+
+// The figures of a merge, among them those of the paper's tables.
+struct MergeReport : srf_merge_report {
+    MergeReport() { check(srf_merge_report_init(this)); }
+};
+
+// The figures of sculpting.
+struct SculptReport : srf_sculpt_report {
+    SculptReport() { check(srf_sculpt_report_init(this)); }
+};
+
+// The figures of a quad grid. Errors are distances along the samples' rays to the planes of the triangles of the pixels' quads, over all valid pixels of the image but those missed, with each quad cut along its better diagonal. On the background the grid continues the surface.
+struct QuadReport : srf_quads_report {
+    QuadReport() { check(srf_quads_report_init(this)); }
+};
+
+// The figures of a surface through points.
+struct ReconstructReport : srf_reconstruct_report {
+    ReconstructReport() { check(srf_reconstruct_report_init(this)); }
+};
+
+// The figures of clustering.
 struct ClusterReport : srf_cluster_report {
     ClusterReport() { check(srf_cluster_report_init(this)); }
+};
+
+// A mesh as a surface: counts, and what follows from them. Triangles that name a vertex out of range or a vertex twice are counted, then left out of all that follows. So are vertices without a triangle.
+struct CheckReport : srf_check_report {
+    CheckReport() { check(srf_check_report_init(this)); }
+};
+
+// Distances of points, or of a surface, from another surface. All figures but `bias` are of absolute values.
+struct DistanceReport : srf_distance_report {
+    DistanceReport() { check(srf_distance_report_init(this)); }
+};
+
+// Samples that were left out of a frame, or of several, each counted for the first reason that it has.
+struct LeftOutReport : srf_left_out_report {
+    LeftOutReport() { check(srf_left_out_report_init(this)); }
+};
+
+// end
+
+// The parameters of `quads`, with their defaults.
+struct QuadParams : srf_quads_params {
+    QuadParams() { check(srf_quads_params_init(this)); }
 };
 
 // A point that two scans show: without normals, of weight 1 unless changed.
 struct Pick : srf_pick {
     Pick() { check(srf_pick_init(this)); }
-};
-
-// The figures of an alignment.
-struct AlignReport : srf_align_report {
-    AlignReport() { check(srf_align_report_init(this)); }
 };
 
 // The figures of a scan in an alignment.
@@ -579,19 +648,9 @@ struct Turntable {
     std::vector<double> angles;
 };
 
-// Facts that files do not say themselves.
-struct ReadOptions : srf_read_options {
-    ReadOptions() { check(srf_read_options_init(this)); }
-};
-
 // How the images of a frame were taken and how they lie in memory.
 struct Frame : srf_frame {
     Frame() { check(srf_frame_init(this)); }
-};
-
-// Samples of a frame that were left out.
-struct LeftOutReport : srf_left_out_report {
-    LeftOutReport() { check(srf_left_out_report_init(this)); }
 };
 
 // The data that a host keeps of a range image beside its vertices: how pixels see, and where some of the vertices were.
@@ -605,34 +664,6 @@ struct GridCamera : srf_grid_camera {
         check(srf_grid_camera_scale(&camera, scale));
         return camera;
     }
-};
-
-// The figures of sculpting: among them how far the mesh lies from the samples.
-struct SculptReport : srf_sculpt_report {
-    SculptReport() { check(srf_sculpt_report_init(this)); }
-};
-
-struct ReconstructParams : srf_reconstruct_params {
-    ReconstructParams() { check(srf_reconstruct_params_init(this)); }
-};
-
-// The figures of a surface through scattered points.
-struct ReconstructReport : srf_reconstruct_report {
-    ReconstructReport() { check(srf_reconstruct_report_init(this)); }
-};
-
-// Figures of a quad grid.
-struct QuadReport : srf_quads_report {
-    QuadReport() { check(srf_quads_report_init(this)); }
-};
-
-// Figures over many distances.
-struct DistanceReport : srf_distance_report {
-    DistanceReport() { check(srf_distance_report_init(this)); }
-};
-
-struct PlaneParams : srf_plane_params {
-    PlaneParams() { check(srf_plane_params_init(this)); }
 };
 
 // A plane in the world; z = 0 unless changed.

@@ -108,14 +108,16 @@ mod tests {
         try_all::<io::import::ReadOptions>();
         try_all::<io::export::WriteOptions>();
         try_all::<image::triangulate::TriangulateParams>();
-        try_all::<plane::PlaneParams>();
+        // operations
         try_all::<align::AlignParams>();
+        try_all::<cluster::ClusterParams>();
         try_all::<merge::MergeParams>();
-        try_all::<sculpt::SculptParams>();
+        try_all::<plane::PlaneParams>();
         try_all::<quads::QuadParams>();
         try_all::<quads::SplineParams>();
         try_all::<reconstruct::ReconstructParams>();
-        try_all::<cluster::ClusterParams>();
         try_all::<scan::ScanParams>();
+        try_all::<sculpt::SculptParams>();
+        // end
     }
 }

@@ -245,17 +245,21 @@ mod tests {
     #[test]
     fn rows_are_whole() {
         look_at::<mesh::CheckReport>();
-        look_at::<merge::MergeReport>();
-        look_at::<sculpt::SculptReport>();
-        look_at::<quads::QuadReport>();
-        look_at::<reconstruct::ReconstructReport>();
-        look_at::<cluster::ClusterReport>();
-        look_at::<align::AlignReport>();
-        look_at::<align::AlignedScan>();
-        look_at::<align::AlignedPair>();
-        look_at::<align::Snap>();
         look_at::<mesh::measure::DistanceReport>();
         look_at::<image::frame::LeftOutReport>();
+        // operations
+        look_at::<align::Freedom>();
+        look_at::<align::AlignedScan>();
+        look_at::<align::AlignedPair>();
+        look_at::<align::AlignReport>();
+        look_at::<align::Snap>();
+        look_at::<cluster::TriangleShapes>();
+        look_at::<cluster::ClusterReport>();
+        look_at::<merge::MergeReport>();
+        look_at::<quads::QuadReport>();
+        look_at::<reconstruct::ReconstructReport>();
+        look_at::<sculpt::SculptReport>();
+        // end
         for reported in reports() {
             let mut names = std::collections::HashSet::new();
             assert!(

@@ -54,6 +54,13 @@ def reports(tmp_path_factory):
         aligned.turntable,
         aligner.snap(1, np.eye(4)),
     ]
+    # Operations that nothing above runs.
+    content = {"a mesh": mesh, "points": mesh.positions, "a range image": scans[0], "scans": scans}
+    for operation in surfrecon.operations():
+        run = getattr(surfrecon, operation.name, None)
+        if run is not None and operation.name not in {"align", "merge", "sculpt", "reconstruct", "cluster", "write"}:
+            made = next((run(content[kind]) for kind in operation.takes if kind in content), None)
+            found += [made.report] if hasattr(made, "report") else []
     return {type(report): report for report in found}
 
 

@@ -15,7 +15,7 @@ from sections import SiteError
 from sphinx.ext.napoleon import Config, GoogleDocstring
 from words import indented, title
 
-# The pages and their names. Each public name stands in one of them.
+# The pages and their names. Each public name stands in one of them, or in the page that an operation gets by itself.
 PAGES = {
     "Opening and reading": ["open", "read", "recording_of", "formats", "ScanSet", "Scan", "Frame", "Camera"],
     "Range images, meshes, points": ["RangeImage", "GridCamera", "Mesh", "PointCloud", "linear_colours"],
@@ -107,9 +107,44 @@ def public_names():
     return names
 
 
+def pages():
+    """All pages. An operation that none of `PAGES` has gets one behind those of other operations, with the function and
+    the classes that this gives.
+    """
+    surfrecon = importlib.import_module("surfrecon")
+    declared = _of_the_package()
+    listed = {name for names in PAGES.values() for name in names}
+    free = set(surfrecon.__all__) - listed
+    operations = surfrecon.operations()
+    named = {operation.name for operation in operations}
+    behind = max(k for k, names in enumerate(PAGES.values()) if named & set(names)) + 1
+    made = list(PAGES.items())
+    for operation in operations:
+        if operation.name not in free:
+            continue
+        names = [operation.name]
+        for name in names:
+            one = declared[name]
+            types = [*one.signatures, *(member.type for member in one.members.values())]
+            words = [word for text in types for word in re.findall(r"\w+", text)]
+            names += [word for word in dict.fromkeys(words) if word in free and word not in names]
+        heading = operation.operator[1] if operation.operator else operation.name
+        made.insert(behind, (heading, names))
+        behind += 1
+    return dict(made)
+
+
+def _of_the_package():
+    """The declarations of the package, by name."""
+    package, found = Path(importlib.import_module("surfrecon").__file__).parent, {}
+    for file in ("_errors.py", "_report.py", "_reports.py", "_native.pyi"):
+        found |= declarations(package / file)
+    return found
+
+
 def problems():
     """Public names that no page has, and names that are not there."""
-    listed = [name for names in PAGES.values() for name in names]
+    listed = [name for names in pages().values() for name in names]
     there = set(public_names())
     yield from (
         f"{name} is in no page of the reference: tools/docs/python_reference.py" for name in there - set(listed)
@@ -260,9 +295,7 @@ def _entry(full, declared):
 def write(folder):
     """Writes the pages; the package must be importable. Returns names and members that they document."""
     package = Path(importlib.import_module("surfrecon").__file__).parent
-    found = {"": {}}
-    for file in ("_errors.py", "_report.py", "_reports.py", "_native.pyi"):
-        found[""] |= declarations(package / file)
+    found = {"": _of_the_package()}
     for module in ("plot", "bar"):
         found[module] = declarations(package / f"{module}.py")
     found["distributed"] = {}
@@ -270,7 +303,7 @@ def write(folder):
         found["distributed"] |= declarations(package / "distributed" / file)
     folder.mkdir(parents=True, exist_ok=True)
     names = []
-    for heading, listed in PAGES.items():
+    for heading, listed in pages().items():
         name = re.sub(r"\W+", "_", heading.lower())
         module = listed[0].rpartition(".")[0]
         text = [title(heading, "="), f".. py:currentmodule:: surfrecon{'.' + module if module else ''}", ""]

@@ -1438,3 +1438,6 @@ def surface_distance(
     threads: int | None = None,
     progress: _Progress | None = None,
 ) -> DistanceReport: ...
+
+# types
+# end of types

@@ -12,7 +12,7 @@ use crate::words::snake;
 use crate::{between, compare, root};
 
 /// `srf_read_options` as `ReadOptions`.
-fn type_name(of: &str) -> String {
+pub fn type_name(of: &str) -> String {
     of.trim_start_matches("srf_").split('_').map(crate::words::sentence).collect()
 }
 
@@ -39,6 +39,19 @@ fn structs_of_the_c_tests() {
         out += &places(reported.name(), &format!("{}_report", reported.operation), &reported.fields());
     }
     compare("tests/rust/c/generated.rs", &formatted(&out));
+}
+
+/// The table of structs with their functions, by which a test compares all defaults.
+#[test]
+fn parameters_of_the_c_tests() {
+    let list: String = schemas()
+        .map(|schema| {
+            let (name, _) = names(schema.operation);
+            format!("        (\"{}\", \"{name}\", init!({name}_init_sized)),\n", schema.operation)
+        })
+        .collect();
+    let name = "tests/rust/c/structs.rs";
+    compare(name, &between(name, "    let structs: &[(&str, &str, Init)] = &[\n", "    ];\n", &list));
 }
 
 /// A struct of figures, and a module with the place of each.

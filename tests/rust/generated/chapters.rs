@@ -1,8 +1,13 @@
 //! Chapters of the C header: what their functions are for, with examples of them, and the index.
 
+use std::sync::LazyLock;
+
+use surfrecon::operations::OPERATIONS;
+
 use crate::root;
 
 /// Functions that belong together.
+#[derive(Clone, Copy)]
 pub struct Chapter {
     pub title: &'static str,
     /// The files of the C library that it is made of, in the order they have in the header.
@@ -13,8 +18,53 @@ pub struct Chapter {
     examples: &'static str,
 }
 
-/// The chapters in the order they have in the header.
-pub const CHAPTERS: &[Chapter] = &[
+/// All chapters in the order they have in the header. The file of an operation that no chapter below names is a chapter of its own, behind
+/// that of the operation before it.
+pub static CHAPTERS: LazyLock<Vec<Chapter>> = LazyLock::new(|| {
+    let mut all = BY_HAND.to_vec();
+    let mut behind = all.len();
+    for operation in OPERATIONS {
+        let has = |chapter: &Chapter| chapter.files.contains(&operation.name);
+        if let Some(place) = all.iter().position(has) {
+            behind = place + 1;
+        } else if let Ok(source) = std::fs::read_to_string(root().join(format!("c-api/src/{}.rs", operation.name))) {
+            let mut files = vec![operation.name.to_owned()];
+            if !operation.report.is_empty() {
+                files.insert(0, format!("reports/{}", operation.name));
+            }
+            if operation.params.is_some() {
+                files.insert(0, format!("params/{}", operation.name));
+            }
+            all.insert(behind, of_its_own(operation.name, &source, files));
+            behind += 1;
+        }
+    }
+    all
+});
+
+/// The chapter that the first comment of a file declares: a title, a text, and examples in C.
+fn of_its_own(name: &str, source: &str, files: Vec<String>) -> Chapter {
+    let comment = source.lines().map_while(|line| line.strip_prefix("//!"));
+    let comment: Vec<&str> = comment.map(|line| line.strip_prefix(' ').unwrap_or(line)).collect();
+    let comment = comment.join("\n");
+    let parts = comment
+        .strip_prefix("# ")
+        .and_then(|rest| rest.split_once("\n\n"))
+        .and_then(|(title, rest)| Some((title, rest.split_once("\n\n```c\n")?)))
+        .and_then(|(title, (text, rest))| Some((title, text, rest.split_once("\n```")?.0)));
+    let Some((title, text, examples)) = parts else {
+        panic!(
+            "c-api/src/{name}.rs must begin with a comment that is a chapter of the header, as no chapter in chapters.rs names the file: \
+             its title (//! # ...), a text, and examples in C between //! ```c and //! ```"
+        );
+    };
+    let kept = |text: &str| -> &'static str { text.to_owned().leak() };
+    let files: Vec<&'static str> = files.iter().map(|file| kept(file)).collect();
+    Chapter { title: kept(title), files: files.leak(), text: kept(&text.replace('\n', " ")), examples: kept(examples) }
+}
+
+/// The chapters that several files make, or that were there first.
+const BY_HAND: &[Chapter] = &[
     Chapter {
         title: "The library: errors, threads, memory, progress",
         files: &["version", "status", "last_error", "settings", "context", "allocator", "cancel", "progress"],
@@ -164,7 +214,7 @@ const INDEX: &str = " * (index)\n";
 pub fn with_chapters(header: &str) -> String {
     let mut header = header.to_owned();
     let mut index = String::new();
-    for (number, chapter) in (1..).zip(CHAPTERS) {
+    for (number, chapter) in (1..).zip(CHAPTERS.iter()) {
         let functions = chapter.functions();
         let first = functions.first().expect("a chapter has functions");
         let lines: Vec<&str> = header.split_inclusive('\n').collect();

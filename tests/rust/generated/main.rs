@@ -6,6 +6,7 @@ mod c_params;
 mod c_reports;
 mod c_tests;
 mod chapters;
+mod cpp;
 mod header;
 mod meshlab;
 mod modules;
@@ -41,7 +42,12 @@ fn compare(name: &str, generated: &str) {
 /// A committed file with other text between two marks.
 fn between(name: &str, begin: &str, end: &str, text: &str) -> String {
     let committed = std::fs::read_to_string(root().join(name)).unwrap_or_else(|error| panic!("{name}: {error}"));
-    let (before, rest) = committed.split_once(begin).unwrap_or_else(|| panic!("{name} has no mark {begin}"));
+    replaced(name, &committed, begin, end, text)
+}
+
+/// The same of a text that is not the committed one any more.
+fn replaced(name: &str, source: &str, begin: &str, end: &str, text: &str) -> String {
+    let (before, rest) = source.split_once(begin).unwrap_or_else(|| panic!("{name} has no mark {begin}"));
     let (_, after) = rest.split_once(end).unwrap_or_else(|| panic!("{name} has no mark {end}"));
     format!("{before}{begin}{text}{end}{after}")
 }

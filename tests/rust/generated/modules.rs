@@ -4,7 +4,8 @@
 
 use std::fmt::Write as _;
 
-use crate::{between, compare, root};
+use crate::python_reports::class_names;
+use crate::{between, compare, replaced, root};
 
 /// Names of the files of a folder, without their endings.
 fn files(folder: &str) -> Vec<String> {
@@ -18,12 +19,8 @@ fn files(folder: &str) -> Vec<String> {
     names
 }
 
-#[test]
-fn of_rust() {
-    for (folder, file) in [("c-api/src", "c-api/src/lib.rs"), ("python/src", "python/src/lib.rs")] {
-        let list: String = files(folder).iter().map(|name| format!("mod {name};\n")).collect();
-        compare(file, &between(file, "// modules\n", "// end\n", &list));
-    }
+/// The crates that declare an operation.
+fn operations() -> Vec<String> {
     let crates =
         std::fs::read_dir(root().join("rust-core")).expect("the crates").map(|entry| entry.expect("an entry").path());
     let mut names: Vec<String> = crates
@@ -34,7 +31,49 @@ fn of_rust() {
         .map(|folder| folder.file_name().expect("a name").to_string_lossy().into_owned())
         .collect();
     names.sort_unstable();
-    let list: String = names.iter().map(|name| format!("#[doc(inline)]\npub use {name};\n")).collect();
+    names
+}
+
+/// Paths of the types that crates of operations declare by a macro and that have defaults.
+fn declared(by: &str) -> Vec<String> {
+    let mut found = Vec::new();
+    for name in operations() {
+        let folder = format!("rust-core/{name}/src");
+        let mut files = files(&folder);
+        files.push("lib".to_owned());
+        for file in files {
+            let source = std::fs::read_to_string(root().join(&folder).join(file).with_extension("rs")).expect("a file");
+            for block in source.split(&format!("\nbase::{by}! {{\n")).skip(1) {
+                let (before, item) = block.split_once("pub struct ").expect("a struct");
+                let item = item.split([' ', '<']).next().expect("its name");
+                if by == "params" || before.contains("Default") {
+                    found.push(format!("{name}::{item}"));
+                }
+            }
+        }
+    }
+    found
+}
+
+/// The types that tests of the tables try, each with its defaults.
+#[test]
+fn of_tables() {
+    for (name, by, tried) in
+        [("rust-core/src/params.rs", "params", "try_all"), ("rust-core/src/reports.rs", "report", "look_at")]
+    {
+        let list: String = declared(by).iter().map(|of| format!("        {tried}::<{of}>();\n")).collect();
+        assert!(list.lines().count() > 7, "{list}");
+        compare(name, &between(name, "        // operations\n", "        // end\n", &list));
+    }
+}
+
+#[test]
+fn of_rust() {
+    for (folder, file) in [("c-api/src", "c-api/src/lib.rs"), ("python/src", "python/src/lib.rs")] {
+        let list: String = files(folder).iter().map(|name| format!("mod {name};\n")).collect();
+        compare(file, &between(file, "// modules\n", "// end\n", &list));
+    }
+    let list: String = operations().iter().map(|name| format!("#[doc(inline)]\npub use {name};\n")).collect();
     let name = "rust-core/src/lib.rs";
     compare(name, &between(name, "// operations\n", "// end\n", &list));
     let name = "python/src/lib.rs";
@@ -91,34 +130,43 @@ fn kind(name: &str) -> bool {
     !name.starts_with(char::is_uppercase)
 }
 
+/// Names of the native module, sorted.
+pub fn native() -> Vec<String> {
+    let mut names: Vec<String> =
+        exported().into_iter().flat_map(|(_, items)| items).map(|(_, python)| python).collect();
+    names.push("__version__".to_owned());
+    names.sort_by_key(|name| (kind(name), name.clone()));
+    names
+}
+
+/// Names as a list that Python imports, a line each.
+pub fn imported(mut names: Vec<&str>) -> String {
+    names.sort_by_key(|name| (kind(name), name.to_lowercase()));
+    names.iter().map(|name| format!("    {name},\n")).collect()
+}
+
+/// Names as the list of what a module has, a line each.
+pub fn listed(mut names: Vec<&str>) -> String {
+    names.sort_by_key(|name| (kind(name), *name));
+    names.dedup();
+    names.iter().map(|name| format!("    \"{name}\",\n")).collect()
+}
+
+/// The names that the package takes of the native module and of the reports, and all that it has.
 #[test]
 fn of_python() {
-    let mut native: Vec<String> =
-        exported().into_iter().flat_map(|(_, items)| items).map(|(_, python)| python).collect();
-    native.push("__version__".to_owned());
-    // The types of the native module.
-    let name = "python/python/surfrecon/_native.pyi";
-    native.sort_by_key(|name| (kind(name), name.clone()));
-    let list: String = native.iter().map(|name| format!("    \"{name}\",\n")).collect();
-    compare(name, &between(name, "__all__ = [\n", "]\n", &list));
-
-    // The names that the package takes of it, and all that the package has.
     let name = "python/python/surfrecon/__init__.py";
-    let source = std::fs::read_to_string(root().join(name)).expect("the package");
-    let by_hand: Vec<&str> = imports(&source);
-    let is_public = |name: &&String| !name.starts_with('_') || name.as_str() == "__version__";
-    let mut taken: Vec<&String> =
-        native.iter().filter(is_public).filter(|name| !by_hand.contains(&name.as_str())).collect();
-    taken.sort_by_key(|name| (kind(name), name.to_lowercase()));
-    let list: String = taken.iter().map(|name| format!("    {name},\n")).collect();
-    let text = between(name, "from ._native import (\n", ")\n", &list);
-    let mut public: Vec<&str> = by_hand.iter().copied().chain(taken.iter().map(|name| name.as_str())).collect();
-    public.sort_by_key(|name| (kind(name), *name));
-    public.dedup();
-    let list: String = public.iter().map(|name| format!("    \"{name}\",\n")).collect();
-    let (before, rest) = text.split_once("__all__ = [\n").expect("the list of names");
-    let (_, after) = rest.split_once("]\n").expect("its end");
-    compare(name, &format!("{before}__all__ = [\n{list}]\n{after}"));
+    let mut reports = class_names();
+    reports.push("Report");
+    let text = between(name, "from ._reports import (\n", ")\n", &imported(reports));
+    let by_hand: Vec<&str> = imports(&text);
+    let native = native();
+    let is_public = |name: &&str| !name.starts_with('_') || *name == "__version__";
+    let taken = native.iter().map(String::as_str).filter(is_public).filter(|name| !by_hand.contains(name));
+    let taken: Vec<&str> = taken.collect();
+    let public: Vec<&str> = by_hand.iter().chain(&taken).copied().collect();
+    let whole = replaced(name, &text, "from ._native import (\n", ")\n", &imported(taken.clone()));
+    compare(name, &replaced(name, &whole, "__all__ = [\n", "]\n", &listed(public)));
 }
 
 /// Names that the package imports from its own files but the native module.

@@ -2,12 +2,16 @@
 //!
 //! Functions take parameters as `**options`. A comment `// options: OPERATION` before the attribute says of which operation, with `but
 //! NAME..` or `only NAME..` where that is a part, and the signature that Python shows is written behind it. In the types, lines between `#
-//! options: ..` and `# end` are.
+//! options: ..` and `# end` are. The types of a file may stand in the file itself, in a comment that begins with `// types:`.
+
+use std::collections::HashSet;
 
 use surfrecon::params::{ParamKind, ParamSpec, Value, schema};
 
+use crate::modules::{imported, listed, native};
+use crate::python_reports::class_names;
 use crate::words::{plain_default, range, rule, sentence, wrapped};
-use crate::{compare, root};
+use crate::{compare, replaced, root};
 
 /// The rows that a mark means: `merge`, `sculpt but tolerance`, `sculpt only tolerance`.
 fn rows(mark: &str) -> Vec<&'static ParamSpec> {
@@ -54,6 +58,8 @@ fn shown(signature: &str, is_method: bool, mark: &str) -> String {
     format!("({})", all.join(", "))
 }
 
+const SHOWN: &str = "text_signature = \"";
+
 /// The file with the signatures behind its marks as they are to be.
 fn with_signatures(source: &str) -> String {
     let mut out = String::new();
@@ -62,17 +68,23 @@ fn with_signatures(source: &str) -> String {
         let (mark, after) = after.split_once('\n').expect("a line behind the mark");
         let start = after.find("signature = (").expect("a signature behind the mark") + "signature = (".len();
         let end = start + after[start..].find("**options").expect("a signature with **options");
-        let shown_at =
-            end + after[end..].find("text_signature = \"").expect("a signature to show") + "text_signature = \"".len();
-        let shown_end = shown_at + after[shown_at..].find('"').expect("its end");
+        let close = end + after[end..].find(")]").expect("the end of the attribute");
+        // A function that is new has no signature to show yet.
+        let (before_shown, shown_at) = match after[end..close].find(SHOWN) {
+            Some(place) => (after[..end + place + SHOWN.len()].to_owned(), end + place + SHOWN.len()),
+            None => (format!("{}, {SHOWN}", &after[..close]), close),
+        };
+        let has_shown = before_shown.len() == shown_at;
+        let shown_end = if has_shown { shown_at + after[shown_at..].find('"').expect("its end") } else { close };
         let (is_method, mark) = mark.strip_prefix("$self ").map_or((false, mark), |mark| (true, mark));
         out += before;
         out += "// options: ";
         out += if is_method { "$self " } else { "" };
         out += mark;
         out.push('\n');
-        out += &after[..shown_at];
+        out += &before_shown;
         out += &shown(&after[start..end + "**options".len()], is_method, mark);
+        out += if has_shown { "" } else { "\"" };
         rest = &after[shown_end..];
     }
     out + rest
@@ -155,10 +167,32 @@ fn type_of(row: &ParamSpec) -> String {
     format!("{plain} | None")
 }
 
+/// The types that files of the module declare themselves, in a comment that begins with `// types:`.
+fn declared_types() -> String {
+    let folder = std::fs::read_dir(root().join("python/src")).expect("the folder");
+    let mut paths: Vec<_> = folder.map(|entry| entry.expect("an entry").path()).collect();
+    paths.sort();
+    let sources = paths.iter().filter_map(|path| std::fs::read_to_string(path).ok());
+    let blocks = sources.filter_map(|source| {
+        let (_, rest) = source.split_once("\n// types:\n")?;
+        let lines = rest.lines().map_while(|line| line.strip_prefix("//"));
+        Some(lines.map(|line| format!("{}\n", line.strip_prefix(' ').unwrap_or(line))).collect::<String>())
+    });
+    blocks.map(|block| format!("\n{block}")).collect()
+}
+
 #[test]
 fn types() {
     let name = "python/python/surfrecon/_native.pyi";
     let stub = std::fs::read_to_string(root().join(name)).expect("the types");
+    let stub = replaced(name, &stub, "# types\n", "# end of types\n", &declared_types());
+    let native = native();
+    let list = listed(native.iter().map(String::as_str).collect());
+    let stub = replaced(name, &stub, "__all__ = [\n", "]\n", &list);
+    let (_, body) = stub.split_once("]\n").expect("the end of the list");
+    let words: HashSet<&str> = body.split(|letter: char| !letter.is_alphanumeric() && letter != '_').collect();
+    let reports = class_names().into_iter().filter(|class| words.contains(class)).collect();
+    let stub = replaced(name, &stub, "from ._reports import (\n", ")\n", &imported(reports));
     let mut out = String::new();
     let mut skipping = false;
     for line in stub.split_inclusive('\n') {

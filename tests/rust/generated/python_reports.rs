@@ -2,10 +2,12 @@
 
 use std::fmt::Write as _;
 
+use surfrecon::operations::{DataKind, OPERATIONS};
 use surfrecon::reports::{Figure, FigureKind, FigureShape, ReportSchema, reports};
 
-use crate::compare;
+use crate::modules::listed;
 use crate::words::wrapped;
+use crate::{between, compare, replaced};
 
 const WIDTH: usize = 120;
 /// Sessions that an interpreter shows of each class: the call that gives it, and figures that tell most.
@@ -189,12 +191,31 @@ const ADDED: &[(&str, &str, &str, &str)] = &[
     ("DistanceReport", "distances", "NDArray[np.float64]", "(n,) float64, exact, one for each vertex."),
 ];
 
-fn example(class: &str) -> &'static [&'static str] {
-    let found = EXAMPLES.iter().find(|(name, _)| *name == class);
-    found.unwrap_or_else(|| panic!("{class} has no example: give it one here")).1
+/// A session that shows a class: the one that is written above, or that a figure is had by name and by key.
+fn example<'a>(class: &str, operation: &str, mut figures: impl Iterator<Item = &'a Figure>) -> Vec<String> {
+    if let Some((_, lines)) = EXAMPLES.iter().find(|(name, _)| *name == class) {
+        return lines.iter().map(|line| (*line).to_owned()).collect();
+    }
+    let taken = OPERATIONS.iter().find(|one| one.name == operation && one.report.iter().any(|r| r.name == class));
+    // As the tests of examples call their inputs.
+    let input = taken.and_then(|operation| match operation.takes[0] {
+        DataKind::Mesh => Some("mesh"),
+        DataKind::Points => Some("points"),
+        DataKind::Scans => Some("scans"),
+        DataKind::Image => Some("image"),
+        _ => None,
+    });
+    let figure = figures.find(|figure| figure.shape == FigureShape::One && figure.kind != FigureKind::Stage);
+    let (Some(input), Some(figure)) = (input, figure) else { panic!("{class} has no example: give it one here") };
+    let figure = figure.name;
+    vec![
+        format!(">>> report = surfrecon.{operation}({input}).report"),
+        format!(">>> report.{figure} == report[\"{figure}\"]"),
+        "True".to_owned(),
+    ]
 }
 
-fn class<'a>(name: &str, about: &str, figures: impl Iterator<Item = &'a Figure> + Clone) -> String {
+fn class<'a>(name: &str, operation: &str, about: &str, figures: impl Iterator<Item = &'a Figure> + Clone) -> String {
     let mut out = format!("class {name}(Report):\n");
     let about = wrapped(&format!("\"\"\"{}", marked(about)), "    ", WIDTH);
     let (first, rest) = match about.split_first() {
@@ -206,7 +227,7 @@ fn class<'a>(name: &str, about: &str, figures: impl Iterator<Item = &'a Figure> 
     out.push('\n');
     rest.iter().for_each(|line| out += &format!("{line}\n"));
     out.push('\n');
-    example(name).iter().for_each(|line| out += &format!("    {line}\n"));
+    example(name, operation, figures.clone()).iter().for_each(|line| out += &format!("    {line}\n"));
     out += "\n    Attributes:\n";
     for figure in figures.clone() {
         let text = format!("{}: {}", figure.name, text_of(figure));
@@ -248,6 +269,13 @@ fn inner<'a>(figures: impl Iterator<Item = &'a Figure>, found: &mut Vec<&'static
     }
 }
 
+/// The classes of all reports.
+pub fn class_names() -> Vec<&'static str> {
+    let mut found = Vec::new();
+    reports().for_each(|reported| inner(reported.figures(), &mut found));
+    found.iter().map(|schema| schema.name).chain(reports().map(|reported| reported.name())).collect()
+}
+
 #[test]
 fn classes() {
     let mut classes = String::new();
@@ -256,11 +284,14 @@ fn classes() {
         let before = made.len();
         inner(reported.figures(), &mut made);
         for schema in &made[before..] {
-            classes += &format!("{}\n\n", class(schema.name, schema.text, schema.figures.iter()));
+            classes += &format!("{}\n\n", class(schema.name, reported.operation, schema.text, schema.figures.iter()));
         }
         let figures: Vec<&Figure> = reported.figures().collect();
-        classes += &format!("{}\n\n", class(reported.name(), reported.text(), figures.into_iter()));
+        classes += &format!("{}\n\n", class(reported.name(), reported.operation, reported.text(), figures.into_iter()));
     }
     let name = "python/python/surfrecon/_reports.py";
-    compare(name, &crate::between(name, "# reports\n", "# end\n", &classes));
+    let mut names = class_names();
+    names.push("Report");
+    let text = between(name, "__all__ = [\n", "]\n", &listed(names));
+    compare(name, &replaced(name, &text, "# reports\n", "# end\n", &classes));
 }
