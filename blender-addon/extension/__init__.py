@@ -31,6 +31,7 @@
 | hiding | hiding the sources of results in views, renders and exports |
 | scene | results in the scene: collections, selection, colours, materials |
 | imported | what an import said |
+| foreseen | the size that files will have, before they are imported |
 | formats | formats in the dialog of an import |
 | views | views and the sidebar after an import |
 | false_colours | distances in colours, put on a surface for looking and taken off again |

@@ -57,10 +57,15 @@ def is_recording(path):
 
 def looked_at(path):
     """`is_recording`, from the disk."""
-    if os.path.isdir(path) or ending_of(path) in RECORDINGS:
+    if ending_of(path) in RECORDINGS:
         return True
+    is_folder = os.path.isdir(path)
+    if not is_folder and ending_of(path) not in PARTS:
+        return False
+    # The library looks at the folders above a file.
+    path = os.path.join(path, "any") if is_folder else path
     try:
-        return ending_of(path) in PARTS and surfrecon.recording_of(os.path.abspath(path)) is not None
+        return surfrecon.recording_of(os.path.abspath(path)) is not None
     except surfrecon.SurfreconError:
         return False
 

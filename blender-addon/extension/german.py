@@ -107,6 +107,9 @@ GERMAN = {
     "Move and scale the box, then press Keep Inside or Remove Inside": "Den Quader schieben und skalieren, dann Inneres behalten oder Inneres entfernen drücken",
     # Importing and exporting
     "{} holds no scan: choose another file": "{} enthält keinen Scan: eine andere Datei wählen",
+    "being read": "wird gelesen",
+    "known after the import": "nach dem Import bekannt",
+    "not known": "nicht bekannt",
     "{} damaged and skipped": "{} beschädigt und übersprungen",
     "{} no sample to be trusted": "{} keinen verlässlichen Messpunkt",
     "No sample of the {} that were read can be trusted: record the scene once more": "Kein Messpunkt der gelesenen {} ist verlässlich: die Szene noch einmal aufnehmen",

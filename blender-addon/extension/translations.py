@@ -270,6 +270,7 @@ GERMAN_TEXTS = {
     # Figures
     "All figures": "Alle Zahlen",
     "Size": "Größe",
+    "about": "etwa",
     "Holes": "Löcher",
     "Error": "Fehler",
     "With colours": "Mit Farben",

@@ -34,9 +34,21 @@ def length(context, value):
     return bpy.utils.units.to_string(settings.system, "LENGTH", metres, precision=4)
 
 
+# Metric units that suit lengths in metres and kilometres, in metres.
+METRIC_UNITS = {"km": 1000.0, "m": 1.0, "cm": 0.01, "mm": 0.001, "µm": 1e-6}
+
+
 def size(context, dimensions):
-    """Width, depth and height."""
-    return " x ".join(length(context, side) for side in dimensions)
+    """Width, depth and height: in one unit, which suits the largest and is said once."""
+    settings = context.scene.unit_settings
+    sides = [length(context, side) for side in dimensions]
+    unit = max(zip(dimensions, sides, strict=True))[1].rpartition(" ")[2]
+    if settings.system == "METRIC" and settings.length_unit not in CHOSEN_UNITS and unit in METRIC_UNITS:
+        scale = settings.scale_length / METRIC_UNITS[unit]
+        sides = [f"{side * scale:.4g} {unit}" for side in dimensions]
+    if all(side.endswith(f" {unit}") for side in sides):
+        sides[:-1] = [side.removesuffix(f" {unit}") for side in sides[:-1]]
+    return " x ".join(sides)
 
 
 def number(count, one, many):

@@ -1,6 +1,10 @@
 """File > Import > Range Scans."""
 
+import re
+import shutil
 import struct
+import threading
+import time
 from types import SimpleNamespace
 
 import bpy
@@ -231,7 +235,7 @@ def test_the_size_that_results_is_said(conf, capfd):
     low, high = (getattr(np.concatenate([world(o) for o in bpy.data.objects]), f)(axis=0) for f in ("min", "max"))
     bpy.context.scene.unit_settings.system = "METRIC"
     said = next(line for line in capfd.readouterr().out.splitlines() if line.startswith("Info: 12 scans"))
-    assert f"{1000 * (high - low)[0]:.4g} mm x " in said, (said, high - low)
+    assert " x ".join(f"{1000 * side:.4g}" for side in high - low) + " mm" in said, (said, high - low)
 
 
 def write_las(path, points):
@@ -262,40 +266,155 @@ def test_formats_that_say_their_unit_are_in_it(tmp_path, images, extension):
     assert max(by_name("hall").dimensions) > 0.5
 
 
-class Dialog(SimpleNamespace):
-    """The importer's dialog with a file at hand, and what it draws."""
-
-    def __getattr__(self, name):
-        return ""
-
-
-def drawn(extension, path):
-    """Names of the properties that the dialog shows for a file."""
-    cls = extension.operators.import_scans.SURFRECON_OT_import_scans
-    shown = []
+def layout(names, texts):
+    """A layout that notes what it is given: names of properties, texts of labels."""
 
     class Layout(SimpleNamespace):
         def prop(self, _, name):
-            shown.append(name)
+            names.append(name)
 
         def panel(self, *_, **__):
             return Layout(), Layout()
 
-        def label(self, **_):
-            pass
+        def label(self, text, **_):
+            texts.append(text)
 
-    dialog = Dialog(layout=Layout(), follows_format=lambda: True, path_at_hand=lambda _: str(path), images="HEIGHTS")
-    cls.draw(dialog, bpy.context)
-    return shown
+        def row(self, **_):
+            return Layout()
+
+        split = row
+
+    return Layout()
 
 
-def test_the_dialog_shows_options_of_recordings_for_recordings_only(tmp_path, extension, conf):
+@pytest.fixture
+def dialog(extension):
+    """Makes the importer's dialog for files: what it draws are names of properties, and texts of labels."""
+    cls = extension.operators.import_scans.SURFRECON_OT_import_scans
+
+    def made(*paths, **options):
+        names, texts = [], []
+        properties = bpy.ops.surfrecon.import_scans.get_rna_type().properties
+        defaults = {name: prop.default for name, prop in properties.items() if hasattr(prop, "default")}
+        arrays = {name: tuple(properties[name].default_array) for name in ("focal", "centre")}
+        files = [SimpleNamespace(name=path.name) for path in paths]
+        chosen = {"directory": str(paths[0].parent), "files": files, "orientation": "FORMAT", **options}
+
+        class Dialog(SimpleNamespace):
+            """Its methods are the operator's."""
+
+            def __getattr__(self, name):
+                value = vars(cls).get(name)
+                return value.__get__(self) if callable(value) else value
+
+        shown = Dialog(**{**defaults, **arrays, **chosen}, layout=layout(names, texts), by_hand=True)
+
+        def draw(wait=30):
+            names.clear()
+            texts.clear()
+            cls.draw(shown, bpy.context)
+            extension.foreseen.Look.wait(wait)
+            names.clear()
+            texts.clear()
+            cls.draw(shown, bpy.context)
+            return names, texts
+
+        return draw
+
+    yield made
+    extension.foreseen.Look.forget()
+    extension.foreseen.Look.found.clear()
+
+
+def test_the_dialog_shows_options_of_recordings_for_recordings_only(tmp_path, dialog, conf):
     ring = write_transforms(tmp_path / "ring", 2)
     for path in (ring, ring.parent, ring.parent / "depths" / "00000.png", tmp_path / "a.r3d", tmp_path / "a.zip"):
-        assert {"frames", "cameras", "whole"} <= set(drawn(extension, path)), path
-    for path in (conf, conf.parent / "scan00.ply", tmp_path / "a.e57"):
-        assert not {"frames", "cameras", "whole", "images"} & set(drawn(extension, path)), path
-    assert "images" in drawn(extension, tmp_path / "terrain.tif")
+        assert {"frames", "cameras", "whole"} <= set(dialog(path)()[0]), path
+    for path in (conf, conf.parent, conf.parent / "scan00.ply", tmp_path / "a.e57"):
+        assert not {"frames", "cameras", "whole", "images"} & set(dialog(path)()[0]), path
+    assert "images" in dialog(tmp_path / "terrain.tif")()[0]
+
+
+def told_by_import(path, capfd, **options):
+    """The size that an import says, which it knows from the objects."""
+    capfd.readouterr()
+    import_scans(path, **options)
+    said = next(line for line in capfd.readouterr().out.splitlines() if line.startswith("Info: "))
+    return next(part for part in re.split(r", |\. ", said) if " x " in part)
+
+
+@pytest.mark.parametrize("unit", ["M", "MM", "IN"])
+def test_the_dialog_shows_the_size_before_anything_is_imported(conf, dialog, capfd, unit):
+    _, texts = dialog(conf, unit=unit)()
+    assert not bpy.data.objects
+    # Stanford's sets have Y up.
+    told = told_by_import(conf, capfd, unit=unit, axis_forward="-Z", axis_up="Y")
+    assert texts[0] == "Size" and texts[1] == told
+
+
+def test_the_size_follows_the_axes_and_the_scale(conf, dialog, extension):
+    size_of = {}
+    for up, forward in (("Z", "Y"), ("Y", "-Z")):
+        draw = dialog(conf, unit="CUSTOM", scale=3.0, orientation="AXES", axis_up=up, axis_forward=forward)
+        size_of[up] = draw()[1][1].removesuffix(" m").split(" x ")
+        assert len(extension.foreseen.Look.found) == 1
+    assert size_of["Y"] == [size_of["Z"][k] for k in (0, 2, 1)]
+
+
+def test_the_size_of_several_files_is_that_of_all(tmp_path, images, dialog, capfd):
+    for image in images[:3]:
+        write_range_grid(tmp_path / f"{image.name}.ply", image)
+    paths = [tmp_path / f"{image.name}.ply" for image in images[:3]]
+    one, all_of_them = (dialog(*some)()[1][1] for some in (paths[:1], paths))
+    assert one != all_of_them
+    files = [{"name": path.name} for path in paths]
+    capfd.readouterr()
+    bpy.ops.surfrecon.import_scans(directory=str(tmp_path), files=files)
+    assert all_of_them in capfd.readouterr().out
+
+
+def test_a_file_that_changed_is_looked_at_again(tmp_path, images, dialog):
+    path = tmp_path / "one.ply"
+    write_range_grid(path, images[0])
+    before = dialog(path)()[1][1]
+    shutil.copy(path, tmp_path / "kept.ply")
+    grown = torus_scans(pixels=40)[0]
+    points = np.asarray(grown.points) * 2
+    write_range_grid(path, SimpleNamespace(valid=grown.valid, points=points, cols=grown.cols, rows=grown.rows))
+    assert dialog(path)()[1][1] != before
+
+
+def test_the_size_of_a_long_recording_is_told_by_some_of_its_frames(tmp_path, dialog, extension):
+    ring = write_transforms(tmp_path / "ring", extension.foreseen.MOST_FRAMES + 3)
+    assert dialog(ring)()[1][1].startswith("about ")
+    few = write_transforms(tmp_path / "few", 3)
+    assert not dialog(few)()[1][1].startswith("about ")
+
+
+def test_large_files_are_not_read_twice(conf, dialog, extension, monkeypatch):
+    # Room for one scan of the set, and for none.
+    monkeypatch.setattr(extension.foreseen, "MOST_BYTES", 1.5 * (conf.parent / "scan00.ply").stat().st_size)
+    assert dialog(conf)()[1][1].startswith("about ")
+    extension.foreseen.Look.found.clear()
+    monkeypatch.setattr(extension.foreseen, "MOST_BYTES", 10)
+    assert dialog(conf)()[1][1] == "known after the import"
+
+
+def test_a_dialog_draws_while_files_are_read(conf, dialog, extension, monkeypatch):
+    hold, seen = threading.Event(), extension.foreseen.seen
+    monkeypatch.setattr(extension.foreseen, "seen", lambda *about: hold.wait(30) and seen(*about))
+    draw = dialog(conf)
+    started = time.monotonic()
+    assert draw(wait=0)[1][1] == "being read" and time.monotonic() - started < 1
+    hold.set()
+    assert " x " in draw()[1][1]
+
+
+def test_files_that_are_no_scans_have_no_size(tmp_path, dialog):
+    (tmp_path / "none.ply").write_text("none")
+    assert dialog(tmp_path / "none.ply")()[1][1] == "not known"
+    assert "Size" not in dialog(tmp_path / "missing.ply")()[1]
+    assert "Size" not in dialog(tmp_path)()[1]
 
 
 def view():

@@ -175,9 +175,8 @@ def test_a_report_begins_with_the_object_and_five_lines_for_people(panels, tmp_p
     assert first[1::2] == ["Triangles", "Size", "Holes", "Error", "With colours"]
     triangles, size, holes, error, colours = first[2::2]
     assert triangles == f"{len(obj.data.polygons):,}" and holes == "none, it is closed" and colours == "0 of 12"
-    assert size == " x ".join(
-        f"{1000 * side:,.0f} mm" if side > 1 else f"{1000 * side:.4g} mm" for side in obj.dimensions
-    )
+    sides = (f"{1000 * side:,.0f}" if side > 1 else f"{1000 * side:.4g}" for side in obj.dimensions)
+    assert size == f"{' x '.join(sides)} mm"
     assert "RMS, at most " in error and error.count(" mm") == 2
     assert "Voxel" in texts[len(first) :] and "All figures" in texts
 
@@ -210,6 +209,23 @@ def test_how_much_was_seen_in_colour_is_said(panels, tmp_path):
     texts = draw(panels["report"])
     assert 0.3 < share < 1
     assert texts[texts.index("With colours") + 1] == f"{100 * share:.3g} %, 3 of 6"
+
+
+@pytest.mark.parametrize(
+    ("system", "unit", "sides", "text"),
+    [
+        ("METRIC", "METERS", (2.15, 0.5312, 0.0015), "2.15 x 0.5312 x 0.0015 m"),
+        ("METRIC", "ADAPTIVE", (0.1557, 0.0042, 0.12), "15.57 x 0.42 x 12 cm"),
+        ("METRIC", "MILLIMETERS", (2.15, 0.5312, 0.0015), "2,150 x 531.2 x 1.5 mm"),
+        ("METRIC", "METERS", (0, 0, 0), "0 x 0 x 0 m"),
+        ("NONE", "ADAPTIVE", (2.15, 0.5312, 0.0015), "2.15 x 0.5312 x 0.0015"),
+        ("IMPERIAL", "FEET", (2.15, 0.5312, 0.0015), "7.054' x 1.743' x 59.06 thou"),
+    ],
+)
+def test_sizes_are_in_one_unit(extension, system, unit, sides, text):
+    units = bpy.context.scene.unit_settings
+    units.system, units.length_unit = system, unit
+    assert extension.words.size(bpy.context, sides) == text
 
 
 def test_labels_that_are_too_long_for_their_column_have_a_line_of_their_own(extension):

@@ -18,7 +18,7 @@ from bpy.props import (
 from bpy_extras.io_utils import ImportHelper, axis_conversion, orientation_helper, poll_file_object_drop
 from mathutils import Matrix
 
-from .. import cameras, convert, declared, formats, recording, scan_objects
+from .. import cameras, convert, declared, foreseen, formats, recording, scan_objects
 from ..adjusting import Adjusting
 from ..chosen import SCAN
 from ..formats import DROPPED, ENDINGS
@@ -29,13 +29,19 @@ from ..preferences import preference
 from ..properties import option
 from ..running import Refused
 from ..scene import into_collection, select_only, show_colours, tint
-from ..telling import tell
-from ..translations import NAMES
+from ..telling import tell, told
+from ..translations import NAMES, word
 from ..views import open_sidebar, union
 from ..views import show as show_in_views
-from ..words import number, sentence, size
+from ..words import fits, number, sentence, size
 
 READING = {p.name: p for p in surfrecon.parameters("open")}
+
+# A dialog waits so long for the size of what was dropped: it is in sight at once, unless the files are many.
+SIZE_SECONDS = 0.5
+
+# The share of names in Blender's rows of a name and a value.
+NAMES_SHARE = 0.4
 
 UNITS = {"M": 1.0, "CM": 0.01, "MM": 0.001, "UM": 1e-6, "IN": 0.0254, "FT": 0.3048}
 
@@ -163,6 +169,9 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
         self.axes_before = self.axis_forward, self.axis_up
         if not self.properties.is_property_set("orientation"):
             self.orientation = "FORMAT"
+        if paths := self.paths_at_hand(context):
+            foreseen.Look.at(paths, self.whole, self.reading())
+            foreseen.Look.wait(SIZE_SECONDS)
         return self.invoke_popup(context)
 
     def follows_format(self):
@@ -189,6 +198,8 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
         if not self.follows_format():
             layout.prop(self, "axis_forward")
             layout.prop(self, "axis_up")
+        if self.by_hand:
+            self.draw_size(context)
         layout.prop(self, "origin")
         layout.prop(self, "frame")
         path = self.path_at_hand(context)
@@ -214,8 +225,55 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
             body.prop(self, "pixels")
         body.prop(self, "pixel_scale")
 
+    def draw_size(self, context):
+        """The size that the files will have, by the unit and the axes that are chosen."""
+        foreseen.Look.popup = context.region_popup
+        paths = self.paths_at_hand(context)
+        if not paths:
+            return
+        text = self.size_text(context, foreseen.Look.at(paths, self.whole, self.reading()))
+        if fits(context, text, 1 - NAMES_SHARE):
+            row = self.layout.split(factor=NAMES_SHARE)
+            label = row.row()
+            label.alignment = "RIGHT"
+            label.label(text="Size", text_ctxt=NAMES)
+            row.label(text=text, translate=False)
+        else:
+            self.layout.label(text="Size", text_ctxt=NAMES)
+            row = self.layout.row()
+            row.alignment = "RIGHT"
+            row.label(text=text, translate=False)
+
+    def size_text(self, context, seen):
+        """The size of files in which this was seen, in words."""
+        if seen is None:
+            return told("being read")
+        if isinstance(seen, foreseen.TooLarge):
+            return told("known after the import")
+        if isinstance(seen, Exception) or seen.low is None:
+            return told("not known")
+        axes = self.axis_forward, self.axis_up
+        if self.follows_format():
+            axes = formats.axes_of(seen.paths, seen.notes)
+        turned = np.abs(axis_conversion(from_forward=axes[0], from_up=axes[1])) @ (seen.high - seen.low)
+        text = size(context, turned * self.factor(context, seen.paths, seen.of_frames))
+        return f"{word('about')} {text}" if seen.is_part else text
+
+    def paths_at_hand(self, context):
+        """All files that are chosen in the file browser, or were dropped, as `launch` takes them."""
+        first = self.path_at_hand(context)
+        params = getattr(context.space_data, "params", None)
+        if params is not None and hasattr(params, "directory"):
+            folder = os.fsdecode(params.directory)
+            names = [entry.name for entry in getattr(context, "selected_files", None) or ()]
+        else:
+            folder, names = self.directory, [entry.name for entry in self.files]
+        paths = [os.path.join(folder, name) for name in names if name] or [first]
+        # A folder alone is one that is looked into, unless it is a recording's.
+        return [path for path in paths if os.path.isfile(path) or formats.is_recording(path)]
+
     def path_at_hand(self, context):
-        """Files that are chosen in the file browser, or were dropped."""
+        """The first of the files that are chosen in the file browser, or were dropped."""
         params = getattr(context.space_data, "params", None)
         if params is not None and hasattr(params, "directory"):
             return os.path.join(os.fsdecode(params.directory), params.filename)
@@ -237,10 +295,16 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
 
     def execute(self, context):
         """After the dialog the window stays alive while files are read. Scripts wait."""
+        foreseen.Look.forget()
         if self.by_hand and not bpy.app.background:
             self.by_hand = False
             return self.watch(context)
         return super().execute(context)
+
+    def cancel(self, context):
+        """The dialog is closed, or Blender ends the operator."""
+        foreseen.Look.forget()
+        super().cancel(context)
 
     def launch(self, context):
         """Looks what the files hold. It reads only what becomes an object."""
@@ -263,17 +327,17 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
         self.scans = [self.opened[k] for k in self.numbers]
         return recording.reading(self.scans)
 
-    def factor(self, context):
-        """Units of the scene a unit of the files. Recordings and some formats are in metres."""
-        of_frames = all(isinstance(scan, surfrecon.Frame) for scan in self.opened)
-        preferred = "M" if of_frames or formats.is_in_metres(self.paths) else preference("unit")
+    def factor(self, context, paths, of_frames):
+        """Units of the scene a unit of these files. Recordings and some formats are in metres."""
+        preferred = "M" if of_frames or formats.is_in_metres(paths) else preference("unit")
         unit = preferred if self.unit == "PREFERRED" else self.unit
         length = context.scene.unit_settings.scale_length
         return {"CUSTOM": self.scale, "SCENE": 1.0}.get(unit) or UNITS[unit] / length
 
     def finish(self, context, contents):
         """Puts the scans into a collection. Nothing stays if anything fails."""
-        factor = self.factor(context)
+        of_frames = all(isinstance(scan, surfrecon.Frame) for scan in self.opened)
+        factor = self.factor(context, self.paths, of_frames)
         made, views, blind, damaged = [], [], 0, []
         try:
             for index, scan in zip(self.numbers, self.scans, strict=True):
@@ -417,3 +481,8 @@ def remove(objects):
     """Removes objects and their meshes."""
     objects = list(objects)
     bpy.data.batch_remove([obj.data for obj in objects] + objects)
+
+
+def unregister():
+    """Ends what a dialog looks at."""
+    foreseen.Look.forget()
