@@ -1,6 +1,7 @@
 """Prints what CHANGELOG.md says of a version: python tools/changelog_section.py VERSION [--release]
 
-With --release the version, given as it is or as its tag (v0.2.0), must be the one that this tree has.
+With --release the version, given as it is or as its tag (v0.2.0), must be the one that this tree has. Links to files
+lead to the repository as it was at the version's tag, since a release's page lies elsewhere.
 """
 
 import argparse
@@ -10,6 +11,7 @@ import tomllib
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
+REPOSITORY = "https://github.com/surfrecon/surfrecon"
 
 
 def section(changelog, version):
@@ -17,6 +19,11 @@ def section(changelog, version):
     heading = rf"^## \[?{re.escape(version)}\]?(?: [^\n]*)?$"
     found = re.search(heading + r"\n(.*?)(?=^## |\Z)", changelog, re.M | re.S)
     return found and found[1].strip()
+
+
+def led(text, version):
+    """A text whose links to files of the tree lead to the repository."""
+    return re.sub(r"(\]\()(?![a-z]+:|#)", rf"\1{REPOSITORY}/blob/v{version}/", text)
 
 
 def main():
@@ -35,7 +42,7 @@ def main():
     text = section(changelog, version)
     if not text:
         sys.exit(f"CHANGELOG.md says nothing of {version}: it needs a heading `## {version}` with text below it")
-    print(text)
+    print(led(text, version))
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """Checks the files of the tree: no paths of somebody's machine, no large files, citations with a reference,
 dependencies and long files with a reason, licences where they belong, workflows that call what there is, pages,
-comments and messages that are easy to read, guides that promise nothing that is not published.
+comments and messages that are easy to read, guides that promise nothing that is not published, changes with a link.
 """
 
 import re
@@ -207,12 +207,25 @@ def publishing_problems():
             yield f"{path.relative_to(ROOT)}:{number}: nothing is published yet: {line.strip()[:80]}"
 
 
+def without_link(changelog):
+    """The changes that name no page that explains them, by the numbers of their lines."""
+    items = re.finditer(r"^- .*(?:\n(?!- |#).*)*", changelog, re.M)
+    return [(changelog.count("\n", 0, item.start()) + 1, item[0]) for item in items if "](" not in item[0]]
+
+
+def changelog_problems():
+    """Yields changes without a link."""
+    for number, item in without_link((ROOT / "CHANGELOG.md").read_text("utf-8")):
+        yield f"CHANGELOG.md:{number}: link the page that explains the change: {item[:80]}"
+
+
 def problems():
     """Yields one sentence for each thing wrong."""
     yield from word_problems()
     yield from comment_problems()
     yield from message_problems()
     yield from publishing_problems()
+    yield from changelog_problems()
     yield from dependency_problems()
     yield from workflow_problems()
     yield from long_files()

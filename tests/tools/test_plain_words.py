@@ -65,6 +65,13 @@ def test_what_is_built_here_may_be_said():
     assert not check_tree.unpublished("## 0.2.0 (unreleased)\n", "pip install target/wheels/surfrecon-*.whl")
 
 
+def test_a_change_has_a_link():
+    changelog = (
+        "# Changelog\n\n## 0.2.0\n\n- [Linked](a.md).\n- Linked in\n  [line two](b.md).\n- Not\n  linked.\n\n### More\n"
+    )
+    assert check_tree.without_link(changelog) == [(8, "- Not\n  linked.\n")]
+
+
 def test_all_pages_are_held_to_the_limits(monkeypatch, tmp_path):
     (tmp_path / "deep").mkdir()
     for name in ("README.md", "PARAMETERS.md", "deep/new.md", "deep/code.py"):
