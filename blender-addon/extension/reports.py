@@ -19,6 +19,12 @@ from .operators.sculpt import REPORT as SCULPTED
 from .translations import word
 from .words import length, sentence
 
+# Kinds of figures, and shapes of them, that are told in a line.
+KINDS = {"flag", "count", "integer", "bytes", "length", "angle", "ratio", "number", "choice", "stage"}
+SHAPES = {"one", "optional", "array", "optional array"}
+# The version whose figures the lines below choose from.
+FIRST = "0.1"
+
 
 class Told:
     """Figures of an operation as (name, value) texts: labels, kinds and names of choices are the library's."""
@@ -28,9 +34,17 @@ class Told:
         self.rows = {row.name: row for row in surfrecon.figures(operation)}
         self.context = context
         self.figures = figures
+        self.named = set()
+
+    def others(self, newer=False):
+        """Those that no line names: all, or those that came after the lines were chosen."""
+        rows = [row for name, row in self.rows.items() if name not in self.named]
+        rows = [row for row in rows if row.kind in KINDS and row.shape in SHAPES]
+        yield from self(*(row.name for row in rows if row.since != FIRST or not newer))
 
     def __call__(self, *names):
         """Those of these names that the file has: an older one may lack some."""
+        self.named.update(names)
         for name in names:
             if name in self.figures:
                 row = self.rows[name]
@@ -69,6 +83,7 @@ def sculpt_lines(context, figures):
     yield from told("triangles")
     yield "Of all", f"{100 * figures['triangles'] / max(figures['full_triangles'], 1):.1f} %"
     yield from told("tolerance", "max_error", "rms_error", "isolated_pixels", "seconds")
+    yield from told.others(newer=True)
 
 
 def reconstruct_lines(context, figures):
@@ -81,6 +96,7 @@ def reconstruct_lines(context, figures):
     # The seconds of a surface include those of its stages.
     seconds = figures["seconds"]
     yield "Time", f"{seconds['sort'] + seconds['tetrahedralize'] + seconds['surface']:.2f} s"
+    yield from told.others(newer=True)
 
 
 def quads_lines(context, figures):
@@ -92,6 +108,7 @@ def quads_lines(context, figures):
     if "max_residual" in figures:
         yield "Surface off the grid by", length(context, figures["max_residual"])
     yield from told("gaps_filled", "seconds")
+    yield from told.others(newer=True)
 
 
 # Words for a scan that was not moved.
@@ -170,6 +187,7 @@ def merge_lines(context, report):
         yield "Dropped as seen through", f"{report['seen_through']:,} {word('edges')}"
     yield "Case a, b, c", ", ".join(f"{100 * n / total:.1f}" for n in faces) + " %"
     yield from told("seconds", "working_bytes")
+    yield from told.others(newer=True)
 
 
 def cluster_lines(context, figures):
@@ -184,6 +202,7 @@ def cluster_lines(context, figures):
         yield "Result", word("the input: nothing coarser found that near")
     if figures["cut_edges"]:
         yield from told("cut_edges")
+    yield from told.others(newer=True)
 
 
 def measure_lines(context, figures):
@@ -220,17 +239,12 @@ LINES = {
     CLEANED: clean_lines,
 }
 
-# Kinds of figures, and shapes of them, that are told in a line.
-KINDS = {"flag", "count", "integer", "bytes", "length", "angle", "ratio", "number", "choice", "stage"}
-SHAPES = {"one", "optional", "array", "optional array"}
-
 
 def lines_of_all(operation):
     """The lines of an operation that has none above: a line for each figure that it declares."""
 
     def lines(context, figures):
-        told = Told(operation, context, figures.to_dict())
-        yield from told(*(name for name, row in told.rows.items() if row.kind in KINDS and row.shape in SHAPES))
+        yield from Told(operation, context, figures.to_dict()).others()
 
     return lines
 

@@ -233,6 +233,19 @@ def test_noisy_points_are_smoothed_unless_the_surface_is_to_go_through_them():
         assert np.array_equal(places(made), expected.mesh.positions.astype(np.float32))
 
 
+def test_figures_that_no_line_names_are_told_if_they_are_newer(extension):
+    add_points("points", noisy_sphere())
+    bpy.ops.surfrecon.reconstruct()
+    figures = bpy.context.object["surfrecon_reconstruct"]
+    shown = [label for label, _ in extension.reports.LINES["surfrecon_reconstruct"](bpy.context, figures)]
+    assert len(shown) == len(set(shown)) and shown[-1] == "Points moved by"
+    # Of an operation without lines of its own all are told.
+    declared = {row.label for row in surfrecon.figures("reconstruct")}
+    told = dict(extension.reports.lines_of_all("reconstruct")(bpy.context, figures))
+    assert set(told) <= declared and {"Points given", "Closed", "Seconds"} & declared <= set(told)
+    assert told["Points moved by"] == dict(extension.reports.reconstruct_lines(bpy.context, figures))["Points moved by"]
+
+
 @pytest.mark.parametrize(
     "options",
     [{"smooth": np.float32(0.3)}, {"noisy_points": "put_back"}, {"topology": "free", "factor": 2.0}],
