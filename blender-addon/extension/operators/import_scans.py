@@ -43,6 +43,9 @@ SIZE_SECONDS = 0.5
 # The share of names in Blender's rows of a name and a value.
 NAMES_SHARE = 0.4
 
+# Letters beside a name in the popup of dropped files.
+POPUP_LETTERS = 25
+
 UNITS = {"M": 1.0, "CM": 0.01, "MM": 0.001, "UM": 1e-6, "IN": 0.0254, "FT": 0.3048}
 
 
@@ -232,7 +235,8 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
         if not paths:
             return
         text = self.size_text(context, foreseen.Look.at(paths, self.whole, self.reading()))
-        if fits(context, text, 1 - NAMES_SHARE):
+        # The region of a popup is the one that it covers, which is wider.
+        if len(text) <= POPUP_LETTERS and fits(context, text, 1 - NAMES_SHARE):
             row = self.layout.split(factor=NAMES_SHARE)
             label = row.row()
             label.alignment = "RIGHT"
