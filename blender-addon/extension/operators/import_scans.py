@@ -18,7 +18,7 @@ from bpy.props import (
 from bpy_extras.io_utils import ImportHelper, axis_conversion, orientation_helper, poll_file_object_drop
 from mathutils import Matrix
 
-from .. import cameras, convert, declared, foreseen, formats, recording, scan_objects
+from .. import cameras, clouds, convert, declared, foreseen, formats, recording, scan_objects
 from ..adjusting import Adjusting
 from ..chosen import SCAN
 from ..formats import DROPPED, ENDINGS
@@ -457,6 +457,8 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
             pose[:3, 3] += pose[:3, :3] @ origin
         else:
             obj, origin = convert.object_from_points(scan.name, content, factor)
+            if content.normals is not None:
+                clouds.store_normals(obj.data, content.normals)
             obj[SCAN] = True
             pose[:3, 3] += pose[:3, :3] @ origin
         pose[:3, 3] *= factor
