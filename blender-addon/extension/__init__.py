@@ -18,6 +18,7 @@
 | kept | what an operator needs again when it is adjusted |
 | convert | arrays <-> Blender's meshes |
 | splines | NURBS surfaces |
+| clouds | points with normals |
 | surfaces | several objects as one surface |
 | scan_objects | range images as objects, and back |
 | cameras | cameras both ways |

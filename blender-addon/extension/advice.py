@@ -6,7 +6,23 @@ A table of what the library says and what is said here. The longer ones come fir
 
 ROUGH = "move it to about where it belongs and align again with Start: Rough"
 
+START = "move one of each group to about where it belongs and align again with Start: Rough"
+
 TABLE = (
+    (
+        "Align the recording as a sequence, give rough poses, or a pair of points that both show",
+        "Align again with Start: Sequence, or move these scans to about where they belong and align again with"
+        " Start: Rough",
+    ),
+    ("give rough poses, or a pair of points that two of them show", START),
+    ("give a pair of points that two of them show", "move one of each group nearer to where it belongs"),
+    (
+        'start = "rough" looks near poses alone. Say "unknown" instead, or "sequence" for frames in their order, or'
+        " give the poses",
+        "Start: Rough looks near poses alone. Choose Start: Unknown or Start: Sequence, or move the scans to about"
+        " where they belong",
+    ),
+    ('Say start = "rough"', "Choose Start: Rough"),
     ("align the recording as a sequence, give it a rough pose, or ", f"align again with Start: Sequence, {ROUGH}, or "),
     ("give it a rough pose, or pairs of points", ROUGH),
     ("give it a rough pose, or a pair of points that both show", ROUGH),

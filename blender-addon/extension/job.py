@@ -23,6 +23,7 @@ from .kept import Kept
 from .kept_merge import KeptMerge
 from .running import Gathering, Refused, Running
 from .telling import in_object_mode, tell, told
+from .translations import title
 from .words import sentence
 
 POLL_SECONDS = 0.05
@@ -58,7 +59,7 @@ class JobOperator:
     def poll(cls, context):
         """One job at a time, and meshes can be read in object mode only."""
         if Running.job is not None and Adjusting.handed is None:
-            cls.poll_message_set(told(f"{Running.title} is running: wait for it, or cancel it with ESC"))
+            cls.poll_message_set(told(f"{title(Running.title)} is running: wait for it, or cancel it with ESC"))
             return False
         return in_object_mode(cls, context)
 
@@ -155,7 +156,7 @@ class JobOperator:
         """Reads objects once the window shows that it will, and starts the job when all are read."""
         if Running.stopped is not None:
             Running.take()
-            tell(self, {"WARNING"}, f"{self.bl_label}: cancelled")
+            tell(self, {"WARNING"}, f"{title(self.bl_label)}: cancelled")
             return self._leave(context, {"CANCELLED"})
         gathering = Running.job
         if not gathering.drawn():
@@ -181,7 +182,7 @@ class JobOperator:
             return
         self._shown = text
         if context.workspace is not None:
-            context.workspace.status_text_set(f"{self.bl_label}: {text}   ESC cancels")
+            context.workspace.status_text_set(f"{title(self.bl_label)}: {text}   {told('ESC cancels')}")
         context.window_manager.progress_update(int(100 * Running.fraction))
         redraw(context)
 
@@ -218,7 +219,7 @@ class JobOperator:
                 Running.begin(further, self.bl_label)
                 return None
         except surfrecon.Cancelled:
-            tell(self, {"WARNING"}, f"{self.bl_label}: cancelled")
+            tell(self, {"WARNING"}, f"{title(self.bl_label)}: cancelled")
             return {"CANCELLED"}
         except (Refused, surfrecon.SurfreconError) as problem:
             self._refuse(problem)

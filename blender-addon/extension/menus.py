@@ -6,6 +6,7 @@ import surfrecon
 
 from . import operators
 from .formats import ENDINGS
+from .translations import word
 
 # Endings of files that range scans are written into.
 WRITTEN = [f".{ending}" for endings in surfrecon.formats(written="images").values() for ending in endings]
@@ -59,12 +60,12 @@ class SURFRECON_MT_object(bpy.types.Menu):
 
 def menu_import(self, context):
     """The entry in File > Import."""
-    self.layout.operator("surfrecon.import_scans", text=f"Range Scans ({', '.join(ENDINGS)})")
+    self.layout.operator("surfrecon.import_scans", text=f"{word('Range Scans')} ({', '.join(ENDINGS)})")
 
 
 def menu_export(self, context):
     """The entry in File > Export."""
-    self.layout.operator("surfrecon.export_scans", text=f"Range Scans ({', '.join(WRITTEN)})")
+    self.layout.operator("surfrecon.export_scans", text=f"{word('Range Scans')} ({', '.join(WRITTEN)})")
 
 
 def menu_object(self, context):

@@ -7,6 +7,7 @@ import math
 import surfrecon
 
 from .declared import REPORTS
+from .imported import of_scans
 from .operators.align import REPORT as ALIGNED
 from .operators.clean import REPORT as CLEANED
 from .operators.cluster import REPORT as CLUSTERED
@@ -122,7 +123,7 @@ def align_lines(context, figures):
     names, states, reasons = (figures[each].split("\n") for each in ("names", "states", "reasons"))
     # Reports of files saved before count the names.
     of = figures.get("of", len(names))
-    yield "Scans placed", f"{figures['placed']} of {of}"
+    yield "Scans placed", of_scans(figures["placed"], of)
     if figures["groups"] > 1:
         yield "Groups", f"{figures['groups']}"
     if "residual" in figures:

@@ -8,6 +8,7 @@ import time
 import bpy
 import surfrecon
 
+from .telling import told
 from .words import duration
 
 # Estimates of the time left are worth nothing before.
@@ -223,12 +224,12 @@ class Running:
     def text(cls, with_stage=True):
         """Stage, share done and time left, for people."""
         if cls.stopped is not None:
-            return "stopping"
+            return told("stopping")
         if cls.waiting:
-            return "Switch to Object Mode to get the result"
+            return told("Switch to Object Mode to get the result")
         left = cls.seconds_left()
-        stage = f"{cls.stage} " if with_stage else ""
-        return f"{stage}{cls.fraction:.0%}" + (f", {duration(left)} left" if left is not None else "")
+        stage = f"{told(cls.stage)} " if with_stage else ""
+        return f"{stage}{cls.fraction:.0%}" + (f", {told(f'{duration(left)} left')}" if left is not None else "")
 
     @classmethod
     def stop(cls):

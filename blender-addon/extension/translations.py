@@ -17,8 +17,8 @@ OPERATORS, TEXTS, NAMES = "Operator", "*", "surfrecon"
 BLENDERS = {"axis_forward", "axis_up"}
 
 GERMAN_OPERATORS = {
-    "Import Range Scans": "Entfernungsbilder importieren",
-    "Export Range Scans": "Entfernungsbilder exportieren",
+    "Import Range Scans": "Scans importieren",
+    "Export Range Scans": "Scans exportieren",
     "Scan from Camera": "Von der Kamera scannen",
     "Virtual Scan": "Virtuell scannen",
     "Colour by Scan": "Nach Scan färben",
@@ -179,7 +179,7 @@ GERMAN_TEXTS = {
     "Millimetres": "Millimeter",
     "Min angle": "Kleinster Winkel",
     "Feature angle": "Winkel von Kanten",
-    "Move if far": "Verschieben, wenn weit",
+    "Move if far": "Falls weit weg",
     "Numbers": "Zahlen",
     "NURBS Surface": "NURBS-Fläche",
     "Noise": "Rauschen",
@@ -330,6 +330,11 @@ GERMAN_TEXTS = {
     "Noise of the points": "Rauschen der Punkte",
     "Noise of the samples": "Rauschen der Messpunkte",
     "Chosen as": "Gewählt als",
+    "as given": "wie angegeben",
+    "1.5 times the spacing of the samples": "1.5-facher Abstand der Messpunkte",
+    "half the noise of the samples": "halbes Rauschen der Messpunkte",
+    "1.5 times the distance between overlapping scans": "1.5-facher Abstand überlappender Scans",
+    "coarser, to fit into memory": "gröber, damit es in den Speicher passt",
     "Across the rays": "Quer zum Strahl",
     "In steps of": "In Stufen von",
     "Shared over": "Gemeinsam über",
@@ -358,6 +363,11 @@ def in_our_words(cls):
         if name not in BLENDERS and hasattr(prop, "keywords"):
             prop.keywords.setdefault("translation_context", NAMES)
     return cls
+
+
+def title(text):
+    """The name of an operator in the language of the interface."""
+    return bpy.app.translations.pgettext_iface(text, OPERATORS)
 
 
 def word(text):

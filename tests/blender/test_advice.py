@@ -100,6 +100,48 @@ def test_clouds_are_aligned_by_the_surface_through_their_points(clouds, capfd):
     assert all(len(obj.data.polygons) == 0 for obj in clouds) and len(bpy.data.objects) == len(clouds)
 
 
+@pytest.fixture
+def with_normals(tmp_path):
+    """Clouds from files of points with normals, thrown about."""
+    mesh = surfrecon.sculpture(cell=2.0)
+    seen = surfrecon.virtual_scan(mesh, surfrecon.turntable(mesh, around=6, above=0, below=0, pixels=140))
+    made = []
+    for k, image in enumerate(seen):
+        surfrecon.write(tmp_path / f"cloud{k}.ply", image.to_cloud())
+        bpy.ops.surfrecon.import_scans(filepath=str(tmp_path / f"cloud{k}.ply"))
+        made.append(bpy.context.object)
+        made[-1]["truth"] = [x for row in np.array(image.world_from_sensor) for x in row]
+    for obj in made:
+        obj.select_set(True)
+    throw(made)
+    return made
+
+
+def test_normals_of_points_are_kept(with_normals, tmp_path):
+    read = surfrecon.read(tmp_path / "cloud0.ply")
+    values = np.empty(3 * len(read.positions), np.float32)
+    with_normals[0].data.attributes["normals"].data.foreach_get("vector", values)
+    assert np.allclose(values.reshape(-1, 3), read.normals, atol=1e-6)
+
+
+def test_clouds_with_normals_are_aligned_as_they_are(with_normals, capfd):
+    # A name with a slash, as Blender allows it, and another one's pose.
+    with_normals[1].name = "left/right"
+    assert bpy.ops.surfrecon.align() == {"FINISHED"}
+    said = capfd.readouterr().out
+    assert "by the surface through the points" not in said
+    assert "6 of 6 scans placed" in said
+    assert errors(with_normals).max() < 3
+    assert "left/right" in with_normals[0]["surfrecon_align"]["names"].split("\n")
+
+
+def test_normals_that_points_were_turned_away_from_are_not_used(with_normals, capfd):
+    turned = with_normals[2]
+    turned.data.transform(Matrix.Rotation(1.2, 4, (1, 1, 0)))
+    bpy.ops.surfrecon.align()
+    assert "1 cloud by the surface through the points" in capfd.readouterr().out
+
+
 def test_meshes_are_coloured_too():
     meshes = [add_mesh(name, torus()) for name in ("left", "right")]
     for obj in meshes:

@@ -243,7 +243,8 @@ def names_and_tooltips(extension):
     texts |= {*extension.reports.UNMOVED.values(), extension.reports.MOVE}
     told = (folder / "reports.py").read_text()
     shown = " ".join(re.findall(r"told\((.*)\)$", told, re.M))
-    texts |= {figure.label for figure in surfrecon.figures() if f'"{figure.name}"' in shown}
+    figures = [figure for figure in surfrecon.figures() if f'"{figure.name}"' in shown]
+    texts |= {figure.label for figure in figures} | {label for one in figures for _, label, _ in one.choices or ()}
     return operators_, texts - BLENDER_S_OWN
 
 

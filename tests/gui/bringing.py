@@ -82,6 +82,9 @@ def dropping(folder):
     yield 0.7
     picture("2_import_dialog")
     check("nothing is imported before the dialog is answered", not bpy.data.objects)
+    *_, seen = extension().foreseen.Look.found.values()
+    longest = float((seen.high - seen.low).max())
+    check(f"the dialog knows that the scans are {longest:.0f} mm long", 100 < longest < 300)
     key("RET")
     yield from until(lambda: bpy.data.objects and extension().job.Running.job is None)
     scans = [obj for obj in bpy.data.objects if extension().scan_objects.is_range_image(obj)]

@@ -8,7 +8,7 @@ import numpy as np
 import surfrecon
 from mathutils import Matrix
 
-from .. import convert, declared, hiding, recording, scan_objects, surfaces, usable
+from .. import clouds, convert, declared, hiding, recording, scan_objects, surfaces, usable
 from ..advice import advised
 from ..chosen import RESULTS, Chosen
 from ..false_colours import show_materials
@@ -87,6 +87,7 @@ class Aligning(JobOperator):
                 usable.writable(obj)
         # The place of each object before, and that of a scan in its object if somebody moved the vertices.
         self.before, self.scan_from_object, self.through_points = {}, {}, []
+        self.folder = surfrecon.MemoryFolder()
         found = yield from gathered(context, objects, self.scan_of_object)
         # The name of the object that each scan is of, or stands for.
         ordered = recording.in_order([bpy.data.objects[name] for name in self.before], found)
@@ -101,7 +102,7 @@ class Aligning(JobOperator):
             self.before[obj.name] = whereabouts(obj), Matrix(recording.refuse_scaled(obj, depsgraph))
             return recording.frames(obj, depsgraph)
         if not scan_objects.is_range_image(obj) and not scan_objects.has_faces(obj, depsgraph):
-            return self.surface_of_points(obj, depsgraph)
+            return self.scan_of_points(obj, depsgraph)
         scan = scan_objects.scan_of_object(obj, depsgraph)
         is_image = isinstance(scan, surfrecon.RangeImage)
         if scan_objects.is_range_image(obj) and not is_image:
@@ -122,12 +123,22 @@ class Aligning(JobOperator):
         self.before[obj.name] = whereabouts(obj), Matrix(matrix)
         return matrix
 
-    def surface_of_points(self, obj, depsgraph):
-        """The surface through the points of an object without faces, which stands for them: points alone have no sides.
-        A generator for `gathered`.
+    def scan_of_points(self, obj, depsgraph):
+        """The points of an object without faces if they have normals, else the surface through them, which stands for
+        them: points alone have no sides. A generator for `gathered`.
         """
         name, (points, colour) = obj.name, convert.points_of_object(obj, depsgraph, False)
+        normals = clouds.normals_of(obj, depsgraph)
         matrix = self.note(obj, depsgraph)
+        if normals is not None:
+            finite = np.isfinite(points).all(axis=1) & np.isfinite(normals).all(axis=1)
+            if clouds.are_normals(points[finite], normals[finite]):
+                some = None if colour is None else colour[finite]
+                scan = clouds.scan_of(
+                    self.folder, len(self.before), name, points[finite], normals[finite], some, convert.rigid(matrix)
+                )
+                self.scan_from_object[name] = np.linalg.inv(scan.world_from_sensor) @ matrix
+                return scan
         self.through_points.append(name)
         reconstructor = surfrecon.Reconstructor(points, colour=colour)
         result = yield from waited(surfrecon.Job.surface(reconstructor, threads=threads(self)))
@@ -300,7 +311,7 @@ def lines_of(report, owners, frames):
     lines, counted = [], {}
     for scan, owner in zip(report.scans, owners, strict=True):
         if owner not in frames:
-            lines.append((scan.name, scan.state, float(scan.deviation), advised(scan.reason)))
+            lines.append((owner, scan.state, float(scan.deviation), advised(scan.reason)))
             continue
         key = owner, scan.state, advised(scan.reason)
         count, most = counted.get(key, (0, 0.0))

@@ -18,7 +18,7 @@ from bpy.props import (
 from bpy_extras.io_utils import ImportHelper, axis_conversion, orientation_helper, poll_file_object_drop
 from mathutils import Matrix
 
-from .. import cameras, convert, declared, foreseen, formats, recording, scan_objects
+from .. import cameras, clouds, convert, declared, foreseen, formats, recording, scan_objects
 from ..adjusting import Adjusting
 from ..chosen import SCAN
 from ..formats import DROPPED, ENDINGS
@@ -42,6 +42,9 @@ SIZE_SECONDS = 0.5
 
 # The share of names in Blender's rows of a name and a value.
 NAMES_SHARE = 0.4
+
+# Letters beside a name in the popup of dropped files.
+POPUP_LETTERS = 25
 
 UNITS = {"M": 1.0, "CM": 0.01, "MM": 0.001, "UM": 1e-6, "IN": 0.0254, "FT": 0.3048}
 
@@ -232,7 +235,8 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
         if not paths:
             return
         text = self.size_text(context, foreseen.Look.at(paths, self.whole, self.reading()))
-        if fits(context, text, 1 - NAMES_SHARE):
+        # The region of a popup is the one that it covers, which is wider.
+        if len(text) <= POPUP_LETTERS and fits(context, text, 1 - NAMES_SHARE):
             row = self.layout.split(factor=NAMES_SHARE)
             label = row.row()
             label.alignment = "RIGHT"
@@ -453,6 +457,8 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
             pose[:3, 3] += pose[:3, :3] @ origin
         else:
             obj, origin = convert.object_from_points(scan.name, content, factor)
+            if content.normals is not None:
+                clouds.store_normals(obj.data, content.normals)
             obj[SCAN] = True
             pose[:3, 3] += pose[:3, :3] @ origin
         pose[:3, 3] *= factor
