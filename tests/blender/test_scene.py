@@ -242,8 +242,9 @@ def names_and_tooltips(extension):
         texts |= set(re.findall(pattern, path.read_text()))
     texts |= {*extension.reports.UNMOVED.values(), extension.reports.MOVE}
     told = (folder / "reports.py").read_text()
-    shown = " ".join(re.findall(r"told\((.*)\)$", told, re.M))
-    figures = [figure for figure in surfrecon.figures() if f'"{figure.name}"' in shown]
+    shown = " ".join(re.findall(r"told(?:\.label)?\((.*?)\)(?:,|$)", told, re.M))
+    declared = [figure for name in extension.reports.DECLARED.values() for figure in surfrecon.figures(name)]
+    figures = [figure for figure in declared if f'"{figure.name}"' in shown]
     texts |= {figure.label for figure in figures} | {label for one in figures for _, label, _ in one.choices or ()}
     return operators_, texts - BLENDER_S_OWN
 
