@@ -1,6 +1,6 @@
 //! The core's parameter table, and parameters from keyword arguments.
 
-use pyo3::exceptions::{PyOverflowError, PyTypeError};
+use pyo3::exceptions::{PyDeprecationWarning, PyOverflowError, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 use surfrecon::error::{meant, nearest};
@@ -50,6 +50,13 @@ impl Parameter {
             ParamKind::Flag => "flag",
             ParamKind::Choice(_) => "choice",
         }
+    }
+
+    /// Deprecated: its former name of ``kind``.
+    #[getter]
+    #[pyo3(warn(message = "Parameter.unit is called Parameter.kind now", category = PyDeprecationWarning))]
+    fn unit(&self) -> &'static str {
+        self.kind()
     }
 
     /// Value when none is given: a number, a ``bool`` or the name of a choice. ``None`` when the data give it.

@@ -113,3 +113,30 @@ def test_a_report_of_numbers_is_json_as_it_is(reports):
 def test_an_alignment_prints_its_summary(reports):
     report = reports[surfrecon.AlignReport]
     assert str(report) == "\n".join(report.summary) and report.summary[0] in report.json()
+
+
+@pytest.mark.parametrize("read", [lambda scan: scan.free, lambda scan: scan["free"]])
+def test_former_names_of_figures_are_told_the_new_ones(read):
+    way = surfrecon.Freedom(turns=True, direction=(0.0, 0.0, 1.0), point=(1.0, 2.0, 3.0))
+    slide = surfrecon.Freedom(turns=False, direction=(1.0, 0.0, 0.0), point=(0.0, 0.0, 0.0))
+    scan = surfrecon.AlignedScan(name="a", freedoms=[way, slide])
+    with pytest.warns(DeprecationWarning, match="^free of AlignedScan is called freedoms now$") as told:
+        found = read(scan)
+    assert found == [("turn", (0.0, 0.0, 1.0), (1.0, 2.0, 3.0)), ("slide", (1.0, 0.0, 0.0), (0.0, 0.0, 0.0))]
+    # The line that used the name is the one to change.
+    assert told[0].filename == __file__
+    assert "free" not in scan and "free" not in scan.as_dict() and "free" not in dir(scan)
+
+
+def test_former_names_are_none_of_other_reports():
+    report = surfrecon.Report(voxel=1.0)
+    with pytest.raises(AttributeError, match="Report has no 'free'"):
+        report.free  # noqa: B018 (asking is what is tried)
+    with pytest.raises(KeyError):
+        report["free"]
+
+
+def test_the_former_name_of_a_parameter_s_kind_is_told_the_new_one():
+    for parameter in surfrecon.parameters("triangulate"):
+        with pytest.warns(DeprecationWarning, match="^Parameter.unit is called Parameter.kind now$"):
+            assert parameter.unit == parameter.kind

@@ -7,7 +7,7 @@ from typing import IO, Any, ClassVar, Literal, Self, TypeAlias, final, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from typing_extensions import disjoint_base
+from typing_extensions import deprecated, disjoint_base
 
 from ._reports import (
     AlignReport,
@@ -129,6 +129,9 @@ class Parameter:
     def label(self) -> str: ...
     @property
     def kind(self) -> Literal["length", "angle", "ratio", "count", "flag", "choice"]: ...
+    @property
+    @deprecated("It is called kind now.")
+    def unit(self) -> Literal["length", "angle", "ratio", "count", "flag", "choice"]: ...
     @property
     def default(self) -> float | bool | str | None: ...
     @property

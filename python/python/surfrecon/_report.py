@@ -3,11 +3,21 @@
 from __future__ import annotations
 
 import math
+import warnings
+from collections.abc import Callable
 from typing import Any
 
 from ._arguments import meant
 
 __all__ = ["Report", "jsonable"]
+
+
+def _turns_and_slides(freedoms: list[Report]) -> list[tuple[str, Any, Any]]:
+    return [("turn" if one.turns else "slide", one.direction, one.point) for one in freedoms]
+
+
+# Former names of figures: today's name, and the former value out of today's. They stay for one minor version.
+_FORMER: dict[str, tuple[str, Callable[[Any], Any]]] = {"free": ("freedoms", _turns_and_slides)}
 
 
 class Report(dict[str, Any]):
@@ -24,11 +34,28 @@ class Report(dict[str, Any]):
 
     def __getattr__(self, name: str) -> Any:
         """The figure of that name."""
+        if self._has_former(name):
+            return self._former(name)
         try:
             return self[name]
         except KeyError:
             instead = meant(name, self) or f" There are {', '.join(self)}."
             raise AttributeError(f"{type(self).__name__} has no {name!r}.{instead}", name=name, obj=self) from None
+
+    def __missing__(self, name: str) -> Any:
+        """The figure that is called so no longer."""
+        if self._has_former(name):
+            return self._former(name)
+        raise KeyError(name)
+
+    def _has_former(self, name: str) -> bool:
+        return name in _FORMER and name not in self and _FORMER[name][0] in self
+
+    def _former(self, name: str) -> Any:
+        today, value = _FORMER[name]
+        text = f"{name} of {type(self).__name__} is called {today} now"
+        warnings.warn(text, DeprecationWarning, stacklevel=3)
+        return value(self[today])
 
     def __dir__(self) -> list[str]:
         """Names of figures and methods."""

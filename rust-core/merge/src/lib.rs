@@ -95,6 +95,7 @@ pub mod again {
 /// The former name of [`out_of_core`].
 #[deprecated(since = "0.2.0", note = "it is called `out_of_core`")]
 pub mod disk {
+    pub use crate::out_of_core::Keep as Kept;
     pub use crate::out_of_core::*;
 }
 
