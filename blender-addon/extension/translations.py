@@ -1,13 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Translations: a dictionary a language, by Blender's own way. English texts are the keys.
 
-Another language is another entry of `LANGUAGES`. Each has all names, titles and figures, and the tooltips of operators.
-What explains an option stays English. Sentences are in `german`, with `telling` to look them up.
+Another language is another entry of `LANGUAGES`. Each has all names, titles and figures, and all tooltips. Sentences are
+in `german`, with `telling` to look them up.
 """
 # A text a line is easier to translate than one in pieces.
 # ruff: noqa: E501
 
 import bpy
+
+from .german_tips import TIPS
 
 # Blender's own contexts: names of operators, and all else. Blender's words win in its contexts ("Triangles" is its verb), so
 # names and figures have one of ours; tooltips can't.
@@ -352,7 +354,8 @@ GERMAN_TEXTS = {
 
 LANGUAGES = {
     "de_DE": {(OPERATORS, text): german for text, german in GERMAN_OPERATORS.items()}
-    | {(context, text): german for context in (TEXTS, NAMES) for text, german in GERMAN_TEXTS.items()},
+    | {(context, text): german for context in (TEXTS, NAMES) for text, german in GERMAN_TEXTS.items()}
+    | {(TEXTS, text): german for text, german in TIPS.items()},
 }
 
 
