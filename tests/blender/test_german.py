@@ -227,6 +227,8 @@ def test_progress_is_german(extension, monkeypatch):
         monkeypatch.setattr(running, name, value)
     monkeypatch.setattr(running, "seconds_left", lambda: 3)
     assert running.text() == "Scans lesen, Schnittpunkte suchen 50%, noch 3 s"
+    assert running.text(30) == "Scans lesen 50%, noch 3 s"
+    assert running.text(20) == running.text(0) == "50%, noch 3 s"
     monkeypatch.setattr(running, "waiting", True)
     assert running.text() == "Für das Ergebnis in den Objektmodus wechseln"
     monkeypatch.setattr(running, "stopped", 1.0)
