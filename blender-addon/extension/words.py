@@ -21,6 +21,14 @@ CHOSEN_UNITS = {
     "THOU": ("thou", 0.0000254),
 }
 
+# Units that suit lengths by their size, the largest first, in metres. Blender's own choice tells millimetres in thou.
+SUITING_UNITS = {
+    "METRIC": {"km": 1000.0, "m": 1.0, "cm": 0.01, "mm": 0.001, "µm": 1e-6},
+    "IMPERIAL": {"mi": 1609.344, "ft": 0.3048, "in": 0.0254, "thou": 0.0000254},
+}
+# Inches are told down to thousandths.
+LEAST_INCHES = 0.001
+
 
 def length(context, value):
     """A length in the scene's unit, and in that one that is chosen there."""
@@ -29,13 +37,24 @@ def length(context, value):
         return f"{value:.4g}"
     metres = value * settings.scale_length
     if settings.length_unit in CHOSEN_UNITS:
-        unit, size = CHOSEN_UNITS[settings.length_unit]
-        return f"{metres / size:,.4g} {unit}" if abs(metres / size) < 1000 else f"{metres / size:,.0f} {unit}"
+        return in_unit(metres, *CHOSEN_UNITS[settings.length_unit])
+    if settings.system == "IMPERIAL":
+        return in_unit(metres, *imperial(metres))
     return bpy.utils.units.to_string(settings.system, "LENGTH", metres, precision=4)
 
 
-# Metric units that suit lengths in metres and kilometres, in metres.
-METRIC_UNITS = {"km": 1000.0, "m": 1.0, "cm": 0.01, "mm": 0.001, "µm": 1e-6}
+def in_unit(metres, unit, size):
+    """A length in a unit of so many metres."""
+    return f"{metres / size:,.4g} {unit}" if abs(metres / size) < 1000 else f"{metres / size:,.0f} {unit}"
+
+
+def imperial(metres):
+    """The imperial unit that suits a length, and its metres."""
+    units = SUITING_UNITS["IMPERIAL"]
+    if metres == 0:
+        return "ft", units["ft"]
+    least = {unit: size * (LEAST_INCHES if unit == "in" else 1) for unit, size in units.items()}
+    return next(((unit, units[unit]) for unit in units if abs(metres) >= least[unit]), ("thou", units["thou"]))
 
 
 def size(context, dimensions):
@@ -43,8 +62,9 @@ def size(context, dimensions):
     settings = context.scene.unit_settings
     sides = [length(context, side) for side in dimensions]
     unit = max(zip(dimensions, sides, strict=True))[1].rpartition(" ")[2]
-    if settings.system == "METRIC" and settings.length_unit not in CHOSEN_UNITS and unit in METRIC_UNITS:
-        scale = settings.scale_length / METRIC_UNITS[unit]
+    units = SUITING_UNITS.get(settings.system, {})
+    if settings.length_unit not in CHOSEN_UNITS and unit in units:
+        scale = settings.scale_length / units[unit]
         sides = [f"{side * scale:.4g} {unit}" for side in dimensions]
     if all(side.endswith(f" {unit}") for side in sides):
         sides[:-1] = [side.removesuffix(f" {unit}") for side in sides[:-1]]

@@ -195,6 +195,16 @@ def test_lengths_are_in_the_unit_that_the_scene_was_set_to(extension):
     assert length(bpy.context, 254) == "10 in"
 
 
+@pytest.mark.parametrize("unit", ["FEET", "ADAPTIVE"])
+def test_imperial_lengths_are_feet_and_inches_below_a_foot(extension, unit):
+    units = bpy.context.scene.unit_settings
+    units.system, units.length_unit = "IMPERIAL", unit
+    told = [extension.words.length(bpy.context, value) for value in (0, 0.0015, 0.2, 0.3048, -1.5, 300, 2000, 1e-6)]
+    assert told == ["0 ft", "0.05906 in", "7.874 in", "1 ft", "-4.921 ft", "984.3 ft", "1.243 mi", "0.03937 thou"]
+    units.scale_length = 0.001
+    assert extension.words.length(bpy.context, 1.5) == "0.05906 in"
+
+
 def test_how_much_was_seen_in_colour_is_said(panels, tmp_path):
     folder = tmp_path / "ring"
     path = write_transforms(folder, 6)
@@ -219,7 +229,8 @@ def test_how_much_was_seen_in_colour_is_said(panels, tmp_path):
         ("METRIC", "MILLIMETERS", (2.15, 0.5312, 0.0015), "2,150 x 531.2 x 1.5 mm"),
         ("METRIC", "METERS", (0, 0, 0), "0 x 0 x 0 m"),
         ("NONE", "ADAPTIVE", (2.15, 0.5312, 0.0015), "2.15 x 0.5312 x 0.0015"),
-        ("IMPERIAL", "FEET", (2.15, 0.5312, 0.0015), "7.054' x 1.743' x 59.06 thou"),
+        ("IMPERIAL", "FEET", (2.15, 0.5312, 0.0015), "7.054 x 1.743 x 0.004921 ft"),
+        ("IMPERIAL", "ADAPTIVE", (0.1557, 0.0042, 0.12), "6.13 x 0.1654 x 4.724 in"),
     ],
 )
 def test_sizes_are_in_one_unit(extension, system, unit, sides, text):
