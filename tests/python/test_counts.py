@@ -183,6 +183,8 @@ def test_misspelt_figures_and_endings_are_told_what_was_meant(tmp_path):
     report = torus(8).check()
     with pytest.raises(AttributeError, match=r"CheckReport has no 'trianlges'\. Did you mean 'triangles'\?"):
         _ = report.trianlges
+    with pytest.raises(KeyError, match=r"CheckReport has no 'trianlges'\. Did you mean 'triangles'\?"):
+        _ = report["trianlges"]
     with pytest.raises(surfrecon.InputError, match=r"to hold a mesh\. Did you mean \.ply\?"):
         torus(8).write(tmp_path / "a.pyl")
     with pytest.raises(surfrecon.InputError, match=r"there is no name before \.ply: call it scan\.ply"):
