@@ -69,7 +69,6 @@ GERMAN = {
     "{} is {}, which is no number to work with: enter another one": "{} ist {}, womit sich nicht rechnen lässt: eine andere Zahl eingeben",
     '"{}" was removed meanwhile: try again': '"{}" wurde inzwischen gelöscht: noch einmal versuchen',
     '"{}" was changed meanwhile: try again': '"{}" wurde inzwischen geändert: noch einmal versuchen',
-    "A scan was removed meanwhile: try again": "Ein Scan wurde inzwischen gelöscht: noch einmal versuchen",
     # Selections
     "Select the scans to align": "Die Scans auswählen, die auszurichten sind",
     "Select the scans to merge": "Die Scans auswählen, die zu vereinen sind",
@@ -184,6 +183,10 @@ GERMAN = {
     'All is kept of "{}", which has no vertices: take a cube or a plane': 'Von "{}" bleibt alles, da es keine Ecken hat: einen Quader oder eine Ebene nehmen',
     "{} vertices, mean smallest angle {} degrees": "{} Ecken, mittlerer kleinster Winkel {} Grad",
     "surfrecon.cluster is called surfrecon.remesh now": "surfrecon.cluster heißt jetzt surfrecon.remesh",
+    "surfrecon.select_region is called surfrecon.keep_inside and surfrecon.remove_inside now": "surfrecon.select_region heißt jetzt surfrecon.keep_inside und surfrecon.remove_inside",
+    "{} of {} taken over": "{} von {} übernommen",
+    "preset": "Voreinstellung",
+    "presets": "Voreinstellungen",
     'Set "{}": how far the surface and the result may lie from each other': '"{}" setzen: wie weit Fläche und Ergebnis auseinanderliegen dürfen',
     '"{}": RMS distance {}, largest {}': '"{}": RMS-Abstand {}, größter {}',
     '"{}" is measured without its modifiers, which make other vertices': '"{}" wird ohne seine Modifikatoren gemessen, die andere Ecken machen',

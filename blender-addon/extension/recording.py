@@ -118,7 +118,7 @@ def note_frame(obj, paths, number):
 
 
 def in_order(objects, found):
-    """The (object's name, scan) of what `gathered` found of objects: in the order of their recordings where all are of
+    """The (object, scan) of what `gathered` found of objects: in the order of their recordings where all are of
     some, else in that of the objects.
     """
     listed, places = [], []
@@ -128,7 +128,7 @@ def in_order(objects, found):
             places += [(source, number) for number in obj[FRAMES]]
         else:
             places.append((obj[SOURCE], obj[NUMBER]) if NUMBER in obj and SOURCE in obj else None)
-        listed += [(obj.name, scan) for scan in of_all([part])]
+        listed += [(obj, scan) for scan in of_all([part])]
     if None in places:
         return listed
     return [listed[k] for k in sorted(range(len(listed)), key=lambda k: places[k])]

@@ -70,12 +70,35 @@ class Handle:
     def __init__(self, obj):
         self.name, self.number = obj.name, obj.session_uid
 
+    def __eq__(self, other):
+        return isinstance(other, Handle) and self.number == other.number
+
+    def __hash__(self):
+        return hash(self.number)
+
     def get(self):
         """The object, or `None` where it is gone."""
         found = bpy.data.objects.get(self.name)
         if found is not None and found.session_uid == self.number:
             return found
         return next((obj for obj in bpy.data.objects if obj.session_uid == self.number), None)
+
+
+def still_there(handles):
+    """The objects of handles, as a list. It refuses one that is gone. One that a result points to stays in the file
+    when it is deleted, and no scene has it.
+    """
+    objects = [handle.get() for handle in handles]
+    seen = {obj for scene in bpy.data.scenes for obj in scene.objects}
+    for handle, obj in zip(handles, objects, strict=True):
+        if obj not in seen:
+            raise removed(handle)
+    return objects
+
+
+def removed(handle):
+    """The refusal to go on with an object that is gone."""
+    return Refused(f'"{handle.name}" was removed meanwhile: try again')
 
 
 def gathered(context, objects, read):
@@ -90,7 +113,7 @@ def gathered(context, objects, read):
         yield k / len(handles)
         obj = handle.get()
         if obj is None:
-            raise Refused(f'"{handle.name}" was removed meanwhile: try again')
+            raise removed(handle)
         content = read(obj, context.evaluated_depsgraph_get())
         if inspect.isgenerator(content):
             content = yield from part_of(content, k / len(handles), 1 / len(handles))

@@ -4,6 +4,7 @@ import bpy
 import pytest
 from files import write_set
 from shapes import torus, torus_scans
+from test_cancelling import floor
 from test_merge import VOXEL, add_mesh
 
 
@@ -112,3 +113,94 @@ def test_a_scene_that_is_removed_meanwhile_is_named(scans, meanwhile):
     meanwhile(remove)
     with pytest.raises(RuntimeError, match="The scene in which this was begun was removed meanwhile"):
         bpy.ops.surfrecon.merge(voxel=VOXEL)
+
+
+def swap_names(one, other):
+    """Two objects get each other's name."""
+    first, second = one.name, other.name
+    one.name = "for a moment"
+    other.name, one.name = first, second
+    assert (one.name, other.name) == (second, first)
+
+
+def selected_only(*objects):
+    for obj in bpy.context.selected_objects:
+        obj.select_set(False)
+    for obj in objects:
+        obj.select_set(True)
+    bpy.context.view_layer.objects.active = objects[0]
+
+
+@pytest.mark.parametrize("measure", [False, True])
+def test_an_error_map_goes_to_the_object_whatever_it_is_called_then(scans, meanwhile, measure):
+    bpy.ops.surfrecon.merge(voxel=VOXEL, measure=measure)
+    merged, other = bpy.context.object, scans[0]
+    selected_only(merged)
+    meanwhile(lambda: swap_names(merged, other))
+    assert bpy.ops.surfrecon.error_map() == {"FINISHED"}
+    assert "surfrecon_error" in merged and "surfrecon_error" not in other
+
+
+def test_a_measurement_goes_to_the_object_whatever_it_is_called_then(scans, meanwhile):
+    bpy.ops.surfrecon.merge(voxel=VOXEL)
+    merged, other = bpy.context.object, scans[0]
+    selected_only(merged)
+    meanwhile(lambda: swap_names(merged, other))
+    assert bpy.ops.surfrecon.measure() == {"FINISHED"}
+    assert "surfrecon_measure" in merged and "surfrecon_measure" not in other
+
+
+def test_scans_are_cleaned_whatever_they_are_called_then(scans, meanwhile):
+    for obj, count in zip(scans, (10, 20, 30, 40), strict=True):
+        attribute = obj.data.attributes.new("confidence", "FLOAT", "POINT")
+        attribute.data.foreach_set("value", [float(k >= count) for k in range(len(obj.data.vertices))])
+    before = [len(obj.data.vertices) for obj in scans]
+    selected_only(*scans)
+    meanwhile(lambda: (swap_names(*scans[:2]), setattr(scans[2], "name", "renamed")))
+    assert bpy.ops.surfrecon.clean(smallest=1, confidence=0.5) == {"FINISHED"}
+    assert [count - len(obj.data.vertices) for count, obj in zip(before, scans, strict=True)] == [10, 20, 30, 40]
+
+
+def test_the_background_of_renamed_scans_is_removed(scans, meanwhile, extension):
+    below = floor(extension)
+    selected_only(*scans, below)
+    meanwhile(lambda: setattr(below, "name", "renamed"))
+    assert bpy.ops.surfrecon.remove_background() == {"FINISHED"}
+    # Nothing of it is left, so it is hidden.
+    assert below.hide_render and not any(obj.hide_render for obj in scans)
+
+
+@pytest.mark.parametrize("operator", ["align", "align_merge"])
+def test_scans_are_aligned_whatever_they_are_called_then(scans, meanwhile, operator):
+    bpy.context.view_layer.update()
+    places = [obj.matrix_world.copy() for obj in scans]
+    for obj in scans[1:]:
+        obj.location.x += 0.01
+    bpy.context.view_layer.update()
+    meanwhile(lambda: (swap_names(*scans[:2]), setattr(scans[2], "name", "renamed")))
+    assert getattr(bpy.ops.surfrecon, operator)(show_misfit=True) == {"FINISHED"}
+    for place, obj in zip(places, scans, strict=True):
+        assert (obj.matrix_world.translation - place.translation).length < 0.05, obj.name
+        assert "surfrecon_align" in obj
+    names = scans[0]["surfrecon_align"]["names"].split("\n")
+    assert sorted(names) == sorted(obj.name for obj in scans)
+
+
+@pytest.mark.parametrize("operator", ["align", "clean", "remove_background", "error_map", "measure"])
+def test_a_scan_that_is_deleted_meanwhile_is_named(scans, meanwhile, extension, operator):
+    """One that a result points to stays in the file, and no scene has it."""
+    bpy.ops.surfrecon.merge(voxel=VOXEL)
+    merged = bpy.context.object
+    kept = bpy.data.objects.new("kept", None)
+    kept.surfrecon_sources.add().object = merged
+    bpy.context.scene.collection.objects.link(kept)
+    gone = merged if operator in {"error_map", "measure"} else scans[1]
+    selected_only(*([merged] if gone is merged else [*scans, floor(extension)]))
+
+    def delete():
+        for collection in gone.users_collection:
+            collection.objects.unlink(gone)
+
+    meanwhile(delete)
+    with pytest.raises(RuntimeError, match=f'"{gone.name}" was removed meanwhile: try again'):
+        getattr(bpy.ops.surfrecon, operator)()

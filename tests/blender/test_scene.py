@@ -289,3 +289,67 @@ def test_every_text_has_its_translation_and_every_translation_its_text(extension
         fresh = {text for p in surfrecon.parameters() if p.since != "0.1" for text in fresh_texts(extension, p)}
         assert all(text in fresh for _, text in wanted - set(found)), sorted(wanted - set(found))
         assert all(translated.strip() for translated in found.values())
+
+
+@pytest.fixture
+def users_presets(extension, tmp_path, monkeypatch):
+    """The folder of the user's presets of operators, with one of a former name."""
+    monkeypatch.setattr(bpy.utils, "user_resource", lambda kind, path="": str(tmp_path / path))
+    folder = tmp_path / "presets" / "operator"
+    (folder / "surfrecon.cluster").mkdir(parents=True)
+    (folder / "surfrecon.cluster" / "Mine.py").write_text(
+        "import bpy\nop = bpy.context.active_operator\n\nop.vertices = 123\n"
+    )
+    yield folder
+    extension.presets.news.clear()
+
+
+def register_again(extension):
+    extension.presets.unregister()
+    extension.presets.register()
+
+
+def test_presets_of_a_former_name_are_taken_over_and_said_once(users_presets, extension, capfd):
+    register_again(extension)
+    old, new = users_presets / "surfrecon.cluster" / "Mine.py", users_presets / "surfrecon.remesh" / "Mine.py"
+    assert new.read_text() == old.read_text()
+    add_mesh("torus", torus(20))
+    said = []
+    for _ in range(2):
+        bpy.context.view_layer.objects.active = bpy.data.objects["torus"]
+        assert bpy.ops.surfrecon.remesh(vertices=60) == {"FINISHED"}
+        said.append("1 preset of surfrecon.cluster taken over" in capfd.readouterr().out)
+    assert said == [True, False]
+    # One that was deleted does not come back.
+    new.unlink()
+    register_again(extension)
+    assert old.exists() and not new.exists() and not extension.presets.news
+
+
+def test_presets_of_the_new_name_stay_as_they_are(users_presets, extension):
+    mine = users_presets / "surfrecon.remesh" / "Mine.py"
+    mine.parent.mkdir()
+    mine.write_text("op.vertices = 5\n")
+    register_again(extension)
+    assert mine.read_text() == "op.vertices = 5\n" and not extension.presets.news
+
+
+def test_scripts_with_the_former_name_of_remesh_are_told_the_new_one(capfd):
+    add_mesh("torus", torus(20))
+    assert bpy.ops.surfrecon.cluster(resolution="VERTICES", vertices=77) == {"FINISHED"}
+    assert len(bpy.context.object.data.vertices) == 77
+    assert "Warning: surfrecon.cluster is called surfrecon.remesh now" in capfd.readouterr().out
+
+
+@pytest.mark.parametrize("action", ["KEEP", "REMOVE"])
+def test_scripts_with_the_former_name_of_regions_are_told_the_new_ones(tmp_path, action, capfd):
+    bpy.ops.surfrecon.import_scans(filepath=str(write_set(tmp_path, torus_scans(pixels=40)[:2])))
+    scans = bpy.context.selected_objects
+    before = sum(len(obj.data.vertices) for obj in scans)
+    for obj in scans:
+        obj.data.vertices.foreach_set("select", [k < 10 for k in range(len(obj.data.vertices))])
+    assert bpy.ops.surfrecon.select_region(action=action, by="SELECTED") == {"FINISHED"}
+    after = sum(len(obj.data.vertices) for obj in scans)
+    assert after == (20 if action == "KEEP" else before - 20)
+    text = "Warning: surfrecon.select_region is called surfrecon.keep_inside and surfrecon.remove_inside now"
+    assert text in capfd.readouterr().out

@@ -14,7 +14,7 @@ from ..chosen import RESULTS, Chosen
 from ..false_colours import show_materials
 from ..job import JobOperator
 from ..properties import draw_others, given, option, threads
-from ..running import Refused, gathered, waited
+from ..running import Handle, Refused, gathered, still_there, waited
 from ..scene import put_back, put_forward, select_only, whereabouts
 from ..sources import sources_of, what_is_gone
 from ..telling import tell, told
@@ -78,7 +78,7 @@ class Aligning(JobOperator):
         if len(objects) == 1 and len(sources_of(objects[0])) > 1:
             if gone := what_is_gone(objects[0]):
                 tell(self, {"WARNING"}, f"{gone}: only the others are aligned")
-            self.result, objects = objects[0].name, sources_of(objects[0])
+            self.result, objects = Handle(objects[0]), sources_of(objects[0])
         if len(objects) < 2 and not any(recording.is_recording(obj) for obj in objects):
             raise Refused("Aligning takes at least two scans: select the others as well")
         for obj in objects:
@@ -86,20 +86,20 @@ class Aligning(JobOperator):
             if self.show_misfit and not recording.is_recording(obj):
                 usable.writable(obj)
         # The place of each object before, and that of a scan in its object if somebody moved the vertices.
-        self.before, self.scan_from_object, self.through_points = {}, {}, []
+        self.before, self.scan_from_object, self.through_points = {}, {}, 0
         self.folder = surfrecon.MemoryFolder()
         found = yield from gathered(context, objects, self.scan_of_object)
-        # The name of the object that each scan is of, or stands for.
-        ordered = recording.in_order([bpy.data.objects[name] for name in self.before], found)
-        self.owners, scans = [name for name, _ in ordered], [scan for _, scan in ordered]
+        # The object that each scan is of, or that stands for it.
+        ordered = recording.in_order(still_there(self.before), found)
+        self.owners, scans = [Handle(obj) for obj, _ in ordered], [scan for _, scan in ordered]
         self.poses = [scan.world_from_sensor if isinstance(scan, surfrecon.Scan) else None for scan in scans]
-        fixed = [k for k, name in enumerate(self.owners) if is_locked(bpy.data.objects[name])]
+        fixed = [k for k, (obj, _) in enumerate(ordered) if is_locked(obj)]
         return surfrecon.Job.align(scans, fixed=fixed, **given(self, PARAMETERS))
 
     def scan_of_object(self, obj, depsgraph):
         """The scan of an object to align, or a generator of the frames that it stands for."""
         if recording.is_recording(obj):
-            self.before[obj.name] = whereabouts(obj), Matrix(recording.refuse_scaled(obj, depsgraph))
+            self.before[Handle(obj)] = whereabouts(obj), Matrix(recording.refuse_scaled(obj, depsgraph))
             return recording.frames(obj, depsgraph)
         if not scan_objects.is_range_image(obj) and not scan_objects.has_faces(obj, depsgraph):
             return self.scan_of_points(obj, depsgraph)
@@ -109,7 +109,7 @@ class Aligning(JobOperator):
             tell(self, {"WARNING"}, f'"{obj.name}" is no longer one vertex a pixel: aligned as a plain mesh')
         matrix = self.note(obj, depsgraph)
         if is_image:
-            self.scan_from_object[obj.name] = np.linalg.inv(scan.world_from_sensor) @ matrix
+            self.scan_from_object[Handle(obj)] = np.linalg.inv(scan.world_from_sensor) @ matrix
         return scan
 
     def note(self, obj, depsgraph):
@@ -120,7 +120,7 @@ class Aligning(JobOperator):
             raise Refused(
                 f'"{obj.name}" is scaled, and aligning moves and turns only: apply {whose} with Object > Apply > Scale'
             )
-        self.before[obj.name] = whereabouts(obj), Matrix(matrix)
+        self.before[Handle(obj)] = whereabouts(obj), Matrix(matrix)
         return matrix
 
     def scan_of_points(self, obj, depsgraph):
@@ -137,9 +137,9 @@ class Aligning(JobOperator):
                 scan = clouds.scan_of(
                     self.folder, len(self.before), name, points[finite], normals[finite], some, convert.rigid(matrix)
                 )
-                self.scan_from_object[name] = np.linalg.inv(scan.world_from_sensor) @ matrix
+                self.scan_from_object[Handle(obj)] = np.linalg.inv(scan.world_from_sensor) @ matrix
                 return scan
-        self.through_points.append(name)
+        self.through_points += 1
         reconstructor = surfrecon.Reconstructor(points, colour=colour)
         result = yield from waited(surfrecon.Job.surface(reconstructor, threads=threads(self)))
         if len(result.mesh.triangles) == 0:
@@ -148,46 +148,45 @@ class Aligning(JobOperator):
 
     def finish(self, context, result):
         """Moves the scans to where they belong."""
-        missing = [name for name in self.before if name not in bpy.data.objects]
-        if missing:
-            raise Refused(f'"{missing[0]}" was removed meanwhile: try again')
         report = result.report
-        objects = [bpy.data.objects[name] for name in self.before]
-        frames = {obj.name for obj in objects if recording.is_recording(obj)}
+        there = dict(zip(self.before, still_there(self.before), strict=True))
+        objects, owners = list(there.values()), [there[owner] for owner in self.owners]
+        before = {obj: self.before[handle] for handle, obj in there.items()}
+        scan_from_object = {obj: self.scan_from_object.get(handle, np.eye(4)) for handle, obj in there.items()}
+        frames = [obj for obj in objects if recording.is_recording(obj)]
         moved = {
-            name: Matrix(pose @ self.scan_from_object.get(name, np.eye(4)))
-            for name, scan, pose in zip(self.owners, report.scans, result.world_from_scan, strict=True)
-            if scan.state == "placed" and name not in frames
+            obj: Matrix(pose @ scan_from_object[obj])
+            for obj, scan, pose in zip(owners, report.scans, result.world_from_scan, strict=True)
+            if scan.state == "placed" and obj not in frames
         }
-        place(context, self.before, moved)
-        for name in frames:
+        place(context, before, moved)
+        for obj in frames:
             place_frames(
-                name,
-                self.before[name][1],
-                zip(self.owners, report.scans, self.poses, result.world_from_scan, strict=True),
+                obj, before[obj][1], zip(owners, report.scans, self.poses, result.world_from_scan, strict=True)
             )
-        figures = figures_of(lines_of(report, self.owners, frames), report)
+        lines = lines_of(report, owners, frames)
+        figures = figures_of(lines, report)
         for obj in objects:
             obj[REPORT] = figures
         if self.result is not None:
             # It is no longer the surface of its scans: they are seen and selected instead, to be merged anew.
             hiding.show(context, objects)
-            put_forward(context, objects, [bpy.data.objects.get(self.result)])
+            put_forward(context, objects, [self.result.get()])
         active = context.view_layer.objects.active
-        if active is None or active.name not in self.before:
+        if active not in objects:
             # The sidebar shows the report of the active object.
             context.view_layer.objects.active = objects[0]
         if self.show_misfit:
-            numbers = {name: k for k, name in enumerate(self.owners) if has_misfit(bpy.data.objects[name])}
-            map_misfit(context, numbers, self.scan_from_object, result)
-        for name, state, _, reason in lines_of(report, self.owners, frames):
+            numbers = {obj: k for k, obj in enumerate(owners) if has_misfit(obj)}
+            map_misfit(context, numbers, scan_from_object, result)
+        for name, state, _, reason in lines:
             if reason:
                 what = "stays where it was, undecided" if state == "undecided" else "is not placed"
                 tell(self, {"WARNING"}, f'"{name}" {what}: {reason}')
         self.all_placed = report.placed == len(self.owners)
         text = f"{report.placed} of {number(len(self.owners), 'scan', 'scans')} placed{self.said}"
         if self.through_points:
-            clouds = number(len(self.through_points), "cloud", "clouds")
+            clouds = number(self.through_points, "cloud", "clouds")
             text += f", {clouds} by the surface through the points"
         if self.all_placed:
             tell(self, {"INFO"}, text)
@@ -220,18 +219,18 @@ class SURFRECON_OT_align_merge(Aligning, bpy.types.Operator):
                 "Nothing is merged, since not all scans are placed: Merge Scans takes them as they lie",
             )
             return
-        select_only(context, [bpy.data.objects[name] for name in self.before])
+        select_only(context, still_there(self.before))
         # A window stays alive, and a script waits.
         bpy.ops.surfrecon.merge("INVOKE_DEFAULT" if self.is_watched() else "EXEC_DEFAULT", True)
 
 
 def map_misfit(context, numbers, scan_from_object, result):
-    """Colours the scans that have a place. `numbers` has the names of their objects with their numbers. Parts that no
-    other scan shows look as if they fitted.
+    """Colours the scans that have a place. `numbers` has their objects with their numbers. Parts that no other scan
+    shows look as if they fitted.
     """
     found = {}
-    for name, k in numbers.items():
-        obj, matrix = bpy.data.objects[name], scan_from_object.get(name, np.eye(4))
+    for obj, k in numbers.items():
+        matrix = scan_from_object[obj]
         if result.world_from_scan[k] is not None and len(obj.data.vertices):
             found[obj] = np.abs(result.misfit(k, convert.positions(obj.data) @ matrix[:3, :3].T + matrix[:3, 3]))
     known = np.concatenate([values[np.isfinite(values)] for values in found.values()] or [np.empty(0)])
@@ -258,38 +257,38 @@ def is_locked(obj):
 
 
 def place(context, before, moved):
-    """Puts objects to their new matrices, by name, and all others of `before` where they were: (`whereabouts`, matrix).
+    """Puts objects to their new matrices, and all others of `before` where they were: (`whereabouts`, matrix).
 
     Raises `Refused` if one of them doesn't go there. Then all are where they were.
     """
-    for name, (there, _) in before.items():
-        put_back(bpy.data.objects[name], there)
+    for obj, (there, _) in before.items():
+        put_back(obj, there)
     # Parents first: they take their children along.
-    for obj in sorted((bpy.data.objects[name] for name in before), key=generation):
-        matrix = moved.get(obj.name, before[obj.name][1])
+    for obj in sorted(before, key=generation):
+        matrix = moved.get(obj, before[obj][1])
         if obj.parent is not None:
             context.view_layer.update()
-        if obj.name in moved or is_off(obj, matrix):
+        if obj in moved or is_off(obj, matrix):
             obj.matrix_world = matrix
     context.view_layer.update()
-    for name, (_, matrix) in before.items():
-        if is_off(bpy.data.objects[name], moved.get(name, matrix)):
+    for obj, (_, matrix) in before.items():
+        if is_off(obj, moved.get(obj, matrix)):
             for other, (there, _) in before.items():
-                put_back(bpy.data.objects[other], there)
+                put_back(other, there)
             raise Refused(
-                f'"{name}" does not stay where it is put: turn off constraints and drivers,'
+                f'"{obj.name}" does not stay where it is put: turn off constraints and drivers,'
                 " or lock location and rotation, so that the others come to it"
             )
 
 
-def place_frames(name, matrix, scans):
-    """Notes with the object that stands for frames, at that matrix, where they belong. Of each scan: its owner's name,
+def place_frames(obj, matrix, scans):
+    """Notes with the object that stands for frames, at that matrix, where they belong. Of each scan: its owner,
     its report, the pose it had and the one found. Frames that have no place stay where they were.
     """
-    own = [(scan, here, there) for owner, scan, here, there in scans if owner == name]
+    own = [(scan, here, there) for owner, scan, here, there in scans if owner == obj]
     if any(scan.state == "placed" for scan, _, _ in own):
         poses = [there if scan.state == "placed" else here for scan, here, there in own]
-        recording.put(bpy.data.objects[name], np.array(matrix), poses)
+        recording.put(obj, np.array(matrix), poses)
 
 
 def generation(obj):
@@ -311,9 +310,9 @@ def lines_of(report, owners, frames):
     lines, counted = [], {}
     for scan, owner in zip(report.scans, owners, strict=True):
         if owner not in frames:
-            lines.append((owner, scan.state, float(scan.deviation), advised(scan.reason)))
+            lines.append((owner.name, scan.state, float(scan.deviation), advised(scan.reason)))
             continue
-        key = owner, scan.state, advised(scan.reason)
+        key = owner.name, scan.state, advised(scan.reason)
         count, most = counted.get(key, (0, 0.0))
         counted[key] = count + 1, max(most, float(scan.deviation))
     for (owner, state, reason), (count, most) in counted.items():

@@ -7,7 +7,7 @@ import surfrecon
 from .. import declared, recording
 from ..job import JobOperator
 from ..properties import draw_others, given, option
-from ..running import Refused, gathered
+from ..running import Handle, gathered, still_there
 from ..telling import tell, told
 from ..words import length, number
 from .select_region import apply_region, is_scan
@@ -43,15 +43,13 @@ class SURFRECON_OT_remove_background(JobOperator, bpy.types.Operator):
     def launch(self, context):
         """Gathers the selected scans."""
         objects = [obj for obj in context.selected_objects if is_scan(obj)]
-        self.names = [obj.name for obj in objects]
+        self.scans = [Handle(obj) for obj in objects]
         scans = recording.of_all((yield from gathered(context, objects, recording.scan_or_frames)))
         return surfrecon.Job.dominant_plane(scans, **given(self, PARAMETERS))
 
     def finish(self, context, plane):
         """Removes what lies on the plane and below."""
-        objects = [bpy.data.objects.get(name) for name in self.names]
-        if None in objects:
-            raise Refused("A scan was removed meanwhile: try again")
+        objects = still_there(self.scans)
         removed = apply_region(plane, None, objects, False, context.evaluated_depsgraph_get())
         text = f"The plane has {plane.share:.0%} of the samples, which spread by {length(context, plane.spread)}"
         tell(self, {"INFO"}, f"{text}; {removed:,} samples of {number(len(objects), 'scan', 'scans')} removed")

@@ -7,7 +7,7 @@ from bpy.props import FloatProperty, IntProperty
 
 from .. import convert, pruning, scan_objects, usable
 from ..job import JobOperator
-from ..running import Refused, Task
+from ..running import Handle, Refused, Task, still_there
 from ..telling import tell, told
 
 REPORT = "surfrecon_clean"
@@ -51,7 +51,7 @@ class SURFRECON_OT_clean(JobOperator, bpy.types.Operator):
     def launch(self, context):
         """Gathers the samples of all scans, so that either all are cleaned or none."""
         scans = [obj for obj in context.selected_objects if scan_objects.is_range_image(obj)]
-        self.names = [obj.name for obj in scans]
+        self.scans = [Handle(obj) for obj in scans]
         samples = [self.samples(obj) for obj in scans]
         limits = (self.smallest, self.confidence)
 
@@ -80,10 +80,10 @@ class SURFRECON_OT_clean(JobOperator, bpy.types.Operator):
 
     def finish(self, context, kept):
         """Removes what isn't kept."""
-        scans = [bpy.data.objects.get(name) for name in self.names]
-        for name, obj, (keep, _) in zip(self.names, scans, kept, strict=True):
-            if obj is None or len(obj.data.vertices) != len(keep):
-                raise Refused(f'"{name}" was changed meanwhile: try again')
+        scans = still_there(self.scans)
+        for obj, (keep, _) in zip(scans, kept, strict=True):
+            if len(obj.data.vertices) != len(keep):
+                raise Refused(f'"{obj.name}" was changed meanwhile: try again')
         for obj, (keep, figures) in zip(scans, kept, strict=True):
             if not keep.all():
                 pruning.keep_vertices(obj.data, keep)

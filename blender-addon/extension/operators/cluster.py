@@ -10,7 +10,7 @@ import surfrecon
 from bpy.props import BoolProperty, CollectionProperty, EnumProperty, IntProperty, PointerProperty
 from mathutils import Matrix
 
-from .. import convert, declared, scan_objects, usable
+from .. import convert, declared, presets, scan_objects, usable
 from ..job import JobOperator
 from ..kept import Kept, fingerprint
 from ..preview import coarse
@@ -90,6 +90,7 @@ class SURFRECON_OT_remesh(JobOperator, bpy.types.Operator):
 
     def launch(self, context):
         """Gathers the surface, or the points of what has no faces."""
+        presets.tell_news(self, "surfrecon.remesh")
         obj = usable.active(context)
         mesh, matrix = self.input = dense(obj, context.evaluated_depsgraph_get())
         self.source, self.pose = Handle(obj), Matrix(matrix)

@@ -10,7 +10,7 @@ from ..chosen import Chosen
 from ..false_colours import FIGURES, show, show_materials, store_distances
 from ..job import JobOperator
 from ..measured import distances_of
-from ..running import Known, Refused, gathered
+from ..running import Handle, Known, Refused, gathered, still_there
 from ..sources import sources_of, what_is_gone
 from ..telling import tell, told
 from ..words import length
@@ -56,13 +56,13 @@ class SURFRECON_OT_error_map(JobOperator, bpy.types.Operator):
                 tell(self, {"WARNING"}, f"{gone}: it is measured against the others")
             # Distances that the merge measured are at hand.
             if references and not gone and (known := distances_of(measured)) is not None:
-                self.measured = measured.name
+                self.measured = Handle(measured)
                 return Known(known)
         if not references:
             if gone := what_is_gone(measured):
                 raise Refused(f"{gone}: select what it is to be compared with as well")
             raise Refused(f'Select the scans that "{measured.name}" is to be compared with as well')
-        self.measured = measured.name
+        self.measured = Handle(measured)
         (points,) = yield from gathered(context, [measured], self.points_of)
         scans = yield from gathered(context, references, recording.scan_or_frames)
         return surfrecon.Job.distances(points, recording.of_all(scans))
@@ -80,9 +80,9 @@ class SURFRECON_OT_error_map(JobOperator, bpy.types.Operator):
 
     def finish(self, context, distances):
         """Stores the distances and shows them."""
-        measured = bpy.data.objects.get(self.measured)
-        if measured is None or len(measured.data.vertices) != len(distances):
-            raise Refused(f'"{self.measured}" was changed meanwhile: try again')
+        (measured,) = still_there([self.measured])
+        if len(measured.data.vertices) != len(distances):
+            raise Refused(f'"{measured.name}" was changed meanwhile: try again')
         limit = self.limit or scale_of(distances)
         map_onto(measured, distances, limit)
         show_materials(context)

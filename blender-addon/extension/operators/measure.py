@@ -9,7 +9,7 @@ from .. import convert, recording, surfaces, usable
 from ..chosen import Chosen
 from ..false_colours import show, store_distances
 from ..job import JobOperator
-from ..running import Refused
+from ..running import Handle, Refused, still_there
 from ..sources import sources_of, what_is_gone
 from ..telling import tell, told
 from ..words import length
@@ -62,7 +62,7 @@ class SURFRECON_OT_measure(JobOperator, bpy.types.Operator):
         if active.data.library is not None and self.show_error:
             raise Refused(f'"{active.name}" is linked from another file, which is left as it is: turn off Show error')
         depsgraph = context.evaluated_depsgraph_get()
-        self.measured, self.against = active.name, ", ".join(obj.name for obj in others)
+        self.measured, self.against = Handle(active), ", ".join(obj.name for obj in others)
         self.surface = surfaces.surface_of([active], depsgraph)
         self.reference = surfaces.surface_of(others, depsgraph)
         self.found = None
@@ -75,9 +75,7 @@ class SURFRECON_OT_measure(JobOperator, bpy.types.Operator):
             return surfrecon.Job.surface_distance(self.reference, self.surface)
         there, back = (result, None) if self.found is None else (self.found, result)
         self.surface = self.reference = self.found = None
-        active = bpy.data.objects.get(self.measured)
-        if active is None:
-            raise Refused(f'"{self.measured}" was removed meanwhile: try again')
+        (active,) = still_there([self.measured])
         figures = {name: there[name] for name in FIGURES} | {"against": self.against}
         if back is not None:
             figures |= {f"back_{name}": back[name] for name in FIGURES}
@@ -88,8 +86,8 @@ class SURFRECON_OT_measure(JobOperator, bpy.types.Operator):
             show(active, round_up(there["p95"]))
         elif self.show_error:
             text = "is measured with its modifiers, which make other vertices: apply them to see the error in colours"
-            tell(self, {"WARNING"}, f'"{self.measured}" {text}')
+            tell(self, {"WARNING"}, f'"{active.name}" {text}')
         active[REPORT] = convert.plain(figures)
         bound = length(context, there["bound"])
-        tell(self, {"INFO"}, f'No point of "{self.measured}" is farther than {bound} from {self.against}{self.said}')
+        tell(self, {"INFO"}, f'No point of "{active.name}" is farther than {bound} from {self.against}{self.said}')
         return None

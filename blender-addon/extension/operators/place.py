@@ -12,7 +12,7 @@ from mathutils import Matrix
 from .. import false_colours, recording, regions, reports, scaling, scan_objects, usable
 from ..job import JobOperator, refuse_no_numbers
 from ..preferences import preference
-from ..running import Handle, Known, Refused, gathered
+from ..running import Handle, Known, Refused, gathered, still_there
 from ..sources import all_sources_of
 from ..telling import in_object_mode, tell, told
 from ..words import length, number, sentence
@@ -180,10 +180,7 @@ class SURFRECON_OT_ground(JobOperator, bpy.types.Operator):
     def finish(self, context, plane):
         """Moves everything alike."""
         matrix = Matrix(surfrecon.ground(plane).matrix.tolist())
-        roots = [root.get() for root in self.roots]
-        if None in roots:
-            raise Refused(f'"{self.roots[roots.index(None)].name}" was removed meanwhile: try again')
-        for root in roots:
+        for root in still_there(self.roots):
             root.matrix_world = matrix @ root.matrix_world
         text = "The plane is the ground now"
         if plane.share is not None:

@@ -107,6 +107,13 @@ class SURFRECON_OT_select_region(InRegion, bpy.types.Operator):
         ),
     )
 
+    def execute(self, context):
+        """Keeps or removes, and tells the names."""
+        tell(
+            self, {"WARNING"}, "surfrecon.select_region is called surfrecon.keep_inside and surfrecon.remove_inside now"
+        )
+        return super().execute(context)
+
 
 def is_scan(obj):
     """Whether samples of it can be selected."""
