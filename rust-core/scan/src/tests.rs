@@ -4,7 +4,7 @@ use super::shapes::Shape;
 use super::*;
 use base::error::Error;
 use base::progress::Progress;
-use geom::bvh::{Bvh, Ray};
+use geom::bvh::Bvh;
 use image::range_image::{DepthKind, Projection, RangeImage};
 use mesh::TriMesh;
 
