@@ -358,14 +358,14 @@ fn picked(views: &[View], inside: &Inside, a: usize, b: usize, bound: &Bound, li
     };
     let has_normals = picks.iter().filter(|pick| pick.normals.is_some()).count();
     if picks.len() >= 3 || (picks.len() == 2 && has_normals == 2) {
-        let mut horn = RigidFit::new();
+        let mut fit = RigidFit::new();
         for pick in &picks {
-            horn.point(pick.points[1], pick.points[0], pick.weight);
+            fit.point(pick.points[1], pick.points[0], pick.weight);
             if let Some(normals) = pick.normals {
-                horn.direction(normals[1], normals[0], pick.weight * (4.0 * cell) * (4.0 * cell));
+                fit.direction(normals[1], normals[0], pick.weight * (4.0 * cell) * (4.0 * cell));
             }
         }
-        if let Some(start) = horn.solve() {
+        if let Some(start) = fit.solve() {
             if off(&start) > PICKED * cell {
                 return Pair { a, b, modes: Vec::new(), finding: Finding::Nothing, beyond: None };
             }

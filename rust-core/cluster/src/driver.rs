@@ -29,11 +29,19 @@ const BYTES_A_VERTEX: f64 = 105.0;
 /// Three points for every two triangles, with their terms and the places of the net nearest to them.
 const BYTES_FITTED: f64 = 320.0;
 
-/// Stages with their shares of the time: of a mesh ...
-const PLAN: Plan = &[("clustering", 1.0)];
-/// ... and of points, which become a mesh first.
-const POINTS_PLAN: Plan =
-    &[reconstruct::PLAN[0], reconstruct::PLAN[1], reconstruct::PLAN[2], reconstruct::PLAN[3], ("clustering", 0.5)];
+base::stages! {
+    /// Stages with their shares of the time: of a mesh ...
+    PLAN:
+    CLUSTERING = "clustering", 1.0;
+}
+/// ... and of points, which become a mesh first, by the stages of another operation.
+const POINTS_PLAN: Plan = &[
+    reconstruct::PLAN[0],
+    reconstruct::PLAN[1],
+    reconstruct::PLAN[2],
+    reconstruct::PLAN[3],
+    (PLAN[CLUSTERING].0, 0.5),
+];
 /// Steps that splitting and mending take of a level's progress, besides those that the parameters bound.
 const OTHER_STEPS: u64 = 130;
 /// Rounds for a largest error that are taken as its progress.
@@ -90,7 +98,7 @@ pub fn levels(
     Crs::lengths(mesh.crs.as_ref())?;
     progress.plan(PLAN);
     let pool = base::threads::pool(params.threads)?;
-    progress.run(&pool, || chain(mesh, resolutions, params, 0, progress))
+    progress.run(&pool, || chain(mesh, resolutions, params, CLUSTERING, progress))
 }
 
 /// Clusters points at one resolution: the surface through them, as [`reconstruct::run`] finds it, is clustered.
