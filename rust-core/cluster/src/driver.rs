@@ -358,6 +358,10 @@ impl<'a> Job<'a> {
             mend::release(surface, &mut net, progress)?;
             features::keep(surface, &mut net, progress)?;
         }
+        // Of open surfaces, as scans are. A closed one keeps its even triangles at rims, too.
+        if steps > 0 && !to_the_least && surface.has_border() {
+            polish::rims(surface, &mut net, progress)?;
+        }
         net.let_go();
         progress.lap("relax");
         let rounds = self.params.fitting as usize;
