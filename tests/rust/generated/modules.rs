@@ -73,7 +73,8 @@ fn table(folder: &str) -> String {
         let source = std::fs::read_to_string(root().join(folder).join(name).with_extension("rs")).expect("a file");
         let lines = source.lines().map_while(|line| line.strip_prefix("//! "));
         let words = lines.collect::<Vec<_>>().join(" ");
-        let sentence = words.split(". ").next().unwrap_or_default().trim_end_matches('.');
+        // Or the title of a chapter of the header.
+        let sentence = words.split(". ").next().unwrap_or_default().trim_start_matches("# ").trim_end_matches('.');
         assert!(!sentence.is_empty(), "{folder}/{name}.rs does not begin with a comment that says what is in it");
         // Links would lead to what is not public.
         let plain = sentence.replace("[`", "`").replace("`]", "`").replace('|', "\\|");

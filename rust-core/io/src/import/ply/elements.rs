@@ -19,7 +19,7 @@ pub(super) fn vertex_plan(header: &Header) -> Parsed<(&Element, Plan)> {
 
 /// The cells of a range grid.
 pub(super) enum Cells {
-    /// Of each the vertex, or [`NO_VERTEX`].
+    /// Of each the vertex, or [`NO_VERTEX`](super::source::NO_VERTEX).
     Vertices(Vec<u32>),
     /// Of each the point, or NaN: where vertices have nothing else, this saves a list of the grid's size.
     Points(Vec<[f32; 3]>),
