@@ -11,7 +11,7 @@ from .imported import of_scans
 from .operators.align import REPORT as ALIGNED
 from .operators.clean import REPORT as CLEANED
 from .operators.cluster import REPORT as CLUSTERED
-from .operators.measure import FIGURES
+from .operators.measure import BACK
 from .operators.measure import REPORT as MEASURED
 from .operators.merge import IN_FILES, REPORT
 from .operators.quads import REPORT as GRIDDED
@@ -36,6 +36,15 @@ class Told:
         self.context = context
         self.figures = figures
         self.named = set()
+
+    def label(self, name):
+        """The name of a figure for people."""
+        self.named.add(name)
+        return self.rows[name].label
+
+    def value(self, name):
+        """A figure as people read it."""
+        return self.text(self.rows[name], self.figures[name])
 
     def others(self, newer=False):
         """Those that no line names: all, or those that came after the lines were chosen."""
@@ -96,7 +105,7 @@ def reconstruct_lines(context, figures):
     yield from told("tetrahedra")
     # The seconds of a surface include those of its stages.
     seconds = figures["seconds"]
-    yield "Time", f"{seconds['sort'] + seconds['tetrahedralize'] + seconds['surface']:.2f} s"
+    yield told.label("seconds"), f"{seconds['sort'] + seconds['tetrahedralize'] + seconds['surface']:.2f} s"
     yield from told.others(newer=True)
 
 
@@ -120,14 +129,15 @@ MOVE = "Move what is not placed to about where it belongs, and align again with 
 def align_lines(context, figures):
     """The figures of an alignment as (name, value) texts, and what it says in sentences."""
     figures = figures.to_dict()
+    told = Told("align", context, figures)
     names, states, reasons = (figures[each].split("\n") for each in ("names", "states", "reasons"))
     # Reports of files saved before count the names.
     of = figures.get("of", len(names))
     yield "Scans placed", of_scans(figures["placed"], of)
     if figures["groups"] > 1:
-        yield "Groups", f"{figures['groups']}"
+        yield told.label("groups"), f"{figures['groups']}"
     if "residual" in figures:
-        yield "Scans disagree by", length(context, figures["residual"])
+        yield "Scans disagree by", told.value("residual")
     # Scans without a place come first, with each reason once. Placed scans come last.
     scans = sorted(
         zip(reasons, names, states, figures["deviations"], strict=True), key=lambda scan: (not scan[0], scan[0])
@@ -146,6 +156,7 @@ def align_lines(context, figures):
         yield sentence(message), None
     if figures["placed"] < of:
         yield word(MOVE), None
+    yield from told.others(newer=True)
     yield from placed
 
 
@@ -173,31 +184,33 @@ def merge_lines(context, report):
         yield f"The scans lie {apart} apart where they overlap: align them first", None
     yield from told(*(name for name in ("noise", "noise_across", "noise_step") if report.get(name)))
     if report.get("noise_correlation", 1) > 1:
-        yield "Shared over", f"{report['noise_correlation']:.0f} px"
+        yield told.label("noise_correlation"), f"{report['noise_correlation']:.0f} px"
     if "rms_error" in report:
         yield "RMS error", length(context, report["rms_error"])
         yield "Largest error", length(context, report["max_error"])
     yield from told("holes", "max_hole_length", "dropped_components", "shortest_edge")
     if gains := list(report.get("colour_gains", ())):
-        yield "Exposures matched by", f"{min(gains):.2f} {word('to')} {max(gains):.2f}"
+        yield told.label("colour_gains"), f"{min(gains):.2f} {word('to')} {max(gains):.2f}"
     if report.get("in_files"):
         yield IN_FILES[0].upper() + IN_FILES[1:], None
     if "renewed" in report:
         yield "Done anew", word("{} of {} blocks").format(*report["renewed"])
     if report.get("seen_through"):
-        yield "Dropped as seen through", f"{report['seen_through']:,} {word('edges')}"
+        yield told.label("seen_through"), f"{told.value('seen_through')} {word('edges')}"
     yield "Case a, b, c", ", ".join(f"{100 * n / total:.1f}" for n in faces) + " %"
     yield from told("seconds", "working_bytes")
     yield from told.others(newer=True)
 
 
 def cluster_lines(context, figures):
-    """The figures of a clustered surface as (name, value) texts."""
+    """The figures of a remeshed surface as (name, value) texts."""
     figures = figures.to_dict()
     told = Told("cluster", context, figures)
     yield from told("vertices", "triangles")
-    yield "Mean smallest angle", f"{math.degrees(figures['mean_smallest_angle']):.1f}°"
-    yield "Smallest angle", f"{math.degrees(figures['smallest_angle']):.1f}°"
+    # Files saved by earlier versions have the angles of the result beside its other figures.
+    shapes = figures.get("after", figures)
+    yield "Mean smallest angle", f"{math.degrees(shapes['mean_smallest_angle']):.1f}°"
+    yield "Smallest angle", f"{math.degrees(shapes['smallest_angle']):.1f}°"
     yield from told("max_error")
     if figures["kept_input"]:
         yield "Result", word("the input: nothing coarser found that near")
@@ -209,15 +222,18 @@ def cluster_lines(context, figures):
 def measure_lines(context, figures):
     """The figures of a measured distance as (name, value) texts."""
     figures = figures.to_dict()
+    told = Told("distance", context, figures)
     yield "Against", figures["against"]
+    # As in the legend of the error map.
     for name, text in (("mean", "Mean"), ("rms", "RMS"), ("p95", "95 % below")):
-        yield text, length(context, figures[name])
-    yield "Nowhere more than", length(context, figures["bound"])
-    yield "Largest found", length(context, figures["reached"])
+        yield text, told.value(name)
+    yield "Nowhere more than", told.value("bound")
+    yield "Largest found", told.value("reached")
     if "hausdorff" in figures:
         yield "From there: RMS", length(context, figures["back_rms"])
         yield "Nowhere more than", length(context, figures["back_bound"])
         yield "Either way at most", length(context, figures["hausdorff"])
+    yield from told.others(newer=True)
 
 
 def clean_lines(context, figures):
@@ -250,8 +266,10 @@ def lines_of_all(operation):
     return lines
 
 
-# Operations that declare the figures of a custom property, and lengths among those that are put together here.
+# Reports of the library that a custom property holds, by the operation that declares them.
 DECLARED = {
+    ALIGNED: "align",
+    MEASURED: "distance",
     REPORT: "merge",
     SCULPTED: "sculpt",
     GRIDDED: "quads",
@@ -261,13 +279,22 @@ DECLARED = {
 OTHERS = {name: of for name, of in REPORTS.items() if name not in LINES and of not in DECLARED.values()}
 DECLARED |= OTHERS
 LINES |= {name: lines_of_all(operation) for name, operation in OTHERS.items()}
-LENGTHS = {
-    ALIGNED: {"residual", "deviations"},
+# Lengths that operators add to these figures.
+ADDED_LENGTHS = {
+    ALIGNED: {"deviations"},
     REPORT: {"rms_error", "max_error"},
-    SCULPTED: {"rms_error", "max_error"},
     GRIDDED: {"max_residual", "rms_residual"},
-    MEASURED: {"hausdorff", *FIGURES, *(f"back_{name}" for name in FIGURES)},
+    MEASURED: {"hausdorff"},
 }
+
+
+def lengths_of(name):
+    """The figures of a custom property that are lengths. Those of the way back have a name of their own."""
+    declared = (
+        {row.name for row in surfrecon.figures(DECLARED[name]) if row.kind == "length"} if name in DECLARED else set()
+    )
+    back = {f"{BACK}{one}" for one in declared} if name == MEASURED else set()
+    return declared | back | ADDED_LENGTHS.get(name, set())
 
 
 def grow(obj, scale):
@@ -277,8 +304,6 @@ def grow(obj, scale):
         if not hasattr(figures, "to_dict"):
             # Custom properties can be changed by anyone.
             continue
-        declared = surfrecon.figures(DECLARED[name]) if name in DECLARED else ()
-        lengths = {row.name for row in declared if row.kind == "length"} | LENGTHS.get(name, set())
-        for key in lengths & set(figures.keys()):
+        for key in lengths_of(name) & set(figures.keys()):
             value = figures[key]
             figures[key] = value * scale if isinstance(value, int | float) else [one * scale for one in value]

@@ -32,7 +32,7 @@ def test_as_many_vertices_as_asked_for_with_the_same_topology(dense):
     check = surface(made).check()
     assert check["is_manifold"] and check["genus"] == 1 and check["components"] == 1
     assert np.abs(torus_distance(surface(made).positions)).max() < 0.02
-    assert np.degrees(made["surfrecon_cluster"]["smallest_angle"]) > 30
+    assert np.degrees(made["surfrecon_cluster"]["after"]["smallest_angle"]) > 30
     assert not made.data.validate()
     assert len(dense.data.vertices) == len(torus().positions)
 
@@ -141,3 +141,11 @@ def test_the_operator_has_the_library_s_options(extension):
     assert operator.bl_options == {"REGISTER", "UNDO", "PRESET"}
     names = {p.name for p in surfrecon.parameters("cluster")}
     assert names <= set(bpy.ops.surfrecon.remesh.get_rna_type().properties.keys())
+
+
+def test_results_are_called_after_the_operator(dense):
+    bpy.ops.surfrecon.remesh(vertices=300)
+    assert bpy.context.object.name == f"{dense.name} remeshed" == bpy.context.object.data.name
+    bpy.context.view_layer.objects.active = dense
+    bpy.ops.surfrecon.remesh(vertices=300, levels=2, separate=True)
+    assert [obj.name for obj in bpy.context.selected_objects] == [f"{dense.name} remeshed {k}" for k in range(2)]

@@ -100,3 +100,14 @@ def test_its_results_know_their_sources_and_levels(opened):
     levels = opened["Levels"]
     levels.surfrecon_level = 1
     assert len(levels.data.vertices) == 25
+
+
+def test_its_reports_are_shown(opened, extension):
+    for name, labels in {
+        "Merged": {"Scans", "Voxel", "Triangles", "RMS error", "Time"},
+        "Levels": {"Vertices", "Triangles", "Mean smallest angle", "Smallest angle"},
+    }.items():
+        obj = opened[name]
+        for key in extension.reports.LINES.keys() & set(obj.keys()):
+            lines = dict(extension.reports.LINES[key](bpy.context, obj[key]))
+            assert labels <= set(lines), (name, lines)

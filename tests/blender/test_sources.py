@@ -174,6 +174,39 @@ def test_hidden_sources_are_hidden_from_renders_and_one_switch_shows_them(scans,
     assert not scans[1].hide_render
 
 
+def covered(folder):
+    """The share of a rendered picture that shows something, seen from above."""
+    scene = bpy.context.scene
+    if scene.camera is None:
+        scene.camera = bpy.data.objects.new("above", bpy.data.cameras.new("above"))
+        scene.collection.objects.link(scene.camera)
+        scene.camera.location.z = 6
+    scene.render.engine, scene.cycles.samples, scene.render.film_transparent = "CYCLES", 1, True
+    scene.render.resolution_x = scene.render.resolution_y = 24
+    scene.render.image_settings.file_format, scene.render.image_settings.color_mode = "PNG", "RGBA"
+    scene.render.filepath = str(folder / "picture.png")
+    bpy.ops.render.render(write_still=True)
+    picture = bpy.data.images.load(scene.render.filepath)
+    pixels = np.empty(4 * 24 * 24, np.float32)
+    picture.pixels.foreach_get(pixels)
+    bpy.data.images.remove(picture)
+    return float(np.mean(pixels[3::4] > 0.5))
+
+
+def test_a_rendered_picture_has_no_hidden_source(scans, wished, tmp_path):
+    before = covered(tmp_path)
+    bpy.ops.surfrecon.merge(voxel=VOXEL)
+    merged = bpy.context.object
+    merged.hide_render = True
+    assert before > 0.1 and covered(tmp_path) == 0
+    # One switch shows them again.
+    assert bpy.ops.surfrecon.show_sources() == {"FINISHED"}
+    assert covered(tmp_path) == before
+    bpy.ops.surfrecon.show_sources()
+    merged.hide_render = False
+    assert covered(tmp_path) > 0.1
+
+
 def test_cameras_of_frames_are_hidden_with_them_but_for_that_of_the_scene(tmp_path, wished):
     load(write_transforms(tmp_path / "ring", 4), frames=4)
     bpy.ops.surfrecon.merge(voxel=VOXEL)

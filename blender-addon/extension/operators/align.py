@@ -321,14 +321,16 @@ def lines_of(report, owners, frames):
 
 
 def figures_of(lines, report):
-    """The figures that the sidebar shows."""
+    """The figures that the sidebar shows: all of the report, but for those of its scans and pairs. Scans have a line
+    each, and a heap of a thousand scans has half a million pairs.
+    """
+    whole = {row.name: report[row.name] for row in surfrecon.figures("align") if row.kind != "report"}
     names, states, deviations, reasons = ([*column] for column in zip(*lines, strict=True))
     return convert.plain(
-        {
-            "placed": report.placed,
+        whole
+        | {
             "of": len(report.scans),
             "groups": len(report.groups),
-            "residual": report.residual,
             "names": names,
             "states": states,
             "deviations": deviations,

@@ -137,21 +137,21 @@ class SURFRECON_OT_remesh(JobOperator, bpy.types.Operator):
         source, surface, depsgraph = self.source.get(), self.source.name, context.evaluated_depsgraph_get()
         meshes = []
         for number, level in enumerate(chain):
-            name = f"{surface} clustered" + (f" {number}" if len(chain) > 1 else "")
+            name = f"{surface} remeshed" + (f" {number}" if len(chain) > 1 else "")
             mesh = convert.mesh_from_result(name, level.mesh)
             meshes.append(mesh)
         one = not self.separate or len(chain) == 1
         made = []
         for mesh, level in zip(meshes[:1] if one else meshes, chain, strict=False):
-            obj = bpy.data.objects.new(f"{surface} clustered" if one else mesh.name, mesh)
+            obj = bpy.data.objects.new(f"{surface} remeshed" if one else mesh.name, mesh)
             obj.matrix_world = self.pose
-            obj[REPORT] = convert.plain(figures(level))
+            obj[REPORT] = convert.plain(level.report)
             note(obj, [source], [surface])
             link(context, obj)
             made.append(obj)
         if one and len(chain) > 1:
             for mesh, level in zip(meshes, chain, strict=True):
-                mesh[REPORT] = convert.plain(figures(level))
+                mesh[REPORT] = convert.plain(level.report)
                 made[0].surfrecon_levels.add().mesh = mesh
                 made[0].data = mesh
                 dress(made[0], [source], depsgraph)
@@ -211,22 +211,6 @@ def content(mesh):
     if isinstance(mesh, surfrecon.Mesh):
         return fingerprint(mesh.positions, mesh.triangles, *mesh.vertex_attributes.values())
     return fingerprint(mesh)
-
-
-def figures(level):
-    """The figures of a level in the sidebar."""
-    report = level.report
-    after = report["after"]
-    return {
-        "vertices": report["vertices"],
-        "triangles": report["triangles"],
-        "patches": report["patches"],
-        "mean_smallest_angle": after["mean_smallest_angle"],
-        "smallest_angle": after["smallest_angle"],
-        "max_error": report["max_error"],
-        "kept_input": report["kept_input"],
-        "cut_edges": report["cut_edges"],
-    }
 
 
 def show_level(obj, context):

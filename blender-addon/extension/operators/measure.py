@@ -16,7 +16,8 @@ from ..words import length
 from .error_map import round_up
 
 REPORT = "surfrecon_measure"
-FIGURES = ("mean", "rms", "p95", "max", "bias", "reached", "bound")
+# Begins the names of figures that were measured the other way.
+BACK = "back_"
 
 
 class SURFRECON_OT_measure(JobOperator, bpy.types.Operator):
@@ -76,9 +77,10 @@ class SURFRECON_OT_measure(JobOperator, bpy.types.Operator):
         there, back = (result, None) if self.found is None else (self.found, result)
         self.surface = self.reference = self.found = None
         (active,) = still_there([self.measured])
-        figures = {name: there[name] for name in FIGURES} | {"against": self.against}
+        names = [row.name for row in surfrecon.figures("distance")]
+        figures = {name: there[name] for name in names} | {"against": self.against}
         if back is not None:
-            figures |= {f"back_{name}": back[name] for name in FIGURES}
+            figures |= {f"{BACK}{name}": back[name] for name in names}
             figures["hausdorff"] = max(there["bound"], back["bound"])
         distances = there["distances"]
         if self.show_error and len(distances) == len(active.data.vertices):

@@ -220,6 +220,15 @@ pub(super) struct Job<'a> {
     pub(super) params: &'a ClusterParams,
 }
 
+/// The fate of nodes beside thin rims.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Rims {
+    /// They slide onto the rims.
+    Drawn,
+    /// They stay: a largest error finds places that are off by itself, in round after round.
+    AsTheyCome,
+}
+
 /// Patches that are disks, and the polygons around them.
 pub(super) struct Disks {
     labels: Vec<u32>,
@@ -257,7 +266,7 @@ impl<'a> Job<'a> {
             disks = self.with_nodes(&coarser, kmeans, disks, patches, wanted, progress)?;
         }
         progress.lap("patches");
-        match self.make(disks, nodes, self.params.relaxation, progress)? {
+        match self.make(disks, nodes, self.params.relaxation, Rims::Drawn, progress)? {
             Some(made) => Ok(made.into_result(None)),
             None => self.input_itself(false, progress),
         }
@@ -332,6 +341,7 @@ impl<'a> Job<'a> {
         disks: Disks,
         nodes: Option<usize>,
         relaxation: u32,
+        rims: Rims,
         progress: &Progress<'_>,
     ) -> Result<Option<Made>> {
         let surface = &self.surface;
@@ -365,6 +375,10 @@ impl<'a> Job<'a> {
             mend::mend(surface, &mut net, nodes, progress)?;
             mend::release(surface, &mut net, progress)?;
             features::keep(surface, &mut net, progress)?;
+        }
+        // Of open surfaces, as scans are. A closed one keeps its even triangles at rims, too.
+        if rims == Rims::Drawn && steps > 0 && !to_the_least && surface.has_border() {
+            polish::rims(surface, &mut net, progress)?;
         }
         net.let_go();
         progress.lap("relax");
