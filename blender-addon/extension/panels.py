@@ -15,13 +15,16 @@ from .sources import what_is_gone
 from .summary import SURFACES, folded, in_short
 from .telling import told
 from .translations import NAMES, OPERATORS, word
-from .words import fits, length, number, wrapped
+from .words import fits, length, letters, number, wrapped
 
 ALIGN = ("surfrecon.align", "SNAP_ON")
 GLB = ("surfrecon.export_glb", "EXPORT")
 
 # The share of the width that labels of figures have.
 LABELS = 0.45
+
+# The share of the width that the text of a bar has.
+BAR = 0.85
 
 
 class ScansPanel:
@@ -49,7 +52,7 @@ def button(column, name, icon, **look):
     row = column.row(align=True)
     if Running.job is not None and Running.title == label_of(name):
         # The stage stands at the top, where there is more room.
-        row.progress(factor=Running.fraction, type="BAR", text=Running.text(with_stage=False))
+        row.progress(factor=Running.fraction, type="BAR", text=Running.text(letters=0))
         row.operator("surfrecon.cancel", text="", icon="CANCEL")
         return
     row.enabled = Running.job is None
@@ -76,7 +79,7 @@ class SURFRECON_PT_running(ScansPanel, bpy.types.Panel):
             row.label(text=Running.title, text_ctxt=OPERATORS)
             row.operator("surfrecon.cancel", text="", icon="CANCEL", emboss=False)
             column = layout.column(align=True)
-            column.progress(factor=Running.fraction, type="BAR", text=Running.text())
+            column.progress(factor=Running.fraction, type="BAR", text=Running.text(BAR * letters(context)))
             button(column, *GLB)
             return
         scans = [obj for obj in context.selected_objects if scan_objects.is_range_image(obj)]

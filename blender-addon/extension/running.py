@@ -2,6 +2,7 @@
 """Jobs: what runs while the window lives. Those of the library (`surfrecon.Job`), and what stands for one here."""
 
 import inspect
+import math
 import threading
 import time
 
@@ -244,15 +245,19 @@ class Running:
         return cls.seconds() * (1 - cls.fraction) / cls.fraction
 
     @classmethod
-    def text(cls, with_stage=True):
-        """Stage, share done and time left, for people."""
+    def text(cls, letters=math.inf):
+        """Stage, share done and time left, for people, in so many letters: a stage that is too long is said in part, or
+        not at all.
+        """
         if cls.stopped is not None:
             return told("stopping")
         if cls.waiting:
             return told("Switch to Object Mode to get the result")
         left = cls.seconds_left()
-        stage = f"{told(cls.stage)} " if with_stage else ""
-        return f"{stage}{cls.fraction:.0%}" + (f", {told(f'{duration(left)} left')}" if left is not None else "")
+        rest = f"{cls.fraction:.0%}" + (f", {told(f'{duration(left)} left')}" if left is not None else "")
+        stages = (cls.stage, cls.stage.split(", ")[0])
+        texts = (f"{told(stage)} {rest}" for stage in stages if stage)
+        return next((text for text in texts if len(text) <= letters), rest)
 
     @classmethod
     def stop(cls):

@@ -1,13 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Translations: a dictionary a language, by Blender's own way. English texts are the keys.
 
-Another language is another entry of `LANGUAGES`. Each has all names, titles and figures, and the tooltips of operators.
-What explains an option stays English. Sentences are in `german`, with `telling` to look them up.
+Another language is another entry of `LANGUAGES`. Each has all names, titles and figures, and all tooltips. Sentences are
+in `german`, with `telling` to look them up.
 """
 # A text a line is easier to translate than one in pieces.
 # ruff: noqa: E501
 
 import bpy
+
+from .german_tips import TIPS
 
 # Blender's own contexts: names of operators, and all else. Blender's words win in its contexts ("Triangles" is its verb), so
 # names and figures have one of ours; tooltips can't.
@@ -105,7 +107,7 @@ GERMAN_TEXTS = {
     "Auto": "Automatisch",
     "Axes": "Achsen",
     "Backfaces": "Rückseiten",
-    "Background curvature": "Krümmung des Hintergrunds",
+    "Background curvature": "Krümmung dahinter",
     "Both ways": "In beide Richtungen",
     "Cameras": "Kameras",
     "Centimetres": "Zentimeter",
@@ -120,8 +122,8 @@ GERMAN_TEXTS = {
     "Control columns": "Kontrollspalten",
     "Control rows": "Kontrollzeilen",
     "Coverage": "Abdeckung",
-    "Curvature limit": "Grenze der Krümmung",
-    "Curvature unit": "Einheit der Krümmung",
+    "Curvature limit": "Krümmungsgrenze",
+    "Curvature unit": "Krümmungseinheit",
     "Depth": "Tiefe",
     "Depth images": "Tiefenbilder",
     "Dropout": "Ausfälle",
@@ -133,14 +135,14 @@ GERMAN_TEXTS = {
     "Factor": "Faktor",
     "Feet": "Fuß",
     "Fitting": "Einpassung",
-    "Frames as objects": "Aufnahmen als Objekte",
+    "Frames as objects": "Höchstens Objekte",
     "Floor": "Sockel",
     "Focal length": "Brennweite",
     "Format": "Format",
     "Free": "Frei",
     "Full scale": "Voller Ausschlag",
     "Gap neighbours": "Nachbarn einer Lücke",
-    "Gap passes": "Durchgänge für Lücken",
+    "Gap passes": "Lückendurchgänge",
     "Global": "Global",
     "Grazing limit": "Grenzwinkel",
     "Height maps": "Höhenkarten",
@@ -163,17 +165,17 @@ GERMAN_TEXTS = {
     "True distance": "Wahrer Abstand",
     "Vertex group": "Eckengruppe",
     "Largest error": "Größter Fehler",
-    "Least confidence": "Geringste Verlässlichkeit",
+    "Least confidence": "Verlässlichkeit ab",
     "Level": "Stufe",
     "Levels": "Stufen",
     "Local": "Lokal",
     "Manifold": "Mannigfaltigkeit",
-    "Match exposure": "Belichtung angleichen",
+    "Match exposure": "Gleich belichten",
     "Max error": "Größter Fehler",
     "Max hole length": "Längster Lochrand",
     "Max range": "Größte Reichweite",
     "Memory limit": "Grenze des Speichers",
-    "Merge distance": "Abstand der Vereinigung",
+    "Merge distance": "Vereinungsabstand",
     "Metres": "Meter",
     "Micrometres": "Mikrometer",
     "Millimetres": "Millimeter",
@@ -197,10 +199,10 @@ GERMAN_TEXTS = {
     "Pose turn": "Fehler der Richtung",
     "Poses": "Posen",
     "Camera axes": "Achsen der Kamera",
-    "Camera to world": "Von der Kamera zur Welt",
-    "World to camera": "Von der Welt zur Kamera",
-    "y down, along z": "y nach unten, entlang z",
-    "y up, along -z": "y nach oben, entlang -z",
+    "Camera to world": "Kamera zur Welt",
+    "World to camera": "Welt zur Kamera",
+    "y down, along z": "y ab, längs z",
+    "y up, along -z": "y auf, längs -z",
     "Quads": "Vierecke",
     "Quantum": "Schrittweite",
     "RMS error": "RMS-Fehler",
@@ -215,7 +217,7 @@ GERMAN_TEXTS = {
     "Automatic": "Automatisch",
     "Rows a tile": "Zeilen je Kachel",
     "Scale": "Skalierung",
-    "Scene units": "Einheiten der Szene",
+    "Scene units": "Wie die Szene",
     "Seed": "Startwert",
     "Selected": "Ausgewählte",
     "Selection": "Auswahl",
@@ -228,7 +230,7 @@ GERMAN_TEXTS = {
     "Show error": "Fehler zeigen",
     "Signed": "Mit Vorzeichen",
     "Simplify borders": "Ränder vereinfachen",
-    "Min overlap (share)": "Kleinste Überlappung (Anteil)",
+    "Min overlap (share)": "Min. Überlappung",
     "No": "Nein",
     "Noisy points": "Verrauschte Punkte",
     "Smallest part": "Kleinster Teil",
@@ -241,7 +243,7 @@ GERMAN_TEXTS = {
     "Terrain RGB": "Terrain RGB",
     "Terrarium": "Terrarium",
     "Turned": "Gedreht",
-    "Turned by equal steps": "Gedreht in gleichen Schritten",
+    "Turned by equal steps": "In gleichen Schritten",
     "Turntable": "Drehteller",
     "Use colour": "Farbe verwenden",
     "Threads": "Threads",
@@ -352,7 +354,8 @@ GERMAN_TEXTS = {
 
 LANGUAGES = {
     "de_DE": {(OPERATORS, text): german for text, german in GERMAN_OPERATORS.items()}
-    | {(context, text): german for context in (TEXTS, NAMES) for text, german in GERMAN_TEXTS.items()},
+    | {(context, text): german for context in (TEXTS, NAMES) for text, german in GERMAN_TEXTS.items()}
+    | {(TEXTS, text): german for text, german in TIPS.items()},
 }
 
 

@@ -5,10 +5,10 @@ use surfrecon::params::{Params as _, Value};
 use surfrecon::reports::Report as _;
 
 use crate::cloud::srf_cloud;
+use crate::given::Fields as _;
 use crate::guard::guard;
 use crate::handle;
 use crate::mesh::srf_mesh;
-use crate::params::Fields as _;
 use crate::params::cluster::srf_cluster_params;
 use crate::progress::{srf_progress, watched};
 use crate::reports::cluster::srf_cluster_report;

@@ -8,11 +8,11 @@ use surfrecon::Progress;
 use surfrecon::import::{self, Camera, Content, ReadOptions, ScanSet};
 
 use crate::cloud::srf_cloud;
+use crate::given::Fields as _;
 use crate::guard::guard;
 use crate::handle::{self, handle};
 use crate::image::srf_image;
 use crate::mesh::srf_mesh;
-use crate::params::Fields as _;
 use crate::params::open::srf_read_options;
 use crate::pose::{self, srf_pose};
 use crate::progress::{srf_progress, watched};

@@ -2,29 +2,55 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | `version` | version of this library |
-//! | `status`, `last_error` | outcome of a call; what a caller asks about it |
-//! | `settings`, `context` | threads, memory and log of the whole library, and of a part of a program |
-//! | `allocator` | source of memory |
-//! | `progress`, `cancel` | watchers of a long call, and switches that cancel it |
-//! | `params` | structs of parameters, written by `make generate`, and how they become the core's |
-//! | `report`, `reports` | how the core's reports become structs of figures, which `make generate` writes |
-//! | `array`, `pose` | arrays and transforms across the border |
-//! | `projection` | how pixels see, by what numbers mean |
-//! | `image`, `frame`, `cloud`, `mesh`, `bounds` | content of scans, and its extent |
-//! | `formats`, `files`, `write`, `align`, `alignment`, `snap`, `merger`, `merge`, `sculpt`, `quads`, `spline`, `reconstruct`, `cluster`, `scan`, `measure` | operations on it |
-//! | `crs`, `provenance` | coordinate reference systems; what files say of where they are from |
-//! | `vertices` | range images as vertices that hosts keep |
-//! | `region`, `select` | parts of scans that are kept or removed; their true size and ground |
-//! | `folder` | files in memory or behind functions of the caller |
-//! | `image_source` | scans whose images the caller makes when they are needed |
-//! | `sources` | scans as merges and alignments take them |
-//! | `fork` | a forked process finds no lock held by a thread it does not have |
-//! | `text` | texts as C wants them |
-//! | `guard` | no panic gets out: every entry runs inside it |
-//! | `handle` | handles are numbers, looked up in a table and never followed |
-//! | `sized` | structs that grow only at the end |
-//! | `pointer` | pointers of the caller, checked and used in one place |
+//! | `align` | Aligning scans whose poses are unknown or rough: one pose each, in one frame |
+//! | `alignment` | The result of an alignment |
+//! | `allocator` | Memory from the system, or from functions of the program's |
+//! | `array` | Arrays across the border: borrowed ones in, views of our own out |
+//! | `bounds` | Extent of content: its amount, where it lies, and its places in single precision |
+//! | `cancel` | Cancelling from another thread, or from a handler of a signal |
+//! | `cloud` | Points without connectivity |
+//! | `cluster` | Clustering a dense mesh, or points, to a coarse mesh of well-shaped triangles |
+//! | `context` | Contexts: parts of one program that share the library, each with settings of its own |
+//! | `crs` | Coordinate reference systems of surveys |
+//! | `files` | Reading files |
+//! | `folder` | Folders in memory |
+//! | `fork` | Forks of the host's program, which the core has to be told of |
+//! | `formats` | The files that can be read |
+//! | `frame` | Frames of depth cameras in memory: depths with the colours and confidences that were recorded beside them, to a range image |
+//! | `given` | Fields of structs of parameters, and what a caller gives in them |
+//! | `guard` | No panic gets out: it would end the host |
+//! | `handle` | Handles: what the caller holds is a number that looks like a pointer and is never followed |
+//! | `image` | Range images |
+//! | `image_source` | Scans whose range images the caller makes when they are needed |
+//! | `last_error` | Outcomes of calls: the text of the last error, and of a status |
+//! | `measure` | Measuring |
+//! | `merge` | Merging registered scans into one surface |
+//! | `merger` | The scans of a merge: added, replaced, removed, and what is kept of them from run to run |
+//! | `mesh` | Meshes |
+//! | `params` | Structs of parameters, a file an operation, and how what is in them becomes the core's parameters |
+//! | `pointer` | Pointers of the caller, checked and used in one place |
+//! | `pose` | Poses across the border |
+//! | `progress` | Progress and cancelling |
+//! | `projection` | Projections by what they mean |
+//! | `provenance` | Provenance: what files say of where they are from |
+//! | `quads` | Quad grids of range images |
+//! | `reconstruct` | Making a surface through scattered points |
+//! | `region` | Boxes, planes and masks that samples are kept or removed by |
+//! | `report` | Structs of figures: how the core's reports become them |
+//! | `reports` | Structs of figures, a file a report |
+//! | `scan` | The virtual range scanner |
+//! | `sculpt` | Sculpting a range image to few triangles within a tolerance |
+//! | `select` | Selections: the parts of scans that are kept or removed, and the size and place that they are given |
+//! | `settings` | Settings of the whole library in this program, which contexts have others beside: worker threads, memory and the log |
+//! | `sized` | Structs that start with their size and grow only at the end, so that programs built against another version of the header still work |
+//! | `snap` | Scans placed by hand: one drawn to the others, and how far it lies off them |
+//! | `sources` | Scans as merges and alignments take them: range images, placed meshes, scans of files, images that the caller makes |
+//! | `spline` | B-spline surfaces through quad grids |
+//! | `status` | The outcome of a call, and what is kept of the last failure |
+//! | `text` | Texts as C wants them |
+//! | `version` | Version of this library |
+//! | `vertices` | Range images as hosts keep them: a mesh of a vertex a valid pixel, whatever its user does with it |
+//! | `write` | Writing files |
 //!
 //! `unsafe` blocks are in `pointer` and `allocator` alone, a function of the system is declared in `fork`. The lint is lifted for the whole
 //! crate because exporting a symbol counts as unsafe too.
@@ -53,6 +79,7 @@ mod folder;
 mod fork;
 mod formats;
 mod frame;
+mod given;
 mod guard;
 mod handle;
 mod image;

@@ -16,33 +16,12 @@ pub mod triangulate;
 pub mod write;
 // end
 
-use bytemuck::Pod;
 use surfrecon::params::{ParamKind, ParamSpec, Params, Value};
 
+use crate::given::{Fields, Given};
 use crate::settings::from_data;
 use crate::sized;
 use crate::status::{Failure, srf_status::SRF_ERR_PARAMETER};
-
-/// Sort of a field of a struct.
-#[derive(Clone, Copy)]
-pub enum Given {
-    /// Nothing yet: 0.
-    Reserved(u32),
-    /// Worker threads: 0 for those of the whole library.
-    Threads(u32),
-    /// A length, an angle, a ratio, or a count whose 0 is a number like others. SRF_FROM_DATA for none, NaN where any number is one.
-    Double(f64),
-    /// A count, 0 for none where that is none. Also a flag, or the place of a choice, counted from 1.
-    Whole(u64),
-}
-
-/// A struct of parameters.
-pub trait Fields: Pod {
-    fn defaults() -> Self;
-
-    /// Names of parameters and what the struct holds of each.
-    fn given(&self) -> Vec<(&'static str, Given)>;
-}
 
 /// The caller's struct as the core's parameters. The defaults if it is NULL.
 pub fn read<P: Params + Default, F: Fields>(name: &str, given: *const F) -> Result<P, Failure> {

@@ -16,7 +16,7 @@ use crate::arrays;
 use crate::constraints::constraints;
 use crate::errors::{input_error, to_python};
 use crate::memory_folder::Place;
-use crate::params::{params, params_only};
+use crate::params::{no_others, params, params_only};
 use crate::progress::Watch;
 use crate::ready::{ReadCall, Ready};
 use crate::report;
@@ -216,14 +216,17 @@ impl Alignment {
     ///     FormatError, FileError: the scan can't be read again.
     ///     TypeError: points that aren't real numbers.
     ///     Cancelled: ``progress`` returned ``False``.
-    #[pyo3(signature = (scan, points = None, *, progress = None))]
+    #[pyo3(signature = (scan, points = None, *, progress = None, **others),
+        text_signature = "($self, scan, points=None, *, progress=None)")]
     fn misfit<'py>(
         &self,
         py: Python<'py>,
         scan: &Bound<'py, PyAny>,
         points: Option<&Bound<'py, PyAny>>,
         progress: Option<Py<PyAny>>,
+        others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Bound<'py, PyAny>> {
+        no_others("Alignment.misfit", others)?;
         self.ready.misfit(py, scan, &self.found.world_from_scan, points, progress)
     }
 
@@ -443,7 +446,8 @@ impl Aligner {
     ///     FormatError, FileError: the scan can't be read again.
     ///     TypeError: points that aren't real numbers.
     ///     Cancelled: ``progress`` returned ``False``.
-    #[pyo3(signature = (scan, poses = None, points = None, *, progress = None))]
+    #[pyo3(signature = (scan, poses = None, points = None, *, progress = None, **others),
+        text_signature = "($self, scan, poses=None, points=None, *, progress=None)")]
     fn misfit<'py>(
         &self,
         py: Python<'py>,
@@ -451,7 +455,9 @@ impl Aligner {
         poses: Option<&Bound<'py, PyAny>>,
         points: Option<&Bound<'py, PyAny>>,
         progress: Option<Py<PyAny>>,
+        others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Bound<'py, PyAny>> {
+        no_others("Aligner.misfit", others)?;
         let poses = self.ready.poses(poses)?;
         self.ready.misfit(py, scan, &poses, points, progress)
     }

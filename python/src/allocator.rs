@@ -2,7 +2,9 @@
 //!
 //! Python and NumPy keep allocators of their own. The content of NumPy arrays made here is a vector of Rust and counts.
 
+use crate::params::no_others;
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use surfrecon::memory;
 use surfrecon_allocator::Account;
 
@@ -31,13 +33,14 @@ pub fn memory_in_use() -> usize {
 /// Args:
 ///     restart: count anew from what is held now.
 #[pyfunction]
-#[pyo3(signature = (*, restart = false))]
-pub fn memory_peak(restart: bool) -> usize {
+#[pyo3(signature = (*, restart = false, **others), text_signature = "(*, restart=False)")]
+pub fn memory_peak(restart: bool, others: Option<&Bound<'_, PyDict>>) -> PyResult<usize> {
+    no_others("memory_peak", others)?;
     let most = memory::peak();
     if restart {
         memory::restart_peak();
     }
-    most
+    Ok(most)
 }
 
 /// Bytes that the last call was estimated to take before it began. 0 where nothing was worth an estimate.

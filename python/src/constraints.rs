@@ -2,10 +2,12 @@
 
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use surfrecon::align::{Axis, Constraints, Pick as Core};
 
 use crate::arrays;
 use crate::errors::{input_error, reworded};
+use crate::params::no_others;
 use crate::pickling::{self, Reduced, reduced};
 
 /// A point that two scans show, for ``align(picks=...)``.
@@ -33,7 +35,8 @@ pub struct Pick {
 #[pymethods]
 impl Pick {
     #[new]
-    #[pyo3(signature = (a, b, point_a, point_b, *, normals = None, weight = 1.0))]
+    #[pyo3(signature = (a, b, point_a, point_b, *, normals = None, weight = 1.0, **others),
+        text_signature = "(a, b, point_a, point_b, *, normals=None, weight=1.0)")]
     pub fn new(
         a: &Bound<'_, PyAny>,
         b: &Bound<'_, PyAny>,
@@ -41,7 +44,9 @@ impl Pick {
         point_b: &Bound<'_, PyAny>,
         normals: Option<&Bound<'_, PyAny>>,
         weight: f64,
+        others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
+        no_others("Pick", others)?;
         let scans = [scan_number(a, "the pick")?, scan_number(b, "the pick")?];
         let points = [arrays::vector(point_a, "point_a")?, arrays::vector(point_b, "point_b")?];
         let both = |normals: &Bound<'_, PyAny>| {

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use pyo3::exceptions::{PyRuntimeError, PyTypeError};
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use pyo3::{PyTraverseError, PyVisit};
 use surfrecon::context::{self, Chosen, exchange};
 
@@ -58,13 +59,15 @@ pub struct Context {
 #[pymethods]
 impl Context {
     #[new]
-    #[pyo3(signature = (*, threads = None, memory_limit = None, log = None),
+    #[pyo3(signature = (*, threads = None, memory_limit = None, log = None, **others),
         text_signature = "(*, threads=0, memory_limit=None, log=None)")]
     fn new(
         threads: Option<&Bound<'_, PyAny>>,
         memory_limit: Option<&Bound<'_, PyAny>>,
         log: Option<Bound<'_, PyAny>>,
+        others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
+        params::no_others("Context", others)?;
         let threads = params::threads(threads)? as u32;
         let limit = memory_limit.map(|given| limit_of("memory_limit", given)).transpose()?.flatten();
         if let Some(log) = log.as_ref().filter(|log| !log.is_callable()) {

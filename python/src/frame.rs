@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use surfrecon::Progress;
 use surfrecon::frame::Frame as Core;
 use surfrecon::import;
@@ -15,6 +16,7 @@ use crate::crs;
 use crate::edit::Edit;
 use crate::errors::to_python;
 use crate::mesh::Mesh;
+use crate::params::no_others;
 use crate::pickling::{self, Reduced};
 use crate::point_cloud::PointCloud;
 use crate::progress::Watch;
@@ -84,8 +86,14 @@ impl Scan {
     ///     FileError: the file can't be read.
     ///     FormatError: it does not hold what its format promises.
     ///     Cancelled: ``progress`` returned ``False``.
-    #[pyo3(signature = (*, progress = None))]
-    pub fn read<'py>(&self, py: Python<'py>, progress: Option<Py<PyAny>>) -> PyResult<Bound<'py, PyAny>> {
+    #[pyo3(signature = (*, progress = None, **others), text_signature = "($self, *, progress=None)")]
+    pub fn read<'py>(
+        &self,
+        py: Python<'py>,
+        progress: Option<Py<PyAny>>,
+        others: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        no_others("Scan.read", others)?;
         content_object(py, Watch::new(progress).run(py, |progress| self.scan.read_with(progress))?)
     }
 

@@ -17,6 +17,7 @@ use crate::merge::{MergeCall, MergeResult, store};
 use crate::merge_to_file::{FileCall, written};
 use crate::merger::Merger;
 use crate::mesh::Mesh;
+use crate::params::no_others;
 use crate::paths::FsPath;
 use crate::quads::{QuadCall, QuadGrid};
 use crate::range_image::RangeImage;
@@ -161,14 +162,17 @@ impl Job {
     /// Raises:
     ///     InputError, TypeError: like ``distances``, at once. Other errors are raised by ``result``.
     #[staticmethod]
-    #[pyo3(signature = (points, mesh, *, signed = false, crs = None, threads = None))]
+    #[pyo3(signature = (points, mesh, *, signed = false, crs = None, threads = None, **others),
+        text_signature = "(points, mesh, *, signed=False, crs=None, threads=None)")]
     fn distances(
         points: &Bound<'_, PyAny>,
         mesh: &Bound<'_, PyAny>,
         signed: bool,
         crs: Option<CrsText>,
         threads: Option<&Bound<'_, PyAny>>,
+        others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
+        no_others("Job.distances", others)?;
         let call = DistanceCall::new(points, mesh, signed, crs, threads)?;
         Job::of(Background::start(move |progress| {
             made(call.run(progress)?, |py, distances| Ok(PyArray1::from_vec(py, distances).into_any()))
@@ -180,13 +184,16 @@ impl Job {
     /// Raises:
     ///     ParameterError: like ``surface_distance``, at once. Other errors are raised by ``result``.
     #[staticmethod]
-    #[pyo3(signature = (mesh, reference, *, signed = false, threads = None))]
+    #[pyo3(signature = (mesh, reference, *, signed = false, threads = None, **others),
+        text_signature = "(mesh, reference, *, signed=False, threads=None)")]
     fn surface_distance(
         mesh: &Mesh,
         reference: &Mesh,
         signed: bool,
         threads: Option<&Bound<'_, PyAny>>,
+        others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
+        no_others("Job.surface_distance", others)?;
         let call = SurfaceDistanceCall::new(mesh, reference, signed, threads)?;
         Job::of(Background::start(move |progress| made(call.run(progress)?, distance_report)))
     }

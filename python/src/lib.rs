@@ -2,38 +2,51 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | `arrays` | NumPy arrays <-> slices and vectors; the only `unsafe` of this crate but the allocator's |
-//! | `errors` | the core's errors and panics -> the exceptions of `surfrecon._errors` |
-//! | `progress` | a Python callback and Ctrl-C -> the core's progress |
-//! | `settings`, `context` | the most memory a call may take; that, threads and a log for a part of a program |
-//! | `log` | what calls tell -> the module `logging`, or the function of a context |
-//! | `forks` | forks of the process wait until nobody is at a table |
-//! | `allocator` | counts the memory that is held |
-//! | `params` | the core's parameter table |
-//! | `range_image`, `mesh`, `point_cloud` | the data types |
-//! | `paths` | texts and bytes that name files |
-//! | `pickling`, `unpickling` | these, and scans, as pickle takes them; made again |
-//! | `projection` | how pixels see, as a dict |
-//! | `vertices` | a range image as vertices that a host keeps |
-//! | `scans`, `frame` | opening and reading files; a scan in its file, frames of recordings |
-//! | `regions` | boxes and planes |
-//! | `similarity` | true size and ground |
-//! | `edit` | what becomes of a scan: kept, removed, transformed |
-//! | `select` | that for scans of every kind; the dominant plane |
-//! | `sources` | scans as Python hands them over |
-//! | `constraints` | what the caller knows of scans that are aligned |
-//! | `aligner` | scans made ready to be aligned, drawn to others by hand, and compared |
-//! | `align` | scans without poses to one frame |
-//! | `merge`, `merger`, `incremental` | the merge and its report; once more, as scans change |
-//! | `merge_to_file` | that of more scans than memory holds |
-//! | `merge_tasks` | that by several processes |
-//! | `sculpt` | a range image to few triangles |
-//! | `cluster` | a dense mesh to well-shaped triangles |
-//! | `quads` | a range image to a grid of quads |
-//! | `reconstruct` | scattered points to a surface |
-//! | `measure` | distances of points and of surfaces |
-//! | `scan` | the virtual range scanner |
-//! | `job` | a long call on a thread of its own, for hosts |
+//! | `align` | Scans without poses to one frame, at once or read once and as often as wanted |
+//! | `allocator` | The allocator of this module, which counts: what a host's report of memory and the tests of leaks read |
+//! | `arrays` | NumPy arrays <-> slices and vectors |
+//! | `background` | A call on a thread of its own: started, watched, cancelled, waited for |
+//! | `calling` | Calls of Python's functions from threads of ours while files are read and written |
+//! | `cluster` | Clustering: a dense mesh, or points, to a coarse mesh of well-shaped triangles |
+//! | `constraints` | Knowledge of the caller about scans to be aligned: numbers of scans, picks, a turntable |
+//! | `context` | Settings for a part of a program |
+//! | `crs` | Coordinate reference systems as Python has them: texts |
+//! | `edit` | Edits of a scan: samples kept or removed, another size and place |
+//! | `errors` | The core's errors and panics -> the exceptions of `surfrecon._errors` |
+//! | `forks` | Forks of the interpreter's process, which the core has to be told of |
+//! | `frame` | `Scan`: one of a set, still in its file |
+//! | `incremental` | A merge of scans that were merged before |
+//! | `job` | Long calls in the background, for hosts whose main thread must stay free: an entry an operation, that starts it and says what Python's object of its value is |
+//! | `log` | Messages of calls to Python: to the logger `surfrecon`, or to the function of a context |
+//! | `measure` | Distances of points, and of a whole surface, to a mesh |
+//! | `memory_folder` | Files that are no files of the system: folders in memory, and Python's file objects where a path is expected |
+//! | `merge` | The merge and its report |
+//! | `merge_tasks` | A merge that several processes do: what `surfrecon.distributed` is made of |
+//! | `merge_to_file` | The merge of more scans than memory holds |
+//! | `merger` | Scans that are merged again as they change |
+//! | `mesh` | `Mesh`: a triangle mesh that never changes |
+//! | `operations` | The core's operations: what each takes and gives, and what it is called where |
+//! | `params` | The core's parameter table, and parameters from keyword arguments |
+//! | `paths` | Paths as Python has them: texts, bytes of the system's own coding, and objects that say one of these |
+//! | `pickling` | Objects as pickle takes them: a kind and the parts of that, from which `_again` makes the object in another process, to the bit |
+//! | `point_cloud` | `PointCloud`: what a file of points without a grid reads as |
+//! | `progress` | A Python callback and Ctrl-C -> the core's progress |
+//! | `projection` | How pixels see: a dict with `kind` and its parameters, both ways |
+//! | `quads` | Quad grids: a range image to a regular grid of quads |
+//! | `range_image` | `RangeImage`: a grid of samples with its projection and pose |
+//! | `ready` | Scans made ready to be aligned, drawn to others by hand and compared: what of it is free of Python's classes |
+//! | `reconstruct` | Scattered points -> surface |
+//! | `regions` | Boxes and planes: regions of the world that samples are kept or removed by |
+//! | `report` | Reports: what calls found, each a dictionary whose figures are attributes as well (`surfrecon._reports`) |
+//! | `scan` | The virtual range scanner |
+//! | `scans` | Opening and reading files |
+//! | `sculpt` | Sculpting: a range image to few triangles within a tolerance |
+//! | `select` | Keeps, removes and transforms scans of every kind |
+//! | `settings` | Settings of the whole library in this process |
+//! | `similarity` | True size and ground: one similarity for all scans |
+//! | `sources` | Scans as Python hands them over |
+//! | `unpickling` | Objects made again of what `crate::pickling` gave pickle, to the bit |
+//! | `vertices` | `GridCamera`, and images of the vertices that a host keeps |
 
 #![allow(
     clippy::doc_lazy_continuation,

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glam::DVec3;
 use numpy::PyArray1;
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use surfrecon::mesh::Crs;
 use surfrecon::mesh::certify::{Certified, certify};
 use surfrecon::mesh::measure::{self, Side};
@@ -44,7 +45,9 @@ use crate::sources::{Clouds, Source, as_dyn, sources};
 ///     FormatError, FileError: a scan that can't be read.
 ///     Cancelled: ``progress`` returned ``False``.
 #[pyfunction]
-#[pyo3(signature = (points, mesh, *, signed = false, crs = None, threads = None, progress = None))]
+#[pyo3(signature = (points, mesh, *, signed = false, crs = None, threads = None, progress = None, **others),
+    text_signature = "(points, mesh, *, signed=False, crs=None, threads=None, progress=None)")]
+#[expect(clippy::too_many_arguments, reason = "keywords of Python")]
 pub fn distances<'py>(
     py: Python<'py>,
     points: &Bound<'py, PyAny>,
@@ -53,7 +56,9 @@ pub fn distances<'py>(
     crs: Option<CrsText>,
     threads: Option<&Bound<'_, PyAny>>,
     progress: Option<Py<PyAny>>,
+    others: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    params::no_others("distances", others)?;
     let call = DistanceCall::new(points, mesh, signed, crs, threads)?;
     let distances = Watch::new(progress).run(py, |progress| call.run(progress))?;
     Ok(PyArray1::from_vec(py, distances))
@@ -139,14 +144,17 @@ impl DistanceCall {
 ///     InputError: a mesh without triangles, a point that isn't finite.
 ///     Cancelled: ``progress`` returned ``False``.
 #[pyfunction]
-#[pyo3(signature = (points, mesh, *, threads = None, progress = None))]
+#[pyo3(signature = (points, mesh, *, threads = None, progress = None, **others),
+    text_signature = "(points, mesh, *, threads=None, progress=None)")]
 pub fn nearest_triangles<'py>(
     py: Python<'py>,
     points: &Bound<'py, PyAny>,
     mesh: &Mesh,
     threads: Option<&Bound<'_, PyAny>>,
     progress: Option<Py<PyAny>>,
+    others: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Bound<'py, PyArray1<u32>>> {
+    params::no_others("nearest_triangles", others)?;
     let (coordinates, _) = arrays::floats(points, "points", &[None, Some(3)])?;
     let (points, mesh) = (arrays::vectors(coordinates), mesh.mesh.clone());
     let threads = params::threads(threads)?;
@@ -177,7 +185,8 @@ pub fn nearest_triangles<'py>(
 ///     InputError: a reference without triangles, meshes of different coordinate reference systems, or in degrees.
 ///     Cancelled: ``progress`` returned ``False``.
 #[pyfunction]
-#[pyo3(signature = (mesh, reference, *, signed = false, threads = None, progress = None))]
+#[pyo3(signature = (mesh, reference, *, signed = false, threads = None, progress = None, **others),
+    text_signature = "(mesh, reference, *, signed=False, threads=None, progress=None)")]
 pub fn surface_distance<'py>(
     py: Python<'py>,
     mesh: &Mesh,
@@ -185,7 +194,9 @@ pub fn surface_distance<'py>(
     signed: bool,
     threads: Option<&Bound<'_, PyAny>>,
     progress: Option<Py<PyAny>>,
+    others: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Bound<'py, PyAny>> {
+    params::no_others("surface_distance", others)?;
     let call = SurfaceDistanceCall::new(mesh, reference, signed, threads)?;
     distance_report(py, Watch::new(progress).run(py, |progress| call.run(progress))?)
 }

@@ -16,7 +16,7 @@ use crate::crs;
 use crate::edit::Edit;
 use crate::errors::{detached, guarded, input_error, to_python};
 use crate::memory_folder::Place;
-use crate::params::params;
+use crate::params::{no_others, params};
 use crate::pickling::{self, Reduced, crs_part, reduced};
 use crate::progress::Watch;
 use crate::similarity::Given;
@@ -109,13 +109,16 @@ impl Mesh {
 #[pymethods]
 impl Mesh {
     #[new]
-    #[pyo3(signature = (positions, triangles, *, colour = None, confidence = None))]
+    #[pyo3(signature = (positions, triangles, *, colour = None, confidence = None, **others),
+        text_signature = "(positions, triangles, *, colour=None, confidence=None)")]
     fn new(
         positions: &Bound<'_, PyAny>,
         triangles: &Bound<'_, PyAny>,
         colour: Option<&Bound<'_, PyAny>>,
         confidence: Option<&Bound<'_, PyAny>>,
+        others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
+        no_others("Mesh", others)?;
         guarded(|| Self::from_arrays(positions, triangles, colour, confidence))
     }
 
@@ -264,24 +267,30 @@ impl Mesh {
     /// Raises:
     ///     InputError: a mask of another size.
     ///     TypeError: what is no region.
-    #[pyo3(signature = (region, *, world_from_mesh = None))]
+    #[pyo3(signature = (region, *, world_from_mesh = None, **others),
+        text_signature = "($self, region, *, world_from_mesh=None)")]
     fn keep(
         &self,
         py: Python<'_>,
         region: &Bound<'_, PyAny>,
         world_from_mesh: Option<&Bound<'_, PyAny>>,
+        others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
+        no_others("Mesh.keep", others)?;
         self.selected(py, &Edit::select(region, true)?, world_from_mesh)
     }
 
     /// The mesh without the vertices that a region holds, and without the faces at them. Works as ``keep``.
-    #[pyo3(signature = (region, *, world_from_mesh = None))]
+    #[pyo3(signature = (region, *, world_from_mesh = None, **others),
+        text_signature = "($self, region, *, world_from_mesh=None)")]
     fn remove(
         &self,
         py: Python<'_>,
         region: &Bound<'_, PyAny>,
         world_from_mesh: Option<&Bound<'_, PyAny>>,
+        others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
+        no_others("Mesh.remove", others)?;
         self.selected(py, &Edit::select(region, false)?, world_from_mesh)
     }
 

@@ -210,6 +210,17 @@ fn unexpected(py: Python<'_>, function: &str, name: &str, known: Vec<&str>) -> P
     made.map_or_else(|failure| failure, PyErr::from_value)
 }
 
+/// Refuses keywords that a function without parameters of a table does not take.
+///
+/// # Errors
+/// `TypeError` for the first of them, with the one that was probably meant.
+pub fn no_others(function: &str, others: Option<&Bound<'_, PyDict>>) -> PyResult<()> {
+    match others.and_then(|others| others.keys().get_item(0).ok()) {
+        None => Ok(()),
+        Some(name) => Err(unexpected(name.py(), function, &name.to_string(), Vec::new())),
+    }
+}
+
 /// The known name that was probably meant by one that is none.
 #[pyfunction]
 pub fn _nearest<'py>(given: &Bound<'py, PyString>, known: Vec<Bound<'py, PyString>>) -> Option<Bound<'py, PyString>> {

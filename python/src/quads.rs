@@ -14,7 +14,7 @@ use crate::arrays;
 use crate::errors::{detached, guarded, input_error};
 use crate::memory_folder::Place;
 use crate::mesh::{Mesh, ending_of, provenance_of};
-use crate::params::{count, params};
+use crate::params::{count, no_others, params};
 use crate::progress::Watch;
 use crate::range_image::RangeImage;
 use crate::report;
@@ -215,8 +215,15 @@ impl QuadGrid {
     /// Raises:
     ///     InputError: another ending.
     ///     FileError: writing failed. No file is left, and one that was there is untouched.
-    #[pyo3(signature = (path, *, provenance = None))]
-    fn write(&self, py: Python<'_>, path: Place, provenance: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
+    #[pyo3(signature = (path, *, provenance = None, **others), text_signature = "($self, path, *, provenance=None)")]
+    fn write(
+        &self,
+        py: Python<'_>,
+        path: Place,
+        provenance: Option<&Bound<'_, PyAny>>,
+        others: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<()> {
+        no_others("QuadGrid.write", others)?;
         write_quads(py, path, self.mesh.clone(), provenance_of(provenance)?)
     }
 

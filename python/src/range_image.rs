@@ -21,7 +21,7 @@ use crate::edit::Edit;
 use crate::errors::{guarded, input_error, parameter_error, to_python};
 use crate::memory_folder::Place;
 use crate::mesh::{Mesh, ending_of, provenance_of};
-use crate::params::params;
+use crate::params::{no_others, params};
 use crate::pickling::{self, Reduced, crs_part, reduced};
 use crate::point_cloud::PointCloud;
 use crate::progress::Watch;
@@ -166,12 +166,15 @@ impl RangeImage {
     ///         would lose their detail.
     ///     TypeError: entries that aren't real numbers.
     #[staticmethod]
-    #[pyo3(signature = (points, *, viewing = None, name = None))]
+    #[pyo3(signature = (points, *, viewing = None, name = None, **others),
+        text_signature = "(points, *, viewing=None, name=None)")]
     fn from_points(
         points: &Bound<'_, PyAny>,
         viewing: Option<&Bound<'_, PyAny>>,
         name: Option<String>,
+        others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
+        no_others("RangeImage.from_points", others)?;
         let viewing = projection::viewing(viewing)?;
         guarded(|| {
             let (exact, shape) = arrays::floats(points, "points", &[None, None, Some(3)])?;
@@ -203,14 +206,16 @@ impl RangeImage {
     /// Raises:
     ///     InputError: wrong shape or a step of 0.
     #[staticmethod]
-    #[pyo3(signature = (values, *, step, first = (0.0, 0.0), name = None),
+    #[pyo3(signature = (values, *, step, first = (0.0, 0.0), name = None, **others),
         text_signature = "(values, *, step, first=(0.0, 0.0), name=None)")]
     fn orthographic(
         values: &Bound<'_, PyAny>,
         step: (f64, f64),
         first: (f64, f64),
         name: Option<String>,
+        others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
+        no_others("RangeImage.orthographic", others)?;
         let projection = Projection::Orthographic { first: first.into(), step: step.into() };
         from_values(values, projection, name)
     }
@@ -234,14 +239,17 @@ impl RangeImage {
     /// Raises:
     ///     InputError: wrong shape, or a focal length of 0.
     #[staticmethod]
-    #[pyo3(signature = (values, *, focal, centre, depth = "planar", name = None))]
+    #[pyo3(signature = (values, *, focal, centre, depth = "planar", name = None, **others),
+        text_signature = "(values, *, focal, centre, depth='planar', name=None)")]
     fn pinhole(
         values: &Bound<'_, PyAny>,
         focal: (f64, f64),
         centre: (f64, f64),
         depth: &str,
         name: Option<String>,
+        others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
+        no_others("RangeImage.pinhole", others)?;
         let depth = DepthKind::named(depth)
             .ok_or_else(|| parameter_error(format!("depth must be \"planar\" or \"ray\", got {depth:?}")))?;
         from_values(values, Projection::Pinhole { focal: focal.into(), centre: centre.into(), depth }, name)
@@ -262,14 +270,16 @@ impl RangeImage {
     /// Raises:
     ///     InputError: wrong shape or a step of 0.
     #[staticmethod]
-    #[pyo3(signature = (values, *, step, first = (0.0, 0.0), name = None),
+    #[pyo3(signature = (values, *, step, first = (0.0, 0.0), name = None, **others),
         text_signature = "(values, *, step, first=(0.0, 0.0), name=None)")]
     fn spherical(
         values: &Bound<'_, PyAny>,
         step: (f64, f64),
         first: (f64, f64),
         name: Option<String>,
+        others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
+        no_others("RangeImage.spherical", others)?;
         let projection = Projection::Spherical { first: first.into(), step: step.into() };
         from_values(values, projection, name)
     }
@@ -301,8 +311,8 @@ impl RangeImage {
     ///         shapes, a grid far too large for its vertices.
     ///     TypeError: entries of another type.
     #[staticmethod]
-    #[pyo3(signature = (camera, row, col, positions, *, world_from_host = None, colour = None, intensity = None,
-        confidence = None, name = None))]
+    #[pyo3(signature = (camera, row, col, positions, *, world_from_host = None, colour = None, intensity = None, confidence = None, name = None, **others),
+        text_signature = "(camera, row, col, positions, *, world_from_host=None, colour=None, intensity=None, confidence=None, name=None)")]
     #[expect(clippy::too_many_arguments, reason = "keywords of Python")]
     fn from_vertices(
         camera: &GridCamera,
@@ -314,7 +324,9 @@ impl RangeImage {
         intensity: Option<&Bound<'_, PyAny>>,
         confidence: Option<&Bound<'_, PyAny>>,
         name: Option<String>,
+        others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
+        no_others("RangeImage.from_vertices", others)?;
         let given = PerVertex { row, col, positions, colour, intensity, confidence };
         let mut image = vertices::image(camera, &given, world_from_host)?;
         image.name = name.unwrap_or_default();
@@ -505,14 +517,17 @@ impl RangeImage {
     ///         others parallel rays.
     ///     FileError: writing failed. No file is left, and one that was there is untouched.
     ///     Cancelled: the callback said so. Files are as after a failure.
-    #[pyo3(signature = (path, *, provenance = None, progress = None))]
+    #[pyo3(signature = (path, *, provenance = None, progress = None, **others),
+        text_signature = "($self, path, *, provenance=None, progress=None)")]
     fn write(
         &self,
         py: Python<'_>,
         path: Place,
         provenance: Option<&Bound<'_, PyAny>>,
         progress: Option<Py<PyAny>>,
+        others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<()> {
+        no_others("RangeImage.write", others)?;
         let image = self.image();
         let ending = ending_of(&path, Holding::Image)?;
         if ending != "ply" {

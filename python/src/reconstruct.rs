@@ -14,7 +14,7 @@ use crate::arrays;
 use crate::errors::to_python;
 use crate::frame::Scan;
 use crate::mesh::Mesh;
-use crate::params::params;
+use crate::params::{no_others, params};
 use crate::point_cloud::PointCloud;
 use crate::progress::Watch;
 use crate::range_image::RangeImage;
@@ -99,14 +99,17 @@ pub struct Reconstructor {
 #[pymethods]
 impl Reconstructor {
     #[new]
-    #[pyo3(signature = (points, *, normals = None, colour = None, sensors = None, toward = None))]
+    #[pyo3(signature = (points, *, normals = None, colour = None, sensors = None, toward = None, **others),
+        text_signature = "(points, *, normals=None, colour=None, sensors=None, toward=None)")]
     fn new(
         points: &Bound<'_, PyAny>,
         normals: Option<&Bound<'_, PyAny>>,
         colour: Option<&Bound<'_, PyAny>>,
         sensors: Option<&Bound<'_, PyAny>>,
         toward: Option<&Bound<'_, PyAny>>,
+        others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
+        no_others("Reconstructor", others)?;
         let reconstructor = prepared(points, normals, colour, sensors, toward)?;
         let points = reconstructor.cloud().positions.len();
         Ok(Reconstructor { reconstructor: Arc::new(Exclusive::new(reconstructor)), points })

@@ -9,6 +9,7 @@ use surfrecon::select::{self, OrientedBox as Core};
 
 use crate::arrays;
 use crate::errors::{guarded, to_python};
+use crate::params::no_others;
 use crate::pickling::{self, Reduced, reduced};
 
 /// A box anywhere in the world: a region that samples are kept or removed by. What lies on its sides is inside.
@@ -139,8 +140,14 @@ impl Plane {
 #[pymethods]
 impl Plane {
     #[new]
-    #[pyo3(signature = (point, normal, *, margin = 0.0))]
-    fn new(point: &Bound<'_, PyAny>, normal: &Bound<'_, PyAny>, margin: f64) -> PyResult<Self> {
+    #[pyo3(signature = (point, normal, *, margin = 0.0, **others), text_signature = "(point, normal, *, margin=0.0)")]
+    fn new(
+        point: &Bound<'_, PyAny>,
+        normal: &Bound<'_, PyAny>,
+        margin: f64,
+        others: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
+        no_others("Plane", others)?;
         let (point, normal) = (arrays::vector(point, "point")?, arrays::vector(normal, "normal")?);
         Plane::given(select::Plane::new(point, normal, margin))
     }
@@ -158,8 +165,13 @@ impl Plane {
     /// Raises:
     ///     InputError: points on one line, ``above`` on the plane, numbers that are not finite.
     #[staticmethod]
-    #[pyo3(signature = (points, *, above = None))]
-    fn through(points: &Bound<'_, PyAny>, above: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
+    #[pyo3(signature = (points, *, above = None, **others), text_signature = "(points, *, above=None)")]
+    fn through(
+        points: &Bound<'_, PyAny>,
+        above: Option<&Bound<'_, PyAny>>,
+        others: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
+        no_others("Plane.through", others)?;
         let (p, _) = arrays::floats(points, "points", &[Some(3), Some(3)])?;
         let point = |k: usize| DVec3::new(p[3 * k], p[3 * k + 1], p[3 * k + 2]);
         let plane = select::Plane::through([point(0), point(1), point(2)]);

@@ -13,7 +13,7 @@ use surfrecon::{Progress, TriMesh};
 use crate::arrays;
 use crate::errors::{input_error, to_python};
 use crate::mesh::Mesh;
-use crate::params::{self, count, params};
+use crate::params::{self, count, no_others, params};
 use crate::pickling::{self, Reduced, reduced};
 use crate::progress::Watch;
 use crate::projection;
@@ -49,7 +49,8 @@ impl Camera {
     /// Raises:
     ///     InputError: numbers that aren't usable.
     #[staticmethod]
-    #[pyo3(signature = (rows, cols, *, spacing, target, toward, up = None))]
+    #[pyo3(signature = (rows, cols, *, spacing, target, toward, up = None, **others),
+        text_signature = "(rows, cols, *, spacing, target, toward, up=None)")]
     fn orthographic(
         rows: &Bound<'_, PyAny>,
         cols: &Bound<'_, PyAny>,
@@ -57,7 +58,9 @@ impl Camera {
         target: &Bound<'_, PyAny>,
         toward: &Bound<'_, PyAny>,
         up: Option<&Bound<'_, PyAny>>,
+        others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
+        no_others("Camera.orthographic", others)?;
         let [rows, cols] = size(rows, cols)?;
         made(scan::VirtualCamera::orthographic(
             rows,
@@ -86,7 +89,8 @@ impl Camera {
     /// Raises:
     ///     InputError: numbers that aren't usable.
     #[staticmethod]
-    #[pyo3(signature = (rows, cols, *, height_angle, eye, target, up = None))]
+    #[pyo3(signature = (rows, cols, *, height_angle, eye, target, up = None, **others),
+        text_signature = "(rows, cols, *, height_angle, eye, target, up=None)")]
     fn pinhole(
         rows: &Bound<'_, PyAny>,
         cols: &Bound<'_, PyAny>,
@@ -94,7 +98,9 @@ impl Camera {
         eye: &Bound<'_, PyAny>,
         target: &Bound<'_, PyAny>,
         up: Option<&Bound<'_, PyAny>>,
+        others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
+        no_others("Camera.pinhole", others)?;
         let [rows, cols] = size(rows, cols)?;
         made(scan::VirtualCamera::pinhole(
             rows,
@@ -123,14 +129,17 @@ impl Camera {
     /// Raises:
     ///     InputError: numbers that aren't usable, a pose that isn't rigid.
     #[staticmethod]
-    #[pyo3(signature = (rows, cols, *, focal, centre, world_from_sensor))]
+    #[pyo3(signature = (rows, cols, *, focal, centre, world_from_sensor, **others),
+        text_signature = "(rows, cols, *, focal, centre, world_from_sensor)")]
     fn intrinsic(
         rows: &Bound<'_, PyAny>,
         cols: &Bound<'_, PyAny>,
         focal: [f64; 2],
         centre: [f64; 2],
         world_from_sensor: &Bound<'_, PyAny>,
+        others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
+        no_others("Camera.intrinsic", others)?;
         let [rows, cols] = size(rows, cols)?;
         let projection = Projection::Pinhole { focal, centre, depth: DepthKind::Planar };
         let world_from_sensor = arrays::rigid(world_from_sensor, "world_from_sensor")?;
@@ -151,7 +160,8 @@ impl Camera {
     /// Raises:
     ///     InputError: numbers that aren't usable.
     #[staticmethod]
-    #[pyo3(signature = (rows, cols, *, lowest, highest, eye, up = None))]
+    #[pyo3(signature = (rows, cols, *, lowest, highest, eye, up = None, **others),
+        text_signature = "(rows, cols, *, lowest, highest, eye, up=None)")]
     fn spherical(
         rows: &Bound<'_, PyAny>,
         cols: &Bound<'_, PyAny>,
@@ -159,7 +169,9 @@ impl Camera {
         highest: f64,
         eye: &Bound<'_, PyAny>,
         up: Option<&Bound<'_, PyAny>>,
+        others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
+        no_others("Camera.spherical", others)?;
         let [rows, cols] = size(rows, cols)?;
         made(scan::VirtualCamera::spherical(
             rows,
@@ -249,8 +261,8 @@ fn made(camera: surfrecon::Result<scan::VirtualCamera>) -> PyResult<Camera> {
 /// Raises:
 ///     InputError: a mesh without size, a vertical without direction.
 #[pyfunction]
-#[pyo3(signature = (mesh, *, around = None, above = None, below = None, elevation = None, up = None, pixels = None,
-    height_angle = None))]
+#[pyo3(signature = (mesh, *, around = None, above = None, below = None, elevation = None, up = None, pixels = None, height_angle = None, **others),
+    text_signature = "(mesh, *, around=None, above=None, below=None, elevation=None, up=None, pixels=None, height_angle=None)")]
 #[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
 pub fn turntable<'py>(
     py: Python<'py>,
@@ -262,7 +274,9 @@ pub fn turntable<'py>(
     up: Option<&Bound<'_, PyAny>>,
     pixels: Option<&Bound<'_, PyAny>>,
     height_angle: Option<f64>,
+    others: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Bound<'py, PyList>> {
+    no_others("turntable", others)?;
     let default = TurntableViews::default();
     let count = |name: &str, given: Option<&Bound<'_, PyAny>>, default: usize| {
         given.map_or(Ok(default), |n| count(name, n, 0, "Leave it out for the default."))
@@ -397,13 +411,16 @@ impl ScanCall {
 ///     InputError: a cell below 0.5 or above 20.
 ///     Cancelled: the callback said so.
 #[pyfunction]
-#[pyo3(signature = (*, cell = None, threads = None, progress = None))]
+#[pyo3(signature = (*, cell = None, threads = None, progress = None, **others),
+    text_signature = "(*, cell=None, threads=None, progress=None)")]
 pub fn sculpture(
     py: Python<'_>,
     cell: Option<f64>,
     threads: Option<&Bound<'_, PyAny>>,
     progress: Option<Py<PyAny>>,
+    others: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Mesh> {
+    no_others("sculpture", others)?;
     let threads = params::threads(threads)?;
     let cell = cell.unwrap_or(scan::sculpture::CELL);
     Watch::new(progress).run(py, move |progress| scan::sculpture::sculpture(cell, threads, progress)).map(Mesh::from)

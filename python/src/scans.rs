@@ -17,7 +17,7 @@ use crate::errors::{input_error, reworded, to_python};
 use crate::frame::{self, Scan};
 use crate::memory_folder::Place;
 use crate::mesh::{Mesh, ending_of, provenance_of};
-use crate::params::params;
+use crate::params::{no_others, params};
 use crate::paths::{self, FsPath};
 use crate::pickling::{self, Reduced};
 use crate::point_cloud::PointCloud;
@@ -158,7 +158,7 @@ pub fn read<'py>(
     let open = wrap_pyfunction!(open, py)?.call((PyTuple::new(py, [path])?,), options)?;
     let set = open.cast::<ScanSet>()?.get();
     match set.scans.as_slice() {
-        [scan] => scan.get().read(py, None),
+        [scan] => scan.get().read(py, None, None),
         scans => Err(input_error(format!("{} holds {} scans: open it with surfrecon.open", path.str()?, scans.len()))),
     }
 }
@@ -184,14 +184,17 @@ pub fn read<'py>(
 ///     FileError: writing failed. No file is left, and those that were there are untouched.
 ///     Cancelled: the callback said so. Files are as after a failure.
 #[pyfunction]
-#[pyo3(signature = (path, images, *, provenance = None, progress = None))]
+#[pyo3(signature = (path, images, *, provenance = None, progress = None, **others),
+    text_signature = "(path, images, *, provenance=None, progress=None)")]
 pub fn write_scans(
     py: Python<'_>,
     path: Place,
     images: Vec<Bound<'_, RangeImage>>,
     provenance: Option<&Bound<'_, PyAny>>,
     progress: Option<Py<PyAny>>,
+    others: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<()> {
+    no_others("write_scans", others)?;
     let images: Vec<_> = images.iter().map(|image| image.get().image()).collect();
     let ending = ending_of(&path, Holding::Images)?;
     write_together(py, path, ending, &images, provenance_of(provenance)?, progress)
@@ -254,7 +257,7 @@ pub fn write(
             PyTypeError::new_err(format!("content must be a Mesh, RangeImage(s) or PointCloud, got {given}"))
         })
     })?;
-    write_scans(py, path.extract()?, images, provenance, progress)
+    write_scans(py, path.extract()?, images, provenance, progress, None)
 }
 
 /// The provenance in a file that this library wrote: ``.ply``, ``.obj``, ``.glb``, ``.e57``. ``None`` where it says nothing.
@@ -309,8 +312,13 @@ pub fn crs_note(path: FsPath, content: &str, crs: Option<crs::CrsText>) -> PyRes
 /// Raises:
 ///     InputError: ``written`` is none of these.
 #[pyfunction]
-#[pyo3(signature = (*, written = None))]
-pub fn formats<'py>(py: Python<'py>, written: Option<&str>) -> PyResult<Bound<'py, PyDict>> {
+#[pyo3(signature = (*, written = None, **others), text_signature = "(*, written=None)")]
+pub fn formats<'py>(
+    py: Python<'py>,
+    written: Option<&str>,
+    others: Option<&Bound<'_, PyDict>>,
+) -> PyResult<Bound<'py, PyDict>> {
+    no_others("formats", others)?;
     let dict = PyDict::new(py);
     let Some(written) = written else {
         for format in import::formats() {

@@ -10,7 +10,7 @@ use surfrecon::{Progress, RangeImage as CoreImage};
 
 use crate::errors::{parameter_error, reworded, to_python};
 use crate::mesh::Mesh;
-use crate::params::{params, params_but};
+use crate::params::{no_others, params, params_but};
 use crate::progress::Watch;
 use crate::range_image::RangeImage;
 use crate::report;
@@ -194,8 +194,16 @@ impl Sculptor {
     ///     ParameterError: a number of triangles below 0.
     ///     InputError: no mesh that covers the image has so few.
     ///     Cancelled: ``progress`` returned ``False``.
-    #[pyo3(signature = (triangles, *, progress = None))]
-    fn at_most(&self, py: Python<'_>, triangles: &Bound<'_, PyAny>, progress: Option<Py<PyAny>>) -> PyResult<Sculpted> {
+    #[pyo3(signature = (triangles, *, progress = None, **others),
+        text_signature = "($self, triangles, *, progress=None)")]
+    fn at_most(
+        &self,
+        py: Python<'_>,
+        triangles: &Bound<'_, PyAny>,
+        progress: Option<Py<PyAny>>,
+        others: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Sculpted> {
+        no_others("Sculptor.at_most", others)?;
         let triangles = number_of_triangles(triangles)?;
         let made = Watch::new(progress).run(py, |progress| self.sculptor.at_most(triangles, progress))?;
         Sculpted::new(py, made, self.rows, self.cols)
@@ -209,8 +217,16 @@ impl Sculptor {
     /// Raises:
     ///     ParameterError: a tolerance out of its range.
     ///     Cancelled: ``progress`` returned ``False``.
-    #[pyo3(signature = (tolerances, *, progress = None))]
-    fn levels(&self, py: Python<'_>, tolerances: Vec<f64>, progress: Option<Py<PyAny>>) -> PyResult<Vec<Sculpted>> {
+    #[pyo3(signature = (tolerances, *, progress = None, **others),
+        text_signature = "($self, tolerances, *, progress=None)")]
+    fn levels(
+        &self,
+        py: Python<'_>,
+        tolerances: Vec<f64>,
+        progress: Option<Py<PyAny>>,
+        others: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Vec<Sculpted>> {
+        no_others("Sculptor.levels", others)?;
         let absolute = |t: f64| Tolerance::Absolute(t).validate().map(|()| Tolerance::Absolute(t));
         let tolerances = tolerances.into_iter().map(absolute).collect::<surfrecon::Result<Vec<_>>>();
         let tolerances = tolerances.map_err(|e| to_python(&e))?;

@@ -9,7 +9,7 @@ use surfrecon::plane::{DominantPlane, PlaneParams, dominant};
 use surfrecon::source::{PlacedCloud, PlacedMesh};
 
 use crate::edit::{Edit, edits};
-use crate::params::params;
+use crate::params::{no_others, params};
 use crate::progress::Watch;
 use crate::regions::Plane;
 use crate::scans::ScanSet;
@@ -98,12 +98,14 @@ fn edited<'py>(
 ///     TypeError: what is no scan, or no region.
 ///     Cancelled: ``progress`` returned ``False``.
 #[pyfunction]
-#[pyo3(signature = (scans, region, *, progress = None))]
+#[pyo3(signature = (scans, region, *, progress = None, **others), text_signature = "(scans, region, *, progress=None)")]
 pub fn keep<'py>(
     scans: &Bound<'py, PyAny>,
     region: &Bound<'py, PyAny>,
     progress: Option<Py<PyAny>>,
+    others: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Bound<'py, PyAny>> {
+    no_others("keep", others)?;
     edited(scans, |count| edits(region, true, count), progress)
 }
 
@@ -111,12 +113,14 @@ pub fn keep<'py>(
 ///
 /// >>> scans = surfrecon.remove(scans, surfrecon.dominant_plane(scans))  # the table and what is below
 #[pyfunction]
-#[pyo3(signature = (scans, region, *, progress = None))]
+#[pyo3(signature = (scans, region, *, progress = None, **others), text_signature = "(scans, region, *, progress=None)")]
 pub fn remove<'py>(
     scans: &Bound<'py, PyAny>,
     region: &Bound<'py, PyAny>,
     progress: Option<Py<PyAny>>,
+    others: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Bound<'py, PyAny>> {
+    no_others("remove", others)?;
     edited(scans, |count| edits(region, false, count), progress)
 }
 
@@ -139,12 +143,15 @@ pub fn remove<'py>(
 ///     TypeError: what is no scan.
 ///     Cancelled: ``progress`` returned ``False``.
 #[pyfunction]
-#[pyo3(signature = (scans, similarity, *, progress = None))]
+#[pyo3(signature = (scans, similarity, *, progress = None, **others),
+    text_signature = "(scans, similarity, *, progress=None)")]
 pub fn transformed<'py>(
     scans: &Bound<'py, PyAny>,
     similarity: Given,
     progress: Option<Py<PyAny>>,
+    others: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Bound<'py, PyAny>> {
+    no_others("transformed", others)?;
     edited(scans, |count| Ok(vec![Edit::transform(&similarity.0); count]), progress)
 }
 

@@ -3,10 +3,12 @@
 use glam::DVec3;
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use surfrecon::select;
 
 use crate::arrays;
 use crate::errors::{guarded, input_error, to_python};
+use crate::params::no_others;
 use crate::regions::Plane;
 
 /// Scales, turns and shifts the world: true size and ground. ``second @ first`` is both, the right one first.
@@ -130,8 +132,13 @@ pub fn true_size(a: &Bound<'_, PyAny>, b: &Bound<'_, PyAny>, distance: f64) -> P
 /// Raises:
 ///     InputError: no such direction.
 #[pyfunction]
-#[pyo3(signature = (plane, *, up = None), text_signature = "(plane, *, up='z')")]
-pub fn ground(plane: &Plane, up: Option<&Bound<'_, PyAny>>) -> PyResult<Similarity> {
+#[pyo3(signature = (plane, *, up = None, **others), text_signature = "(plane, *, up='z')")]
+pub fn ground(
+    plane: &Plane,
+    up: Option<&Bound<'_, PyAny>>,
+    others: Option<&Bound<'_, PyDict>>,
+) -> PyResult<Similarity> {
+    no_others("ground", others)?;
     let up = match up {
         None => DVec3::Z,
         Some(given) => match given.extract::<String>() {

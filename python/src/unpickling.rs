@@ -47,7 +47,7 @@ pub fn _again<'py>(py: Python<'py>, kind: &str, parts: &Bound<'py, PyDict>) -> P
         "pick" => {
             let [a, b, point_a, point_b] = ["a", "b", "point_a", "point_b"].map(|name| parts.item(name));
             let normals = parts.given("normals")?;
-            let pick = Pick::new(&a?, &b?, &point_a?, &point_b?, normals.as_ref(), parts.taken("weight")?)?;
+            let pick = Pick::new(&a?, &b?, &point_a?, &point_b?, normals.as_ref(), parts.taken("weight")?, None)?;
             Bound::new(py, pick)?.into_any()
         }
         "scan" => parts.scan(py)?.into_bound(py).into_any(),

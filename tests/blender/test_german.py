@@ -4,6 +4,7 @@ import ast
 import re
 from pathlib import Path
 
+import blf
 import bpy
 import messages
 import pytest
@@ -226,10 +227,26 @@ def test_progress_is_german(extension, monkeypatch):
         monkeypatch.setattr(running, name, value)
     monkeypatch.setattr(running, "seconds_left", lambda: 3)
     assert running.text() == "Scans lesen, Schnittpunkte suchen 50%, noch 3 s"
+    assert running.text(30) == "Scans lesen 50%, noch 3 s"
+    assert running.text(20) == running.text(0) == "50%, noch 3 s"
     monkeypatch.setattr(running, "waiting", True)
     assert running.text() == "Für das Ergebnis in den Objektmodus wechseln"
     monkeypatch.setattr(running, "stopped", 1.0)
     assert running.text() == "wird angehalten"
+
+
+def test_german_labels_are_not_cut_off(extension):
+    """Panels and dialogs have room for the English ones."""
+    german = extension.translations.GERMAN_TEXTS
+    kinds = [getattr(bpy.ops.surfrecon, name).get_rna_type() for name in dir(bpy.ops.surfrecon)]
+    kinds += [extension.preferences.SurfreconPreferences.bl_rna, extension.properties.SurfreconSettings.bl_rna]
+    props = [prop for rna in kinds for prop in rna.properties if prop.name in german]
+    blf.size(0, 11)
+    values = [item.name for prop in props for item in getattr(prop, "enum_items", ()) if item.name in german]
+    for texts in ([prop.name for prop in props], values):
+        room = max(blf.dimensions(0, text)[0] for text in texts)
+        wider = {german[text] for text in texts if blf.dimensions(0, german[text])[0] > room}
+        assert texts and not wider
 
 
 def test_choices_that_reports_show_are_german(extension):

@@ -105,17 +105,16 @@ def test_options_have_the_library_s_defaults_ranges_and_texts(extension):
 
 
 def test_texts_say_what_the_buttons_do(extension):
-    for operation in ("align", "merge", "triangulate", "sculpt", "quads", "cluster", "reconstruct", "scan"):
-        for parameter in surfrecon.parameters(operation):
-            text = extension.properties.description(parameter)
-            if parameter.name == "threads":
-                continue
-            assert text.startswith(parameter.text[:-1])
-            assert "_" not in text and not text.endswith(".") and text[0].isupper(), text
-            # 0 means one thing only.
-            assert len(re.findall(r"(?<![\w.,] )\b0(?=:| [a-z])", text)) <= 1, text
-            if parameter.kind == "flag":
-                assert " Off: " in text, text
+    for parameter in surfrecon.parameters():
+        text = extension.properties.description(parameter)
+        if parameter.name == "threads":
+            continue
+        assert text.startswith(parameter.text[:-1])
+        assert "_" not in text and not text.endswith(".") and text[0].isupper(), text
+        # 0 means one thing only.
+        assert len(re.findall(r"(?<![\w.,] )\b0(?=:| [a-z])", text)) <= 1, text
+        if parameter.kind == "flag":
+            assert " Off: " in text, text
 
 
 def test_a_running_job_shows_progress_and_cancel(panels, extension):

@@ -249,6 +249,30 @@ def names_and_tooltips(extension):
     return operators_, texts - BLENDER_S_OWN
 
 
+def fresh_texts(extension, parameter):
+    """Texts of a parameter in the window."""
+    choices = ((label, text.removesuffix(".")) for _, label, text in parameter.choices)
+    return {parameter.label, extension.properties.description(parameter), *(text for pair in choices for text in pair)}
+
+
+# Tooltips that are the same in all languages, or that Blender has.
+SAME_TIPS = {
+    "Filepath used for exporting the file",
+    "Mapbox: -10000 + (65536 R + 256 G + B) / 10",
+    "Mapzen: 256 R + G + B / 256 - 32768",
+}
+
+
+def tips(extension):
+    """Texts that explain options and their choices."""
+    kinds = [extension.preferences.SurfreconPreferences.bl_rna, extension.properties.SurfreconSettings.bl_rna]
+    kinds += [getattr(bpy.ops.surfrecon, name).get_rna_type() for name in dir(bpy.ops.surfrecon)]
+    for prop in (prop for rna in kinds for prop in rna.properties):
+        own = {"rna_type", "bl_idname", "module", "name", "axis_forward", "axis_up"}
+        if not prop.is_hidden and prop.identifier not in own:
+            yield from filter(None, [prop.description, *(item.description for item in getattr(prop, "enum_items", ()))])
+
+
 def test_every_text_has_its_translation_and_every_translation_its_text(extension):
     operators_, texts = names_and_tooltips(extension)
     module = extension.translations
@@ -258,11 +282,12 @@ def test_every_text_has_its_translation_and_every_translation_its_text(extension
     pairs |= {"other", "others"}
     texts = {(context, text) for context in (module.TEXTS, module.NAMES) for text in texts | pairs}
     wanted = {(module.OPERATORS, text) for text in operators_} | texts
+    wanted |= {(module.TEXTS, text) for text in set(tips(extension)) - SAME_TIPS}
     for language, found in module.LANGUAGES.items():
         assert re.fullmatch(r"[a-z]{2}_[A-Z]{2}", language)
         assert set(found) <= wanted, sorted(set(found) - wanted)
         # A parameter that no release has yet may be without.
-        fresh = {p.label for p in surfrecon.parameters() if p.since != "0.1"}
+        fresh = {text for p in surfrecon.parameters() if p.since != "0.1" for text in fresh_texts(extension, p)}
         assert all(text in fresh for _, text in wanted - set(found)), sorted(wanted - set(found))
         assert all(translated.strip() for translated in found.values())
 

@@ -1,7 +1,22 @@
 """The Markdown files of the tree, and their blocks of code."""
 
+import re
+
 from conftest import ROOT
 from sections import blocks
+
+# A comment of a guide on its examples: `<!-- sh finds surface, makes surface.glb -->`.
+FINDS = re.compile(r"^<!-- (\w+) finds (\w+)(?:, makes (.+))? -->$", re.M)
+
+
+def declared(language):
+    """The scenes that guides declare for their examples in a language, and the files that these make, by page."""
+    found = {}
+    for path in sorted((ROOT / "docs" / "site" / "guide").glob("*.md")):
+        for of, scene, made in FINDS.findall(path.read_text("utf-8")):
+            if of == language:
+                found[str(path.relative_to(ROOT))] = (scene, set(filter(None, made.split(", "))))
+    return found
 
 
 def every_block():

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 from command_line import run
 from conftest import ROOT
-from pages import blocks_of, every_block
+from pages import blocks_of, declared, every_block
 from sections import blocks
 
 LIBRARY = os.environ.get("SURFRECON_LIBRARY")
@@ -75,7 +75,7 @@ SHOWN
 """
 
 
-# Files that commands of a page find, and the files that they make.
+# Files that commands of a page find, and the files that they make. A guide may declare them itself.
 SHELL = {
     "README.md": ("heap", {"placed.conf", "surface.glb"}),
     "docs/site/guide/heaps.md": ("made", {"placed.conf", "surface.ply"}),
@@ -83,7 +83,6 @@ SHELL = {
     "docs/site/guide/merging.md": ("made", {"surface.ply"}),
     "docs/site/guide/points.md": ("made", {"surface.ply"}),
     "docs/site/guide/recordings.md": ("recording", {"model.glb", "poses.tum", "surface.ply"}),
-    "docs/site/guide/remeshing.md": ("surface", {"surface.glb"}),
     "docs/site/guide/surveys.md": ("made", {"survey.ply"}),
     "docs/site/guide/terrain.md": ("heights", {"terrain.glb"}),
     "docs/site/guide/turntable.md": ("made", {"placed.conf", "surface.glb"}),
@@ -91,7 +90,7 @@ SHELL = {
         "jobs",
         {"placed.conf", "surface.ply", "surface.glb", "light.stl", "merged.ply", "merged.ply.json", "distance.json"},
     ),
-}
+} | declared("sh")
 
 
 def commands_of(name):

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import surfrecon
 from conftest import ROOT
-from pages import every_block
+from pages import declared, every_block
 from python_reference import named, public_names
 from surfrecon import bar, distributed
 
@@ -32,12 +32,11 @@ FOUND = {
     ("docs/site/guide/points.md", None): "made",
     ("docs/site/guide/python.md", None): "nothing",
     ("docs/site/guide/recordings.md", None): "recording",
-    ("docs/site/guide/remeshing.md", None): "made",
     ("docs/site/guide/selecting.md", None): "made",
     ("docs/site/guide/surveys.md", None): "made",
     ("docs/site/guide/terrain.md", None): "nothing",
     ("docs/site/guide/turntable.md", None): "made",
-}
+} | {(name, None): scene for name, (scene, _) in declared("python").items()}
 # Scenes of docstrings' examples, unless it is a list of scans.
 DOCSTRINGS_FOUND = {
     "Frame": "table",

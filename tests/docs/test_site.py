@@ -125,6 +125,16 @@ def test_sections_take_their_links_and_pictures_along(tmp_path):
     )
 
 
+def test_a_heading_that_no_page_shows_is_in_the_repository(tmp_path):
+    (tmp_path / "pages").mkdir()
+    (tmp_path / "pages" / "a.md").write_text("# A\n\n<!-- from README.md, alone -->\n", "utf-8")
+    named = f"[a]({ROOT}/README.md) [l]({ROOT}/README.md#limits)"
+    (tmp_path / "pages" / "b.md").write_text(f"# B\n\n{named}\n", "utf-8")
+    sections.Composer(tmp_path / "pages", tmp_path / "made").compose()
+    made = (tmp_path / "made" / "b.md").read_text("utf-8")
+    assert "[a](/a.md) [l](https://github.com/surfrecon/surfrecon/blob/main/README.md#limits)" in made
+
+
 def test_pages_link_files_of_the_tree_by_their_paths(tmp_path):
     (tmp_path / "pages").mkdir()
     named = f"![p]({ROOT}/docs/pictures/room.jpg) [q]({ROOT}/PARAMETERS.md) [n](later.md) [c]({ROOT}/Cargo.toml)"

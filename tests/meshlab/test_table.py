@@ -20,6 +20,12 @@ FILTERS = {
     CLUSTER: (["cluster"], [], {"levels": 1}),
     BACKGROUND: (["plane"], [], {}),
 }
+# A filter that has no more than its operation.
+FILTERS |= {
+    operation.filter[1]: ([operation.name], [], {})
+    for operation in surfrecon.operations()
+    if operation.filter is not None and operation.filter[1] not in FILTERS
+}
 
 # Endings of files that MeshLab is left out of: projects, rasters, and what says nothing without the files beside it.
 NOBODYS = {"mlp", "aln", "png", "tif", "tiff", "json", "log", "freiburg", "traj"}

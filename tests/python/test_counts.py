@@ -155,6 +155,19 @@ def test_structs_of_plain_numbers_take_none_that_is_not_finite(bad):
         (lambda **given: surfrecon.reconstruct(np.zeros((4, 3)), **given), "color", "colour"),
         (lambda **given: surfrecon.Merger([]).merge(**given), "mesure", "measure"),
         (lambda **given: surfrecon.Job.merge([], **given), "voxl", "voxel"),
+        (lambda **given: surfrecon.turntable(torus(8), **given), "pixel", "pixels"),
+        (lambda **given: surfrecon.sculpture(**given), "cel", "cell"),
+        (lambda **given: surfrecon.Context(**given), "thread", "threads"),
+        (lambda **given: surfrecon.Mesh(np.eye(3), [[0, 1, 2]], **given), "color", "colour"),
+        (lambda **given: surfrecon.Plane((0, 0, 0), (0, 0, 1), **given), "margn", "margin"),
+        (lambda **given: surfrecon.Plane.through(np.eye(3), **given), "abve", "above"),
+        (lambda **given: surfrecon.Pick(0, 1, (0, 0, 0), (0, 0, 0), **given), "normal", "normals"),
+        (lambda **given: surfrecon.RangeImage.from_points(np.zeros((2, 2, 3)), **given), "veiwing", "viewing"),
+        (lambda **given: surfrecon.distances(np.zeros((1, 3)), torus(8), **given), "thread", "threads"),
+        (lambda **given: surfrecon.surface_distance(torus(8), torus(8), **given), "sined", "signed"),
+        (lambda **given: surfrecon.keep([], torus(8), **given), "progres", "progress"),
+        (lambda **given: surfrecon.ground(surfrecon.Plane((0, 0, 0), (0, 0, 1)), **given), "ups", "up"),
+        (lambda **given: surfrecon.formats(**given), "writen", "written"),
     ],
 )
 def test_misspelt_keywords_are_told_what_was_meant(call, given, meant):
@@ -183,6 +196,8 @@ def test_misspelt_figures_and_endings_are_told_what_was_meant(tmp_path):
     report = torus(8).check()
     with pytest.raises(AttributeError, match=r"CheckReport has no 'trianlges'\. Did you mean 'triangles'\?"):
         _ = report.trianlges
+    with pytest.raises(KeyError, match=r"CheckReport has no 'trianlges'\. Did you mean 'triangles'\?"):
+        _ = report["trianlges"]
     with pytest.raises(surfrecon.InputError, match=r"to hold a mesh\. Did you mean \.ply\?"):
         torus(8).write(tmp_path / "a.pyl")
     with pytest.raises(surfrecon.InputError, match=r"there is no name before \.ply: call it scan\.ply"):

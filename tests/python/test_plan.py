@@ -321,6 +321,7 @@ def test_bad_plans_are_refused(scans, tmp_path):
         ({"workspace": tmp_path / "nowhere"}, surfrecon.InputError, "must be a folder that exists"),
         ({"tasks": 0}, surfrecon.InputError, "tasks must lie between 1 and"),
         ({"grazing": 3}, TypeError, "unexpected keyword argument 'grazing'"),
+        ({"taks": 3}, TypeError, r"unexpected keyword argument 'taks'\. Did you mean 'tasks'\?"),
         ({"workspace": "unheard://of"}, surfrecon.InputError, "unheard"),
         ({"voxel": -1.0}, surfrecon.ParameterError, "voxel must be"),
         ({"encoding": "ascii"}, surfrecon.InputError, "must be binary, got 'ascii'"),

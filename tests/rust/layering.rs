@@ -1,15 +1,10 @@
-//! The invariants of ARCHITECTURE.md that source text alone can show. The crates of the core stand on floors, no files of a crate import
-//! each other in a circle, the core knows no host, `unsafe` stays where it is allowed, and every crate is on the map. The compiler says
-//! that a crate imports only what it names.
+//! The invariants of ARCHITECTURE.md that source text alone can show. The crates of the core stand on floors. No files of a crate import
+//! each other in a circle, and none imports from one that contains it. The core knows no host, `unsafe` stays where it is allowed, and
+//! every crate is on the map. The compiler says that a crate imports only what it names.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-/// The folders of the merge, in the order in which data go through them: each knows those before it, and `pipeline`, `run`,
-/// `reference` and `dump` know all.
-const MERGE: &[&str] =
-    &["stages", "params", "report", "crossings", "intake", "field", "visibility", "surface", "colour", "finish"];
-const OVER_THE_MERGE: &[&str] = &["pipeline", "run", "reference", "dump", "operation"];
 /// Crates that stand on the core, and know its roof and the allocator alone.
 const ON_THE_ROOF: &[&str] = &["c-api", "python"];
 const HOSTS: &[&str] = &["pyo3", "numpy::", "bpy", "cbindgen", "no_mangle", "extern \"C\""];
@@ -74,8 +69,13 @@ fn rust_files(folder: &str) -> Vec<(String, String)> {
 
 /// The code of a file without comments, and without the tests at its end, which may use anything.
 fn code(text: &str) -> String {
-    let code = text.split("\n#[cfg(test)]\nmod tests {").next().unwrap_or(text);
-    code.lines().map(|line| line.split("//").next().unwrap_or(line)).collect::<Vec<_>>().join("\n")
+    let is_tests = |at: &usize| {
+        let line = text[at + 1..].lines().nth(1).unwrap_or_default();
+        line.ends_with('{')
+            && line.split('(').next().is_some_and(|word| word.starts_with("mod ") || word.starts_with("pub"))
+    };
+    let end = text.match_indices("\n#[cfg(test)]\n").map(|(at, _)| at).find(is_tests).unwrap_or(text.len());
+    text[..end].lines().map(|line| line.split("//").next().unwrap_or(line)).collect::<Vec<_>>().join("\n")
 }
 
 /// The floors of the core as ARCHITECTURE.md has them, from the ground up: a crate knows those of lower floors, nothing beside it and
@@ -136,68 +136,208 @@ fn crates_stand_on_floors() {
     }
 }
 
-/// Modules that a file's code names by `super::` or `crate::`, as paths from the crate's root. `module` is the file's own.
-fn imported(code: &str, module: &[String], known: &BTreeSet<Vec<String>>) -> BTreeSet<Vec<String>> {
-    let is_path = |c: char| c.is_alphanumeric() || c == '_' || c == ':';
-    let mut found = BTreeSet::new();
-    let mut rest = code;
-    while let Some(at) = rest.find(is_path) {
-        let text = &rest[at..];
-        let path = &text[..text.find(|c| !is_path(c)).unwrap_or(text.len())];
-        rest = &text[path.len()..];
-        let parts: Vec<&str> = path.split("::").filter(|part| !part.is_empty()).collect();
-        let ups = parts.iter().take_while(|part| **part == "super").count();
-        let start = match parts.first() {
-            Some(&"crate") => Vec::new(),
-            Some(&"super") if ups <= module.len() => module[..module.len() - ups].to_vec(),
-            _ => continue,
-        };
-        let own = parts[ups.max(1)..].iter().map(|part| (*part).to_owned());
-        let stem: Vec<String> = start.into_iter().chain(own).collect();
-        let list = rest.strip_prefix('{').filter(|_| path.ends_with("::")).and_then(|list| list.split('}').next());
-        let leaves: Vec<Option<&str>> = match list {
-            Some(list) => list.split(',').map(|item| item.trim().split("::").next()).collect(),
-            None => vec![None],
-        };
-        for leaf in leaves {
-            let mut full = stem.clone();
-            full.extend(leaf.map(str::to_owned));
-            while !full.is_empty() && !known.contains(&full) {
-                full.pop();
-            }
-            found.insert(full);
+/// The files of a crate by the module that each of them is, but for tests.
+struct Tree {
+    files: BTreeMap<Vec<String>, File>,
+    of_tests: Vec<Vec<String>>,
+}
+
+struct File {
+    code: String,
+    /// Names that its `use` statements bring, with their paths.
+    brought: BTreeMap<String, Vec<String>>,
+}
+
+/// Imports of a file.
+struct Imports {
+    /// Modules that it names items of, but for those that contain it and those that it contains.
+    others: BTreeSet<Vec<String>>,
+    /// Items that it takes of modules that contain it and define them.
+    of_above: Vec<String>,
+}
+
+const PATH: fn(char) -> bool = |c| c.is_alphanumeric() || c == '_' || c == ':';
+
+/// The path at the beginning of a text, and what follows it.
+fn path_at(text: &str) -> (Vec<String>, bool, &str) {
+    let path = &text[..text.find(|c| !PATH(c)).unwrap_or(text.len())];
+    let parts = path.split("::").filter(|part| !part.is_empty()).map(str::to_owned);
+    (parts.collect(), path.ends_with("::"), &text[path.len()..])
+}
+
+/// The paths of a list of a `use` statement, until the brace that ends it. Returns what follows that.
+fn leaves<'t>(text: &'t str, stem: &[String], found: &mut Vec<Vec<String>>) -> &'t str {
+    let mut rest = text;
+    while let Some(at) = rest.find(|c: char| PATH(c) || c == '}' || c == '*') {
+        rest = &rest[at..];
+        if let Some(after) = rest.strip_prefix('}') {
+            return after;
+        }
+        if let Some(after) = rest.strip_prefix('*') {
+            found.push([stem, &["*".to_owned()]].concat());
+            rest = after;
+            continue;
+        }
+        let (parts, is_open, after) = path_at(rest);
+        rest = after;
+        if parts == ["as"] {
+            // The other name.
+            rest = path_at(rest.trim_start()).2;
+            continue;
+        }
+        let full = [stem, &parts].concat();
+        match after.chars().next().filter(|_| is_open) {
+            Some('{') => rest = leaves(&after[1..], &full, found),
+            Some('*') => {}
+            _ => found.push(full),
+        }
+        if is_open && after.starts_with('*') {
+            found.push([stem, &parts, &["*".to_owned()]].concat());
+            rest = &after[1..];
         }
     }
-    // Containing another says nothing: a driver uses its stages, and these its types.
-    found.retain(|other| !other.is_empty() && !module.starts_with(other) && !other.starts_with(module));
+    ""
+}
+
+/// Paths from `super::` or `crate::` that code names, each of a list by itself. Those of macros are of who calls them.
+fn paths(code: &str) -> Vec<Vec<String>> {
+    let (mut found, mut rest) = (Vec::new(), code);
+    let mut before = "";
+    while let Some(at) = rest.find(PATH) {
+        before = if at > 0 { &rest[..at] } else { before };
+        let is_elsewhere = before.ends_with('$') || before.ends_with("(in ");
+        let (parts, is_open, after) = path_at(&rest[at..]);
+        let text = &rest[at..];
+        rest = after;
+        if is_elsewhere || !matches!(parts.first().map(String::as_str), Some("super" | "crate")) {
+            before = text;
+            continue;
+        }
+        match after.chars().next().filter(|_| is_open) {
+            Some('{') => rest = leaves(&after[1..], &parts, &mut found),
+            Some('*') => found.push([&parts[..], &["*".to_owned()]].concat()),
+            // The visibility of an item.
+            _ if parts.last().is_some_and(|last| last == "super" || last == "crate") => {}
+            _ => found.push(parts),
+        }
+        before = "";
+    }
     found
 }
 
-/// The files of a folder of sources but for tests: the module that each of them is, and its code.
-fn modules(source: &str) -> Vec<(Vec<String>, String)> {
-    let module = |name: &str| {
-        let path = name.trim_start_matches(source).trim_end_matches(".rs").to_owned();
-        path.split('/').filter(|part| !matches!(*part, "mod" | "lib")).map(str::to_owned).collect::<Vec<_>>()
-    };
-    let files = rust_files(source).into_iter().map(|(name, text)| (module(&name), code(&text)));
-    files.filter(|(module, _)| !module.iter().any(|part| part.contains("test"))).collect()
+/// Names that `use` statements bring, with their paths.
+fn brought(code: &str) -> BTreeMap<String, Vec<String>> {
+    let statements = code.match_indices("use ").filter(|(at, _)| {
+        let line = &code[code[..*at].rfind('\n').map_or(0, |end| end + 1)..*at];
+        line.is_empty() || line.starts_with("pub")
+    });
+    let mut found = Vec::new();
+    for (at, word) in statements {
+        let text = &code[at + word.len()..];
+        leaves(&text[..text.find(';').unwrap_or(text.len())], &[], &mut found);
+    }
+    let name = |path: &Vec<String>| path.iter().rev().find(|part| *part != "self").cloned();
+    found.into_iter().filter_map(|path| Some((name(&path)?, path))).collect()
+}
+
+impl Tree {
+    /// The files of a folder of sources.
+    fn of(source: &str) -> Self {
+        let module = |name: &str| {
+            let path = name.trim_start_matches(source).trim_end_matches(".rs").to_owned();
+            path.split('/').filter(|part| !matches!(*part, "mod" | "lib")).map(str::to_owned).collect::<Vec<_>>()
+        };
+        let file = |text: &str| {
+            let code = code(text);
+            File { brought: brought(&code), code }
+        };
+        let mut files: BTreeMap<_, _> =
+            rust_files(source).into_iter().map(|(name, text)| (module(&name), file(&text))).collect();
+        // Modules of tests and of fuzzing see what they like.
+        let mut of_tests: Vec<Vec<String>> = Vec::new();
+        for (module, file) in &files {
+            let lines: Vec<&str> = file.code.lines().collect();
+            for pair in lines.windows(2).filter(|pair| matches!(pair[0], "#[cfg(test)]" | "#[cfg(any(test, fuzzing))]"))
+            {
+                let name = pair[1].strip_suffix(';').and_then(|line| line.split("mod ").nth(1));
+                of_tests.extend(name.map(|name| [&module[..], &[name.to_owned()]].concat()));
+            }
+        }
+        let is_of_tests = |module: &Vec<String>| {
+            module.iter().any(|part| part.contains("test")) || of_tests.iter().any(|test| module.starts_with(test))
+        };
+        files.retain(|module, _| !is_of_tests(module));
+        Tree { files, of_tests }
+    }
+
+    /// The module that a path names something of, and what. `module` is the one that has the path.
+    fn found(&self, path: &[String], module: &[String]) -> Option<(Vec<String>, Option<String>)> {
+        let ups = path.iter().take_while(|part| *part == "super").count();
+        let first = path.first().map(String::as_str);
+        let (start, rest) = match first {
+            Some("crate") => (Vec::new(), &path[1..]),
+            Some("super") if ups <= module.len() => (module[..module.len() - ups].to_vec(), &path[ups..]),
+            Some("self") => (module.to_vec(), &path[1..]),
+            // A module that it contains, or another crate.
+            Some(name) if self.files.contains_key(&[module, &[name.to_owned()]].concat()) => (module.to_vec(), path),
+            _ => return None,
+        };
+        let full = [&start[..], rest].concat();
+        let length = (0..=full.len()).rev().find(|&length| self.files.contains_key(&full[..length]))?;
+        Some((full[..length].to_vec(), full.get(length).cloned()))
+    }
+
+    fn imports(&self, module: &[String]) -> Imports {
+        let (mut others, mut of_above) = (BTreeSet::new(), Vec::new());
+        for path in paths(&self.files[module].code) {
+            let (mut other, mut item) = self.found(&path, module).unwrap_or_default();
+            // A module that contains it may pass on what others define: then it is of these.
+            while let Some(name) = item.clone().filter(|_| module.starts_with(&other) && module != other) {
+                let Some(from) = self.files[&other].brought.get(&name) else { break };
+                let next = self.found(from, &other).unwrap_or_else(|| (module.to_vec(), None));
+                if next.0 == other {
+                    break;
+                }
+                (other, item) = next;
+            }
+            if !module.starts_with(&other) && !other.starts_with(module) {
+                others.insert(other);
+            } else if let Some(item) = item.filter(|_| module.starts_with(&other) && module != other) {
+                let full = [&other[..], &[item]].concat();
+                of_above.extend(Some(full.join("::")).filter(|_| !self.of_tests.contains(&full)));
+            }
+        }
+        Imports { others, of_above }
+    }
+}
+
+/// The folders of the merge by the table of its `lib.rs`, which has them in the order in which data go through them: each knows those
+/// before it, and `driver` and those after it know all.
+fn folders_of_the_merge() -> Vec<String> {
+    let page = std::fs::read_to_string(root().join("rust-core/merge/src/lib.rs")).expect("the merge");
+    let cells = page.lines().filter_map(|line| line.strip_prefix("//! | ")?.split(" | ").next());
+    let names = cells.flat_map(|cell| cell.split('`').skip(1).step_by(2));
+    names.map(|name| name.trim_end_matches('/').to_owned()).collect()
 }
 
 #[test]
 fn stages_of_the_merge_stand_on_floors() {
-    let files = modules("rust-core/merge/src/");
-    let known: BTreeSet<Vec<String>> = files.iter().map(|(module, _)| module.clone()).collect();
-    let floor = |module: &[String]| MERGE.iter().position(|name| module.first().is_some_and(|first| first == name));
-    for (module, code) in files.iter().filter(|(module, _)| !module.is_empty()) {
+    let folders = folders_of_the_merge();
+    let driver = folders.iter().position(|name| name == "driver").expect("the table has the driver");
+    let (floors, over) = folders.split_at(driver);
+    let tree = Tree::of("rust-core/merge/src/");
+    let floor = |module: &[String]| floors.iter().position(|name| module.first() == Some(name));
+    for module in tree.files.keys().filter(|module| !module.is_empty()) {
         let Some(own) = floor(module) else {
-            assert!(OVER_THE_MERGE.contains(&module[0].as_str()), "{module:?} stands on no floor");
+            assert!(over.contains(&module[0]) || module[0] == "operation", "{module:?} stands on no floor");
             continue;
         };
-        for other in imported(code, module, &known) {
+        for other in tree.imports(module).others {
             assert!(floor(&other).is_some_and(|other| other <= own), "{module:?} knows {other:?}, which is above it");
         }
     }
-    assert!(MERGE.iter().all(|name| known.contains(&vec![(*name).to_owned()])), "a folder is not there");
+    let is_there = |name: &String| tree.files.contains_key(std::slice::from_ref(name));
+    assert!(floors.len() > 7 && folders.iter().all(is_there), "{folders:?}");
 }
 
 /// Public types of a module and those in it: of each its name, where it is, and whether others can name it. Former names do not count.
@@ -265,26 +405,42 @@ fn no_public_type_has_a_name_twice() {
     assert!(count > 350 && open.len() > 150, "{count} types were found, {} of them open", open.len());
 }
 
+/// The trees of the core's crates and of those on its roof, with their folders.
+fn trees() -> Vec<(String, Tree)> {
+    let core = floors().into_iter().flatten().map(|name| folder_of(&name));
+    let folders = core.chain(ON_THE_ROOF.iter().map(|host| (*host).to_owned()));
+    folders.map(|folder| (folder.clone(), Tree::of(&format!("{folder}/src/")))).collect()
+}
+
 #[test]
 fn no_circle_of_imports() {
-    let floors = floors();
-    let crates = floors.iter().flatten().map(|name| folder_of(name));
     let mut edges = 0;
-    for folder in crates.chain(ON_THE_ROOF.iter().map(|host| (*host).to_owned())) {
-        let files = modules(&format!("{folder}/src/"));
-        let known: BTreeSet<Vec<String>> = files.iter().map(|(module, _)| module.clone()).collect();
-        let mut imports: BTreeMap<Vec<String>, BTreeSet<Vec<String>>> =
-            files.iter().map(|(module, code)| (module.clone(), imported(code, module, &known))).collect();
+    for (folder, tree) in trees() {
+        let mut imports: BTreeMap<&Vec<String>, BTreeSet<Vec<String>>> =
+            tree.files.keys().map(|module| (module, tree.imports(module).others)).collect();
         edges += imports.values().map(BTreeSet::len).sum::<usize>();
         // A file that imports nothing that is left is in no circle.
         while let Some(free) = imports.iter().find(|(_, of)| !of.iter().any(|other| imports.contains_key(other))) {
-            let free = free.0.clone();
-            imports.remove(&free);
+            let free = *free.0;
+            imports.remove(free);
         }
         let circle: Vec<String> = imports.keys().map(|module| module.join("::")).collect();
         assert!(circle.is_empty(), "{folder}: these import each other in a circle, or what does: {circle:?}");
     }
     assert!(edges > 200, "{edges} imports were found");
+}
+
+/// A file that contains others knows them. They know each other, and nothing that it defines.
+#[test]
+fn no_file_knows_one_that_contains_it() {
+    let mut wrong = Vec::new();
+    for (folder, tree) in trees() {
+        for module in tree.files.keys() {
+            let of_above = tree.imports(module).of_above;
+            wrong.extend(of_above.iter().map(|item| format!("{folder}: {} takes {item}", module.join("::"))));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
 #[test]

@@ -110,6 +110,8 @@ class Composer:
         self.pages = sorted(base.rglob("*.md"))
         # The pages that show files and their headings, by (file, anchor). The anchor is empty for the file.
         self.places = {}
+        # Files of which a page shows all headings.
+        self.whole = set()
         for page in self.pages:
             for line in page.read_text("utf-8").splitlines():
                 if mark := MARK.match(line):
@@ -122,6 +124,8 @@ class Composer:
         shown, _ = section(path, mark[2], bool(mark[3]))
         if mark[2] is None:
             self.places[path, ""] = page, ""
+            if not mark[3]:
+                self.whole.add(path)
         else:
             # The page stands for the heading itself, which it does not repeat.
             self.places.setdefault((path, slug(mark[2])), (page, ""))
@@ -192,7 +196,7 @@ class Composer:
             raise SiteError(f"{path.relative_to(ROOT)}: {name or path.name} has no heading for #{anchor}")
         if (file, anchor) in self.places:
             shown, below = self.places[file, anchor]
-        elif (file, "") in self.places:
+        elif file in self.whole:
             shown, below = self.places[file, ""][0], anchor
         elif file in self.pages:
             shown, below = file, anchor

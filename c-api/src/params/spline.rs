@@ -1,7 +1,7 @@
 //! Parameters of spline. Written by `make generate` from their declaration in the core: change that.
 
+use crate::given::{Fields, Given};
 use crate::guard::guard;
-use crate::params::{Fields, Given};
 use crate::sized;
 use crate::status::srf_status;
 

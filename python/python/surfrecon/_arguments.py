@@ -51,8 +51,8 @@ def whole(name: str, value: Any, unit: str = "") -> int:
         raise wrong_kind(name, f"a whole number{unit}", value) from None
 
 
-def of_table(name: str, value: object, *operations: str) -> None:
-    """Checks a parameter of the core.
+def of_table(name: str, value: object, *operations: str, others: Iterable[str] = ()) -> None:
+    """Checks a parameter of the core. ``others`` are keywords that the function has besides.
 
     Raises:
         TypeError: there is no such parameter of these operations, or it is of another kind.
@@ -64,7 +64,7 @@ def of_table(name: str, value: object, *operations: str) -> None:
                 row.check(value)
             return
     known = [row.name for row in _native.parameters() if row.operation in operations]
-    raise unexpected(operations[0], name, known)
+    raise unexpected(operations[0], name, [*known, *others])
 
 
 def meant(given: str, known: Iterable[str]) -> str:
@@ -79,13 +79,14 @@ def unexpected(function: str, name: str, known: Iterable[str]) -> TypeError:
     Args:
         function: its name in the compiled module, of a method behind that of its class.
         name: what was given.
-        known: parameters that it takes. Those that its signature shows come on top.
+        known: parameters that it takes. Those that its signature shows by name come on top.
     """
     names = {*known}
     # A name that the module does not have is a function of Python's, whose caller says all it takes.
     with contextlib.suppress(AttributeError, ValueError):
         shown = inspect.signature(operator.attrgetter(function)(_native)).parameters.values()
-        names |= {one.name for one in shown if one.kind is one.KEYWORD_ONLY}
+        names |= {one.name for one in shown if one.kind in (one.KEYWORD_ONLY, one.POSITIONAL_OR_KEYWORD)}
+        names.discard("self")
     means = meant(name, sorted(names)) or f" It takes {', '.join(sorted(names))}."
     return TypeError(f"{function}() got an unexpected keyword argument {name!r}.{means}")
 

@@ -38,9 +38,13 @@ class Report(dict[str, Any]):
             return self._former(name)
         try:
             return self[name]
-        except KeyError:
-            instead = meant(name, self) or f" There are {', '.join(self)}."
-            raise AttributeError(f"{type(self).__name__} has no {name!r}.{instead}", name=name, obj=self) from None
+        except KeyError as error:
+            raise AttributeError(error.args[0], name=name, obj=self) from None
+
+    def __missing__(self, name: Any) -> Any:
+        """Says which figure was probably meant."""
+        instead = meant(name, self) if isinstance(name, str) else ""
+        raise KeyError(f"{type(self).__name__} has no {name!r}.{instead or ' There are ' + ', '.join(self) + '.'}")
 
     def __missing__(self, name: str) -> Any:
         """The figure that is called so no longer."""

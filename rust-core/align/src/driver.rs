@@ -7,7 +7,9 @@ use crate::constraints::Constraints;
 use crate::params::AlignParams;
 use crate::report::Alignment;
 use crate::snap::Snap;
-use crate::stages::{ALIGNING, COMPARING, MEASURING, PLAN, READING, READING_ALONE, SNAPPING};
+use crate::stages::{
+    ALIGNING, COMPARING, MEASURING, MEASURING_PLAN, PLAN, READING, READING_ALONE, SNAPPING, SNAPPING_PLAN,
+};
 use crate::view::{Reduced, View, coarse_cell};
 use crate::{finding, misfit, reach, sequence, snap, solve, summary};
 use base::error::{Error, Result};
@@ -148,7 +150,8 @@ impl Prepared {
         let view = &self.views[inside];
         let reach = params.reach.unwrap_or(reach::ROUGH_REACH * view.reduced.radius);
         let limits = finding::Limits::of(params);
-        progress.plan(SNAPPING);
+        progress.plan(SNAPPING_PLAN);
+        progress.stage(SNAPPING, 1);
         let pool = base::threads::pool(params.threads)?;
         progress.run(&pool, || snap::snap(view, &start, &stays, reach, &limits, progress))
     }
@@ -173,7 +176,8 @@ impl Prepared {
             return Err(Error::input(format!("scan {scan} has no pose, so that nothing can be said of how it fits")));
         };
         let others: Vec<misfit::Placed<'_>> = (0..self.len()).filter(|&k| k != inside).filter_map(placed).collect();
-        progress.plan(MEASURING);
+        progress.plan(MEASURING_PLAN);
+        progress.stage(MEASURING, 1);
         let pool = base::threads::pool(self.threads)?;
         progress.run(&pool, || {
             let map = misfit::Map::new(&placed_scan, &others, usize::MAX);

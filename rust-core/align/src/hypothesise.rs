@@ -201,14 +201,14 @@ fn around(graph: &Graph, likes: &[Like], i: usize, j: usize, cell: f64) -> Optio
 }
 
 fn fitted(likes: &[Like], members: impl Iterator<Item = usize>, cell: f64) -> Option<DAffine3> {
-    let mut horn = RigidFit::new();
+    let mut fit = RigidFit::new();
     for k in members {
         let Like { points, normals } = &likes[k];
-        horn.point(points[1], points[0], 1.0);
+        fit.point(points[1], points[0], 1.0);
         // A normal is worth as much as a point some cells away.
-        horn.direction(normals[1], normals[0], (2.0 * cell) * (2.0 * cell));
+        fit.direction(normals[1], normals[0], (2.0 * cell) * (2.0 * cell));
     }
-    horn.solve()
+    fit.solve()
 }
 
 fn inliers(likes: &[Like], a_from_b: &DAffine3, distance: f64) -> Vec<usize> {

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use crate::assemble::{Limit, Standing, apart_at_first, assemble};
 use crate::constraints::{Inside, Ordered, Told};
-use crate::doubts::take_out;
+use crate::doubts::{Doubted, take_out};
 use crate::finding::{Finding, Limits};
 use crate::group::Group;
 use crate::hypothesise::Effort;
@@ -43,8 +43,8 @@ pub(crate) struct Found {
     pub pairs: Vec<Pair>,
     pub standings: Vec<Standing>,
     pub groups: Vec<Group>,
-    /// Scans that fit others, but are too few to tell where they belong.
-    pub doubted: Vec<usize>,
+    /// Scans that fit others, but nothing tells where they belong.
+    pub doubted: Doubted,
     /// The turntable, where there was one and it was found.
     pub table: Option<Table>,
     /// The scans in the order of the recording, where they were followed.
@@ -134,7 +134,7 @@ pub(crate) fn search(
     let is_heap = search.steps.is_none() && search.table.is_none() && !bound.binds();
     let doubted = match is_heap {
         true => take_out(views, inside, &pairs, &mut groups, &mut standings),
-        false => Vec::new(),
+        false => Doubted::default(),
     };
     let sequence = search.steps.and(inside.sequence.as_ref()).map(|order| order.frames.clone());
     Ok(Found { pairs, standings, groups, doubted, table: search.table, sequence })
@@ -358,14 +358,14 @@ fn picked(views: &[View], inside: &Inside, a: usize, b: usize, bound: &Bound, li
     };
     let has_normals = picks.iter().filter(|pick| pick.normals.is_some()).count();
     if picks.len() >= 3 || (picks.len() == 2 && has_normals == 2) {
-        let mut horn = RigidFit::new();
+        let mut fit = RigidFit::new();
         for pick in &picks {
-            horn.point(pick.points[1], pick.points[0], pick.weight);
+            fit.point(pick.points[1], pick.points[0], pick.weight);
             if let Some(normals) = pick.normals {
-                horn.direction(normals[1], normals[0], pick.weight * (4.0 * cell) * (4.0 * cell));
+                fit.direction(normals[1], normals[0], pick.weight * (4.0 * cell) * (4.0 * cell));
             }
         }
-        if let Some(start) = horn.solve() {
+        if let Some(start) = fit.solve() {
             if off(&start) > PICKED * cell {
                 return Pair { a, b, modes: Vec::new(), finding: Finding::Nothing, beyond: None };
             }

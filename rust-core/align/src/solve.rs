@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use crate::assemble::Standing;
 use crate::coloured;
 use crate::constraints::{Inside, Pick};
+use crate::doubts::Doubted;
 use crate::finding::{BALANCE, Finding, Limits, closest, fits};
 use crate::group::Group;
 use crate::judge::{Verdict, judge, tolerance, touching_share};
@@ -31,8 +32,8 @@ pub(crate) struct Solved {
     pub groups: Vec<SolvedGroup>,
     pub pairs: Vec<Pair>,
     pub standings: Vec<Standing>,
-    /// Scans that fit others, but are too few to tell where they belong.
-    pub doubted: Vec<usize>,
+    /// Scans that fit others, but nothing tells where they belong.
+    pub doubted: Doubted,
     pub links: Vec<Looked>,
     pub limits: Limits,
     pub inside: Vec<bool>,

@@ -1,16 +1,21 @@
 //! The stages that progress tells of.
 
-use base::progress::Plan;
+base::stages! {
+    /// Stages with their shares of the time: of all, of reading alone, of aligning what is read.
+    pub PLAN, READING_ALONE, ALIGNING:
+    READING = "reading scans", 0.3, 1.0, 0.0;
+    COMPARING = "comparing scans", 0.5, 0.0, 0.7;
+    FITTING = "fitting all scans", 0.2, 0.0, 0.3;
+}
 
 base::stages! {
-    /// Stages with their shares of the time ...
-    pub PLAN:
-    READING = "reading scans", 0.3;
-    COMPARING = "comparing scans", 0.5;
-    FITTING = "fitting all scans", 0.2;
+    /// The stage of placing one scan by hand.
+    pub SNAPPING_PLAN:
+    SNAPPING = "placing the scan", 1.0;
 }
-/// ... and those of its parts by themselves, in the same places.
-pub const READING_ALONE: Plan = &[(PLAN[READING].0, 1.0)];
-pub const ALIGNING: Plan = &[(PLAN[READING].0, 0.0), (PLAN[COMPARING].0, 0.7), (PLAN[FITTING].0, 0.3)];
-pub const SNAPPING: Plan = &[("placing the scan", 1.0)];
-pub const MEASURING: Plan = &[("measuring the misfit", 1.0)];
+
+base::stages! {
+    /// The stage of measuring what no pose explains.
+    pub MEASURING_PLAN:
+    MEASURING = "measuring the misfit", 1.0;
+}

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 
 use crate::assemble::{Standing, contradict};
 use crate::constraints::Pick;
+use crate::doubts::Doubt;
 use crate::finding::Finding;
 use crate::judge::Mode;
 use crate::misfit::{Cause, Placed, cause};
@@ -136,18 +137,21 @@ pub(crate) fn reason(
 
 /// Why a scan that fits others has no place all the same.
 fn doubted(solved: &Solved, names: &[&str], k: usize) -> Option<String> {
-    if !solved.doubted.contains(&k) {
-        return None;
-    }
+    let why = solved.doubted.why.filter(|_| solved.doubted.scans.contains(&k))?;
     let pairs = solved.pairs.iter().filter(|pair| pair.finding == Finding::Sure && (pair.a == k || pair.b == k));
     let best = pairs.max_by(|x, y| touching(x).total_cmp(&touching(y)));
     let other = |pair: &Pair| format!("{:?}", names[if pair.a == k { pair.b } else { pair.a }]);
+    let against = match why {
+        Doubt::Few => format!(
+            "{} of {} scans that fit each other are too few to tell one place from another that looks alike",
+            solved.doubted.scans.len(),
+            solved.inside.len()
+        ),
+        Doubt::Repeats => "the room repeats itself: other pairs of scans fit as well and say something else".to_owned(),
+    };
     Some(format!(
-        "it fits {}, but {} of {} scans that fit each other are too few to tell one place from another that looks alike. Align the recording as \
-         a sequence, give rough poses, or a pair of points that both show.",
-        best.map_or("other scans".to_owned(), other),
-        solved.doubted.len(),
-        solved.inside.len()
+        "it fits {}, but {against}. Align the recording as a sequence, give rough poses, or a pair of points that both show.",
+        best.map_or("other scans".to_owned(), other)
     ))
 }
 
@@ -396,18 +400,18 @@ fn several_places(
     Ok(said)
 }
 
-/// Frames of rooms that fit each other, but are too few to tell where they belong.
+/// Frames of rooms that fit each other, but nothing tells where they belong.
 fn in_doubt(order: &[usize], names: &[&str], solved: &Solved) -> Option<String> {
-    let mut few = solved.doubted.clone();
-    few.sort_by_key(|&k| order[k]);
-    let few: Vec<&str> = few.into_iter().map(|k| names[k]).collect();
-    let (count, all) = (few.len(), names.len());
-    (count > 0).then(|| {
-        format!(
-            "{count} scans fit each other, too few of {all} to tell places that look alike from each other: {}",
-            quoted(&few)
-        )
-    })
+    let why = solved.doubted.why?;
+    let mut scans = solved.doubted.scans.clone();
+    scans.sort_by_key(|&k| order[k]);
+    let scans: Vec<&str> = scans.into_iter().map(|k| names[k]).collect();
+    let (count, all) = (scans.len(), names.len());
+    let against = match why {
+        Doubt::Few => format!("too few of {all} to tell places that look alike from each other"),
+        Doubt::Repeats => "but other pairs fit as well and say something else: the room repeats itself".to_owned(),
+    };
+    (count > 0).then(|| format!("{count} scans fit each other, {against}: {}", quoted(&scans)))
 }
 
 /// Places where track of a recording was lost, and whether it was found again.

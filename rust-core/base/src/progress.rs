@@ -53,13 +53,21 @@ pub type Seconds = Vec<(&'static str, f64)>;
 /// progress.stage(SORTING, 10);
 /// assert_eq!(progress.tick().stage, "sorting");
 /// ```
+///
+/// Calls that have the same stages in other shares have a plan each, and each stage a share for each of them:
+/// `PLAN, SORTED_PLAN: READING = "reading", 0.2, 0.0; SORTING = "sorting", 0.8, 1.0;`.
 #[macro_export]
 macro_rules! stages {
-    ($(#[$doc:meta])* $visible:vis $plan:ident: $($stage:ident = $words:literal, $share:literal;)+) => {
-        $(#[$doc])*
-        $visible const $plan: $crate::progress::Plan = &[$(($words, $share)),+];
+    ($(#[$doc:meta])* $visible:vis $($plan:ident),+: $($stage:ident = $words:literal, $($share:literal),+;)+) => {
+        $crate::stages!(@plans [$(#[$doc])*] $($words [$($share)+])+; $visible $($plan)+);
         $crate::stages!(@place 0; $visible $($stage)+);
     };
+    (@plans [$($doc:tt)*] $($words:literal [$share:literal $($rest:literal)*])+; $visible:vis $plan:ident $($others:ident)*) => {
+        $($doc)*
+        $visible const $plan: $crate::progress::Plan = &[$(($words, $share)),+];
+        $crate::stages!(@plans [$($doc)*] $($words [$($rest)*])+; $visible $($others)*);
+    };
+    (@plans [$($doc:tt)*] $($words:literal [])+; $visible:vis) => {};
     (@place $place:expr; $visible:vis $stage:ident $($rest:ident)*) => {
         #[doc = "Its place in the plan."]
         $visible const $stage: usize = $place;

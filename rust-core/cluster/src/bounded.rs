@@ -1,6 +1,6 @@
 //! A level within a largest error: patches are split where its mesh lies too far off, until it lies nowhere too far off.
 
-use super::driver::Job;
+use super::driver::{Job, Rims};
 use super::kmeans::KMeans;
 use super::report::Clustered;
 use base::error::Result;
@@ -38,7 +38,7 @@ impl<'a> Job<'a> {
             }
             progress.lap("patches");
             let relaxation = if round < RELAXED { self.params.relaxation } else { 0 };
-            let Some(made) = self.make(disks, None, relaxation, progress)? else { break };
+            let Some(made) = self.make(disks, None, relaxation, Rims::AsTheyCome, progress)? else { break };
             let side = measure::Side::Ignored;
             let deviation = measure::deviation_within(&reference.positions, &made.mesh, side, 0, progress)?;
             let mut beyond: Vec<bool> = deviation.distances.iter().map(|&d| d > bound).collect();

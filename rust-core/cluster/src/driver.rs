@@ -29,11 +29,19 @@ const BYTES_A_VERTEX: f64 = 105.0;
 /// Three points for every two triangles, with their terms and the places of the net nearest to them.
 const BYTES_FITTED: f64 = 320.0;
 
-/// Stages with their shares of the time: of a mesh ...
-const PLAN: Plan = &[("clustering", 1.0)];
-/// ... and of points, which become a mesh first.
-const POINTS_PLAN: Plan =
-    &[reconstruct::PLAN[0], reconstruct::PLAN[1], reconstruct::PLAN[2], reconstruct::PLAN[3], ("clustering", 0.5)];
+base::stages! {
+    /// Stages with their shares of the time: of a mesh ...
+    PLAN:
+    CLUSTERING = "clustering", 1.0;
+}
+/// ... and of points, which become a mesh first, by the stages of another operation.
+const POINTS_PLAN: Plan = &[
+    reconstruct::PLAN[0],
+    reconstruct::PLAN[1],
+    reconstruct::PLAN[2],
+    reconstruct::PLAN[3],
+    (PLAN[CLUSTERING].0, 0.5),
+];
 /// Steps that splitting and mending take of a level's progress, besides those that the parameters bound.
 const OTHER_STEPS: u64 = 130;
 /// Rounds for a largest error that are taken as its progress.
@@ -90,7 +98,7 @@ pub fn levels(
     Crs::lengths(mesh.crs.as_ref())?;
     progress.plan(PLAN);
     let pool = base::threads::pool(params.threads)?;
-    progress.run(&pool, || chain(mesh, resolutions, params, 0, progress))
+    progress.run(&pool, || chain(mesh, resolutions, params, CLUSTERING, progress))
 }
 
 /// Clusters points at one resolution: the surface through them, as [`reconstruct::run`] finds it, is clustered.
@@ -212,6 +220,15 @@ pub(super) struct Job<'a> {
     pub(super) params: &'a ClusterParams,
 }
 
+/// The fate of nodes beside thin rims.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Rims {
+    /// They slide onto the rims.
+    Drawn,
+    /// They stay: a largest error finds places that are off by itself, in round after round.
+    AsTheyCome,
+}
+
 /// Patches that are disks, and the polygons around them.
 pub(super) struct Disks {
     labels: Vec<u32>,
@@ -249,7 +266,7 @@ impl<'a> Job<'a> {
             disks = self.with_nodes(&coarser, kmeans, disks, patches, wanted, progress)?;
         }
         progress.lap("patches");
-        match self.make(disks, nodes, self.params.relaxation, progress)? {
+        match self.make(disks, nodes, self.params.relaxation, Rims::Drawn, progress)? {
             Some(made) => Ok(made.into_result(None)),
             None => self.input_itself(false, progress),
         }
@@ -324,6 +341,7 @@ impl<'a> Job<'a> {
         disks: Disks,
         nodes: Option<usize>,
         relaxation: u32,
+        rims: Rims,
         progress: &Progress<'_>,
     ) -> Result<Option<Made>> {
         let surface = &self.surface;
@@ -357,6 +375,10 @@ impl<'a> Job<'a> {
             mend::mend(surface, &mut net, nodes, progress)?;
             mend::release(surface, &mut net, progress)?;
             features::keep(surface, &mut net, progress)?;
+        }
+        // Of open surfaces, as scans are. A closed one keeps its even triangles at rims, too.
+        if rims == Rims::Drawn && steps > 0 && !to_the_least && surface.has_border() {
+            polish::rims(surface, &mut net, progress)?;
         }
         net.let_go();
         progress.lap("relax");

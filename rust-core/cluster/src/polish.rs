@@ -5,6 +5,8 @@
 //! flipped where that brings them nearer. So triangles grow long along what bends one way only, and small where the surface bends most, as
 //! far as no angle falls below the least.
 
+use std::collections::BTreeSet;
+
 use glam::{DMat3, DVec3};
 
 use super::collapse::collapse;
@@ -44,6 +46,10 @@ const HALVINGS: usize = 2;
 const TURN: f64 = 0.5;
 /// Cosine of the largest angle between the normals of triangles that share an edge, 120 degrees: no move makes one above it.
 const FOLD: f64 = -0.5;
+/// Cosine of the angle from which an edge is a fold, which nodes beside a rim are drawn to: 60 degrees.
+const RIM: f64 = 0.5;
+/// Least angle, in radians, that drawing them leaves, unless there was a smaller one: 30 degrees.
+const RIM_ANGLE: f64 = std::f64::consts::FRAC_PI_6;
 /// Rounds that mend angles below the least which are left.
 const MENDINGS: usize = 3;
 
@@ -130,6 +136,76 @@ fn folds(star: &[[DVec3; 3]]) -> f64 {
     (0..normals.len()).map(|k| normals[k].dot(normals[(k + 1) % normals.len()])).fold(1.0, f64::min)
 }
 
+/// Draws nodes beside folds along the surface to where they lie nearest to it, and flips edges by the same measure: a rim that bends within an
+/// edge's length is no saw then. Nodes elsewhere stay, and so do those on creases.
+///
+/// # Errors
+/// [`base::Error::Cancelled`].
+pub fn rims(surface: &Surface, net: &mut Net, progress: &Progress<'_>) -> Result<()> {
+    let links = Links::of(&net.triangles, net.points.len(), progress)?;
+    let normals: Vec<DVec3> = (0..net.triangles.len()).map(|t| net.area_vector(t).normalize_or_zero()).collect();
+    let mut at_rim = vec![false; net.points.len()];
+    for (h, &twin) in links.twins.iter().enumerate() {
+        let t = net.triangles[h / 3];
+        if twin != NONE
+            && normals[h / 3].dot(normals[twin as usize / 3]) < RIM
+            && !net.is_ridge(t[h % 3], t[(h + 1) % 3])
+        {
+            t.iter().for_each(|&v| at_rim[v as usize] = true);
+        }
+    }
+    if !at_rim.contains(&true) {
+        return Ok(());
+    }
+    let mut samples = samples(surface, progress)?;
+    let stride = (samples.len() / (POINTS * net.points.len())).max(1);
+    samples = samples.into_iter().step_by(stride).collect();
+    near(net, &at_rim, &mut samples, progress)?;
+    for _ in 0..ROUNDS {
+        let mut sheet = Sheet::new(net, &samples, RIM_ANGLE, progress)?;
+        sheet.surface = Some(surface);
+        let mut pace = Pace::new(progress);
+        for _ in 0..SWEEPS {
+            for v in (0..).zip(&at_rim).filter(|n| *n.1).map(|n| n.0) {
+                if !sheet.net.is_fixed(v) && !sheet.net.on_crease(v) {
+                    let looked = sheet.shift(v);
+                    pace.after(8 * looked)?;
+                }
+            }
+            for h in 0..sheet.links.twins.len() as u32 {
+                if sheet.net.triangles[h as usize / 3].iter().any(|&v| at_rim[v as usize]) {
+                    let looked = sheet.flip(h);
+                    pace.after(1 + 2 * looked)?;
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Leaves the points that may lie beside the triangles of `nodes`: within twice the longest edge there.
+fn near(net: &Net, nodes: &[bool], samples: &mut Vec<Sample>, progress: &Progress<'_>) -> Result<()> {
+    let mut longest = 0.0_f64;
+    for t in net.triangles.iter().filter(|t| t.iter().any(|&v| nodes[v as usize])) {
+        let [a, b, c] = t.map(|v| net.points[v as usize]);
+        longest = longest.max(a.distance(b)).max(b.distance(c)).max(c.distance(a));
+    }
+    // Of a net in one place all points stay.
+    if !(longest > f64::EPSILON) {
+        return Ok(());
+    }
+    let cell = |p: DVec3| (p / (2.0 * longest)).floor().as_i64vec3().to_array();
+    let mut cells = BTreeSet::new();
+    let mut pace = Pace::new(progress);
+    for (p, _) in net.points.iter().zip(nodes).filter(|n| *n.1) {
+        pace.after(27)?;
+        let [x, y, z] = cell(*p);
+        cells.extend((0..27).map(|i| [x + i % 3 - 1, y + i / 3 % 3 - 1, z + i / 9 - 1]));
+    }
+    samples.retain(|s| cells.contains(&cell(s.point)));
+    progress.check()
+}
+
 /// A net and the points of the surface that are nearest to each of its triangles.
 struct Sheet<'a> {
     net: &'a mut Net,
@@ -139,6 +215,8 @@ struct Sheet<'a> {
     beside: Vec<Vec<(u32, f64)>>,
     least: f64,
     star: Vec<u32>,
+    /// The surface that nodes stay on, if they do.
+    surface: Option<&'a Surface>,
 }
 
 impl<'a> Sheet<'a> {
@@ -150,7 +228,7 @@ impl<'a> Sheet<'a> {
                 lists[closest.triangle as usize].push((i, closest.distance_squared));
             }
         }
-        Ok(Sheet { net, links, samples, beside: lists, least, star: Vec::new() })
+        Ok(Sheet { net, links, samples, beside: lists, least, star: Vec::new(), surface: None })
     }
 
     /// Moves a node to where the points around it are nearest in the mean square, if that spoils no triangle. Nodes at the border stay.
@@ -207,7 +285,9 @@ impl<'a> Sheet<'a> {
         }
         step = step.clamp_length_max(FARTHEST * shortest);
         for _ in 0..=HALVINGS {
-            let after = with(here + step);
+            let place = self.surface.map(|s| s.walk(here + step, self.net.places[v as usize]));
+            let there = place.map_or(here + step, |p| p.point);
+            let after = with(there);
             let fits = folds(&after) >= FOLD.min(fold)
                 && after.iter().zip(&before).all(|(&new, &old)| {
                     let (turned, vector) = (area_vector(new), area_vector(old));
@@ -215,7 +295,10 @@ impl<'a> Sheet<'a> {
                         && smallest_angle(new) >= angle
                 });
             if fits && let Some(found) = self.nearest(&points, &after, start * (1.0 - GAIN)) {
-                self.net.points[v as usize] = here + step;
+                self.net.points[v as usize] = there;
+                if let Some(place) = place {
+                    self.net.places[v as usize] = place.triangle;
+                }
                 self.give(star, points.iter().map(|p| p.0).zip(found));
                 break;
             }
@@ -266,6 +349,9 @@ impl<'a> Sheet<'a> {
         }
         let (net, links) = (&*self.net, &self.links);
         let [a, b, c, d] = quad(net, h, g);
+        if net.is_ridge(a, b) {
+            return 0;
+        }
         let [p, q, r, s] = [a, b, c, d].map(|v| net.points[v as usize]);
         let before = smallest_angle([p, q, r]).min(smallest_angle([q, p, s]));
         let new = [[r, p, s], [s, q, r]];

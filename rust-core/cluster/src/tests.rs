@@ -8,6 +8,7 @@ use proptest::prelude::*;
 mod creases;
 mod least_angle;
 mod points;
+mod rims;
 
 use super::*;
 use base::{Error, Progress, Result};

@@ -5,14 +5,14 @@
 //! | `bvh` | bounding volume hierarchy: first hits of rays, closest points |
 //! | `delaunay2` | triangulation of points in one plane of space |
 //! | `delaunay3` | tetrahedralization of points |
+//! | `double_double` | numbers of twice the precision of doubles |
 //! | `flow` | largest flows and smallest cuts of networks |
-//! | `horn` | the rigid motion between two sets of points |
 //! | `linear` | small symmetric matrices: systems of equations, eigenvalues |
 //! | `neighbours` | nearest neighbours among fixed points |
 //! | `predicates` | exact signs of determinants |
+//! | `rigid_fit` | the rigid motion between two sets of points |
 //! | `span` | whether points span a line, a plane or space |
 //! | `triangles` | do two triangles cross |
-//! | `twice` | numbers of twice the precision of doubles |
 //! | `wide` | determinants of integers of 62 bits |
 
 pub mod bvh;

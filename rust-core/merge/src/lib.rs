@@ -2,23 +2,25 @@
 //!
 //! | folder or file | steps |
 //! |---|---|
-//! | `pipeline` | the list of the steps, for all ways to run them |
+//! | `stages`, `params`, `report` | names of the stages that progress tells, and their shares of the time; the settings; the figures |
 //! | `crossings/` | 1. the grid and the crossings of the scans with its lines; 2. details finer than a cell; 3. crossings in order, and added up by edge |
 //! | `intake/` | the size of the cells, memory foreseen, scans loaded one after the other; where scans lie, how far from each other |
-//! | `visibility/` | crossings that scans see through |
 //! | `field/` | 3. and 4. crossings to votes, votes to labels of the nodes and vertices between them |
+//! | `visibility/` | crossings that scans see through |
 //! | `surface/` | 5. valid cells; 6. the mesh; 7. vertices without a crossing, vertices where two fans meet: block by block, and put together |
 //! | `colour/` | scans made equally bright; colours where no scan has any |
 //! | `finish/` | 8. parts that are kept; 9. holes; the surface handed over; its distance to the scans |
+//! | `driver` | the list of the steps, for all ways to run them |
 //! | `run/` | keeps what steps leave for each other: `memory`, `incremental` where scans have changed, `out_of_core` in files |
 //! | `reference/` | 3. and 4. as the paper has them, to compare with (a feature) |
 //! | `dump` | stages as files to look at |
-//! | `stages` | names of the stages that progress tells, and their shares of the time |
 //!
-//! A folder knows those above it in this list. `pipeline`, `run` and `dump` know all.
+//! A folder knows those above it in this list. Those from `driver` on know all.
 
 mod operation;
-mod pipeline;
+mod params;
+mod report;
+mod stages;
 
 mod colour;
 mod crossings;
@@ -28,16 +30,13 @@ mod intake;
 mod surface;
 mod visibility;
 
+mod driver;
 mod run;
 
 #[cfg(any(test, feature = "reference"))]
 pub mod reference;
 
 mod dump;
-
-mod params;
-mod report;
-mod stages;
 
 pub use finish::deviation::deviation;
 pub use image::source::{Loading, OrientedSurface, PlacedMesh, ScanSource, common_crs};
@@ -83,7 +82,7 @@ pub fn run_if_it_fits(
     memory: Option<u64>,
     progress: &Progress<'_>,
 ) -> Result<Option<Merged>> {
-    run::if_it_fits(memory, |setup| run::run_by(scans, params, setup, progress))
+    run::started::if_it_fits(memory, |setup| run::memory::run_by(scans, params, setup, progress))
 }
 
 /// The former name of [`incremental`].

@@ -18,6 +18,7 @@ use crate::crossings::discretize;
 use crate::crossings::lattice::{ACROSS, BRICK, BRICK_BITS, Lattice};
 use crate::intake::setup::Setup;
 use crate::run::memory::Memory;
+use crate::run::started::surface;
 use crate::*;
 use base::error::Error;
 use base::threads;
@@ -35,7 +36,7 @@ pub(crate) fn by_setup(
     setup: &Setup,
     progress: &Progress<'_>,
 ) -> Result<Merged> {
-    run::surface(&mut Memory::new(sources, params, setup), params, progress)
+    surface(&mut Memory::new(sources, params, setup), params, progress)
 }
 
 /// Everything of one size is kept: the tests are about the method, not about its cosmetics.

@@ -11,7 +11,7 @@ use super::measure::{CHUNK, Deviation, DistanceReport, Side, measure_points};
 use super::{Crs, TriMesh};
 use base::error::{Error, Result};
 use base::magnitude;
-use base::progress::Progress;
+use base::progress::{Pace, Progress};
 use geom::bvh::{Bvh, Closest};
 
 /// The bound is brought within this share of the largest distance found.
@@ -239,14 +239,14 @@ pub fn within(surface: &TriMesh, reference: &TriMesh, limit: f64, progress: &Pro
     let settle = |t: usize| {
         let corners = surface.corners(t);
         let share = budget * area(corners) / whole;
-        settled(corners, reference, &bvh, limit, if share > LEAST_SHARE { share } else { LEAST_SHARE })
+        settled(corners, reference, &bvh, limit, if share > LEAST_SHARE { share } else { LEAST_SHARE }, progress)
     };
     let numbers: Vec<u32> = (0..surface.triangles.len() as u32).collect();
     let settled = numbers
         .par_chunks(64)
         .map(|some| {
             progress.check()?;
-            Ok(some.iter().map(|&t| (t, settle(t as usize))).collect::<Vec<_>>())
+            some.iter().map(|&t| Ok((t, settle(t as usize)?))).collect::<Result<Vec<_>>>()
         })
         .collect::<Result<Vec<_>>>()?;
     let mut within = Within { bound: 0.0, beyond: Vec::new() };
@@ -267,15 +267,19 @@ fn settled(
     bvh: &Bvh<'_>,
     limit: f64,
     mut measurements: f64,
-) -> std::result::Result<f64, u32> {
+    progress: &Progress<'_>,
+) -> Result<std::result::Result<f64, u32>> {
+    // One large triangle may take most of all measurements.
+    let mut pace = Pace::new(progress);
     let closest = |point| bvh.closest_point(point).expect("there is a triangle and the point is finite");
     let found = corners.map(closest);
     let (distances, nearest) = (found.map(|c| c.distance()), found.map(|c| c.triangle));
     let mut parts = vec![Part { corners, distances, closest: nearest }];
     let mut bound = 0.0_f64;
     while let Some(part) = parts.pop() {
+        pace.after(16)?;
         if let Some(k) = (0..3).find(|&k| !(part.distances[k] <= limit)) {
-            return Err(part.closest[k]);
+            return Ok(Err(part.closest[k]));
         }
         let own = part.bound(reference);
         if own <= limit {
@@ -291,14 +295,14 @@ fn settled(
         }
         measurements -= 4.0;
         if !(middle.distance() <= limit) || measurements < 0.0 {
-            return Err(middle.triangle);
+            return Ok(Err(middle.triangle));
         }
         parts.extend(part.split([0, 1, 2].map(|k| {
             let point = part.corners[(k + 1) % 3].midpoint(part.corners[(k + 2) % 3]);
             (point, closest(point))
         })));
     }
-    Ok(bound)
+    Ok(Ok(bound))
 }
 
 #[cfg(test)]

@@ -3,11 +3,13 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::pool::random;
+use base::error::{Error, Result};
+use base::progress::Progress;
 use image::RangeImage;
 use image::range_image::test_images::{plane, render, sphere};
 use image::range_image::{DepthKind, Projection};
 use image::select::Region;
-use image::source::{PlacedCloud, PlacedMesh};
+use image::source::{PlacedCloud, PlacedMesh, ScanSource};
 use mesh::point_cloud::PointCloud;
 use mesh::shapes::Shape;
 

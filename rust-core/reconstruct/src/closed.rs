@@ -1,7 +1,7 @@
 //! Stage 4 and what follows it: the closed surface, of which on request large facets are left out.
 
 use super::complex::Complex;
-use super::dig::Through;
+use super::deep_samples::Through;
 use super::found::canonical;
 use super::manifold::Solid;
 use super::params::{Closure, ReconstructParams};
@@ -29,7 +29,7 @@ pub fn close(
     let mut scale = facet_scale::scale(complex, &incident, params, typical, report)?;
     let mut gathered = solid.gather(&mut on_surface, |facet| scale.allowed(facet), progress)?;
     for through in [Through::Small, Through::Anything] {
-        gathered += solid.dig(&mut on_surface, |facet| scale.allowed(facet), through, progress)?;
+        gathered += solid.reach_deep_samples(&mut on_surface, |facet| scale.allowed(facet), through, progress)?;
         gathered += solid.gather(&mut on_surface, |facet| scale.allowed(facet), progress)?;
         // To reach a few samples no opening is closed.
         if is_mostly_met || share(&on_surface) >= ENCLOSED {

@@ -12,7 +12,7 @@
 //! | 2 | `basins` | tetrahedra -> basins of empty space, the gates between them (the paper's erosion included) |
 //! | 3 | `separate` | basins -> inside and outside |
 //! |   | `cut` | or, of samples that carry noise, cells -> inside and outside |
-//! | 4 | `closed`, `manifold`, `dig` | a surface between the two that is manifold and meets the samples |
+//! | 4 | `closed`, `manifold`, `deep_samples` | a surface between the two that is manifold and meets the samples |
 //! |   | `one_sided` | if sensors are known, whether they saw it from one side only: then it is open |
 //! | 5 | `opened`, `certain`, `grow`, `hinge`, `best`, `border`, `fans` | open surfaces, which divide nothing: from what is certain over the rest |
 //! |   | `lines` | lines of sight and facets: if sensors are known, jumps and places that were seen through stay open |
@@ -63,7 +63,7 @@ mod separate;
 
 // 4. manifold, and through all samples
 mod closed;
-mod dig;
+mod deep_samples;
 mod manifold;
 
 // 5. open surfaces
@@ -97,11 +97,11 @@ mod plane;
 mod space;
 
 // all of it, and again with other parameters
-mod reconstructor;
+mod driver;
 
+pub use driver::{PLAN, Reconstructor, run, run_owned};
 pub use operation::OPERATION;
 pub use params::{Closure, NoisyPoints, ReconstructParams, SCHEMA, Threshold, Topology};
-pub use reconstructor::{PLAN, Reconstructor, run, run_owned};
 pub use report::{Dropped, Reason, ReconstructReport, Reconstructed};
 
 #[cfg(any(test, fuzzing))]

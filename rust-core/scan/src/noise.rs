@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DQuat, DVec3};
 
-use super::ScanParams;
+use super::params::ScanParams;
 use image::range_image::RangeImage;
 
 /// Cosine below which noise grows no further.

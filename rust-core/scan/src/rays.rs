@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DVec3};
 
-use super::VirtualCamera;
+use super::camera::VirtualCamera;
 use base::error::{Error, Result};
 use geom::bvh::{PACKET, Ray};
 use image::range_image::{DepthKind, Projection};

@@ -1,8 +1,12 @@
-use glam::{DAffine3, DMat3, DQuat, DVec2};
+use glam::{DAffine3, DMat3, DQuat, DVec2, DVec3};
 
 use super::shapes::Shape;
 use super::*;
-use image::range_image::{DepthKind, Projection};
+use base::error::Error;
+use base::progress::Progress;
+use geom::bvh::Bvh;
+use image::range_image::{DepthKind, Projection, RangeImage};
+use mesh::TriMesh;
 
 fn shoot(mesh: &TriMesh, camera: &VirtualCamera, params: &ScanParams) -> RangeImage {
     let bvh = Bvh::build(&mesh.positions, &mesh.triangles, 1).unwrap();

@@ -65,13 +65,13 @@ mod mend;
 pub mod reference;
 
 // Built once, dug to any tolerance
-mod sculptor;
+mod driver;
 
 pub use certify::{Certificate, certify};
+pub use driver::{Sculptor, run};
 pub use operation::OPERATION;
 pub use params::{SCHEMA, SculptParams, Tolerance};
 pub use report::{SculptReport, Sculpted};
-pub use sculptor::{Sculptor, run};
 
 #[cfg(test)]
 mod tests;

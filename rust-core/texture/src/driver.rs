@@ -15,9 +15,10 @@ use super::blend::{self, Sum};
 use super::params::TextureParams;
 use super::photo::{self, Photo, Pixels};
 use super::poses::{self, Grey, Posed};
+use super::report::{PhotoReport, Textured, Tile};
 use super::target::{self, TextureTarget};
 use super::view::View;
-use super::{PhotoReport, Textured, Tile, fill, gains, light, mask, occlusion, relief, samples};
+use super::{fill, gains, light, mask, occlusion, relief, samples};
 
 /// At the peak, per texel of a tile, by the sizes of what is held: texel, place, sums, colours, and where values come from.
 const BYTES_A_TEXEL: f64 = 110.0;

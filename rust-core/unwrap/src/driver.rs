@@ -6,8 +6,9 @@ use base::progress::Progress;
 use mesh::{Crs, TriMesh};
 
 use super::params::UnwrapParams;
+use super::report::{UnwrapReport, Unwrapped};
 use super::surface::Surface;
-use super::{UnwrapReport, Unwrapped, finish, flatten, join, mend, pack};
+use super::{finish, flatten, join, mend, pack};
 
 /// At the peak. Measured.
 const BYTES_A_TRIANGLE: f64 = 800.0;

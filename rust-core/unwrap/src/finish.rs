@@ -7,7 +7,7 @@ use mesh::{Attribute, TriMesh};
 use super::charts::{Charts, NONE};
 use super::join::{area_vector, stretches};
 use super::params::UnwrapParams;
-use super::{UnwrapReport, Unwrapped};
+use super::report::{UnwrapReport, Unwrapped};
 
 /// The mesh with the coordinates of `charts`, and what is measured of them.
 pub fn finish(input: &TriMesh, mut charts: Charts, params: &UnwrapParams, mut report: UnwrapReport) -> Unwrapped {

@@ -138,7 +138,7 @@ fn file(schema: &ParamSchema) -> String {
         schema.operation
     );
     let uses_from_data = rows.iter().any(|row| default_of(row) == "SRF_FROM_DATA");
-    out += "use crate::guard::guard;\nuse crate::params::{Fields, Given};\n";
+    out += "use crate::given::{Fields, Given};\nuse crate::guard::guard;\n";
     out += if uses_from_data { "use crate::settings::SRF_FROM_DATA;\n" } else { "" };
     out += "use crate::sized;\nuse crate::status::srf_status;\n";
     // Enums of other operations' choices stand in theirs.

@@ -67,11 +67,31 @@ fn of_tables() {
     }
 }
 
+/// A table of the files of a folder: of each the first sentence of its comment.
+fn table(folder: &str) -> String {
+    let row = |name: &String| {
+        let source = std::fs::read_to_string(root().join(folder).join(name).with_extension("rs")).expect("a file");
+        let lines = source.lines().map_while(|line| line.strip_prefix("//! "));
+        let words = lines.collect::<Vec<_>>().join(" ");
+        // Or the title of a chapter of the header.
+        let sentence = words.split(". ").next().unwrap_or_default().trim_start_matches("# ").trim_end_matches('.');
+        assert!(!sentence.is_empty(), "{folder}/{name}.rs does not begin with a comment that says what is in it");
+        // Links would lead to what is not public.
+        let plain = sentence.replace("[`", "`").replace("`]", "`").replace('|', "\\|");
+        format!("//! | `{name}` | {plain} |\n")
+    };
+    files(folder).iter().map(row).collect()
+}
+
 #[test]
 fn of_rust() {
-    for (folder, file) in [("c-api/src", "c-api/src/lib.rs"), ("python/src", "python/src/lib.rs")] {
+    for (folder, file, below) in [
+        ("c-api/src", "c-api/src/lib.rs", "//!\n//! `unsafe` blocks"),
+        ("python/src", "python/src/lib.rs", "\n#![allow("),
+    ] {
         let list: String = files(folder).iter().map(|name| format!("mod {name};\n")).collect();
-        compare(file, &between(file, "// modules\n", "// end\n", &list));
+        let modules = between(file, "// modules\n", "// end\n", &list);
+        compare(file, &replaced(file, &modules, "//! |---|---|\n", below, &table(folder)));
     }
     let list: String = operations().iter().map(|name| format!("#[doc(inline)]\npub use {name};\n")).collect();
     let name = "rust-core/src/lib.rs";

@@ -178,7 +178,9 @@ fn declared_types() -> String {
         let lines = rest.lines().map_while(|line| line.strip_prefix("//"));
         Some(lines.map(|line| format!("{}\n", line.strip_prefix(' ').unwrap_or(line))).collect::<String>())
     });
-    blocks.map(|block| format!("\n{block}")).collect()
+    let all: String = blocks.map(|block| format!("\n{block}")).collect();
+    // As a formatter has a comment behind a declaration.
+    if all.is_empty() { all } else { all + "\n" }
 }
 
 #[test]

@@ -34,6 +34,8 @@ _KINDS: dict[str, type | tuple[type, ...]] = {
     "max_memory": (int, type(None)),
 }
 _WRITTEN = {"encoding", "part_triangles", "provenance"}
+# Keywords of `Plan.make` and `merge` that are no options.
+_KEYWORDS = {"workspace", "tasks", "keep", "max_memory", "reading", "retries", "progress", *_WRITTEN}
 
 
 def check(
@@ -66,7 +68,7 @@ def check(
             raise InputError(f"provenance must be a JSON object, got {provenance!r}")
         json.dumps(jsonable(dict(provenance)))
     for name, value in options.items():
-        of_table(name, value, "merge", "triangulate")
+        of_table(name, value, "merge", "triangulate", others=_KEYWORDS)
 
 
 def check_names(paths: Iterable[str], output: str) -> None:

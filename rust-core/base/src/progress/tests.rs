@@ -47,6 +47,13 @@ fn all_is_done_at_the_end_whatever_is_answered() {
     assert_eq!(ticks[1], Tick { stage: "second", fraction: 1.0 });
 }
 
+#[test]
+fn plans_of_the_same_stages_have_a_share_of_each() {
+    stages! { PLAN, SORTED_PLAN: READING = "reading", 0.25, 0.0; SORTING = "sorting", 0.75, 2.0; }
+    assert_eq!((PLAN, READING), (&[("reading", 0.25), ("sorting", 0.75)][..], 0));
+    assert_eq!((SORTED_PLAN, SORTING), (&[("reading", 0.0), ("sorting", 2.0)][..], 1));
+}
+
 /// As when a scan is made by a function that merges others.
 #[test]
 fn work_within_work_ends_whatever_the_pools() {

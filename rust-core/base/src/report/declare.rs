@@ -1,20 +1,7 @@
 //! The declaration.
 
-use super::{Figure, FigureKind, FigureShape, Found};
-
-/// All that is declared of one report.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ReportSchema {
-    /// Name of its type in every language that has types.
-    pub name: &'static str,
-    /// The subject of its figures.
-    pub text: &'static str,
-    /// The rows, in the order in which people read them.
-    pub figures: &'static [Figure],
-}
-
-/// The values of a report, each with its row.
-pub type Values<'a> = Vec<(&'static Figure, Found<'a>)>;
+use super::figure::{Figure, FigureKind, FigureShape, ReportSchema};
+use super::found::{Found, Values};
 
 /// A report that [`report!`](crate::report!) declares.
 pub trait Report {

@@ -1,7 +1,17 @@
-//! The row of a figure, and the words that it is declared with.
+//! The rows of a report, one a figure, and the words that it is declared with.
 
-use super::ReportSchema;
 use crate::params::Choice;
+
+/// All that is declared of one report.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ReportSchema {
+    /// Name of its type in every language that has types.
+    pub name: &'static str,
+    /// The subject of its figures.
+    pub text: &'static str,
+    /// The rows, in the order in which people read them.
+    pub figures: &'static [Figure],
+}
 
 /// The sort of value that a figure is. Hosts show it by this, with its unit.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -2,7 +2,10 @@
 
 use glam::{DAffine3, DVec3};
 
-use super::Values;
+use super::figure::Figure;
+
+/// The values of a report, each with its row.
+pub type Values<'a> = Vec<(&'static Figure, Found<'a>)>;
 
 /// The value of a figure.
 #[derive(Clone, Debug, PartialEq)]

@@ -9,6 +9,6 @@ mod figure;
 mod found;
 pub mod rows;
 
-pub use declare::{Report, ReportSchema, Values};
-pub use figure::{Figure, FigureKind, FigureShape};
-pub use found::{FigureValue, Found, Plain};
+pub use declare::Report;
+pub use figure::{Figure, FigureKind, FigureShape, ReportSchema};
+pub use found::{FigureValue, Found, Plain, Values};

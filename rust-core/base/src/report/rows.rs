@@ -1,6 +1,6 @@
 //! The words that the rows of [`report!`](crate::report!) begin with. The macro has them in scope.
 
-use super::{Figure, FigureKind, FigureShape, ReportSchema};
+use super::figure::{Figure, FigureKind, FigureShape, ReportSchema};
 use crate::params::Choice;
 
 /// A row that [`report!`](crate::report!) completes.

@@ -6,7 +6,7 @@
 use glam::{DVec3, Vec3A};
 use rayon::prelude::*;
 
-use super::{Frame, GROWTH, HEURISTIC_DEPTH, Node, Slot};
+use super::node::{Frame, GROWTH, HEURISTIC_DEPTH, Node, Slot};
 use base::error::Result;
 use base::progress::Progress;
 

@@ -2,7 +2,8 @@
 
 use glam::DVec3;
 
-use super::{Bvh, Node, STACK};
+use super::hierarchy::Bvh;
+use super::node::{Node, STACK};
 
 /// The part of a triangle on which a closest point lies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -7,8 +7,9 @@
 
 use glam::{DVec3, Vec3, Vec4};
 
-use super::ray::{FLAT, Sheared};
-use super::{Bvh, GROWTH, Hit, Node, Ray, STACK};
+use super::hierarchy::Bvh;
+use super::node::{GROWTH, Node, STACK};
+use super::ray::{FLAT, Hit, Ray, Sheared};
 
 /// Rays a packet.
 pub const PACKET: usize = 64;

@@ -10,7 +10,8 @@
 use glam::DVec3;
 use robust::{Coord, orient2d};
 
-use super::{Bvh, Frame, Node, STACK};
+use super::hierarchy::Bvh;
+use super::node::{Frame, GROWTH, Node, STACK};
 
 /// A ray, from its origin along its direction, which may have any length but zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -164,7 +165,7 @@ fn cross_precisely(p: &[f64; 3], q: &[f64; 3], a: f64, b: f64) -> f64 {
 }
 
 /// Smallest direction component in the frame that is told from zero. Moving a point by it times the longest way through the mesh stays far
-/// below [`super::GROWTH`], and its inverse keeps all products finite.
+/// below [`GROWTH`], and its inverse keeps all products finite.
 pub(super) const FLAT: f64 = 1.0 / (1u64 << 40) as f64;
 
 impl Bvh<'_> {
@@ -181,8 +182,8 @@ impl Bvh<'_> {
         let length = length * self.frame.scale;
         let origin = self.frame.to_frame(sheared.origin);
         let inverse = direction.map(|d| if d.abs() < FLAT { FLAT.copysign(d) } else { d }).recip();
-        let from = sheared.along(t_min, length) - super::GROWTH;
-        let mut to = sheared.along(t_max, length) + super::GROWTH;
+        let from = sheared.along(t_min, length) - GROWTH;
+        let mut to = sheared.along(t_max, length) + GROWTH;
         let mut best: Option<Hit> = None;
         let mut stack = [(0u32, 0.0f64); STACK];
         let mut used = 0;
@@ -205,7 +206,7 @@ impl Bvh<'_> {
                     if let Some(hit) = sheared.meet(&self.corners(slot), slot.triangle)
                         && hit.keep_best(&mut best)
                     {
-                        to = sheared.along(hit.t, length) + super::GROWTH;
+                        to = sheared.along(hit.t, length) + GROWTH;
                     }
                 }
                 continue;

@@ -1,7 +1,9 @@
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 use proptest::prelude::*;
 
+use super::node::STACK;
 use super::*;
+use base::error::Result;
 
 /// A closed ball of `bands` x `2 bands` quads with shared poles, radius 1.
 fn ball(bands: usize) -> (Vec<DVec3>, Vec<[u32; 3]>) {

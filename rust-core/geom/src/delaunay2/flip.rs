@@ -6,8 +6,8 @@
 
 use glam::DVec3;
 
+use super::triangulation::{Delaunay2, OUTSIDE};
 use super::view::View;
-use super::{Delaunay2, OUTSIDE};
 use crate::predicates::{Arithmetic, sphere_sign};
 use base::error::Result;
 use base::progress::{Pace, Progress};

@@ -4,8 +4,8 @@ use glam::DVec3;
 use spade::handles::FixedVertexHandle;
 use spade::{DelaunayTriangulation, HasPosition, Point2, Triangulation};
 
+use super::triangulation::{Delaunay2, OUTSIDE};
 use super::view::View;
-use super::{Delaunay2, OUTSIDE};
 use base::error::{Error, Result};
 use base::progress::Progress;
 

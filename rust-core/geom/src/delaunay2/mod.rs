@@ -15,6 +15,7 @@ mod insert;
 mod polygon;
 #[cfg(test)]
 mod tests;
+mod triangulation;
 mod view;
 
 use glam::DVec3;
@@ -24,22 +25,7 @@ use base::progress::Progress;
 use view::View;
 
 pub use polygon::polygon;
-
-/// Opposite to a corner: nothing.
-const OUTSIDE: u32 = u32::MAX;
-
-/// The Delaunay triangulation of points in one plane: no point is inside of the circle around any triangle. It fills their
-/// convex hull, every point is a vertex, and no triangle is without area.
-///
-/// If more than three points lie on a circle, the order of the points decides.
-///
-/// Source: \[Law77\] for turning edges. The sign for circles is our own, see `flip`.
-#[derive(Clone, Debug, Default)]
-pub struct Delaunay2 {
-    triangles: Vec<[u32; 3]>,
-    /// Opposite to each corner.
-    neighbours: Vec<[u32; 3]>,
-}
+pub use triangulation::Delaunay2;
 
 impl Delaunay2 {
     /// Triangulates `points`, which are all different and lie in the plane of those at the three places `corners`
@@ -60,16 +46,5 @@ impl Delaunay2 {
             made.turn_over();
         }
         Ok(made)
-    }
-
-    /// All triangles, which are kept alone. They turn counter-clockwise seen from above. In a vertical plane they do seen from large y, in
-    /// one along y seen from large x.
-    pub fn into_triangles(self) -> Vec<[u32; 3]> {
-        self.triangles
-    }
-
-    fn turn_over(&mut self) {
-        self.triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2));
-        self.neighbours.iter_mut().for_each(|neighbours| neighbours.swap(1, 2));
     }
 }

@@ -4,9 +4,10 @@ use glam::DVec3;
 use spade::handles::FixedVertexHandle;
 use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
 
+use super::flip;
 use super::insert::Seen;
+use super::triangulation::{Delaunay2, OUTSIDE};
 use super::view::View;
-use super::{Delaunay2, OUTSIDE, flip};
 use base::error::Result;
 use base::progress::Progress;
 

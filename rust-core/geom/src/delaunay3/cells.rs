@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 use rayon::prelude::*;
 
+use super::tetrahedra::{self, INFINITE};
 use base::error::{Error, Result};
 use base::progress::{Pace, Progress};
 
@@ -148,7 +149,7 @@ impl Cells {
         free: &[u32],
         ids: &[u32],
         progress: &Progress<'_>,
-    ) -> Result<(Vec<super::Cell>, usize)> {
+    ) -> Result<(Vec<tetrahedra::Cell>, usize)> {
         let mut pace = Pace::new(progress);
         for &cell in free {
             self.release(cell);
@@ -197,7 +198,7 @@ impl Cells {
         // Same size and alignment: the standard library converts in place.
         let cells = self.data.into_iter().map(|c| {
             let [a, b, c, d, e, f, g, h] = c.map(AtomicU32::into_inner);
-            super::Cell { vertices: [a, b, c, d], neighbours: [e, f, g, h] }
+            tetrahedra::Cell { vertices: [a, b, c, d], neighbours: [e, f, g, h] }
         });
         Ok((cells.collect(), ends[0]))
     }
@@ -233,7 +234,7 @@ fn rank(cell: &Cell) -> u8 {
     if cell[0].load(Relaxed) == UNUSED {
         return UNUSED_RANK;
     }
-    u8::from(cell[3].load(Relaxed) == super::INFINITE)
+    u8::from(cell[3].load(Relaxed) == INFINITE)
 }
 
 /// Gives the vertices their numbers before sorting, and takes the slots from the neighbours. Returns the least and the
@@ -244,7 +245,7 @@ fn hand_out(cells: &[Cell], ids: &[u32]) -> [u8; 2] {
         if cell[0].load(Relaxed) != UNUSED {
             for vertex in &cell[..4] {
                 let v = vertex.load(Relaxed);
-                vertex.store(if v == GHOST { super::INFINITE } else { ids[v as usize] }, Relaxed);
+                vertex.store(if v == GHOST { INFINITE } else { ids[v as usize] }, Relaxed);
             }
             for neighbour in &cell[4..] {
                 neighbour.store(neighbour.load(Relaxed) >> 2, Relaxed);
@@ -288,7 +289,7 @@ mod tests {
                 let (compact, finite) = cells.compact(&free, &[0, 1, 2, 3], &Progress::none()).unwrap();
                 assert_eq!((compact.len(), finite), (used, used - ghosts), "{unused:?}, ghost {ghost:?}");
                 for (number, cell) in compact.iter().enumerate() {
-                    let last = if number < finite { 3 } else { super::super::INFINITE };
+                    let last = if number < finite { 3 } else { INFINITE };
                     assert_eq!((cell.vertices, cell.neighbours), ([0, 1, 2, last], [number as u32; 4]));
                 }
             }

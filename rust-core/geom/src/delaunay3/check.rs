@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::cells::FACETS;
-use super::{Delaunay3, INFINITE};
+use super::tetrahedra::{Delaunay3, INFINITE};
 use crate::predicates::{Arithmetic, sphere_sign, volume_sign};
 
 impl Delaunay3 {

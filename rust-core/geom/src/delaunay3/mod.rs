@@ -6,10 +6,12 @@
 //! | walk to the cell that holds a point | `locate` |
 //! | cells in conflict, new cells in their place | `insert` |
 //! | signs, exact, ties broken by symbolic perturbation | `signs`, `geom::predicates` |
-//! | storage | `cells` |
+//! | storage | `cells`, `tetrahedra` |
+//! | one point after the other | `build` |
 //! | threads | `parallel`, `region`, `starts` |
 //! | a check that shares nothing with these | `check` |
 
+mod build;
 mod cells;
 mod check;
 mod insert;
@@ -21,6 +23,7 @@ mod signs;
 mod starts;
 #[cfg(test)]
 mod tests;
+mod tetrahedra;
 
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
@@ -32,20 +35,16 @@ use crate::span;
 use base::error::{Error, Result};
 use base::memory;
 use base::progress::Progress;
-use cells::{Cells, FACETS, GHOST};
-use insert::{Inserter, Outcome};
+use build::Build;
+use cells::{Cells, GHOST};
 use parallel::is_worth;
-use region::Everywhere;
 use signs::Signs;
+
+pub use tetrahedra::{Cell, Delaunay3, INFINITE};
 
 /// At the peak, without the copy of the points. Measured.
 const BYTES_A_POINT: f64 = 241.0;
 
-/// The vertex at infinity: it closes the cells outside of the convex hull, one for each facet of the hull.
-pub const INFINITE: u32 = u32::MAX;
-
-/// Points that may be inserted between two looks at whether to go on.
-const TICK: usize = 256;
 /// Points a thread should have to insert for threads to be worth their start, and present before they can. In tests fewer: sets
 /// that a naive twin can follow are given to threads, too.
 const PARALLEL: usize = if cfg!(test) { 64 } else { 2048 };
@@ -55,31 +54,6 @@ const PASSES: usize = 8;
 
 /// Passes one after the other in which threads did no better than one alone would have.
 const IN_VAIN: usize = 2;
-
-/// A tetrahedron, or one with the vertex at infinity.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Cell {
-    /// Positively oriented: det(b - a, c - a, d - a) > 0. A vertex at infinity is the last, and the others turn counter-clockwise seen from
-    /// outside of the hull.
-    pub vertices: [u32; 4],
-    /// The cell opposite to each vertex.
-    pub neighbours: [u32; 4],
-}
-
-/// The Delaunay tetrahedralization of a set of points: no point is inside of the sphere around any cell. It fills their
-/// convex hull, and every point is a vertex but for exact copies.
-///
-/// If more than four points lie on a sphere, a symbolic perturbation by coordinates chooses. The cells are the same, but for their numbers,
-/// for any order of the points and any number of threads.
-///
-/// Source: \[Bow81, Wat81\] for the insertion, \[ACR03\] for its order, \[DT11\] for the perturbation, \[MPR19\] for regions
-/// of threads.
-#[derive(Clone, Debug)]
-pub struct Delaunay3 {
-    cells: Vec<Cell>,
-    finite: usize,
-    duplicates: Vec<[u32; 2]>,
-}
 
 impl Delaunay3 {
     /// Tetrahedralizes `points` on `threads` threads, 0 for one per core.
@@ -118,22 +92,6 @@ impl Delaunay3 {
             drop(spare);
             build?.finish(order.ids, progress)
         })
-    }
-
-    /// All cells: those of the convex hull, then those at infinity.
-    pub fn cells(&self) -> &[Cell] {
-        &self.cells
-    }
-
-    /// Number of cells that aren't at infinity.
-    pub fn finite_count(&self) -> usize {
-        self.finite
-    }
-
-    /// Points that are no vertices since another has the same coordinates: the point, and the vertex that stands for it,
-    /// the first of all equal ones. In ascending order.
-    pub fn duplicates(&self) -> &[[u32; 2]] {
-        &self.duplicates
     }
 }
 
@@ -270,15 +228,6 @@ impl Built {
     }
 }
 
-/// A tetrahedralization that grows.
-struct Build<'a, 'p> {
-    signs: &'a Signs<'a>,
-    progress: &'a Progress<'p>,
-    cells: Cells,
-    inserter: Inserter,
-    duplicates: Vec<[u32; 2]>,
-}
-
 impl Build<'_, '_> {
     /// Of sorted points.
     fn of_all(sorted: &[DVec3], order: &Order, threads: usize, progress: &Progress<'_>) -> Result<Built> {
@@ -287,42 +236,6 @@ impl Build<'_, '_> {
         build.insert_all(&order.rounds, threads)?;
         let Build { cells, inserter, duplicates, .. } = build;
         Ok(Built { cells, free: inserter.free, duplicates })
-    }
-}
-
-impl<'a, 'p> Build<'a, 'p> {
-    /// The tetrahedron of the first four points.
-    fn start(signs: &'a Signs<'a>, progress: &'a Progress<'p>) -> Result<Self> {
-        let cells = Cells::with_room(signs.points.len() * 7 + 4096)?;
-        let mut inserter = Inserter::new(0);
-        assert!(cells.supply(&mut inserter.free, 5), "room for thousands");
-        let numbers: Vec<u32> = (0..5).map(|_| inserter.free.pop().expect("supplied")).collect();
-        let mut first = [0, 1, 2, 3];
-        if signs.orientation(first) < 0 {
-            first.swap(0, 1);
-        }
-        cells.set(numbers[0], first, [0; 4]);
-        for slot in 0..4 {
-            let [a, b, c] = FACETS[slot].map(|k| first[k]);
-            let ghost = numbers[slot + 1];
-            cells.set(ghost, [a, b, c, GHOST], [0; 4]);
-            cells.set_neighbour(ghost << 2 | 3, numbers[0] << 2 | slot as u32);
-            cells.set_neighbour(numbers[0] << 2 | slot as u32, ghost << 2 | 3);
-        }
-        for slot in 0..4 {
-            let ghost = numbers[slot + 1];
-            for side in 0..3 {
-                // Across the edge without vertex v lies the ghost of the facet opposite to v, where the place of this
-                // ghost's own apex is opposite to the shared edge.
-                let v = cells.vertices(ghost)[side];
-                let other = numbers[1 + first.iter().position(|&f| f == v).expect("a corner of the first cell")];
-                let place = cells.vertices(other).iter().position(|&f| f == first[slot]);
-                let place = place.expect("the facets of a tetrahedron share all other corners") as u32;
-                cells.set_neighbour(ghost << 2 | side as u32, other << 2 | place);
-            }
-        }
-        inserter.hint = numbers[0];
-        Ok(Build { signs, progress, cells, inserter, duplicates: Vec::new() })
     }
 
     /// Inserts all points but the first four, round by round.
@@ -361,32 +274,5 @@ impl<'a, 'p> Build<'a, 'p> {
             self.insert_in_turn(ids.into_iter())?;
         }
         Ok(())
-    }
-
-    fn insert_in_turn(&mut self, ids: impl Iterator<Item = u32>) -> Result<()> {
-        let mut since = 0;
-        for p in ids {
-            self.insert(p)?;
-            since += 1;
-            if since == TICK {
-                self.progress.advance(since as u64)?;
-                since = 0;
-            }
-        }
-        self.progress.advance(since as u64)
-    }
-
-    fn insert(&mut self, p: u32) -> Result<()> {
-        loop {
-            match self.inserter.insert(&self.cells, self.signs, &Everywhere, p) {
-                Outcome::Inserted => return Ok(()),
-                Outcome::Duplicate(twin) => {
-                    self.duplicates.push([p, twin]);
-                    return Ok(());
-                }
-                Outcome::Full => self.cells.grow(4096)?,
-                Outcome::Foreign | Outcome::Unreached => unreachable!("all cells are our own"),
-            }
-        }
     }
 }

@@ -9,12 +9,12 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::build::{Build, TICK};
 use super::cells::Cells;
 use super::insert::{Inserter, Outcome};
 use super::region::{Block, Region};
 use super::signs::Signs;
 use super::starts::Starts;
-use super::{Build, TICK};
 use base::error::Result;
 use base::progress::Progress;
 

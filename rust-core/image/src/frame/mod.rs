@@ -3,16 +3,19 @@
 //! | file | what |
 //! |---|---|
 //! | `camera` | pinhole cameras, and the same camera for images of another size |
+//! | `colour_image` | images of such a camera |
 //! | `look_up` | the colour of each sample: through its point, with a test of occlusion |
 //! | `rim` | the black rim that undistorting leaves around an image |
 //!
 //! Depth is never resampled. A colour image keeps its own size and its own camera. A confidence image its own size.
 
 mod camera;
+mod colour_image;
 mod look_up;
 mod rim;
 
 pub use camera::Camera;
+pub use colour_image::ColourImage;
 
 use glam::{DAffine3, DMat3, DVec3};
 
@@ -36,19 +39,6 @@ pub struct Frame {
     pub confidence: Option<ConfidenceImage>,
     /// Samples further than this along z are guesses of the sensor's. `None` for a sensor without such a limit.
     pub reach: Option<f64>,
-}
-
-/// A colour image with its own camera.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ColourImage {
-    /// Its camera. The size is the image's.
-    pub camera: Camera,
-    /// sRGB, row by row from the upper left.
-    pub pixels: Vec<[u8; 3]>,
-    /// Takes points of the depth sensor's frame into that of this camera.
-    pub colour_from_depth: DAffine3,
-    /// Whether pixels that undistorting left black surround the image: what is seen through them is left out.
-    pub black_rim: bool,
 }
 
 /// Confidence of a sensor in its depths, in the levels of its own.
@@ -86,13 +76,6 @@ base::report! {
 /// The former name of [`LeftOutReport`].
 #[deprecated(since = "0.2.0", note = "it is LeftOutReport")]
 pub type LeftOut = LeftOutReport;
-
-impl ColourImage {
-    /// Columns and rows.
-    pub fn size(&self) -> [usize; 2] {
-        self.camera.size.unwrap_or_default()
-    }
-}
 
 impl LeftOutReport {
     /// Both together.

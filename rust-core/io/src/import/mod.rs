@@ -47,7 +47,7 @@ mod kept;
 #[cfg(feature = "las")]
 mod las;
 #[cfg(not(feature = "las"))]
-#[path = "las/absent.rs"]
+#[path = "las_absent.rs"]
 mod las;
 mod obj;
 mod opening;

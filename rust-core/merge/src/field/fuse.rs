@@ -6,8 +6,7 @@ use base::error::Result;
 use base::progress::Progress;
 use rayon::prelude::*;
 
-use super::BrickVertices;
-use super::{BrickLabels, Bundles, Field, Vertices, VoteRule};
+use super::votes::{BrickLabels, BrickVertices, Bundles, Field, Vertices, VoteRule};
 use crate::crossings::bundles::RawBundle;
 use crate::crossings::edge_sums::EdgeSums;
 use crate::crossings::{edge_colours, lines};

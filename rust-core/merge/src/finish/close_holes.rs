@@ -147,9 +147,9 @@ pub fn close<T: Tiles>(
         }
     }
     let least = components::least(&whole.chosen.parts.list, params.min_component_share);
-    let peeled = peel(whole, &boundary, &stuck, limit, least, lattice, room, progress)?;
-    report.holes = [closed + peeled.closed, open.len() as u64 - peeled.holes];
-    (0..2).for_each(|i| report.dropped_components[i] += peeled.dropped[i]);
+    let retried = retry(whole, &boundary, &stuck, limit, least, lattice, room, progress)?;
+    report.holes = [closed + retried.closed, open.len() as u64 - retried.holes];
+    (0..2).for_each(|i| report.dropped_components[i] += retried.dropped[i]);
     let left = whole.triangles() - whole.changes.removed.len() as u64;
     refuse_nothing(left, report.voxel, params.min_component_share)
 }
@@ -305,7 +305,7 @@ impl<T: Tiles> Whole<T> {
 
 /// A second chance for holes whose surroundings stand in the way.
 #[expect(clippy::too_many_arguments, reason = "what a stage is told")]
-fn peel<T: Tiles>(
+fn retry<T: Tiles>(
     whole: &mut Whole<T>,
     boundary: &Boundary,
     stuck: &[Vec<u32>],
@@ -315,7 +315,7 @@ fn peel<T: Tiles>(
     room: Room,
     progress: &Progress<'_>,
 ) -> Result<Retried> {
-    let mut peeled = Retried::default();
+    let mut retried = Retried::default();
     let windows: Vec<Bounds> =
         stuck.iter().map(|hole| retry_holes::window(boundary.bounds(hole), lattice.voxel)).collect();
     let mut pastes: Vec<Paste> = Vec::new();
@@ -333,7 +333,7 @@ fn peel<T: Tiles>(
             part.map_or(limit.length(), |part| limit.of_part(&whole.chosen.parts.list[part as usize]))
         };
         for attempt in retry_holes::attempts(&window.surface, &holes, limit_of, least, lattice, progress)? {
-            peeled.add(&attempt);
+            retried.add(&attempt);
             let first = batch[attempt.first] as u64;
             pastes.push(Paste::of(&attempt, first, &window, &mut whole.changes, &mut rims));
         }
@@ -348,7 +348,7 @@ fn peel<T: Tiles>(
     }
     whole.changes.bare.sort_unstable();
     whole.add(pastes.into_iter().map(|paste| paste.addition).collect(), rims);
-    Ok(peeled)
+    Ok(retried)
 }
 
 /// The number of a corner. Those of its own follow `first`.

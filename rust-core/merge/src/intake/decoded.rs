@@ -129,7 +129,7 @@ mod tests {
     use crate::params::MergeParams;
     use crate::report::MergeReport;
     use crate::run::memory::Memory;
-    use crate::run::{started, surface};
+    use crate::run::started::{started, surface};
     use image::range_image::{DepthKind, Projection};
 
     /// A scan in a file, which counts how often that is decoded.

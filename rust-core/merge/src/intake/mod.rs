@@ -8,6 +8,7 @@ pub mod budget;
 pub mod damage;
 pub mod decoded;
 pub mod defaults;
+mod nothing;
 pub mod overlap;
 pub mod placing;
 pub mod setup;
@@ -35,12 +36,7 @@ use image::source::{Loading, Measured};
 use placing::Placing;
 use setup::Setup;
 
-/// The error where no scan has a triangle.
-pub fn nothing_to_merge() -> Error {
-    Error::input(
-        "no scan has a triangle, so there is nothing to merge: check the scans, check what was kept of them, or raise edge_limit",
-    )
-}
+pub use nothing::nothing_to_merge;
 
 /// Findings of stage 1 in all scans.
 pub struct Discretized {

@@ -14,13 +14,14 @@ use rayon::prelude::*;
 use crate::crossings::bundles::RawBundle;
 use crate::crossings::crossing::Crossing;
 use crate::crossings::lattice::{ACROSS, BRICK, BRICK_BITS};
+use crate::driver::{Built, Graph, Stage};
 use crate::field::{BrickVertices, Labels};
 use crate::field::{Bundles, Vertex, Vertices};
 use crate::intake::setup::Setup;
 use crate::params::MergeParams;
-use crate::pipeline::{Built, Graph, Stage};
 use crate::report::Merged;
-use crate::run::{self, memory::Memory};
+use crate::run::memory::Memory;
+use crate::run::started::{started, surface};
 use crate::surface::tile::Tile;
 use base::error::Result;
 use base::progress::Progress;
@@ -35,9 +36,7 @@ pub use fuse::Rule;
 /// As [`crate::merge`].
 pub fn run(sources: &[&dyn ScanSource], params: &MergeParams, progress: &Progress<'_>) -> Result<Merged> {
     let setup = Setup { kept: u64::MAX, ..Setup::default() };
-    run::started(sources, params, progress, || {
-        run::surface(&mut ByLines(Memory::new(sources, params, &setup)), params, progress)
-    })
+    started(sources, params, progress, || surface(&mut ByLines(Memory::new(sources, params, &setup)), params, progress))
 }
 
 /// A merge whose crossings become labels at once.

@@ -1,10 +1,13 @@
 //! A merge in memory: all there is is one block, and what a stage leaves for the next one is taken by it.
 
+use std::sync::atomic::Ordering;
+
 use crate::colour::gains;
 use crate::crossings::bundles::{self, Buckets, RawBundle};
 use crate::crossings::lattice::Lattice;
 use crate::crossings::scan_order::ScanOrder;
 use crate::crossings::{edge_colours, scan_order};
+use crate::driver::{Built, Graph, Stage};
 use crate::dump;
 use crate::field::Bundles;
 use crate::field::fuse::{self, Labelled, Reaches};
@@ -14,15 +17,35 @@ use crate::intake::setup::Setup;
 use crate::intake::{self, Discretized};
 use crate::intake::{damage, defaults};
 use crate::params::MergeParams;
-use crate::pipeline::{Built, Graph, Stage};
-use crate::report::MergeReport;
+use crate::report::{MergeReport, Merged};
+use crate::run::started::{started, surface};
 use crate::stages::{FUSING, LABELLING, LOOKING};
 use crate::surface::tile::Tile;
 use crate::surface::tiles;
 use crate::visibility::{self, Votes};
 use base::error::Result;
+use base::fewer_threads;
 use base::progress::Progress;
 use image::source::{ScanSource, common_crs};
+
+/// Merges in memory, of which nothing is kept.
+///
+/// # Errors
+/// As [`merge`](crate::merge).
+pub fn run_by(
+    scans: &[&dyn ScanSource],
+    params: &MergeParams,
+    setup: &Setup,
+    progress: &Progress<'_>,
+) -> Result<Merged> {
+    let merge = |threads| {
+        setup.fit.begin();
+        let params = &MergeParams { threads, ..*params };
+        started(scans, params, progress, || surface(&mut Memory::new(scans, params, setup), params, progress))
+    };
+    // A merge that was foreseen not to fit does not with one either.
+    fewer_threads::where_memory_is_short(params.threads, || !setup.fit.is_refused.load(Ordering::Relaxed), merge)
+}
 
 /// A merge at work.
 pub struct Memory<'a> {
@@ -124,7 +147,7 @@ impl<'a> Memory<'a> {
     fn drop(&mut self, progress: &Progress<'_>) -> Result<()> {
         let (bundles, votes) = (self.take_bundles(), std::mem::take(&mut self.votes));
         (self.bundles, self.report.seen_through) = visibility::drop_seen_through(bundles, votes, progress)?;
-        progress.lap("sight");
+        progress.lap("visibility");
         Ok(())
     }
 

@@ -3,29 +3,24 @@
 pub mod incremental;
 pub mod memory;
 pub mod out_of_core;
+pub mod started;
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::Ordering;
 
-use rustc_hash::FxHashSet;
-
-use crate::crossings::crossing::MAX_SCANS;
-use crate::finish::close_holes::Room;
 use crate::intake::decoded::DecodedOnce;
 use crate::intake::setup::{Fit, Setup};
 use crate::params::MergeParams;
-use crate::pipeline::{self, Graph, Out};
 use crate::report::Merged;
-use crate::stages::PLAN;
 use base::error::{Error, Result};
 use base::memory::attempted;
 use base::progress::Progress;
 use base::{fewer_threads, threads};
-use image::source::{ScanSource, common_crs};
+use image::source::ScanSource;
 use incremental::Merger;
-use memory::Memory;
+use memory::run_by;
 use mesh::TriMesh;
 use out_of_core::{LEAST, Workspace};
+use started::if_it_fits;
 
 /// Settings of a run of a merge: nothing of it changes the result, but where cells have to grow for memory.
 #[derive(Default)]
@@ -110,18 +105,6 @@ fn in_memory(
     }
 }
 
-/// Gives what `run` gives that keeps to cells as they are. `None` if these do not fit into memory, and the surface alone may.
-///
-/// # Errors
-/// Those of `run`.
-pub fn if_it_fits(memory: Option<u64>, run: impl FnOnce(&Setup) -> Result<Merged>) -> Result<Option<Merged>> {
-    let setup = Setup { fit: Fit { keeps_to_cells: true, ..Fit::within(memory) }, ..Setup::default() };
-    match run(&setup) {
-        Err(Error::OutOfMemory(_)) if setup.fit.leaves_hope() => Ok(None),
-        other => other.map(Some),
-    }
-}
-
 /// Gives what `in_memory` gives. Else the merge in files, else one in cells that fit.
 fn where_it_fits(
     scans: &[&dyn ScanSource],
@@ -168,76 +151,4 @@ fn in_files(
         Ok(Merged { mesh, report })
     };
     fewer_threads::where_memory_is_short(params.threads, || true, merge)
-}
-
-/// Merges in memory, of which nothing is kept.
-///
-/// # Errors
-/// As [`merge`].
-pub fn run_by(
-    scans: &[&dyn ScanSource],
-    params: &MergeParams,
-    setup: &Setup,
-    progress: &Progress<'_>,
-) -> Result<Merged> {
-    let merge = |threads| {
-        setup.fit.begin();
-        let params = &MergeParams { threads, ..*params };
-        started(scans, params, progress, || surface(&mut Memory::new(scans, params, setup), params, progress))
-    };
-    // A merge that was foreseen not to fit does not with one either.
-    fewer_threads::where_memory_is_short(params.threads, || !setup.fit.is_refused.load(Ordering::Relaxed), merge)
-}
-
-/// Does the work of merging scans, if they can be merged.
-///
-/// # Errors
-/// They can't. Also those of `work`.
-pub fn started<T: Send>(
-    scans: &[&dyn ScanSource],
-    params: &MergeParams,
-    progress: &Progress<'_>,
-    work: impl FnOnce() -> Result<T> + Send,
-) -> Result<T> {
-    params.validate()?;
-    if scans.is_empty() {
-        return Err(Error::input("no scan to merge: give at least one"));
-    }
-    if scans.len() > MAX_SCANS {
-        return Err(Error::input(format!("{} scans are more than the {MAX_SCANS} that fit", scans.len())));
-    }
-    common_crs(scans)?;
-    progress.plan(PLAN);
-    let pool = threads::pool(params.threads)?;
-    let merged = progress.run(&pool, work);
-    // The caller asked for an end, whatever else went wrong meanwhile.
-    if merged.is_err() {
-        progress.check()?
-    }
-    merged
-}
-
-/// The surface of a graph, in memory.
-///
-/// # Errors
-/// Those of the stages.
-pub fn surface(graph: &mut impl Graph, params: &MergeParams, progress: &Progress<'_>) -> Result<Merged> {
-    let mut mesh = TriMesh::default();
-    let report = pipeline::merge(graph, params, Out { sink: &mut mesh, room: Room::ALL }, progress)?;
-    Ok(Merged { mesh, report })
-}
-
-/// Refuses versions that are not one per scan.
-///
-/// # Errors
-/// There are more or fewer, or two are the same.
-pub fn refuse_twins(scans: usize, versions: &[u64]) -> Result<()> {
-    if versions.len() != scans {
-        return Err(Error::input(format!("{} versions for {scans} scans: give one per scan", versions.len())));
-    }
-    let mut seen = FxHashSet::default();
-    match versions.iter().find(|&&version| !seen.insert(version)) {
-        Some(twice) => Err(Error::input(format!("two scans have the version {twice}: give each its own"))),
-        None => Ok(()),
-    }
 }

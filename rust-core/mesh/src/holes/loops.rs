@@ -1,9 +1,31 @@
-//! Boundary half-edges -> loops.
+//! Boundary half-edges -> loops, and which of them are closed.
 
 use glam::DVec3;
 use rustc_hash::FxHashMap;
 
-use super::{HoleReason, OpenLoop};
+/// Reasons why a boundary loop was left open.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum HoleReason {
+    /// Longer than the limit.
+    TooLong,
+    /// Not a simple loop: a vertex lies on it twice or on two loops, or it has only two edges.
+    NotSimple,
+    /// Any fill would meet the surface or another fill, or have an edge that is too short.
+    Crossing,
+}
+
+/// A boundary loop that was left open.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OpenLoop {
+    /// One of its vertices: the one of the smallest index.
+    pub vertex: u32,
+    /// Number of edges.
+    pub edges: usize,
+    /// Sum of the edges' lengths.
+    pub length: f64,
+    /// Reason why it was left open.
+    pub reason: HoleReason,
+}
 
 /// A closed chain of boundary edges.
 pub(super) struct EdgeLoop {
@@ -78,6 +100,29 @@ pub fn walk(first: u32, next: &FxHashMap<u32, u32>) -> Vec<[u32; 2]> {
         }
     }
     sides
+}
+
+/// The loops of a boundary that are to be closed, by their vertices, and those that stay open. Both in the order of their smallest
+/// vertices. As in [`close`](super::close). `place` gives the places of vertices.
+pub fn sort_out(
+    boundary: &[[u32; 2]],
+    place: impl Fn(u32) -> DVec3,
+    mut limit: impl FnMut(&[u32]) -> f64,
+) -> (Vec<Vec<u32>>, Vec<OpenLoop>) {
+    let (mut holes, mut open) = (Vec::new(), Vec::new());
+    for edge_loop in trace(boundary) {
+        let length = edge_loop.length(&place);
+        let reason = if !edge_loop.is_simple {
+            HoleReason::NotSimple
+        } else if length <= limit(&edge_loop.vertices) {
+            holes.push(edge_loop.vertices);
+            continue;
+        } else {
+            HoleReason::TooLong
+        };
+        open.push(edge_loop.left_open(length, reason));
+    }
+    (holes, open)
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 //!
 //! | stage | file | what |
 //! |---|---|---|
-//! | 1 | `loops` | boundary half-edges -> loops |
+//! | 1 | `loops` | boundary half-edges -> loops, and which of them are closed |
 //! | 2 | `near` | the triangles around each loop |
 //! | 3 | `minimal`, `flat` | loop -> triangulation of least bend, then least area |
 //! | 4 | `patch` | as fine as the surroundings |
@@ -46,37 +46,13 @@ use base::progress::Progress;
 use fill::Fill;
 
 pub use boxes::meeting;
-pub use loops::{successors, walk};
+pub use loops::{HoleReason, OpenLoop, sort_out, successors, walk};
 pub use near::{Bounds, region};
 pub use over::close_over_loops;
-
-/// Reasons why a boundary loop was left open.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum HoleReason {
-    /// Longer than the limit.
-    TooLong,
-    /// Not a simple loop: a vertex lies on it twice or on two loops, or it has only two edges.
-    NotSimple,
-    /// Any fill would meet the surface or another fill, or have an edge that is too short.
-    Crossing,
-}
 
 /// The former name of [`HoleReason`].
 #[deprecated(since = "0.2.0", note = "it is called `HoleReason`")]
 pub type Reason = HoleReason;
-
-/// A boundary loop that was left open.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct OpenLoop {
-    /// One of its vertices: the one of the smallest index.
-    pub vertex: u32,
-    /// Number of edges.
-    pub edges: usize,
-    /// Sum of the edges' lengths.
-    pub length: f64,
-    /// Reason why it was left open.
-    pub reason: HoleReason,
-}
 
 /// A loop that was closed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -135,29 +111,6 @@ pub fn close(
     report.open.extend(open);
     report.open.sort_by_key(|open| open.vertex);
     Ok(report)
-}
-
-/// The loops of a boundary that are to be closed, by their vertices, and those that stay open. Both in the order of their smallest
-/// vertices. As in [`close`]. `place` gives the places of vertices.
-pub fn sort_out(
-    boundary: &[[u32; 2]],
-    place: impl Fn(u32) -> DVec3,
-    mut limit: impl FnMut(&[u32]) -> f64,
-) -> (Vec<Vec<u32>>, Vec<OpenLoop>) {
-    let (mut holes, mut open) = (Vec::new(), Vec::new());
-    for edge_loop in loops::trace(boundary) {
-        let length = edge_loop.length(&place);
-        let reason = if !edge_loop.is_simple {
-            HoleReason::NotSimple
-        } else if length <= limit(&edge_loop.vertices) {
-            holes.push(edge_loop.vertices);
-            continue;
-        } else {
-            HoleReason::TooLong
-        };
-        open.push(edge_loop.left_open(length, reason));
-    }
-    (holes, open)
 }
 
 /// Closes loops as [`close`] does, of which [`sort_out`] says that they are to be closed. Of the mesh the triangles have to be known whose

@@ -9,11 +9,11 @@ use std::collections::BTreeSet;
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::boxes::meeting;
 use super::fill::{Rim, crosses};
-use super::loops::trace;
+use super::loops::{sort_out, trace};
 use super::minimal::Loop;
 use super::near::{self, Bounds, Mesh, gather};
-use super::{meeting, sort_out};
 use base::error::Result;
 use base::progress::Progress;
 

@@ -20,8 +20,6 @@ use side::PseudoNormals;
 
 /// Points that are measured between two looks at the progress.
 pub(super) const CHUNK: usize = 1024;
-/// Triangles handled between two looks at the progress.
-const BLOCK: usize = 1 << 16;
 
 /// Whether distances say on which side of the surface a point is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

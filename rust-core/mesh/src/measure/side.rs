@@ -2,12 +2,14 @@
 
 use glam::DVec3;
 
-use super::BLOCK;
 use super::shape::angles;
 use crate::TriMesh;
 use base::error::Result;
 use base::progress::Progress;
 use geom::bvh::{Closest, Feature};
+
+/// Triangles handled between two looks at the progress.
+const BLOCK: usize = 1 << 16;
 
 /// Normals of edges and vertices that tell the side of a point. \[BA05\]
 pub(super) struct PseudoNormals {

@@ -2,7 +2,6 @@
 
 use glam::DVec3;
 
-use super::Plane;
 use crate::noise::Noise;
 use crate::patch::Frame;
 use crate::prepare::{Samples, keep};
@@ -20,27 +19,25 @@ const DEVIATIONS: f64 = 10.0;
 /// ... and in spacings: rounding, and what is as small beside the facets.
 const SPACINGS: f64 = 1e-3;
 
-impl Plane {
-    /// The plane of samples which lie along one. `None` if they are thicker than their noise. Of samples above each other the first one
-    /// stays.
-    pub(crate) fn along(
-        samples: &mut Samples,
-        smoothing: &mut Smoothing,
-        progress: &Progress<'_>,
-    ) -> Result<Option<Plane>> {
-        let Some(mut flat) = flattened(&samples.points, smoothing.noise, progress)? else { return Ok(None) };
-        let is_hidden = hidden(&flat, progress)?;
-        keep(&mut flat, &is_hidden);
-        let corners = span::of(&flat, progress)?;
-        let [a, b, c] = corners[..] else { return Ok(None) };
-        let triangles = Delaunay2::new(&flat, [a, b, c], progress)?.into_triangles();
-        if flat.len() < is_hidden.len() {
-            samples.leave_out(&is_hidden, Reason::Duplicate);
-            keep(&mut smoothing.moved, &is_hidden);
-            keep(&mut smoothing.measured, &is_hidden);
-        }
-        Ok(Some(Plane { triangles, spacings: None }))
+/// The Delaunay triangles of samples which lie along one plane. `None` if they are thicker than their noise. Of samples above each other
+/// the first one stays.
+pub(super) fn triangulated(
+    samples: &mut Samples,
+    smoothing: &mut Smoothing,
+    progress: &Progress<'_>,
+) -> Result<Option<Vec<[u32; 3]>>> {
+    let Some(mut flat) = flattened(&samples.points, smoothing.noise, progress)? else { return Ok(None) };
+    let is_hidden = hidden(&flat, progress)?;
+    keep(&mut flat, &is_hidden);
+    let corners = span::of(&flat, progress)?;
+    let [a, b, c] = corners[..] else { return Ok(None) };
+    let triangles = Delaunay2::new(&flat, [a, b, c], progress)?.into_triangles();
+    if flat.len() < is_hidden.len() {
+        samples.leave_out(&is_hidden, Reason::Duplicate);
+        keep(&mut smoothing.moved, &is_hidden);
+        keep(&mut smoothing.measured, &is_hidden);
     }
+    Ok(Some(triangles))
 }
 
 /// The samples in the plane that fits them best. `None` if they do not lie along it.

@@ -9,7 +9,9 @@ use rayon::prelude::*;
 use super::facet_scale::TRUSTED;
 use super::found::Found;
 use super::params::{Closure, ReconstructParams, Threshold, Topology};
+use super::prepare::Samples;
 use super::report::ReconstructReport;
+use super::smooth::Smoothing;
 use super::{fans, gaps, spacing};
 use base::error::{Error, Result};
 use base::progress::Progress;
@@ -30,6 +32,17 @@ impl Plane {
     pub(super) fn new(samples: &[DVec3], corners: [usize; 3], progress: &Progress<'_>) -> Result<Self> {
         let triangles = Delaunay2::new(samples, corners, progress)?.into_triangles();
         Ok(Plane { triangles, spacings: None })
+    }
+
+    /// The plane of samples which lie along one. `None` if they are thicker than their noise. Of samples above each other the first one
+    /// stays.
+    pub(super) fn along(
+        samples: &mut Samples,
+        smoothing: &mut Smoothing,
+        progress: &Progress<'_>,
+    ) -> Result<Option<Self>> {
+        let triangles = flat::triangulated(samples, smoothing, progress)?;
+        Ok(triangles.map(|triangles| Plane { triangles, spacings: None }))
     }
 
     pub(super) fn surface(

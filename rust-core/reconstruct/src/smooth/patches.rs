@@ -7,10 +7,9 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::super::patch::{Frame, Quadric};
 use super::super::scales::{Scale, Scales};
 use super::super::seen::Fronts;
-use super::{BLOCK, HIGH, Kept, Lengths, Room, SETTLED, STALE, level};
+use super::kept::{BLOCK, HIGH, Kept, Lengths, Patch, Room, SETTLED, STALE, level};
 use base::error::Result;
 use base::progress::Progress;
 use geom::neighbours::KdTree;
@@ -35,18 +34,6 @@ const MOST_ROUNDS: usize = 6;
 
 /// Distances moved, in deviations, from which a sample is an outlier.
 pub(super) const FAR: f64 = 4.5;
-
-/// The surface around a place on it.
-#[derive(Clone, Copy)]
-pub(super) struct Patch {
-    pub(super) place: DVec3,
-    pub(super) frame: Frame,
-    pub(super) quadric: Quadric,
-    /// Weight of the samples that it was fitted to, by area.
-    pub(super) crowd: f64,
-    /// Direction to the side that it was seen from, zero where that is not known.
-    pub(super) front: DVec3,
-}
 
 /// The surface.
 pub(super) struct Patches {

@@ -2,8 +2,8 @@
 
 use rayon::prelude::*;
 
+use super::kept::{BLOCK, Kept, ROUNDS, Room};
 use super::patches::{FAR, THIN};
-use super::{BLOCK, Kept, ROUNDS, Room};
 use base::error::Result;
 use base::progress::Progress;
 

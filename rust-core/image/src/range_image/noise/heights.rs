@@ -6,7 +6,6 @@ use glam::DVec3;
 
 use super::super::projection::Tables;
 use super::super::{DepthKind, Projection, RangeImage, Samples, Viewing};
-use super::{obliquity, range};
 use base::error::Result;
 use base::progress::{Pace, Progress};
 
@@ -156,7 +155,7 @@ impl Heights {
         // Values lie on steps of what the sensor measures: depth, its inverse, or the distance along the ray.
         let heights = self.rows_of(top, left, [[0, 0]; 2]).map(|pixels| &self.heights[pixels]);
         let by_height = steps(heights.flat_map(|row| row.windows(2)).map(|pair| [pair[0], pair[1]]));
-        let distances = |pair: &[DVec3]| [pair[0], pair[1]].map(|point| super::range(projection, point));
+        let distances = |pair: &[DVec3]| [pair[0], pair[1]].map(|point| self::range(projection, point));
         let by_range = match projection.eye() {
             Some(_) => steps(points.iter().flat_map(|row| row.windows(2)).map(distances)),
             None => (f64::INFINITY, 0.0),
@@ -274,4 +273,16 @@ fn steps(neighbours: impl Iterator<Item = [f64; 2]>) -> (f64, f64) {
         least = if !is_equal && difference < least { difference } else { least };
     }
     (least, equal as f64 / count.max(1) as f64)
+}
+
+const MOST_OBLIQUE: f64 = 19.0;
+
+/// 1 / cos - 1, at most [`MOST_OBLIQUE`]. 0 for NaN, if the normal isn't known.
+pub(super) fn obliquity(cosine: f64) -> f64 {
+    if cosine.is_nan() { 0.0 } else { (1.0 / cosine.abs() - 1.0).clamp(0.0, MOST_OBLIQUE) }
+}
+
+/// Distance from the sensor. 0 for parallel rays, whose noise is the same everywhere.
+pub(super) fn range(projection: &Projection, position: DVec3) -> f64 {
+    projection.eye().map_or(0.0, |eye| position.distance(eye))
 }

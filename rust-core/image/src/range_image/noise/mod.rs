@@ -7,13 +7,11 @@
 
 pub(super) mod heights;
 
-use glam::DVec3;
-
+use super::RangeImage;
 use super::samples::SampleGrid;
-use super::{Projection, RangeImage};
 use base::error::Result;
 use base::progress::Progress;
-use heights::{Heights, TILE, Tile};
+use heights::{Heights, TILE, Tile, obliquity, range};
 
 /// Share of the tiles, the quietest, that show the noise, and how many they are at least.
 const QUIET: f64 = 0.05;
@@ -46,7 +44,6 @@ const FITS: usize = 4;
 /// Obliquity from which on tiles say how noise grows with it, the largest that counts, and the largest growth: more of
 /// it is relief.
 const OBLIQUE: f64 = 0.4;
-const MOST_OBLIQUE: f64 = 19.0;
 const MOST_GROWTH: f64 = 2.0;
 
 /// Values lie on steps if three things hold. This share of neighbours is equal in most tiles. The smallest difference of others is much the
@@ -361,16 +358,6 @@ fn spans<'a, 't>(tiles: &'a [&'t Tile]) -> Vec<&'a [&'t Tile]> {
         }
     }
     spans
-}
-
-/// 1 / cos - 1, at most [`MOST_OBLIQUE`]. 0 for NaN, if the normal isn't known.
-fn obliquity(cosine: f64) -> f64 {
-    if cosine.is_nan() { 0.0 } else { (1.0 / cosine.abs() - 1.0).clamp(0.0, MOST_OBLIQUE) }
-}
-
-/// Distance from the sensor. 0 for parallel rays, whose noise is the same everywhere.
-fn range(projection: &Projection, position: DVec3) -> f64 {
-    projection.eye().map_or(0.0, |eye| position.distance(eye))
 }
 
 #[cfg(test)]

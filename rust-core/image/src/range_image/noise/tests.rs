@@ -1,5 +1,7 @@
+use glam::DVec3;
+
 use super::super::test_images::*;
-use super::super::{DepthKind, Samples};
+use super::super::{DepthKind, Projection, Samples};
 use super::*;
 
 const SIDE: usize = 160;

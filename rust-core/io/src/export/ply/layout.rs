@@ -3,8 +3,9 @@
 use std::io::ErrorKind;
 use std::path::Path;
 
+use super::columns::{attributes, element, faces, header, position_column};
+use super::options::PlyOptions;
 use super::rows::Element;
-use super::{PlyOptions, attributes, element, faces, header, position_column};
 use base::error::{Error, Result};
 use base::memory::size;
 use mesh::sink::MeshOutline;

@@ -4,7 +4,9 @@
 //! pools chunks are encoded in parallel. The bytes do not depend on the number of threads. `progress` counts elements, about every quarter
 //! megabyte.
 
+mod columns;
 mod layout;
+mod options;
 mod parts;
 mod pieces;
 mod rows;
@@ -14,68 +16,20 @@ use std::path::Path;
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
+use self::columns::{attributes, channels, element, faces, floats, header, positions};
 use self::rows::{Column, Data, Element, NO_VERTEX};
-use super::Provenance;
 use super::atomic::{Staged, stage};
-use super::provenance::comments;
 use base::error::{Error, Result};
 use base::memory;
 use base::progress::Progress;
 use image::range_image::{Projection, RangeImage, Samples, Viewing};
 use mesh::point_cloud::PointCloud;
 use mesh::sink::MeshSink;
-use mesh::{Attribute, AttributeData, Crs, Extent, QuadMesh, TriMesh};
+use mesh::{Crs, QuadMesh, TriMesh};
 
+pub use self::options::{PlyEncoding, PlyOptions, PositionType};
 pub use self::parts::part_path;
 pub use self::pieces::write_ply_in_pieces;
-
-/// Coordinates farther from the origin than this many times their extent are written in double precision: single
-/// precision would keep less than 2^-20 of the extent.
-const FAR: f64 = 8.0;
-
-/// Form of the numbers of a file.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum PlyEncoding {
-    /// Binary, least significant byte first: smallest and fastest.
-    #[default]
-    BinaryLittleEndian,
-    /// Binary, most significant byte first.
-    BinaryBigEndian,
-    /// Text: the fewest digits that read back as the same number.
-    Ascii,
-}
-
-/// In which precision coordinates are written.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum PositionType {
-    /// Single precision, unless the coordinates lie so far from the origin that it would lose detail, or it would break
-    /// what was certified of the mesh ([`TriMesh::rounding_room`]).
-    #[default]
-    Auto,
-    /// Single precision.
-    Float,
-    /// Double precision.
-    Double,
-}
-
-/// Options of writing a file. A [`PlyEncoding`] alone converts to it.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct PlyOptions {
-    /// Form of the numbers.
-    pub encoding: PlyEncoding,
-    /// Precision of coordinates.
-    pub positions: PositionType,
-    /// Provenance that the file tells.
-    pub provenance: Option<Provenance>,
-    /// Of a mesh of more triangles files beside it ([`part_path`]) get the rest, none of them more. 0 for one file.
-    pub part_triangles: u32,
-}
-
-impl From<PlyEncoding> for PlyOptions {
-    fn from(encoding: PlyEncoding) -> Self {
-        PlyOptions { encoding, ..PlyOptions::default() }
-    }
-}
 
 /// Writes a mesh with all its attributes: `colour` as red, green, blue and alpha (uchar), floats as float, integers as
 /// int, flags as uchar. In parts as [`write_ply_in_pieces`] makes them.
@@ -290,92 +244,6 @@ fn pick<T: Copy>(all: &[T], places: &[usize]) -> Vec<T> {
     places.iter().map(|&i| all[i]).collect()
 }
 
-fn element(name: &'static str, count: usize) -> Element<'static> {
-    Element { name, count, columns: Vec::new(), blank_at_end: false }
-}
-
-fn floats(names: &[&str]) -> String {
-    names.iter().map(|name| format!("property float {name}\n")).collect()
-}
-
-fn channels(prefix: &str) -> String {
-    ["red", "green", "blue", "alpha"].iter().map(|name| format!("property uchar {prefix}{name}\n")).collect()
-}
-
-/// The column of coordinates. They are known to be finite.
-fn positions(positions: &[DVec3], kind: PositionType) -> Result<Column<'_>> {
-    Ok(position_column(positions, is_double(&Extent::of(positions), kind)?))
-}
-
-/// Whether coordinates that lie there are written in double precision.
-fn is_double(extent: &Extent, kind: PositionType) -> Result<bool> {
-    let largest = extent.largest();
-    let fits = largest <= f64::from(f32::MAX);
-    let near = largest <= FAR * extent.side() || extent.single;
-    let double = match kind {
-        PositionType::Auto => !fits || !near,
-        PositionType::Float => false,
-        PositionType::Double => true,
-    };
-    if !double && !fits {
-        return Err(Error::input(format!(
-            "a coordinate of {largest:e} is too large for single precision: write doubles"
-        )));
-    }
-    Ok(double)
-}
-
-fn position_column(positions: &[DVec3], double: bool) -> Column<'_> {
-    if double {
-        let declaration = ["x", "y", "z"].iter().map(|name| format!("property double {name}\n")).collect();
-        return Column { declaration, data: Data::Double(positions) };
-    }
-    Column { declaration: floats(&["x", "y", "z"]), data: Data::Single(positions) }
-}
-
-/// The element of triangles, without attributes.
-fn faces(triangles: &[[u32; 3]], count: usize) -> Element<'_> {
-    let mut faces = element("face", count);
-    let declaration = "property list uchar int vertex_indices\n".to_owned();
-    faces.columns.push(Column { declaration, data: Data::Triangle(triangles) });
-    faces
-}
-
-fn attributes<'a>(element: &mut Element<'a>, attributes: &'a [Attribute]) -> Result<()> {
-    for attribute in attributes {
-        let name = &attribute.name;
-        if name.is_empty() || name.chars().any(|c| c.is_whitespace() || c.is_control()) {
-            return Err(Error::input(format!("attribute {name:?}: a PLY file needs a name without blanks")));
-        }
-        let declaration = match &attribute.data {
-            AttributeData::F32(_) => floats(&[name]),
-            AttributeData::I32(_) => format!("property int {name}\n"),
-            AttributeData::Bool(_) => format!("property uchar {name}\n"),
-            AttributeData::Colour(_) if name == "colour" => channels(""),
-            AttributeData::Colour(_) => channels(&format!("{name}_")),
-        };
-        // A property's name is the last word of its line.
-        let taken = |line: &str| {
-            let name = line.rsplit(' ').next();
-            element.columns.iter().flat_map(|c| c.declaration.lines()).any(|other| other.rsplit(' ').next() == name)
-        };
-        if declaration.lines().any(taken) {
-            return Err(Error::input(format!("attribute {name}: the name is taken, so rename it")));
-        }
-        element.columns.push(Column { declaration, data: column_data(&attribute.data) });
-    }
-    Ok(())
-}
-
-fn column_data(entries: &AttributeData) -> Data<'_> {
-    match entries {
-        AttributeData::F32(values) => Data::F32(values),
-        AttributeData::I32(values) => Data::I32(values),
-        AttributeData::Bool(values) => Data::Bool(values),
-        AttributeData::Colour(values) => Data::Colour(values),
-    }
-}
-
 pub(super) fn begin(progress: &Progress<'_>, elements: usize) {
     progress.plan(&[("writing", 1.0)]);
     progress.stage(0, elements as u64);
@@ -397,27 +265,6 @@ fn write(
         }
         Ok(())
     })
-}
-
-fn header(info: &str, elements: &[Element<'_>], options: &PlyOptions, crs: Option<&Crs>) -> Result<String> {
-    if let Some(element) = elements.iter().find(|e| e.count > i32::MAX as usize) {
-        return Err(Error::input(format!(
-            "{} entries of {} are more than a PLY file holds",
-            element.count, element.name
-        )));
-    }
-    let encoding = match options.encoding {
-        PlyEncoding::Ascii => "ascii",
-        PlyEncoding::BinaryLittleEndian => "binary_little_endian",
-        PlyEncoding::BinaryBigEndian => "binary_big_endian",
-    };
-    let comments = comments("comment", options.provenance.as_ref(), crs)?;
-    let mut header = format!("ply\nformat {encoding} 1.0\n{comments}{info}");
-    for element in elements {
-        element.declare(&mut header);
-    }
-    header += "end_header\n";
-    Ok(header)
 }
 
 #[cfg(test)]

@@ -5,8 +5,8 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use super::layout::{Layout, Rows, cant_write};
+use super::options::{PlyEncoding, PlyOptions};
 use super::rows::CHUNK;
-use super::{PlyEncoding, PlyOptions};
 use crate::export::atomic::{Output, Staged, stage};
 use base::error::{Error, Result};
 use base::memory::expect;

@@ -7,10 +7,11 @@ use std::path::Path;
 
 use glam::DVec3;
 
+use super::columns::{column_data, element, faces, is_double, position_column};
 use super::layout::{Layout, Rows, cant_write};
+use super::options::{PlyEncoding, PlyOptions};
 use super::parts::Whole;
 use super::rows::{CHUNK, Column, Element};
-use super::{PlyEncoding, PlyOptions, column_data, element, faces, is_double, position_column};
 use crate::export::atomic::{Output, Staged, stage_back_and_forth};
 use base::error::{Error, Result, known_as};
 use base::progress::Progress;

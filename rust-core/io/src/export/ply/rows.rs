@@ -8,7 +8,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::super::atomic::Output;
-use super::PlyEncoding;
+use super::options::PlyEncoding;
 use base::error::{Error, Result};
 use base::progress::Progress;
 

@@ -1,9 +1,10 @@
 //! A written file reads back as the same, and writes again as the same bytes.
 
 use super::*;
-use crate::export::{PlacedFile, write_conf};
+use crate::export::{PlacedFile, Provenance, write_conf};
 use crate::import::{self, Content, FileScan};
 use image::range_image::DepthKind;
+use mesh::Attribute;
 
 const ENCODINGS: [PlyEncoding; 3] = [PlyEncoding::BinaryLittleEndian, PlyEncoding::BinaryBigEndian, PlyEncoding::Ascii];
 

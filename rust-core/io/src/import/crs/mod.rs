@@ -19,6 +19,7 @@ use ::e57::E57Reader;
 use mesh::Crs;
 use mesh::crs::LONGEST;
 
+use self::said::understood;
 use super::file::watched;
 use super::geo_keys::NamedCrs;
 use super::raster::tiff;
@@ -62,11 +63,6 @@ fn own(scan: &FileScan) -> Result<NamedCrs> {
         return if scan.options.camera.is_some() { Ok(Ok(None)) } else { tiff::named(scan) };
     }
     Ok(said::of_file(path, &start)?.crs())
-}
-
-/// A system by a text that a file has in its place.
-fn understood(text: &str) -> Result<Crs, String> {
-    Crs::new(text).map_err(|error| error.to_string())
 }
 
 /// The system that a `.prj` beside a file names. Other programs have projects of that ending: of those it is told that they are none.

@@ -11,6 +11,7 @@ use super::super::geo_keys::NamedCrs;
 use super::super::{e57, file, ply};
 use crate::export::{CRS_COMMENT, CRS_EXTRA, E57_NAMESPACE, LONGEST};
 use base::error::Result;
+use mesh::Crs;
 
 /// Bytes of a file in which it is looked for, one after the other: the last has room for the longest there can be, and for all that a
 /// header has besides.
@@ -34,10 +35,15 @@ impl Said {
     /// The system that it names.
     pub(super) fn crs(&self) -> NamedCrs {
         let Some(text) = self.crs.as_ref().and_then(|crs| crs.get("text")?.as_str()) else { return Ok(None) };
-        let crs = super::understood(text)?;
+        let crs = understood(text)?;
         let in_degrees = self.crs.as_ref().is_some_and(|crs| crs.get("unit").is_some_and(|unit| unit == "degree"));
         Ok(Some(if in_degrees { crs.with_degrees(true) } else { crs }))
     }
+}
+
+/// A system by a text that a file has in its place.
+pub(super) fn understood(text: &str) -> Result<Crs, String> {
+    Crs::new(text).map_err(|error| error.to_string())
 }
 
 /// The words of a file, which starts with these bytes.

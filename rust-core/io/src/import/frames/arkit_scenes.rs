@@ -1,9 +1,9 @@
 //! ARKitScenes: `lowres_depth/VIDEO_TIME.png` (millimetres), `lowres_wide/` (colours), `confidence/` (0, 1, 2),
 //! `lowres_wide_intrinsics/VIDEO_TIME.pincam` (width height fx fy cx cy), and `lowres_wide.traj`: times with world to camera.
 
+use super::asked::{Asked, counted};
 use super::recording::{Convention, Entry, Recording, in_order, photo_of, stem};
 use super::store::{Place, Store};
-use super::{Asked, counted};
 use crate::import::text::Lines;
 use crate::import::trajectory::{self, AXIS_ANGLE};
 use base::error::{Error, Result};

@@ -7,10 +7,10 @@ use std::collections::HashMap;
 
 use glam::DAffine3;
 
+use super::asked::{Asked, counted};
 use super::decode::Coding;
 use super::recording::{Convention, Entry, Recording, in_order, pose_of};
 use super::store::{Place, Store};
-use super::{Asked, counted};
 use crate::import::text::lines_of;
 use base::error::{Error, Result};
 use image::frame::Camera;

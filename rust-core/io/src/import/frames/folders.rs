@@ -6,9 +6,10 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use glam::DAffine3;
 
+use super::asked::{Asked, counted};
+use super::poses;
 use super::recording::{Convention, Entry, Recording, in_order, stem};
 use super::store::{Place, Store};
-use super::{Asked, counted, poses};
 use base::error::{Error, Result};
 
 pub(super) const DEPTHS: &str = "depth";

@@ -5,10 +5,10 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 
+use super::asked::{Asked, counted};
 use super::decode::Coding;
 use super::recording::{Entry, Recording, in_order, stem};
 use super::store::{Place, Store};
-use super::{Asked, counted};
 use crate::import::text::{Lines, lines_of};
 use crate::import::trajectory;
 use base::error::{Error, Result};

@@ -6,6 +6,7 @@
 //! | `folders` | Open3D's and Redwood's: folders of images, a list of poses |
 //! | `polycam`, `record3d`, `scanner_app`, `stray`, `rtabmap` | exports of phones and robots |
 //! | `nerfstudio`, `colmap`, `sens` | `transforms.json`; dense workspaces; ScanNet's and BundleFusion's one file |
+//! | `asked` | what the caller asked for, as layouts need it |
 //! | `recording` | a recording: its frames listed, each read as its layout says |
 //! | `store`, `archive` | storage of its files: a folder, a zip archive, one file |
 //! | `decode` | images to numbers and colours |
@@ -20,6 +21,7 @@
 
 pub(super) mod archive;
 mod arkit_scenes;
+mod asked;
 mod axes;
 mod clock;
 mod colmap;
@@ -53,10 +55,10 @@ use super::file;
 use super::options::ReadOptions;
 use super::scan::FileScan;
 use super::set::{OpenNamed, ScanSet};
+use asked::Asked;
 use base::error::{Error, Result};
 use base::log::{self, Level};
 use base::progress::Progress;
-use image::frame::Camera;
 use image::range_image::DepthKind;
 use recording::Recording;
 use store::Store;
@@ -69,12 +71,6 @@ struct Layout {
     recognize: fn(&Store) -> bool,
     /// Lists the frames.
     list: fn(Store, &'static str, &Asked<'_, '_>) -> Result<Recording>,
-}
-
-/// The options that the caller asked for.
-struct Asked<'a, 'p> {
-    options: &'a Arc<ReadOptions>,
-    progress: &'a Progress<'p>,
 }
 
 /// The layouts. If files fit several, the stricter comes first.
@@ -244,51 +240,6 @@ fn refuse_empty(recording: &Recording, doubts: &[String]) -> Result<()> {
     Err(Error::format(&recording.store.path, "whole recording", problem))
 }
 
-impl Asked<'_, '_> {
-    /// The camera of a layout that has none in its files: the caller's, else the error that says how to give it.
-    fn camera(&self, store: &Store, layout: &str, usual: &str) -> Result<Camera> {
-        self.options.camera.ok_or_else(|| {
-            let problem = format!(
-                "this recording of {layout} does not say its camera. Give it as camera = (fx, fy, cx, cy), or put a \
-                    camera.json with fx, fy, cx, cy into the folder{usual}."
-            );
-            Error::format(&store.path, "camera", problem)
-        })
-    }
-
-    /// The camera that a file at the top of the store says: of several that of depth, by its name, before that of colour.
-    fn camera_of(&self, store: &Store) -> Result<Option<Camera>> {
-        let is_one = |name: &&str| {
-            let lower = name.to_ascii_lowercase();
-            (lower.ends_with(".json") || lower.ends_with(".txt")) && (lower.contains("cam") || lower.contains("intrin"))
-        };
-        let mut names: Vec<&str> = store.top().filter(is_one).collect();
-        names.sort_by_key(|name| {
-            let lower = name.to_ascii_lowercase();
-            let of_colour = ["color", "colour", "rgb"].iter().any(|word| lower.contains(word));
-            (!lower.contains("depth"), of_colour)
-        });
-        let mut unknown = None;
-        for name in names {
-            let text = store.text(name, self.progress)?;
-            if super::camera::sniff(text.as_bytes()) {
-                return super::camera::parse(text.as_bytes(), &store.path_of(name)).map(Some);
-            }
-            let lower = name.to_ascii_lowercase();
-            if lower.starts_with("camera.") || lower.contains("intrinsic") {
-                unknown.get_or_insert((name, text));
-            }
-        }
-        match unknown {
-            // A file that is called so and can't be read must not be replaced by a guess.
-            Some((name, text)) if self.options.camera.is_none() => {
-                super::camera::parse(text.as_bytes(), &store.path_of(name)).map(Some)
-            }
-            _ => Ok(None),
-        }
-    }
-}
-
 /// For tests and fuzzing: any bytes, as a file of frames and as each kind of a frame's images, are read or refused.
 #[cfg(any(test, fuzzing))]
 pub(super) fn examine(bytes: &[u8], folder: &Path) {
@@ -332,9 +283,4 @@ pub(super) fn examine(bytes: &[u8], folder: &Path) {
     if let Ok((size, pixels)) = decode::colours(bytes, &path, &options) {
         assert_eq!(pixels.len(), size[0] * size[1]);
     }
-}
-
-/// A note of how many frames something holds for, or `None` for none.
-fn counted(count: usize, of: usize, what: &str) -> Option<String> {
-    (count > 0).then(|| format!("{count} of {of} frames {what}"))
 }

@@ -6,7 +6,7 @@
 
 use serde_json::Value;
 
-use super::Asked;
+use super::asked::Asked;
 use super::recording::{Convention, Entry, Recording, flat, json, number, pose, stem, text};
 use super::store::{Place, Store};
 use crate::import::trajectory;
@@ -83,8 +83,8 @@ pub(super) fn listed(store: Store, name: &str, layout: &'static str, asked: &Ask
     recording.depth.unit = unit(&file).map_err(|problem| Error::format(&path, "unit of depths", problem))?;
     recording.depth.unit_of_floats = recording.depth.unit;
     recording.convention = Convention::BACKWARD;
-    recording.notes.extend(super::counted(without, frames.len(), "have no depth and are passed over"));
-    recording.notes.extend(super::counted(lost, frames.len(), "have no pose and are passed over"));
+    recording.notes.extend(super::asked::counted(without, frames.len(), "have no depth and are passed over"));
+    recording.notes.extend(super::asked::counted(lost, frames.len(), "have no pose and are passed over"));
     Ok(Recording { entries, ..recording })
 }
 

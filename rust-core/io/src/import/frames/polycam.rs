@@ -5,9 +5,9 @@
 
 use serde_json::Value;
 
+use super::asked::{Asked, counted};
 use super::recording::{self, Entry, Recording, json, photo_of, pose, stem};
 use super::store::{Place, Store};
-use super::{Asked, counted};
 use base::error::{Error, Result};
 use image::frame::{Camera, TURNED};
 

@@ -2,7 +2,7 @@
 
 use glam::DAffine3;
 
-use super::Asked;
+use super::asked::Asked;
 use super::recording::{pose, pose_of};
 use super::store::Store;
 use crate::import::text::{Lines, lines_of};

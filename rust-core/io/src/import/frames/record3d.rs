@@ -4,10 +4,10 @@
 
 use serde_json::Value;
 
+use super::asked::{Asked, counted};
 use super::decode::Coding;
 use super::recording::{Entry, Recording, flat, in_order, json, pose_of, stem};
 use super::store::{Place, Store};
-use super::{Asked, counted};
 use base::error::{Error, Result};
 use image::frame::{Camera, TURNED};
 

@@ -1,9 +1,10 @@
 //! Replica as NICE-SLAM rendered it, and other renderings since in its form: `results/depth000000.png` and `frame000000.jpg`, `traj.txt`
 //! with 16 numbers per frame (camera to world), `cam_params.json` with the camera and the number of a metre, in the folder or beside it.
 
+use super::asked::{Asked, counted};
+use super::poses;
 use super::recording::{Entry, Recording, in_order, photo_of, stem};
 use super::store::{Place, Store};
-use super::{Asked, counted, poses};
 use base::error::{Error, Result};
 use image::frame::Camera;
 

@@ -7,9 +7,9 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 
+use super::asked::{Asked, counted};
 use super::recording::{Entry, Recording, in_order, photo_of, stem};
 use super::store::{Place, Store};
-use super::{Asked, counted};
 use crate::import::pose;
 use crate::import::text::{Lines, lines_of};
 use crate::import::trajectory::{self, Trajectory};

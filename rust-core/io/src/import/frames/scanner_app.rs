@@ -3,9 +3,10 @@
 
 use serde_json::Value;
 
+use super::asked::{Asked, counted};
+use super::decode;
 use super::recording::{Entry, Recording, flat, json, photo_of, pose};
 use super::store::{Place, Store};
-use super::{Asked, counted, decode};
 use base::error::{Error, Result};
 use image::frame::{Camera, TURNED};
 

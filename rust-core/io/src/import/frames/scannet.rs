@@ -2,10 +2,11 @@
 //! `pose/N.txt` (camera to world, minus infinity where it was lost), `intrinsic/intrinsic_depth.txt` and `_color.txt`,
 //! `extrinsic_depth.txt` and `_color.txt` beside them. Some write the intrinsics to the top.
 
+use super::asked::{Asked, counted};
 use super::folders::{COLOURS, DEPTHS, images, pairs};
 use super::recording::{Entry, Recording, stem};
 use super::store::{Place, Store};
-use super::{Asked, counted, decode, poses};
+use super::{decode, poses};
 use base::error::Result;
 use image::frame::Camera;
 

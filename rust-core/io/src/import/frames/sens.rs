@@ -7,10 +7,11 @@
 use std::io::{BufReader, Read};
 use std::path::Path;
 
+use super::asked::{Asked, counted};
 use super::decode::Coding;
+use super::poses;
 use super::recording::{Entry, Recording, pose};
 use super::store::{Place, Store};
-use super::{Asked, counted, poses};
 use crate::import::file;
 use base::error::{Error, Result};
 use image::frame::Camera;

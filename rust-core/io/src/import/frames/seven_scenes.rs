@@ -6,9 +6,10 @@
 
 use glam::DAffine3;
 
+use super::asked::{Asked, counted};
+use super::poses;
 use super::recording::{Entry, Recording, photo_of};
 use super::store::{Place, Store};
-use super::{Asked, counted, poses};
 use base::error::Result;
 use image::frame::Camera;
 

@@ -4,9 +4,9 @@
 //!
 //! Nobody wrote down the axes of its cameras for all versions: how the frames overlap decides.
 
+use super::asked::{Asked, counted};
 use super::recording::{Convention, Entry, Recording, in_order, pose_of, stem};
 use super::store::{Place, Store};
-use super::{Asked, counted};
 use crate::import::text::lines_of;
 use base::error::{Error, Result};
 use glam::DAffine3;

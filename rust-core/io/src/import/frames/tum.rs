@@ -4,9 +4,9 @@
 
 use glam::DAffine3;
 
+use super::asked::{Asked, counted};
 use super::recording::{Entry, Recording, Timed};
 use super::store::{Place, Store};
-use super::{Asked, counted};
 use crate::import::text::{Lines, lines_of};
 use crate::import::trajectory::{self, APART, Trajectory};
 use base::error::{Error, Result};

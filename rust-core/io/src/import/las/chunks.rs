@@ -11,7 +11,8 @@ use laz::record::{LayeredPointRecordDecompressor, RecordDecompressor, Sequential
 use laz::{LazItem, LazItemType, LazVlr};
 use rayon::prelude::*;
 
-use super::{Points, fail, read_exact, seek, u32_at, u64_at};
+use super::bytes::{fail, read_exact, seek, u32_at, u64_at};
+use super::points::Points;
 use crate::import::file::{Input, reserve};
 use crate::import::scan::FileScan;
 use base::error::{Error, Result};

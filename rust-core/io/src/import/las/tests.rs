@@ -1,9 +1,14 @@
 use std::io::Cursor;
+use std::path::Path;
 
-use laz::{LasZipCompressor, LazItemRecordBuilder, LazVlrBuilder};
+use glam::DVec3;
+use laz::{LasZipCompressor, LazItemRecordBuilder, LazVlr, LazVlrBuilder};
 
 use super::super::damage;
+use super::header::{RECORD, SIZES};
+use super::points::COLOUR;
 use super::*;
+use mesh::point_cloud::PointCloud;
 
 const POINTS: u32 = 60;
 

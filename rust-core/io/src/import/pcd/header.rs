@@ -2,9 +2,11 @@
 
 use glam::DVec3;
 
-use super::LARGEST_POINT;
 use crate::import::text::Lines;
 use base::error::Result;
+
+/// Most bytes of a point.
+pub(super) const LARGEST_POINT: u64 = 1 << 16;
 
 /// Target of a value.
 #[derive(Clone, Copy, PartialEq, Eq)]

@@ -26,10 +26,7 @@ use super::scan::{Content, FileScan};
 use super::text::{Lines, lines_of};
 use base::error::Result;
 use base::progress::Progress;
-use header::Data;
-
-/// Most bytes of a point.
-const LARGEST_POINT: u64 = 1 << 16;
+use header::{Data, LARGEST_POINT};
 
 pub(super) fn sniff(start: &[u8]) -> bool {
     let text = file::start_of_text(start);

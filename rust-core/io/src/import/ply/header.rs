@@ -3,7 +3,12 @@
 //! Files in the wild break lines with LF, CR LF or CR, and carry stray lines. A line of an unknown kind is kept as a note. It can't do
 //! silent harm. In text, rows that don't fit the properties are refused. In binary, bodies whose length doesn't fit the counts are refused.
 
+use std::io::Read;
+use std::path::Path;
+
 use super::problem::{Parsed, Problem};
+use crate::import::window::Window;
+use base::error::Result;
 
 /// Encoding of the body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -287,6 +292,32 @@ impl<'a> Lines<'a> {
         self.at += length + 1;
         self.number += 1;
         Some((self.number, &rest[..length]))
+    }
+}
+
+/// Reads little more of the file than its header.
+pub(super) fn read_header(file: &mut dyn Read, length: u64, path: &Path) -> Result<Header> {
+    header_in(&mut Window::small(file, length)).map_err(|problem| problem.into_error(path))
+}
+
+/// The header at the start of a window, which afterwards stands at the body.
+pub(super) fn header_in(window: &mut Window<'_>) -> Parsed<Header> {
+    loop {
+        match Header::parse(window.rest()) {
+            Ok(Some(header)) => {
+                window.at = header.body;
+                return Ok(header);
+            }
+            Ok(None) => {}
+            // Bytes that looked like a file of something else may be the little that could be read.
+            Err(problem) => return Err(window.failure().map_or(problem, Problem::io)),
+        }
+        if !window.grow() {
+            return Err(match window.failure() {
+                Some(error) => Problem::io(error),
+                None => Problem::new("header", "the file ends before `end_header`"),
+            });
+        }
     }
 }
 

@@ -6,6 +6,7 @@
 //! | `source` | values out of text or either binary encoding |
 //! | `number` | numbers in text, exact and fast |
 //! | `columns` | columns of properties |
+//! | `elements` | elements in the order of the file |
 //! | `body` | vertices, faces, strips, range grids |
 //! | `preview` | some points of a file without reading all of it |
 //! | `problem`, `fault`, `words` | faults of the file, or of one value, in words, with line or element |
@@ -23,6 +24,7 @@
 mod binary;
 mod body;
 mod columns;
+mod elements;
 mod fault;
 mod header;
 pub(crate) mod number;
@@ -38,14 +40,14 @@ use std::sync::Arc;
 use glam::{DAffine3, DVec3};
 
 use self::binary::Binary;
-use self::body::{GridPoints, Vertices};
-use self::columns::{Attributes, Plan, Position, reserve};
-use self::header::{Element, Encoding, Header};
+use self::body::Vertices;
+use self::columns::{Attributes, reserve};
+use self::elements::{Cells, Parts, elements, vertex_plan};
+use self::header::{Element, Encoding, Header, header_in, read_header};
 use self::problem::{Parsed, Problem};
 use self::source::{Ascii, NO_VERTEX, Source};
 use super::file;
 use super::options::ReadOptions;
-use super::polygons::Polygons;
 use super::scan::{Content, FileScan};
 use super::set::ScanSet;
 use super::window::Window;
@@ -92,32 +94,6 @@ fn located(problem: Box<Problem>, path: &Path) -> Error {
     }
 }
 
-/// Reads little more of the file than its header.
-fn read_header(file: &mut dyn Read, length: u64, path: &Path) -> Result<Header> {
-    header_in(&mut Window::small(file, length)).map_err(|problem| problem.into_error(path))
-}
-
-/// The header at the start of a window, which afterwards stands at the body.
-fn header_in(window: &mut Window<'_>) -> Parsed<Header> {
-    loop {
-        match Header::parse(window.rest()) {
-            Ok(Some(header)) => {
-                window.at = header.body;
-                return Ok(header);
-            }
-            Ok(None) => {}
-            // Bytes that looked like a file of something else may be the little that could be read.
-            Err(problem) => return Err(window.failure().map_or(problem, Problem::io)),
-        }
-        if !window.grow() {
-            return Err(match window.failure() {
-                Some(error) => Problem::io(error),
-                None => Problem::new("header", "the file ends before `end_header`"),
-            });
-        }
-    }
-}
-
 /// Parses a whole file of `length` bytes.
 fn parse(file: &mut dyn Read, length: u64, scan: &FileScan, progress: &Progress<'_>) -> Parsed<Content> {
     parse_in(Window::new(file, length), scan, progress)
@@ -155,16 +131,6 @@ fn content<S: Source>(source: &mut S, header: &Header, scan: &FileScan, progress
     if is_mesh { mesh(parts, element, progress) } else { Ok(point_cloud(parts.vertices, scan)) }
 }
 
-/// The element `vertex` and where its properties go.
-fn vertex_plan(header: &Header) -> Parsed<(&Element, Plan)> {
-    let element = header.element("vertex").ok_or_else(|| Problem::new("header", "there is no element `vertex`"))?;
-    let plan = Plan::new(element)?;
-    if !plan.has_positions() {
-        return Err(Problem::new("header", "element vertex needs the properties x, y and z"));
-    }
-    Ok((element, plan))
-}
-
 fn grid_size(header: &Header, grid: &Element) -> Parsed<(usize, u64)> {
     let (Some(cols), Some(rows)) = (header.grid_cols, header.grid_rows) else {
         let problem = "a range grid needs the lines `obj_info num_cols` and `obj_info num_rows`";
@@ -176,77 +142,6 @@ fn grid_size(header: &Header, grid: &Element) -> Parsed<(usize, u64)> {
         return Err(Problem::new("header", problem));
     }
     Ok((rows as usize, cols))
-}
-
-/// The cells of a range grid.
-enum Cells {
-    /// Of each the vertex, or [`NO_VERTEX`].
-    Vertices(Vec<u32>),
-    /// Of each the point, or NaN: where vertices have nothing else, this saves a list of the grid's size.
-    Points(Vec<[f32; 3]>),
-}
-
-/// Content of the elements of a file.
-struct Parts<P> {
-    vertices: Vertices<P>,
-    grid: Cells,
-    triangles: Vec<[u32; 3]>,
-    polygons: Polygons,
-    face_attributes: Option<Attributes>,
-}
-
-fn elements<S: Source, P: Position>(
-    source: &mut S,
-    header: &Header,
-    vertex_element: &Element,
-    plan: &Plan,
-    cols: u64,
-) -> Parsed<Parts<P>> {
-    let (encoding, vertex_count) = (header.encoding, vertex_element.count);
-    let has_grid = header.element("range_grid").is_some();
-    let mut vertices = None;
-    let (mut grid, mut triangles, mut face_attributes) = (Cells::Vertices(Vec::new()), Vec::new(), None);
-    let (mut strips, mut polygons) = (Vec::new(), Polygons::default());
-    for element in header.elements.iter().filter(|e| e.count > 0) {
-        match element.name.as_str() {
-            "vertex" => vertices = Some(body::vertices(source, element, plan, encoding)?),
-            "range_grid" => {
-                let count = body::claimed_cells(source, element, encoding)?;
-                grid = match &vertices {
-                    Some(Vertices { positions, attributes }) if attributes.is_empty() && !plan.wide_positions() => {
-                        let mut all = GridPoints { positions, points: reserve(count)? };
-                        body::range_grid(source, element, count, cols, vertex_count, &mut all)?;
-                        Cells::Points(all.points)
-                    }
-                    _ => {
-                        let mut all: Vec<u32> = reserve(count)?;
-                        body::range_grid(source, element, count, cols, vertex_count, &mut all)?;
-                        Cells::Vertices(all)
-                    }
-                };
-            }
-            "face" if !has_grid => {
-                let faces = body::faces(source, element, &Plan::new(element)?, encoding, vertex_count)?;
-                (triangles, polygons, face_attributes) = (faces.triangles, faces.polygons, Some(faces.attributes));
-            }
-            "tristrips" if !has_grid => body::strips(source, element, encoding, vertex_count, &mut strips)?,
-            _ => body::skip(source, element, encoding)?,
-        }
-    }
-    if !source.at_end() {
-        let left = source.window().left();
-        let problem = format!("{left} bytes follow the last element: the counts of the header don't match the file");
-        return Err(Problem::new("after the last element", problem));
-    }
-    if !strips.is_empty() {
-        triangles.append(&mut strips);
-        face_attributes = None;
-    }
-    let vertices = match vertices {
-        Some(vertices) => vertices,
-        None => Vertices { positions: Vec::new(), attributes: Attributes::new(plan, 0)? },
-    };
-    Ok(Parts { vertices, grid, triangles, polygons, face_attributes })
 }
 
 /// Double to single precision around an origin of their own if they lie far out.

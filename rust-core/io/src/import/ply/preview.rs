@@ -12,10 +12,10 @@ use glam::DVec3;
 use super::binary::Binary;
 use super::body::vertex_row;
 use super::columns::{EMPTY_ROW, POSITION, Plan};
-use super::header::{Element, Encoding, Header, Kind};
+use super::elements::{elements, vertex_plan};
+use super::header::{Element, Encoding, Header, Kind, header_in, read_header};
 use super::problem::Parsed;
 use super::source::{Ascii, Source};
-use super::{elements, header_in, read_header, vertex_plan};
 use crate::import::window::Window;
 use base::error::{Error, Result};
 

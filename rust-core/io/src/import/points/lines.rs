@@ -2,7 +2,7 @@
 
 use std::io::{BufRead, BufReader, ErrorKind, Read};
 
-use super::{Kind, Problem, shorten};
+use super::problem::{Kind, Problem, shorten};
 
 /// No line of points is this long.
 const LONGEST: usize = 1 << 16;

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `columns` | meanings of the numbers of a line |
 //! | `lines` | lines of a file, with their numbers, in bounded memory |
+//! | `problem` | faults, with their lines |
 //!
 //! Numbers are separated by blanks, tabs, commas or semicolons. Between semicolons, or where blanks separate and each comma stands between
 //! digits, a comma is the decimal point. If commas seem to be both, the file is refused. Lines starting with `#`, `//`, `%` or `!` are
@@ -16,6 +17,7 @@
 
 mod columns;
 mod lines;
+mod problem;
 
 use std::io::{BufReader, Read};
 use std::path::Path;
@@ -25,6 +27,7 @@ use glam::DVec3;
 
 use self::columns::{Columns, MOST};
 use self::lines::{Line, Lines};
+use self::problem::{Kind, Problem, shorten};
 use super::file;
 use super::options::ReadOptions;
 use super::scan::{Content, FileScan};
@@ -132,34 +135,6 @@ pub(super) fn preview(scan: &FileScan, count: usize) -> Result<Vec<DVec3>> {
     Ok(points)
 }
 
-/// A fault, and its line.
-#[derive(Debug)]
-struct Problem {
-    line: u64,
-    kind: Kind,
-}
-
-#[derive(Debug)]
-enum Kind {
-    Text(String),
-    Memory(usize),
-    Io(std::io::Error),
-}
-
-impl Problem {
-    fn text(line: u64, text: impl Into<String>) -> Self {
-        Problem { line, kind: Kind::Text(text.into()) }
-    }
-
-    fn into_error(self, path: &Path) -> Error {
-        match self.kind {
-            Kind::Text(text) => Error::format(path, format!("line {}", self.line), text),
-            Kind::Memory(points) => Error::OutOfMemory(format!("{}: more than {points} points", known_as(path))),
-            Kind::Io(error) => Error::io(path, error),
-        }
-    }
-}
-
 /// The columns of a file that starts like this. `None` if it holds no point.
 fn layout(head: &[u8]) -> Result<Option<Columns>, Problem> {
     let mut lines = Lines::new(head);
@@ -226,15 +201,6 @@ fn layout(head: &[u8]) -> Result<Option<Columns>, Problem> {
 /// Whether the numbers of a line are how many points follow.
 fn is_count(numbers: &[f64]) -> bool {
     matches!(*numbers, [count] if count >= 0.0 && count.fract() == 0.0)
-}
-
-/// Text for a message, not too long.
-fn shorten(text: &str) -> String {
-    let mut short: String = text.chars().take(40).collect();
-    if short.len() < text.len() {
-        short.push('…');
-    }
-    short
 }
 
 /// Reads all points of a file of `length` bytes.

@@ -4,7 +4,8 @@
 use super::super::file::{Input, reserve};
 use super::super::scan::{Content, FileScan};
 use super::super::text::Lines;
-use super::{Numbers, Place, Raster, stored_pixels};
+use super::bounds::stored_pixels;
+use super::content::{Numbers, Place, Raster};
 use base::error::Result;
 use base::progress::Progress;
 

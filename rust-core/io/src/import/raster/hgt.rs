@@ -4,7 +4,7 @@
 use super::super::file::{Input, reserve};
 use super::super::scan::{Content, FileScan};
 use super::super::window::Window;
-use super::{Numbers, Place, Raster};
+use super::content::{Numbers, Place, Raster};
 use base::error::{Error, Result};
 use base::progress::Progress;
 

@@ -3,7 +3,8 @@
 use super::super::file::{Input, reserve};
 use super::super::scan::{Content, FileScan};
 use super::super::window::Window;
-use super::{Numbers, Raster, stored_pixels};
+use super::bounds::stored_pixels;
+use super::content::{Numbers, Raster};
 use base::error::{Error, Result};
 use base::progress::Progress;
 

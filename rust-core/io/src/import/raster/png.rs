@@ -8,7 +8,8 @@ use ::png::{BitDepth, ColorType, Decoder, Limits, Transformations};
 use super::super::file::{Input, Watched, decoding_error, reserve, watched};
 use super::super::options::PixelMeaning;
 use super::super::scan::{Content, FileScan};
-use super::{DEFLATED, Numbers, Raster, can_be_in, packed_pixels};
+use super::bounds::{DEFLATED, can_be_in, packed_pixels};
+use super::content::{Numbers, Raster};
 use base::error::{Error, Result};
 use base::progress::Progress;
 

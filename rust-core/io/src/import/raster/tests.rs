@@ -1,10 +1,15 @@
 use std::sync::Arc;
 
+use glam::DVec3;
+
 use super::super::damage::{endure, read};
 use super::super::file::Parse;
+use super::super::options::ReadOptions;
+use super::super::scan::Content;
 use super::super::{Camera, PixelMeaning};
 use super::*;
 use base::progress::Progress;
+use image::range_image::RangeImage;
 
 fn scan(options: ReadOptions) -> FileScan {
     FileScan { options: Arc::new(options), ..FileScan::new(std::path::Path::new("N37E014.x")) }

@@ -3,7 +3,6 @@
 use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::Renewed;
 use crate::crossings::edge_colours::Gains;
 use crate::crossings::lattice::Lattice;
 use crate::field::{BrickVertices, Labels, fuse};
@@ -13,6 +12,15 @@ use crate::surface::anomalies::BrickSurface;
 use crate::surface::tiles;
 use base::error::Result;
 use base::progress::Progress;
+
+/// Amount that a run had to do.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Renewed {
+    /// Bricks that were labelled anew.
+    pub bricks: usize,
+    /// All bricks.
+    pub of: usize,
+}
 
 /// State of bricks.
 #[derive(Default)]

@@ -15,25 +15,24 @@
 
 mod bricks;
 mod bundles;
+mod findings;
 mod scans;
 mod stages;
 mod visibility;
 
-use rustc_hash::{FxHashMap, FxHashSet};
-
-use crate::crossings::scan_order;
-use crate::crossings::scan_order::ScanOrder;
-use crate::intake::defaults;
 use crate::intake::setup::Setup;
 use crate::params::MergeParams;
 use crate::report::Merged;
-use crate::run::{if_it_fits, refuse_twins, run_by, started, surface};
+use crate::run::memory::run_by;
+use crate::run::started::{if_it_fits, refuse_twins, started, surface};
 use base::error::{Error, Result};
 use base::memory::attempted;
 use base::progress::Progress;
+use findings::Findings;
 use image::source::ScanSource;
-use image::triangulate::TriangulateParams;
 use stages::Incremental;
+
+pub use bricks::Renewed;
 
 /// A scan to merge, with a number for what it is: as long as the number is the same, so is the scan.
 #[deprecated(since = "0.2.0", note = "`Reuse` takes the scans' versions")]
@@ -129,59 +128,6 @@ impl Merger {
 #[expect(deprecated, reason = "of those who still give both in one")]
 fn apart<'a>(scans: &[Versioned<'a>]) -> (Vec<&'a dyn ScanSource>, Vec<u64>) {
     scans.iter().map(|scan| (scan.scan, scan.version)).unzip()
-}
-
-/// Amount that a run had to do.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Renewed {
-    /// Bricks that were labelled anew.
-    pub bricks: usize,
-    /// All bricks.
-    pub of: usize,
-}
-
-/// Findings that a run leaves for the next.
-#[derive(Default)]
-struct Findings {
-    triangulation: TriangulateParams,
-    /// The hashes that break ties between scans of one name, by their versions.
-    contents: FxHashMap<u64, u64>,
-    known: defaults::Known,
-    scans: scans::Scans,
-    bundles: bundles::KeptBundles,
-    visibility: visibility::VisibilityCache,
-    bricks: bricks::Bricks,
-}
-
-impl Findings {
-    /// The order of scans of so many versions.
-    fn scan_order<'a>(
-        &mut self,
-        sources: &[&'a dyn ScanSource],
-        versions: &[u64],
-        progress: &Progress<'_>,
-    ) -> Result<ScanOrder<'a>> {
-        let found = std::sync::Mutex::new(std::mem::take(&mut self.contents));
-        let known = || found.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-        let content = |place: usize| {
-            let (scan, version) = (sources[place], versions[place]);
-            let before = known().get(&version).copied();
-            let content = before.map_or_else(|| scan.content(&self.triangulation, progress), Ok)?;
-            known().insert(version, content);
-            Ok(content)
-        };
-        let order = scan_order::in_order(sources, content, progress);
-        self.contents = std::mem::take(&mut *known());
-        Ok(ScanOrder::new(sources, versions, &order?))
-    }
-
-    /// Forgets the scans of other versions.
-    fn forget_others(&mut self, versions: &[u64]) {
-        let versions: FxHashSet<u64> = versions.iter().copied().collect();
-        self.contents.retain(|version, _| versions.contains(version));
-        self.known.keep(&versions);
-        self.scans.keep(&versions);
-    }
 }
 
 #[cfg(test)]

@@ -1,11 +1,11 @@
 //! The stages of a merge of which something is kept.
 
-use super::Findings;
+use super::findings::Findings;
 use crate::crossings::edge_colours;
+use crate::driver::{Built, Graph, Stage};
 use crate::intake::defaults;
 use crate::intake::setup::Setup;
 use crate::params::MergeParams;
-use crate::pipeline::{Built, Graph, Stage};
 use crate::run::memory::{self, Memory};
 use crate::stages::BUILDING;
 use crate::surface::tile::Tile;
@@ -70,7 +70,7 @@ impl<'a> Incremental<'a> {
 
     fn drop(&mut self, progress: &Progress<'_>) {
         self.at_work.bundles = self.kept.bundles.shown(&mut self.at_work.report);
-        progress.lap("sight");
+        progress.lap("visibility");
     }
 
     fn label(&mut self, progress: &Progress<'_>) -> Result<()> {

@@ -2,7 +2,7 @@
 //! files of a workspace, and of the grid a few blocks are in memory at a time.
 //!
 //! Stages are cut into tasks (`stages`), which one process does one after the other, or several do at once. Their list, and what is made of
-//! the surface once they are done, is that of all merges (`pipeline`).
+//! the surface once they are done, is that of all merges (`driver`).
 //!
 //! | stage | file | leaves |
 //! |---|---|---|
@@ -31,10 +31,10 @@ use std::path::{Path, PathBuf};
 
 use rustc_hash::FxHasher;
 
+use crate::driver::{self, Out};
 use crate::params::MergeParams;
-use crate::pipeline::{self, Out};
 use crate::report::MergeReport;
-use crate::run::{refuse_twins, started};
+use crate::run::started::{refuse_twins, started};
 use base::error::{Error, Result};
 use base::memory::{available, limit_of_calls, size};
 use base::progress::Progress;
@@ -43,7 +43,7 @@ use mesh::sink::MeshSink;
 use setting::Setting;
 use stages::Tasks;
 
-pub use crate::pipeline::Stage;
+pub use crate::driver::Stage;
 pub use versions::versions;
 
 /// Bytes of memory that a worker needs.
@@ -187,7 +187,7 @@ pub fn put_together(
     started(sources, params, progress, || {
         let mut tasks = together.tasks(sources, params);
         let room = tasks.setting.room();
-        pipeline::finish(&mut tasks, params, Out { sink, room }, progress)
+        driver::finish(&mut tasks, params, Out { sink, room }, progress)
     })
 }
 
@@ -269,7 +269,7 @@ fn kept_folder(folder: &Path, params: &MergeParams) -> Result<KeptFolder> {
 fn merge(mut tasks: Tasks<'_>, sink: &mut dyn MeshSink, progress: &Progress<'_>) -> Result<MergeReport> {
     let params = tasks.params;
     let room = tasks.setting.room();
-    let report = pipeline::merge(&mut tasks, params, Out { sink, room }, progress)?;
+    let report = driver::merge(&mut tasks, params, Out { sink, room }, progress)?;
     tasks.end()?;
     Ok(report)
 }

@@ -21,12 +21,12 @@ use crate::crossings::edge_colours::Gains;
 use crate::crossings::lattice::Lattice;
 use crate::crossings::scan_order;
 use crate::crossings::scan_order::ScanOrder;
+use crate::driver::{Built, Graph, Stage};
 use crate::field::fuse::Reaches;
 use crate::intake::Discretized;
 use crate::intake::overlap::OverlapDistances;
 use crate::intake::{damage, defaults};
 use crate::params::MergeParams;
-use crate::pipeline::{Built, Graph, Stage};
 use crate::report::{MergeReport, VoxelReason};
 use crate::stages::FUSING;
 use base::error::{Error, Result};
@@ -359,7 +359,7 @@ impl<'a> Tasks<'a> {
         let tolerance = reaches.tolerance(report.voxel);
         let voters = Voters::new(&about.found, &planned.scan_order, planned.basis, tolerance);
         voters.look(&blocks, portion, &self.setting, progress)?;
-        progress.lap("sight");
+        progress.lap("visibility");
         Ok(())
     }
 
@@ -370,7 +370,7 @@ impl<'a> Tasks<'a> {
         let tolerance = reaches.tolerance(report.voxel);
         let voters = Voters::new(&about.found, &planned.scan_order, planned.basis, tolerance);
         let files = voters.drop_seen_through(&blocks, portion, &self.setting, progress)?;
-        progress.lap("sight");
+        progress.lap("visibility");
         Ok(files)
     }
 

@@ -94,7 +94,7 @@ fn even_clouds_are_left_alone_whatever_their_outliers() {
 
 #[test]
 fn usual_lengths_are_multiplied_by_one() {
-    let lengths = super::super::Lengths { noise: Noise { deviation: 0.7, spacing: 0.3 }, few: 0.5, given: None };
+    let lengths = super::super::kept::Lengths { noise: Noise { deviation: 0.7, spacing: 0.3 }, few: 0.5, given: None };
     assert_eq!(lengths.deviation(Scale::USUAL), 0.7);
     assert_eq!(lengths.radius(5.0, Scale::USUAL), 5.0);
     assert_eq!(lengths.start(Scale::USUAL), 8.0 * 0.7);

@@ -47,9 +47,9 @@ struct Step {
 }
 
 impl Solid<'_> {
-    /// Digs to the samples off the surface where a way is found, and notes what comes onto it. Returns how many it was dug to. `allowed`:
+    /// Brings the surface to the samples off it where a way is found, and notes what comes onto it. Returns how many it reached. `allowed`:
     /// largest perimeter of a facet.
-    pub(super) fn dig(
+    pub(super) fn reach_deep_samples(
         &mut self,
         on_surface: &mut [bool],
         mut allowed: impl FnMut([u32; 3]) -> f64,
@@ -80,7 +80,7 @@ impl Solid<'_> {
                 }
                 *answer == MayOpen::Yes
             };
-            reached += usize::from(self.dig_to(&star, on_surface, may_open));
+            reached += usize::from(self.reach(&star, on_surface, may_open));
         }
         Ok(reached)
     }
@@ -100,8 +100,8 @@ impl Solid<'_> {
         nearest
     }
 
-    /// `star`: the sample's.
-    fn dig_to(&mut self, star: &Star, on_surface: &mut [bool], mut may_open: impl FnMut(u32) -> bool) -> bool {
+    /// Brings the surface to one sample. `star`: the sample's.
+    fn reach(&mut self, star: &Star, on_surface: &mut [bool], mut may_open: impl FnMut(u32) -> bool) -> bool {
         let side = self.is_inside(star.cells[0].0);
         if star.cells.iter().any(|&(cell, _)| self.is_inside(cell) != side) {
             // An earlier way led here.
