@@ -1,6 +1,6 @@
 """The ways of the README, from dropped files to a GLB, as a person goes them: each interaction is done and counted.
 
-Real data are in SURFRECON_DATA; without them the ways that need them are left out, which is said.
+Real data are in SURFRECON_DATA. Without them the ways that need them are skipped, and the run ends with status 3.
 """
 
 import json
@@ -12,11 +12,12 @@ import tempfile
 from pathlib import Path
 
 import bpy
+import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from driver import MODULE, PICTURES, adjust, check, drive, leave_panel, place, run, until, view_selected  # noqa: E402 (the path is made above)
-from person import Person  # noqa: E402
+from driver import MODULE, PICTURES, adjust, check, drive, place, run, select, skip, until, view_selected  # noqa: E402 (the path is made above)
+from person import Person, portrait  # noqa: E402
 
 DATA = os.environ.get("SURFRECON_DATA")
 
@@ -28,6 +29,15 @@ SHARE = (208, -161)
 
 # Interactions that each way may take.
 BUNNY, HEAP, CHAIR = 8, 6, 10
+
+# The photo of the chair beside which pictures from the same place are shown.
+PHOTO = "frame_00030"
+
+# The extension of glTF that holds lights.
+LIGHTS = "KHR_lights_punctual"
+
+# Means of colours that are the same differ by no more, in a file that rounds them.
+ROUNDED = 0.01
 
 
 def fresh():
@@ -58,6 +68,22 @@ def contents(path):
     return json.loads(data[20 : 20 + length])
 
 
+def mean_colour(layer):
+    """The mean of colours, linear."""
+    colours = np.empty(4 * len(layer.data), np.float32)
+    layer.data.foreach_get("color", colours)
+    return colours.reshape(-1, 4)[:, :3].mean(axis=0)
+
+
+def merged(person):
+    """Notes the colours of a new surface, before anything is done to them: `None` where the scans have none."""
+    scans = [obj for obj in bpy.data.objects if "surfrecon_report" not in obj and obj.type == "MESH"]
+    coloured = any("colour" in obj.data.attributes for obj in scans)
+    layer = surface().data.color_attributes.get("colour")
+    check(f"{person.name}: the surface has colours if scans have some: {coloured}", (layer is not None) == coloured)
+    person.colour = None if layer is None else mean_colour(layer)
+
+
 def exported(person, path, triangles):
     """Opens the GLB again: it has the surface that was exported and nothing else."""
     yield from until(path.exists, 60)
@@ -68,28 +94,37 @@ def exported(person, path, triangles):
     nodes, meshes = document["nodes"], document["meshes"]
     primitives = [primitive for mesh in meshes for primitive in mesh["primitives"]]
     check(f"{person.name}: one node, of the name {path.stem}", [node["name"] for node in nodes] == [path.stem])
+    check(f"{person.name}: one mesh of one part", len(meshes) == len(primitives) == 1)
     check(
-        f"{person.name}: one mesh of one part, no camera, no light",
-        len(primitives) == 1 and not document.get("cameras"),
+        f"{person.name}: no camera, no light, no image",
+        not any(document.get(name) for name in ("cameras", "images", "animations"))
+        and LIGHTS not in (*document.get("extensionsUsed", ()), *document.get("extensions", ())),
     )
-    check(f"{person.name}: no false colours", "error" not in json.dumps(document).lower())
+    wanted = {"POSITION", "NORMAL"} | ({"COLOR_0"} if person.colour is not None else set())
+    found = set(primitives[0]["attributes"])
+    check(f"{person.name}: the mesh has {', '.join(sorted(found))}", found == wanted)
     shutil.copy(path, PICTURES / f"{person.name}.glb")
     bpy.ops.wm.read_homefile(use_empty=True)
     yield 0.5
     run(bpy.ops.import_scene.gltf, "EXEC_DEFAULT", filepath=str(path))
     yield 0.5
-    meshes = [obj for obj in bpy.data.objects if obj.type == "MESH"]
     # glTF has no quads, and its importer none either.
+    (made,) = bpy.data.objects
     check(
-        f"{person.name}: Blender finds {len(meshes[0].data.polygons):,} triangles in it, and nothing else",
-        len(bpy.data.objects) == 1 and len(meshes[0].data.polygons) == triangles,
+        f"{person.name}: Blender finds {len(made.data.polygons):,} triangles in it, and nothing else",
+        made.type == "MESH" and len(made.data.polygons) == triangles,
     )
+    layers = list(made.data.color_attributes)
+    check(f"{person.name}: and {len(layers)} layers of colours", len(layers) == (person.colour is not None))
+    if layers and person.colour is not None:
+        off = float(abs(mean_colour(layers[0]) - person.colour).max())
+        check(f"{person.name}: which are those of the scans: their mean is {off:.4f} off", off < ROUNDED)
     view_selected()
     view = place()["area"].spaces.active
     view.shading.color_type, view.overlay.show_outline_selected = "VERTEX", False
     yield 1.0
     person.look("opened_again")
-    return meshes[0]
+    return made
 
 
 def surface():
@@ -142,6 +177,7 @@ def turntable(person, path):
     person.look("imported")
     yield from person.click("surfrecon.merge")
     yield from person.wait()
+    merged(person)
     person.look("merged")
     yield from person.click("surfrecon.error_map")
     yield from person.wait()
@@ -170,21 +206,41 @@ def heap(folder):
     yield from person.press("RET", "click Import Range Scans")
     yield from person.wait()
     person.look("imported")
+    person.keep(folder, "heap")
     yield from person.click("surfrecon.align_merge")
     yield from person.wait()
     yield from person.wait()
+    merged(person)
     person.look("merged")
+    person.keep(folder, "aligned")
     result = yield from to_glb(person, folder)
     diagonal = result.dimensions.length
     check(f"heap: a bunny with a diagonal of {diagonal:.3f} m", 0.2 < diagonal < 0.3)
     person.counted(HEAP)
+    for text, path in person.kept.items():
+        bpy.ops.wm.open_mainfile(filepath=path, load_ui=False)
+        yield 1.0
+        there = shown_alone(lambda obj: "surfrecon_report" not in obj)
+        check(f"heap: ten scans are in the picture of {text}", len(there) == 10)
+        run(bpy.ops.surfrecon.tint_scans)
+        yield 0.5
+        yield from portrait(f"portrait_{text}")
+
+
+def shown_alone(is_meant):
+    """Shows and selects the meshes of the file that are meant, and hides all else."""
+    there = [obj for obj in bpy.data.objects if obj.type == "MESH" and obj.name != "Cube" and is_meant(obj)]
+    for obj in bpy.data.objects:
+        obj.hide_set(obj not in there)
+    select(there)
+    return there
 
 
 def chair(folder):
     """A phone's recording of a chair in a garden, of which the chair alone is meant."""
     there = folder / "chair"
     shutil.copytree(Path(DATA, "frames", "scannerapp_chair", "chair_scan"), there)
-    shutil.copy(there / "frame_00030.jpg", PICTURES / "chair_photo.jpg")
+    shutil.copy(there / f"{PHOTO}.jpg", PICTURES / "chair_photo.jpg")
     person = Person("chair")
     yield from fresh()
     yield from person.drop([there / "info.json"])
@@ -193,6 +249,9 @@ def chair(folder):
     yield from person.wait()
     person.look("imported")
     check("chair: the cube that it stands in is out of sight", place()["area"].spaces.active.local_view is not None)
+    camera = next(obj for obj in bpy.data.objects if obj.type == "CAMERA" and PHOTO in obj.name)
+    from_photo = camera.matrix_world.inverted()
+    person.keep(folder, "frames")
     yield from person.click("surfrecon.remove_background")
     yield from person.wait()
     person.look("without_background")
@@ -200,22 +259,30 @@ def chair(folder):
     yield from person.wait()
     person.look("merged")
     check("chair: some of the garden is left", surface().dimensions.length > 2.5)
+    person.keep(folder, "merged")
     # The largest part alone: the fourth field of the panel of the last operation.
     yield from adjust("chair_5_adjust", "1", SHARE)
     for text in ("F9", "Enter over Smallest part", "type 1", "Enter"):
         person.did(text)
+    # The panel goes away as soon as the mouse leaves it.
     yield from person.wait()
-    yield from leave_panel()
-    view_selected()
-    yield 1.0
+    merged(person)
     person.look("largest_part")
     result = yield from to_glb(person, there.parent)
     size = result.dimensions
     check(
         f"chair: it alone, {size.x:.2f} x {size.y:.2f} x {size.z:.2f} m, stands", 0.8 < size.z < 1.1 and max(size) < 2
     )
-    check("chair: it has colours", len(result.data.color_attributes) == 1)
+    check("chair: it has colours", person.colour is not None)
     person.counted(CHAIR)
+    yield from portrait("portrait_finished", from_photo)
+    for text, path in person.kept.items():
+        bpy.ops.wm.open_mainfile(filepath=path, load_ui=False)
+        yield 1.0
+        # Frames without a photo would cover those that have one.
+        meant = "surfrecon_report" if text == "merged" else "range_rows"
+        shown_alone(lambda obj, meant=meant: meant in obj and "colour" in obj.data.attributes)
+        yield from portrait(f"portrait_{text}", from_photo)
 
 
 # Each way, and whether it is of real data.
@@ -230,7 +297,7 @@ def steps():
         if asked and way.__name__ not in asked:
             continue
         if is_real and DATA is None:
-            print(f"left out: {way.__name__}, since SURFRECON_DATA is not set", flush=True)
+            skip(f"the way {way.__name__}: SURFRECON_DATA is not set")
             continue
         with tempfile.TemporaryDirectory() as folder:
             yield from way(Path(folder))

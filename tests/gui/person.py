@@ -6,17 +6,20 @@ Buttons are found as they are seen: a picture in which one is drawn in red is co
 import subprocess
 
 import bpy
-from driver import PICTURES, check, extension, key, picture, place, screen, until
+from driver import PICTURES, check, extension, key, picture, place, screen, until, view_selected
 
 # Place of the mouse when a file is dropped, and when nothing else is meant: the middle of the 3D view, from below.
 MIDDLE = (450, 520)
+
+# The lens with which a view of 4 to 3 shows as much as a phone's photo.
+PHOTO_LENS = 53
 
 
 class Person:
     """One way from files to a result; its name is that of its pictures."""
 
     def __init__(self, name):
-        self.name, self.done, self.seen = name, [], 0
+        self.name, self.done, self.seen, self.kept = name, [], 0, {}
 
     def did(self, text):
         """Counts one interaction."""
@@ -27,6 +30,11 @@ class Person:
         """Keeps a picture."""
         self.seen += 1
         picture(f"{self.name}_{self.seen}_{text}")
+
+    def keep(self, folder, text):
+        """Keeps a copy of the file as it is, for `portrait`."""
+        self.kept[text] = str(folder / f"{self.name}_{text}.blend")
+        bpy.ops.wm.save_as_mainfile(filepath=self.kept[text], copy=True)
 
     def counted(self, most):
         """Checks how many interactions it took."""
@@ -79,6 +87,22 @@ class Person:
         check(f"{self.name}: it ends", running.job is None)
         move(MIDDLE)
         yield 1.0
+
+
+def portrait(name, view_matrix=None):
+    """Keeps a picture of the view alone, without its sidebar, its tools and what else lies over it."""
+    area = place()["area"]
+    space = area.spaces.active
+    space.show_region_ui = space.show_region_toolbar = space.show_region_header = space.show_region_tool_header = False
+    space.overlay.show_overlays = space.show_gizmo = False
+    yield 0.5
+    if view_matrix is None:
+        view_selected()
+    else:
+        space.lens, space.region_3d.view_perspective = PHOTO_LENS, "PERSP"
+        space.region_3d.view_matrix = view_matrix
+    yield 1.0
+    picture(name)
 
 
 def move(at):
