@@ -4,8 +4,10 @@
 import bpy
 
 from . import chosen, scan_objects
+from .declared import OPERATIONS
 from .false_colours import FIGURES, RAMP_NODE, is_shown, limit_of, shows_error
 from .imported import IMPORTED, import_lines, import_of
+from .menus import FILES
 from .operators.merge import REPORT
 from .operators.show_sources import are_shown, meant
 from .recording import FRAMES, is_recording
@@ -34,6 +36,13 @@ class ScansPanel:
     bl_region_type = "UI"
     bl_category = "Scans"
     bl_translation_context = NAMES
+
+    # Of its buttons the operators and the icons.
+    operators = ()
+
+    def draw(self, context):
+        """Its buttons."""
+        buttons(self.layout, *self.operators)
 
 
 def buttons(layout, *operators):
@@ -101,14 +110,11 @@ class SURFRECON_PT_bring(ScansPanel, bpy.types.Panel):
 
     bl_label = "Bring In"
 
-    def draw(self, context):
-        """Its buttons."""
-        buttons(
-            self.layout,
-            ("surfrecon.import_scans", "IMPORT"),
-            ("surfrecon.reproject", "CAMERA_DATA"),
-            ("surfrecon.virtual_scan", "OUTLINER_OB_CAMERA"),
-        )
+    operators = (
+        ("surfrecon.import_scans", "IMPORT"),
+        ("surfrecon.reproject", "CAMERA_DATA"),
+        ("surfrecon.virtual_scan", "OUTLINER_OB_CAMERA"),
+    )
 
 
 class SURFRECON_PT_look(ScansPanel, bpy.types.Panel):
@@ -116,9 +122,11 @@ class SURFRECON_PT_look(ScansPanel, bpy.types.Panel):
 
     bl_label = "Look"
 
+    operators = (("surfrecon.tint_scans", "COLOR"),)
+
     def draw(self, context):
         """Its buttons, and the switch of a result's sources."""
-        column = buttons(self.layout, ("surfrecon.tint_scans", "COLOR"))
+        column = buttons(self.layout, *self.operators)
         sources = meant(context)
         # It stays where nothing has sources: buttons below it would jump whenever a result is made.
         button(column, "surfrecon.show_sources", "HIDE_OFF", depress=bool(sources) and are_shown(sources))
@@ -129,13 +137,10 @@ class SURFRECON_PT_place(ScansPanel, bpy.types.Panel):
 
     bl_label = "Size and Ground"
 
-    def draw(self, context):
-        """Its buttons."""
-        buttons(
-            self.layout,
-            ("surfrecon.true_size", "FIXED_SIZE"),
-            ("surfrecon.ground", "VIEW_PERSPECTIVE"),
-        )
+    operators = (
+        ("surfrecon.true_size", "FIXED_SIZE"),
+        ("surfrecon.ground", "VIEW_PERSPECTIVE"),
+    )
 
 
 class SURFRECON_PT_clean(ScansPanel, bpy.types.Panel):
@@ -143,16 +148,13 @@ class SURFRECON_PT_clean(ScansPanel, bpy.types.Panel):
 
     bl_label = "Clean"
 
-    def draw(self, context):
-        """Its buttons."""
-        buttons(
-            self.layout,
-            ("surfrecon.clean", "BRUSH_DATA"),
-            ("surfrecon.box_around", "CUBE"),
-            ("surfrecon.keep_inside", "SELECT_INTERSECT"),
-            ("surfrecon.remove_inside", "SELECT_SUBTRACT"),
-            ("surfrecon.remove_background", "AXIS_TOP"),
-        )
+    operators = (
+        ("surfrecon.clean", "BRUSH_DATA"),
+        ("surfrecon.box_around", "CUBE"),
+        ("surfrecon.keep_inside", "SELECT_INTERSECT"),
+        ("surfrecon.remove_inside", "SELECT_SUBTRACT"),
+        ("surfrecon.remove_background", "AXIS_TOP"),
+    )
 
 
 class SURFRECON_PT_merge(ScansPanel, bpy.types.Panel):
@@ -160,16 +162,13 @@ class SURFRECON_PT_merge(ScansPanel, bpy.types.Panel):
 
     bl_label = "Merge"
 
-    def draw(self, context):
-        """Its buttons."""
-        buttons(
-            self.layout,
-            ALIGN,
-            ("surfrecon.merge", "MOD_REMESH"),
-            ("surfrecon.align_merge", "AUTOMERGE_ON"),
-            ("surfrecon.merge_to_file", "EXPORT"),
-            ("surfrecon.reconstruct", "OUTLINER_DATA_POINTCLOUD"),
-        )
+    operators = (
+        ALIGN,
+        ("surfrecon.merge", "MOD_REMESH"),
+        ("surfrecon.align_merge", "AUTOMERGE_ON"),
+        ("surfrecon.merge_to_file", "EXPORT"),
+        ("surfrecon.reconstruct", "OUTLINER_DATA_POINTCLOUD"),
+    )
 
 
 class SURFRECON_PT_options(ScansPanel, bpy.types.Panel):
@@ -194,9 +193,7 @@ class SURFRECON_PT_measure(ScansPanel, bpy.types.Panel):
 
     bl_label = "Measure"
 
-    def draw(self, context):
-        """Its buttons."""
-        buttons(self.layout, ("surfrecon.error_map", "COLORSET_04_VEC"), ("surfrecon.measure", "DRIVER_DISTANCE"))
+    operators = (("surfrecon.error_map", "COLORSET_04_VEC"), ("surfrecon.measure", "DRIVER_DISTANCE"))
 
 
 class SURFRECON_PT_error(ScansPanel, bpy.types.Panel):
@@ -234,22 +231,31 @@ class SURFRECON_PT_error(ScansPanel, bpy.types.Panel):
 
 
 class SURFRECON_PT_reduce(ScansPanel, bpy.types.Panel):
-    """Lighter meshes."""
+    """Lighter meshes, and what else surfaces become."""
 
     bl_label = "Reduce"
 
+    operators = (
+        ("surfrecon.sculpt", "MOD_DECIM"),
+        ("surfrecon.quads", "MESH_GRID"),
+        ("surfrecon.remesh", "MOD_TRIANGULATE"),
+    )
+
     def draw(self, context):
-        """Its buttons."""
-        buttons(
-            self.layout,
-            ("surfrecon.sculpt", "MOD_DECIM"),
-            ("surfrecon.quads", "MESH_GRID"),
-            ("surfrecon.remesh", "MOD_TRIANGULATE"),
-        )
+        """Its buttons, those that no panel has, and the slider of levels."""
+        buttons(self.layout, *self.operators, *others())
         # The slider of an object with levels of detail.
         obj = context.object
         if obj is not None and len(obj.surfrecon_levels) > 0:
             self.layout.prop(obj, "surfrecon_level")
+
+
+def others():
+    """Operators that operations declare and no panel names: those that are new."""
+    named = {name for panel in CLASSES for name, _ in panel.operators}
+    declared = (operation.operator for operation in OPERATIONS.values() if operation.operator is not None)
+    names = (f"surfrecon.{identifier}" for identifier, _, _ in declared)
+    return [(name, "MESH_DATA") for name in names if name not in named and name not in FILES]
 
 
 class SURFRECON_PT_report(ScansPanel, bpy.types.Panel):

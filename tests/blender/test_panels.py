@@ -65,7 +65,7 @@ def draw(panel):
     if hasattr(panel, "poll") and not panel.poll(bpy.context):
         return None
     texts = []
-    panel.draw(SimpleNamespace(layout=FakeLayout(texts)), bpy.context)
+    panel.draw(SimpleNamespace(layout=FakeLayout(texts), operators=getattr(panel, "operators", ())), bpy.context)
     return texts
 
 
@@ -249,6 +249,14 @@ def test_labels_that_are_too_long_for_their_column_have_a_line_of_their_own(exte
     context = SimpleNamespace(region=SimpleNamespace(width=250), preferences=bpy.context.preferences)
     extension.panels.rows(context, Layout(texts), [("Size", "1 m"), ("Stray parts dropped, triangles", "3, 200")])
     assert texts == ["split", "Size", "1 m", "Stray parts dropped, triangles", "3, 200"]
+
+
+def test_an_operator_that_no_panel_names_has_a_button(panels, extension, monkeypatch):
+    assert extension.panels.others() == []
+    reduce = panels["reduce"]
+    monkeypatch.setattr(extension.panels.SURFRECON_PT_reduce, "operators", reduce.operators[:-1])
+    assert extension.panels.others() == [("surfrecon.remesh", "MESH_DATA")]
+    assert "surfrecon.remesh" in draw(reduce)
 
 
 def test_what_an_import_said_stands_in_the_report(panels, tmp_path, capfd):

@@ -33,7 +33,7 @@ GENERATED = {
 # Files that name operations and need no line for a new one.
 COMPLETE = {
     "blender-addon/extension/menus.py": "the order of the menu: others come last",
-    "blender-addon/extension/panels.py": "buttons of the sidebar, by choice",
+    "blender-addon/extension/panels.py": "the order of the sidebar: others come last",
     "blender-addon/extension/reports.py": "lines that are not just the figures: others show all figures",
     "python/python/surfrecon/_native.pyi": "types of older functions: newer ones are declared in python/src",
     "python/python/surfrecon/cli/commands.py": "options that commands have besides those that are declared",

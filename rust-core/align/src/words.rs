@@ -141,18 +141,19 @@ fn doubted(solved: &Solved, names: &[&str], k: usize) -> Option<String> {
     let pairs = solved.pairs.iter().filter(|pair| pair.finding == Finding::Sure && (pair.a == k || pair.b == k));
     let best = pairs.max_by(|x, y| touching(x).total_cmp(&touching(y)));
     let other = |pair: &Pair| format!("{:?}", names[if pair.a == k { pair.b } else { pair.a }]);
-    let against = match why {
+    let best = best.map_or("other scans".to_owned(), other);
+    Some(match why {
         Doubt::Few => format!(
-            "{} of {} scans that fit each other are too few to tell one place from another that looks alike",
+            "it fits {best}, but {} of {} scans that fit each other are too few to tell one place from another that looks alike. Align the \
+             recording as a sequence, give rough poses, or a pair of points that both show.",
             solved.doubted.scans.len(),
             solved.inside.len()
         ),
-        Doubt::Repeats => "the room repeats itself: other pairs of scans fit as well and say something else".to_owned(),
-    };
-    Some(format!(
-        "it fits {}, but {against}. Align the recording as a sequence, give rough poses, or a pair of points that both show.",
-        best.map_or("other scans".to_owned(), other)
-    ))
+        Doubt::Repeats => format!(
+            "it fits {best}, but the room repeats itself, and pairs that fit as well contradict each other. Align the recording as a sequence, \
+             give rough poses, or a pair of points that both show."
+        ),
+    })
 }
 
 /// Whether scans that are placed see through a scan where it was given, further off than rough poses may be.
@@ -407,11 +408,15 @@ fn in_doubt(order: &[usize], names: &[&str], solved: &Solved) -> Option<String> 
     scans.sort_by_key(|&k| order[k]);
     let scans: Vec<&str> = scans.into_iter().map(|k| names[k]).collect();
     let (count, all) = (scans.len(), names.len());
-    let against = match why {
-        Doubt::Few => format!("too few of {all} to tell places that look alike from each other"),
-        Doubt::Repeats => "but other pairs fit as well and say something else: the room repeats itself".to_owned(),
-    };
-    (count > 0).then(|| format!("{count} scans fit each other, {against}: {}", quoted(&scans)))
+    let named = quoted(&scans);
+    (count > 0).then(|| match why {
+        Doubt::Few => {
+            format!("{count} scans fit each other, too few of {all} to tell places that look alike from each other: {named}")
+        }
+        Doubt::Repeats => {
+            format!("{count} scans of {all} fit each other in a room that repeats itself, where nothing tells their places: {named}")
+        }
+    })
 }
 
 /// Places where track of a recording was lost, and whether it was found again.
