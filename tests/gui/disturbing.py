@@ -6,7 +6,7 @@ import time
 
 import addon_utils
 import bpy
-from driver import MODULE, check, extension, key, names, picture, run, select, shown, until
+from driver import BESIDE_SIDEBAR, MODULE, check, extension, key, names, picture, run, select, shown, until, view_beside
 
 
 def watch(job, ended):
@@ -21,6 +21,7 @@ def cancelling(scans):
     running, preview = extension().job.Running, extension().preview.Preview
     for route in ("ESC", "button"):
         select([bpy.data.objects[name] for name in scans])
+        view_beside(BESIDE_SIDEBAR)
         before = names()
         run(bpy.ops.surfrecon.merge, voxel=0.00008)
         yield from until(lambda: running.seconds() > 0.5 and hasattr(running.job, "result"))
