@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Takes the pictures that blender-addon/README.md shows from those that `make test-gui` took of the window: parts of it in their
-# own size, as wide as pages show them. Those of the chair need SURFRECON_DATA there.
+# own size, as wide as pages show them. Those of the bunny and of the chair need SURFRECON_DATA there.
 set -euo pipefail
 . "$(dirname "$0")/lib.sh"
 cd "$root"
@@ -14,9 +14,8 @@ from PIL import Image
 PICTURES = Path("out/gui")
 # Widest picture that is shown as it is, and the gap between pictures that stand together.
 WIDEST, GAP = 830, 10
-# Parts of the window, in pixels from its upper left corner: the view with its sidebar, with the panel of F9, above, below.
-WITH_SIDEBAR, WITH_PANEL = (322, 30, 1152, 900), (60, 30, 890, 900)
-ABOVE, BELOW = (60, 100, 900, 730), (60, 245, 900, 875)
+# Parts of the window, in pixels from its upper left corner: the view with its sidebar, with the panel of F9, alone.
+WITH_SIDEBAR, WITH_PANEL, ALONE = (358, 30, 1188, 900), (60, 30, 890, 900), (20, 34, 1168, 895)
 
 
 def part(name, box):
@@ -48,13 +47,13 @@ keep(part("3_scans", WITH_SIDEBAR), "scans")
 keep(part("5_preview", WITH_SIDEBAR), "merging")
 keep(part("8_error_map", WITH_SIDEBAR), "error")
 keep(part("6_adjust", WITH_PANEL), "adjust")
-keep(beside([part("3_heap", ABOVE), part("3_aligned", ABOVE)], 2), "heap")
 photo = PICTURES / "chair_photo.jpg"
-if photo.exists():
+if photo.exists() and (PICTURES / "portrait_heap.png").exists():
+    keep(beside([part(f"portrait_{name}", ALONE) for name in ("heap", "aligned")], 2), "heap")
     with Image.open(photo) as image:
         chair = [image.convert("RGB")]
-    chair += [part(name, BELOW) for name in ("chair_2_imported", "chair_4_merged", "chair_7_opened_again")]
+    chair += [part(f"portrait_{name}", ALONE) for name in ("frames", "merged", "finished")]
     keep(beside(chair, 2), "chair")
 else:
-    print("left out: the pictures of the chair, for which make test-gui needs SURFRECON_DATA")
+    print("left out: the pictures of the bunny and of the chair, for which make test-gui needs SURFRECON_DATA")
 PYTHON

@@ -19,7 +19,7 @@ cp out/extension/*.zip $repository/
 "$(tools/python.sh)" tools/extension_index.py $repository >/dev/null
 
 status=0
-[ $# -gt 0 ] || set -- tests/gui/window.py tests/gui/repository.py tests/gui/journeys.py
+[ $# -gt 0 ] || set -- tests/gui/window.py tests/gui/promises.py tests/gui/repository.py tests/gui/journeys.py
 data=()
 if [ -n "${SURFRECON_DATA:-}" ]; then data=(SURFRECON_DATA=/data); fi
 for script in "$@"; do

@@ -5,6 +5,7 @@ import time
 
 import bpy
 from driver import (
+    BESIDE_SIDEBAR,
     FOURTH_FIELD,
     MODULE,
     adjust,
@@ -17,6 +18,7 @@ from driver import (
     run,
     select,
     until,
+    view_beside,
     view_selected,
 )
 from mathutils import Matrix, Vector
@@ -99,6 +101,7 @@ def dropping(folder):
     size = max(obj.dimensions.length for obj in bpy.data.objects)
     check(f"the scans fill the view: {size:.2g} seen from {far:.2g}", size < far < 5 * size)
     run(bpy.ops.surfrecon.tint_scans)
+    view_beside(BESIDE_SIDEBAR)
     yield 3.0
     picture("3_scans")
 

@@ -6,7 +6,7 @@ import time
 
 import addon_utils
 import bpy
-from driver import MODULE, check, extension, key, names, picture, run, select, shown, until
+from driver import BESIDE_SIDEBAR, MODULE, check, extension, key, names, picture, run, select, shown, until, view_beside
 
 
 def watch(job, ended):
@@ -21,6 +21,7 @@ def cancelling(scans):
     running, preview = extension().job.Running, extension().preview.Preview
     for route in ("ESC", "button"):
         select([bpy.data.objects[name] for name in scans])
+        view_beside(BESIDE_SIDEBAR)
         before = names()
         run(bpy.ops.surfrecon.merge, voxel=0.00008)
         yield from until(lambda: running.seconds() > 0.5 and hasattr(running.job, "result"))
@@ -117,6 +118,31 @@ def meddling(scans, folder):
     addon_utils.enable(MODULE)
     yield 0.5
     check("and it can be enabled again", hasattr(bpy.types, "SURFRECON_OT_merge"))
+
+
+def switching(scans):
+    """Another scene is shown while a merge runs: the surface comes into the scene where it was begun."""
+    running, window = extension().job.Running, bpy.context.window_manager.windows[0]
+    there = window.scene
+    for name in scans:
+        there.objects[name].hide_set(False)
+    select([there.objects[name] for name in scans])
+    before = set(there.objects.keys())
+    run(bpy.ops.surfrecon.merge, voxel=0.0006)
+    yield from until(lambda: running.job is None or (hasattr(running.job, "result") and running.fraction > 0.02))
+    check("a merge runs", running.job is not None)
+    other = bpy.data.scenes.new("Other")
+    window.scene = other
+    yield from until(lambda: running.job is None)
+    yield 0.3
+    came = [obj for obj in there.objects if obj.name not in before and "surfrecon_report" in obj]
+    check("a surface comes into the scene that it was begun in", len(came) == 1)
+    check("and nothing into the one that is shown", window.scene == other and not other.objects)
+    window.scene = there
+    bpy.data.scenes.remove(other)
+    yield 0.3
+    hidden = not any(there.objects[name].visible_get() for name in scans)
+    check("where its scans are hidden", hidden and bool(came) and came[0].visible_get())
 
 
 def leaving(scans):

@@ -12,6 +12,7 @@ import traceback
 from pathlib import Path
 
 import bpy
+from mathutils import Vector
 
 PICTURES = Path(os.environ["SURFRECON_PICTURES"])
 MODULE = "bl_ext.user_default.surfrecon"
@@ -147,6 +148,20 @@ def only(shown):
 def view_selected():
     """Fills the view with what is selected."""
     run(bpy.ops.view3d.view_selected, "INVOKE_DEFAULT", use_all_regions=False)
+
+
+# How much farther away than Blender's own views, and how far to the right of their middle, as a share of the distance:
+# between the tools and the sidebar, and beside the panel of F9.
+BESIDE_SIDEBAR, BESIDE_PANEL = (1.35, 0.046), (1.5, 0.086)
+
+
+def view_beside(place_of_it):
+    """Fills with what is selected the part of the view that pictures for people show."""
+    view_selected()
+    farther, right = place_of_it
+    view = place()["area"].spaces.active.region_3d
+    view.view_distance *= farther
+    view.view_location -= view.view_rotation @ Vector((right * view.view_distance, 0, 0))
 
 
 def shown(kind):

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import bpy
 import numpy as np
+from mathutils import Euler, Matrix
 
 sys.path.insert(0, str(Path(__file__).parent))
 
@@ -32,6 +33,10 @@ BUNNY, HEAP, CHAIR = 8, 6, 10
 
 # The photo of the chair beside which pictures from the same place are shown.
 PHOTO = "frame_00030"
+
+# The view of the bunny: turned from the scanner's, which looks along its z axis with y up, so many diagonals away, by a
+# lens that distorts little.
+TURNED, DISTANCE, LENS = (-0.3, 0.4, 0), 1.4, 100
 
 # The extension of glTF that holds lights.
 LIGHTS = "KHR_lights_punctual"
@@ -224,7 +229,7 @@ def heap(folder):
         check(f"heap: ten scans are in the picture of {text}", len(there) == 10)
         run(bpy.ops.surfrecon.tint_scans)
         yield 0.5
-        yield from portrait(f"portrait_{text}")
+        yield from portrait(f"portrait_{text}", from_the_front(there, bpy.data.objects["bun000"]), LENS)
 
 
 def shown_alone(is_meant):
@@ -234,6 +239,20 @@ def shown_alone(is_meant):
         obj.hide_set(obj not in there)
     select(there)
     return there
+
+
+def from_the_front(objects, standing):
+    """A view of these objects in which the one that stood upright before its scanner does so."""
+    found = []
+    for obj in objects:
+        places = np.empty(3 * len(obj.data.vertices))
+        obj.data.vertices.foreach_get("co", places)
+        matrix = np.array(obj.matrix_world)
+        found.append(places.reshape(-1, 3) @ matrix[:3, :3].T + matrix[:3, 3])
+    low, high = np.concatenate(found).min(axis=0), np.concatenate(found).max(axis=0)
+    away = Matrix.Translation((0, 0, DISTANCE * np.linalg.norm(high - low)))
+    turned = standing.matrix_world.to_3x3().to_4x4() @ Euler(TURNED).to_matrix().to_4x4()
+    return (Matrix.Translation(0.5 * (low + high)) @ turned @ away).inverted()
 
 
 def chair(folder):

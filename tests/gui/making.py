@@ -4,6 +4,8 @@ import time
 
 import bpy
 from driver import (
+    BESIDE_PANEL,
+    BESIDE_SIDEBAR,
     LONGEST,
     adjust,
     check,
@@ -17,6 +19,7 @@ from driver import (
     run,
     select,
     until,
+    view_beside,
 )
 from mathutils import Vector
 from person import found, is_stale, scrolled
@@ -108,6 +111,7 @@ def merging_anew(scans):
 def adjusting(scans):
     """The panel of the last operation digs again without a new start."""
     only(bpy.data.objects[scans[0]])
+    view_beside(BESIDE_PANEL)
     place()["area"].spaces.active.overlay.show_wireframes = True
     run(bpy.ops.ed.undo_push, "EXEC_DEFAULT", message="select")
     running, kept = extension().job.Running, extension().kept.Kept
@@ -177,6 +181,7 @@ def looking():
     yield from until(lambda: running.job is None)
     check("the error map is there", "error" in merged.data.attributes)
     only(merged)
+    view_beside(BESIDE_SIDEBAR)
     yield 1.0
     # Down to the legend, and back.
     yield from scrolled("WHEELDOWNMOUSE")

@@ -6,7 +6,7 @@ Buttons are found as they are seen: a picture in which one is drawn in red is co
 import subprocess
 
 import bpy
-from driver import PICTURES, check, extension, key, picture, place, screen, until, view_selected
+from driver import PICTURES, check, extension, key, picture, place, screen, until
 
 # Place of the mouse when a file is dropped, and when nothing else is meant: the middle of the 3D view, from below.
 MIDDLE = (450, 520)
@@ -89,18 +89,14 @@ class Person:
         yield 1.0
 
 
-def portrait(name, view_matrix=None):
+def portrait(name, view_matrix, lens=PHOTO_LENS):
     """Keeps a picture of the view alone, without its sidebar, its tools and what else lies over it."""
     area = place()["area"]
     space = area.spaces.active
     space.show_region_ui = space.show_region_toolbar = space.show_region_header = space.show_region_tool_header = False
     space.overlay.show_overlays = space.show_gizmo = False
-    yield 0.5
-    if view_matrix is None:
-        view_selected()
-    else:
-        space.lens, space.region_3d.view_perspective = PHOTO_LENS, "PERSP"
-        space.region_3d.view_matrix = view_matrix
+    space.lens, space.region_3d.view_perspective = lens, "PERSP"
+    space.region_3d.view_matrix = view_matrix
     yield 1.0
     picture(name)
 
