@@ -42,17 +42,13 @@ class Report(dict[str, Any]):
             raise AttributeError(error.args[0], name=name, obj=self) from None
 
     def __missing__(self, name: Any) -> Any:
-        """Says which figure was probably meant."""
+        """The figure that is called so no longer. Of any other name it says which was probably meant."""
+        if self._has_former(name):
+            return self._former(name)
         instead = meant(name, self) if isinstance(name, str) else ""
         raise KeyError(f"{type(self).__name__} has no {name!r}.{instead or ' There are ' + ', '.join(self) + '.'}")
 
-    def __missing__(self, name: str) -> Any:
-        """The figure that is called so no longer."""
-        if self._has_former(name):
-            return self._former(name)
-        raise KeyError(name)
-
-    def _has_former(self, name: str) -> bool:
+    def _has_former(self, name: Any) -> bool:
         return name in _FORMER and name not in self and _FORMER[name][0] in self
 
     def _former(self, name: str) -> Any:
