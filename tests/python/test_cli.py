@@ -74,6 +74,29 @@ def test_merge_is_that_of_the_library(folder, tmp_path):
     assert f"{out}: {len(result.mesh.positions):,} vertices" in done.stdout
 
 
+def test_merge_aligns_first_if_asked_to(tmp_path):
+    surfrecon.write_scans(tmp_path / "truth.conf", look())
+    scans = sorted(tmp_path.glob("view*.ply"))
+    done = run("merge", *scans, "--align", "-o", tmp_path / "surface.ply", "--json")
+    assert done.returncode == 0, done.stderr
+    aligned = surfrecon.align(surfrecon.open(scans))
+    expected = surfrecon.merge(aligned.scans).mesh
+    assert np.array_equal(surfrecon.read(tmp_path / "surface.ply").triangles, expected.triangles)
+    report = json.loads(done.stdout)["report"]
+    assert report["alignment"]["placed"] == aligned.report.placed == report["scans"] == len(scans)
+
+
+def test_merge_refuses_scans_that_nothing_aligns(tmp_path):
+    flat = np.zeros((40, 40))
+    images = [surfrecon.RangeImage.orthographic(flat + k, step=(0.025, -0.025)) for k in range(2)]
+    for k, image in enumerate(images):
+        image.name = f"flat{k}"
+    surfrecon.write_scans(tmp_path / "flats.conf", images)
+    done = run("merge", *sorted(tmp_path.glob("flat*.ply")), "--align", "-o", tmp_path / "surface.ply")
+    assert done.returncode != 0 and "no two scans fit each other in one place" in done.stderr
+    assert not (tmp_path / "surface.ply").exists()
+
+
 def test_merge_measures(folder, tmp_path):
     done = run("merge", folder / "ring.conf", "-o", tmp_path / "a.ply", "--voxel", "0.1", "--measure", "--json")
     distances = json.loads(done.stdout)["report"]["distances"]

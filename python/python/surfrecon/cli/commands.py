@@ -193,6 +193,12 @@ _SPECIAL: dict[str, dict[str, Any]] = {
     "merge": dict(
         parts=("triangulate",),
         own=(
+            Own(
+                "align",
+                "flag",
+                "Scans without poses, or with rough ones, are aligned first. Those without a place are left out "
+                "and named.",
+            ),
             Own("measure", "flag", "Measures how far the surface lies from the scans."),
             Own(
                 "workspace",

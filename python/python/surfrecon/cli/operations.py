@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 import os
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any, Literal
 
 import numpy as np
@@ -143,10 +144,25 @@ _IN_FILES = "--workspace DIR (workspace) merges in files, into a .ply file, with
 
 
 def merge(work: Work) -> Made:
-    """Merges scans to one surface."""
-    scans = work.open()
-    if "workspace" in work.request.parameters:
-        return _merge_to_file(work, scans)
+    """Merges scans to one surface. Those without poses are aligned first, where that is asked for."""
+    scans: Iterable[_native.Scan] = work.open()
+    aligned = None
+    if work.request.parameters.get("align"):
+        with work.showing() as shown:
+            aligned = _native.align(scans, progress=shown, **work.request.of("threads"))
+        if aligned.report.placed == 0:
+            reasons = "; ".join(dict.fromkeys(scan.reason for scan in aligned.report.scans if scan.reason))
+            raise InputError(f"no two scans fit each other in one place, so there is nothing to merge: {reasons}")
+        scans = aligned.scans
+    made = _merged_to_file(work, scans) if "workspace" in work.request.parameters else _merged(work, scans)
+    if aligned is None:
+        return made
+    work.note(*aligned.report.messages)
+    report = Report(made.report | {"alignment": aligned.report})
+    return replace(made, report=report, lines=[aligned.report.summary[0], *made.lines])
+
+
+def _merged(work: Work, scans: Iterable[_native.Scan]) -> Made:
     options = work.given("merge", "triangulate") | work.request.of("measure")
     try:
         with work.showing() as shown:
@@ -205,7 +221,7 @@ def _tasks(stage: dict[str, Any]) -> str:
     return f"{stage['name']}: {first}" if first == last else f"{stage['name']}: {first} to {last}"
 
 
-def _merge_to_file(work: Work, scans: _native.ScanSet) -> Made:
+def _merged_to_file(work: Work, scans: Iterable[_native.Scan]) -> Made:
     options = work.given("merge", "triangulate") | work.request.of("workspace", "keep", "encoding", "part_triangles")
     _refuse_scans_like_parts(work, scans)
     provenance = record.provenance(work)
@@ -232,7 +248,7 @@ def _parts(work: Work, surface: _native.Mesh | int) -> Callable[[str], list[str]
     return lambda path: [_native._part_path(path, number, count) for number in range(2, count + 1)]
 
 
-def _refuse_scans_like_parts(work: Work, scans: _native.ScanSet) -> None:
+def _refuse_scans_like_parts(work: Work, scans: Iterable[_native.Scan]) -> None:
     """Of the parts of a surface the names follow once it is made: a scan with such a name would be gone then."""
     if not work.request.parameters.get("part_triangles"):
         return
