@@ -77,7 +77,7 @@ SHOWN
 
 # Files that commands of a page find, and the files that they make. A guide may declare them itself.
 SHELL = {
-    "README.md": ("heap", {"placed.conf", "surface.glb"}),
+    "README.md": ("heap", {"surface.glb"}),
     "docs/site/guide/heaps.md": ("made", {"placed.conf", "surface.ply"}),
     "docs/site/guide/large.md": ("made", {"surface.ply"}),
     "docs/site/guide/merging.md": ("made", {"surface.ply"}),
