@@ -282,16 +282,16 @@ fn run_case(case: &Case, folder: &Path) -> Result<()> {
         flat_base: case.stands,
         ..CloseParams::default()
     };
-    let closed = close::close(&merged, &visibility, &params, &progress)?;
+    let closed = close::close_seen_by(&merged, &visibility, &params, &progress)?;
     let seconds = cpu_seconds() - start;
     for (opening, reason) in closed.report.left_open() {
-        println!("  open: {} edges, {:.1} mm: {}", opening.edges, opening.length, reason.words());
+        println!("  open: {} edges, {:.1} mm: {}", opening.edges, opening.length, reason.name());
     }
     println!("  {:?}", closed.report.seconds);
     let moved = merged.positions.iter().zip(&closed.mesh.positions).filter(|(a, b)| a != b).count();
     println!(
         "  {} openings closed, {moved} measured vertices moved, {} crossings",
-        closed.report.closed().count(),
+        closed.report.closed,
         crossings(&closed.mesh, merged.triangles.len())?
     );
     let closed = closed.mesh;

@@ -1,13 +1,13 @@
 //! The driver: the stages in their order.
 
-use glam::DVec3;
 use rustc_hash::FxHashSet;
 
 use base::error::Result;
 use base::memory;
 use base::progress::Progress;
+use image::source::ScanSource;
 use mesh::measure::{area, bounds};
-use mesh::{TriMesh, check};
+use mesh::{Crs, TriMesh, check};
 
 use super::field::{self, Extent};
 use super::openings::{self, Border, Opening};
@@ -15,14 +15,15 @@ use super::params::{CloseParams, Openings};
 use super::report::{CloseReport, Closed, LeftOpen, OpeningReport};
 use super::stitch::Growing;
 use super::surface::Surface;
-use super::visibility::{Envelope, Ground, Visibility};
+use super::visibility::{Envelope, Ground, Scans, Visibility};
 use super::{attributes, cut, fan, level, retreat};
 
 base::stages! {
     /// Stages with their shares of the time.
     PLAN:
+    READING = "reading lines of sight", 0.1;
     PREPARING = "looking at the surface", 0.1;
-    SOLVING = "solving for the fill", 0.6;
+    SOLVING = "solving for the fill", 0.5;
     JOINING = "joining the fill", 0.25;
     JUDGING = "judging openings", 0.05;
 }
@@ -40,10 +41,10 @@ const RETREATS: usize = 3;
 /// At the peak. Measured.
 const BYTES_A_TRIANGLE: f64 = 400.0;
 
-/// Closes the openings of a surface with a smooth fill that stays out of seen space.
+/// Closes the openings of a surface with a smooth fill that stays out of what its scans saw to be empty.
 ///
-/// `mesh` is an oriented manifold. `visibility` says where scans saw that nothing is. It is [`super::Blind`] for surfaces without sensors,
-/// whose openings are closed by their shape alone.
+/// `mesh` is an oriented manifold in the world of its scans. Range images whose rays are known say where nothing is. Meshes and points say
+/// nothing. Without scans openings are closed by their shape alone.
 ///
 /// # Guarantees
 /// * Vertices and triangles of `mesh` come first in the result, to the bit and in their order. What is added is marked.
@@ -51,47 +52,81 @@ const BYTES_A_TRIANGLE: f64 = 400.0;
 /// * No place of an added face was seen through by more than the merge distance and half a cell, but of forced faces. Places are looked at
 ///   every half cell, and farther than that from measured vertices.
 /// * Openings that are not closed are in the report, with the reason.
-/// * The same result for any number of threads.
+/// * The same result for any number of threads and any order of the scans.
 ///
 /// # Cost
 /// Time O(n log n) for n triangles, and O(m) for the m cells of the fill's grid, at most 6 million. About 100 bytes per cell and 400 per
-/// triangle. In larger things cells are larger. Openings smaller than two of them are closed by the mesh alone. \[Lie03\]
+/// triangle, and 11 per pixel of the scans. In larger things cells are larger. Openings smaller than two of them are closed by the mesh
+/// alone. \[Lie03\]
 ///
 /// # Errors
-/// Parameters out of range. A mesh that is no oriented manifold: the error says what is wrong. [`base::Error::OutOfMemory`].
-/// [`base::Error::Cancelled`].
+/// Parameters out of range. A mesh that is no oriented manifold: the error says what is wrong. Scans of another coordinate reference system,
+/// or that can't be read. [`base::Error::OutOfMemory`]. [`base::Error::Cancelled`].
 pub fn close(
+    mesh: &TriMesh,
+    scans: &[&dyn ScanSource],
+    params: &CloseParams,
+    progress: &Progress<'_>,
+) -> Result<Closed> {
+    in_one_world(mesh, scans)?;
+    planned(mesh, params, progress, || {
+        progress.stage(READING, scans.len() as u64);
+        let visibility = Scans::of_sources(scans, progress)?;
+        progress.lap(PLAN[READING].0);
+        run(mesh, &visibility, params, progress)
+    })
+}
+
+/// The same with lines of sight that are known already. It is [`super::Blind`] for surfaces without sensors.
+///
+/// # Errors
+/// Those of [`close`].
+pub fn close_seen_by(
     mesh: &TriMesh,
     visibility: &dyn Visibility,
     params: &CloseParams,
     progress: &Progress<'_>,
+) -> Result<Closed> {
+    planned(mesh, params, progress, || run(mesh, visibility, params, progress))
+}
+
+fn planned(
+    mesh: &TriMesh,
+    params: &CloseParams,
+    progress: &Progress<'_>,
+    run: impl FnOnce() -> Result<Closed> + Send,
 ) -> Result<Closed> {
     params.validate()?;
     memory::expect_each(mesh.triangles.len(), BYTES_A_TRIANGLE, 0.0, "closing", "triangles")?;
     progress.plan(PLAN);
     let pool = base::threads::pool(params.threads)?;
-    let up = params.up.try_normalize().unwrap_or(DVec3::Z);
-    let height = mesh.positions.iter().map(|place| place.dot(up)).fold(f64::INFINITY, f64::min);
-    let ground = Ground { visibility, up, height };
-    let grounded: &dyn Visibility = if params.flat_base { &ground } else { visibility };
-    progress.run(&pool, || run(mesh, grounded, !visibility.is_blind(), params, progress))
+    progress.run(&pool, run)
 }
 
-fn run(
-    mesh: &TriMesh,
-    visibility: &dyn Visibility,
-    has_sight: bool,
-    params: &CloseParams,
-    progress: &Progress<'_>,
-) -> Result<Closed> {
+/// Refuses scans that lie in another coordinate reference system than the surface.
+fn in_one_world(mesh: &TriMesh, scans: &[&dyn ScanSource]) -> Result<()> {
+    let mut systems = vec![("the surface", mesh.crs.clone())];
+    for scan in scans {
+        systems.push((scan.name(), scan.crs()?));
+    }
+    Crs::common(systems).map(|_| ())
+}
+
+fn run(mesh: &TriMesh, visibility: &dyn Visibility, params: &CloseParams, progress: &Progress<'_>) -> Result<Closed> {
     progress.stage(PREPARING, 1);
+    let has_sight = !visibility.is_blind();
+    let up = params.up.direction();
+    let height = mesh.positions.iter().map(|place| place.dot(up)).fold(f64::INFINITY, f64::min);
+    let ground = Ground { visibility, up, height };
+    let visibility: &dyn Visibility = if params.flat_base { &ground } else { visibility };
     let surface = Surface::new(mesh, params.threads, progress)?;
     let border = Border::new(&surface);
     let mut report = measures(mesh, has_sight, params);
     progress.lap(PLAN[PREPARING].0);
     let mut forced = vec![false; mesh.triangles.len()];
     let mut result = TriMesh { crs: mesh.crs.clone(), ..TriMesh::new(mesh.positions.clone(), mesh.triangles.clone()) };
-    let wanted = wanted(&border, params.openings, report.max_hole_length);
+    let longest = report.max_hole_length.unwrap_or(f64::INFINITY);
+    let wanted = wanted(&border, params.openings, longest);
     if wanted {
         let envelope = Envelope { visibility, tolerance: report.merge_distance };
         let judge = Envelope { tolerance: report.merge_distance + 0.5 * report.cell, ..envelope };
@@ -143,7 +178,7 @@ fn measures(mesh: &TriMesh, has_sight: bool, params: &CloseParams) -> CloseRepor
         cell,
         fill_cell: FILL_CELLS * cell,
         merge_distance: params.merge_distance.unwrap_or(cell),
-        max_hole_length: if params.openings == Openings::Holes { longest } else { f64::INFINITY },
+        max_hole_length: (params.openings == Openings::Holes).then_some(longest),
         has_sight,
         ..CloseReport::default()
     }
@@ -224,7 +259,7 @@ impl Judge<'_> {
             return Ok(Some(LeftOpen::Crossing));
         }
         let length: f64 = opening.loops.iter().map(|&number| self.border.loops[number as usize].length).sum();
-        if length > report.max_hole_length {
+        if report.max_hole_length.is_some_and(|longest| length > longest) {
             return Ok(Some(LeftOpen::TooLong));
         }
         let is_open = self.params.openings == Openings::Seen
@@ -290,8 +325,10 @@ fn finish(report: &mut CloseReport, result: &TriMesh, mesh: &TriMesh) {
     let first = mesh.triangles.len();
     report.added = [result.positions.len() - mesh.positions.len(), result.triangles.len() - first];
     let sum = |range: std::ops::Range<usize>| range.map(|t| area(result.corners(t))).sum();
-    report.areas = [sum(first..result.triangles.len()), sum(0..first)];
-    report.largest_opening = report.closed().map(|opening| opening.length).fold(0.0, f64::max);
+    let [filled, measured]: [f64; 2] = [sum(first..result.triangles.len()), sum(0..first)];
+    report.filled_area = filled;
+    report.filled_share = if filled > 0.0 { filled / (filled + measured) } else { 0.0 };
+    report.count_openings(mesh);
     let judged = check(result);
     report.open_edges = judged.boundary_edges;
     report.is_closed = judged.is_closed();

@@ -61,9 +61,9 @@ mod driver;
 pub mod print;
 
 pub use crossing::crossing_pairs;
-pub use driver::close;
-pub use params::{CloseParams, Openings, SCHEMA};
-pub use report::{CloseReport, Closed, LeftOpen, OpeningReport};
+pub use driver::{close, close_seen_by};
+pub use params::{CloseParams, Openings, SCHEMA, Up};
+pub use report::{CloseReport, Closed, LeftOpen, OpenPlace, OpeningReport};
 pub use visibility::{Blind, Scans, Visibility};
 
 #[cfg(test)]

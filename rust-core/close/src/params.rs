@@ -1,5 +1,7 @@
 //! The parameters of closing.
 
+use glam::DVec3;
+
 use base::params::{choice, flag, length};
 
 base::choices! {
@@ -17,25 +19,55 @@ base::choices! {
     }
 }
 
+base::choices! {
+    /// Directions away from the ground.
+    pub enum Up {
+        /// Along z.
+        Z = "z" "Z",
+        /// Along y.
+        Y = "y" "Y",
+        /// Along x.
+        X = "x" "X",
+        /// Against z.
+        MinusZ = "minus_z" "-Z",
+        /// Against y.
+        MinusY = "minus_y" "-Y",
+        /// Against x.
+        MinusX = "minus_x" "-X",
+    }
+}
+
+impl Up {
+    /// It as a vector of length 1.
+    pub const fn direction(self) -> DVec3 {
+        match self {
+            Up::Z => DVec3::Z,
+            Up::Y => DVec3::Y,
+            Up::X => DVec3::X,
+            Up::MinusZ => DVec3::NEG_Z,
+            Up::MinusY => DVec3::NEG_Y,
+            Up::MinusX => DVec3::NEG_X,
+        }
+    }
+}
+
 base::params! {
     /// How the openings of a surface are closed. Lengths are in its unit.
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct CloseParams of "close" with threads {
         /// Openings that are closed. Nothing is filled where a scan saw through by more than the merge distance and half a cell.
-        openings: Openings = choice("Openings", Openings::CHOICES).since("0.3"),
+        openings: Openings = choice("Openings", Openings::CHOICES).since("0.2"),
         /// Longest boundary of an opening that is closed, where holes are.
-        max_hole_length: Option<f64> = length("Max hole length").from_data("100 cells").since("0.3"),
+        max_hole_length: Option<f64> = length("Max hole length").from_data("100 cells").since("0.2"),
         /// Size of a cell of the merge that the surface is of. The fill has twice that size.
-        cell: Option<f64> = length("Cell").from_data("1.3 times the median edge of the surface").above(0.0).since("0.3"),
+        cell: Option<f64> = length("Cell").from_data("1.3 times the median edge of the surface").above(0.0).since("0.2"),
         /// How far the surface and the poses of its scans may be off: the merge distance.
-        merge_distance: Option<f64> = length("Merge distance").from_data("a cell").above(0.0).since("0.3"),
+        merge_distance: Option<f64> = length("Merge distance").from_data("a cell").above(0.0).since("0.2"),
         /// Nothing is filled below the lowest measured point, so that what stood on the ground gets a flat foot instead of a round one.
-        flat_base: bool = flag("Flat base").off("parts that nobody saw from below continue as their sides bend").since("0.3"),
+        flat_base: bool = flag("Flat base").off("parts that nobody saw from below continue as their sides bend").since("0.2"),
         /// Closes too where scans saw through. These faces are marked in the attribute forced.
-        force: bool = flag("Force").off("openings in seen space stay open, and the report says where").since("0.3"),
-    }
-    besides {
-        /// Away from the ground. Zero for z.
-        up: glam::DVec3,
+        force: bool = flag("Force").off("openings in seen space stay open, and the report says where").since("0.2"),
+        /// Direction away from the ground, where there is a flat base.
+        up: Up = choice("Up", Up::CHOICES).since("0.2"),
     }
 }

@@ -1,33 +1,51 @@
 //! Report of closing, with the openings that it left.
 
+use base::error::Shown;
 use base::progress::Seconds;
+use base::report::{FigureValue, Found};
 use mesh::TriMesh;
 
-/// Reasons why an opening was left open.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum LeftOpen {
-    /// No opening was to be closed.
-    NotAsked,
-    /// Its boundary is longer than the longest hole.
-    TooLong,
-    /// Seen space does not surround what lies before it: a rim, or a border of what was scanned.
-    NotEnclosed,
-    /// A scan saw through where it would be closed.
-    SeenThrough,
-    /// Any fill would cross the surface.
-    Crossing,
+base::choices! {
+    /// Reasons why an opening was left open.
+    pub enum LeftOpen {
+        /// No opening was to be closed.
+        NotAsked = "not_asked" "Not asked for",
+        /// Its boundary is longer than the longest hole.
+        TooLong = "too_long" "Too long",
+        /// Seen space does not surround what lies before it: a rim, or a border of what was scanned.
+        NotEnclosed = "not_enclosed" "A rim",
+        /// A scan saw through where it would be closed.
+        SeenThrough = "seen_through" "Seen through",
+        /// Any fill would cross the surface.
+        Crossing = "crossing" "Would cross the surface",
+    }
 }
 
 impl LeftOpen {
-    /// It in words.
-    pub const fn words(self) -> &'static str {
+    /// The reason with its remedy.
+    const fn words(self) -> &'static str {
         match self {
-            LeftOpen::NotAsked => "openings stay as they are",
-            LeftOpen::TooLong => "its boundary is longer than the longest hole",
-            LeftOpen::NotEnclosed => "no scan saw round it, so that it may be a rim or the end of what was scanned",
-            LeftOpen::SeenThrough => "a scan saw through where it would be closed",
-            LeftOpen::Crossing => "whatever would close it crosses the surface",
+            LeftOpen::NotAsked => "openings are none: choose all, seen or holes",
+            LeftOpen::TooLong => "its boundary is longer than max_hole_length: raise that, or choose all",
+            LeftOpen::NotEnclosed => "no scan saw round it, so that it may be a rim: choose all to close it",
+            LeftOpen::SeenThrough => "a scan saw through where it would be closed: force closes it, and marks that",
+            LeftOpen::Crossing => "each fill crosses the surface: give a smaller cell, or edit the surface there",
         }
+    }
+}
+
+/// An opening that was left open, for a person.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct OpenPlace {
+    /// The reason.
+    pub kind: LeftOpen,
+    /// Its place and size, the reason, and the remedy.
+    pub text: String,
+}
+
+impl FigureValue for OpenPlace {
+    fn found(&self) -> Found<'_> {
+        Found::Array(vec![self.kind.found(), self.text.found()])
     }
 }
 
@@ -48,45 +66,84 @@ pub struct OpeningReport {
     pub forced_faces: usize,
 }
 
-/// The figures of a run.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct CloseReport {
-    /// Size of a cell used, world units. The fill has twice that size, more where memory asks for it.
-    pub cell: f64,
-    /// Size of a cell of the fill.
-    pub fill_cell: f64,
-    /// Merge distance used, world units.
-    pub merge_distance: f64,
-    /// Longest hole used, world units. Infinite if length does not matter.
-    pub max_hole_length: f64,
-    /// Whether scans said where nothing is. Without, openings are closed by their shape alone.
-    pub has_sight: bool,
-    /// All openings, in the order of their smallest vertices.
-    pub openings: Vec<OpeningReport>,
-    /// Vertices and faces that were added.
-    pub added: [usize; 2],
-    /// Area of the faces that were added, and of the surface before.
-    pub areas: [f64; 2],
-    /// Length of the longest boundary of an opening that was closed.
-    pub largest_opening: f64,
-    /// Open edges that are left.
-    pub open_edges: usize,
-    /// Whether the result is a closed manifold, by [`mesh::check()`].
-    pub is_closed: bool,
-    /// Names of the stages with their wall-clock seconds.
-    pub seconds: Seconds,
+base::report! {
+    /// The figures of closing.
+    #[derive(Default)]
+    pub struct CloseReport {
+        /// Size of a cell of the merge that was used.
+        cell: f64 = length("Cell").since("0.2"),
+        /// Size of a cell of the fill. It is twice a cell of the merge, more where memory asks for it. 0 if nothing was filled.
+        fill_cell: f64 = length("Cell of the fill").since("0.2"),
+        /// Merge distance that was used.
+        merge_distance: f64 = length("Merge distance").since("0.2"),
+        /// Longest boundary that was closed. There is none where length does not matter.
+        max_hole_length: Option<f64> = length("Closed up to").optional().since("0.2"),
+        /// Whether scans said where nothing is. Without them openings are closed by their shape alone.
+        has_sight: bool = flag("Keeps out of seen space").since("0.2"),
+        /// Openings closed.
+        closed: usize = count("Openings closed").since("0.2"),
+        /// Openings left open, wholly or in part, by reason.
+        left: [usize; 5] = count("Left open, by reason").parts(&[
+            ("left_not_asked", "Openings left open as none was to be closed."),
+            ("left_too_long", "Openings left open as their boundaries are longer than the longest hole."),
+            ("left_not_enclosed", "Openings left open as they may be rims."),
+            ("left_seen_through", "Openings left open as a scan saw through where they would be closed."),
+            ("left_crossing", "Openings left open as each fill would cross the surface."),
+        ]).since("0.2"),
+        /// The openings left open, each with its place, its reason and what to do.
+        open: Vec<OpenPlace> = warning("Left open", LeftOpen::CHOICES).since("0.2"),
+        /// Length of the longest boundary of an opening that was closed.
+        largest_opening: f64 = length("Largest opening closed").since("0.2"),
+        /// Vertices and triangles that were added.
+        added: [usize; 2] = count("Vertices, triangles added").parts(&[
+            ("added_vertices", "Vertices that were added."),
+            ("added_triangles", "Triangles that were added."),
+        ]).since("0.2"),
+        /// Area of the triangles that were added, in the square of the unit of the surface.
+        filled_area: f64 = number("Area filled").since("0.2"),
+        /// Share of the result's area that was filled.
+        filled_share: f64 = ratio("Filled").since("0.2"),
+        /// Triangles that were filled where a scan saw through, as was asked for.
+        forced_triangles: usize = count("Filled in seen space").since("0.2"),
+        /// Edges that are left open.
+        open_edges: usize = count("Open edges").since("0.2"),
+        /// Whether the result is a closed manifold.
+        is_closed: bool = flag("Closed").since("0.2"),
+        /// Wall-clock seconds by the name of the stage.
+        seconds: Seconds = stages().since("0.2"),
+    }
+    besides {
+        /// All openings, in the order of their smallest vertices.
+        openings: Vec<OpeningReport>,
+    }
 }
 
 impl CloseReport {
-    /// Openings that were closed.
-    pub fn closed(&self) -> impl Iterator<Item = &OpeningReport> {
-        self.openings.iter().filter(|opening| opening.left_open.is_none())
-    }
-
     /// Openings that stay open, wholly or in part, with the reason.
     pub fn left_open(&self) -> impl Iterator<Item = (&OpeningReport, LeftOpen)> {
         self.openings.iter().filter_map(|opening| Some((opening, opening.left_open?)))
     }
+
+    /// Sums the openings up, which are vertices of `mesh`.
+    pub(crate) fn count_openings(&mut self, mesh: &TriMesh) {
+        let closed = || self.openings.iter().filter(|opening| opening.left_open.is_none());
+        let largest_opening = closed().map(|opening| opening.length).fold(0.0, f64::max);
+        self.closed = closed().count();
+        self.largest_opening = largest_opening;
+        self.forced_triangles = self.openings.iter().map(|opening| opening.forced_faces).sum();
+        let open: Vec<OpenPlace> =
+            self.left_open().map(|(opening, kind)| OpenPlace { kind, text: told(opening, kind, mesh) }).collect();
+        self.left = [0; 5];
+        open.iter().for_each(|place| self.left[place.kind as usize] += 1);
+        self.open = open;
+    }
+}
+
+fn told(opening: &OpeningReport, reason: LeftOpen, mesh: &TriMesh) -> String {
+    let vertex = opening.vertices[0];
+    let [x, y, z] = mesh.positions[vertex as usize].to_array().map(|x| Shown::digits(x, 4));
+    let length = Shown::digits(opening.length, 3);
+    format!("The opening at vertex {vertex}, at ({x}, {y}, {z}), {length} around, is open: {}.", reason.words())
 }
 
 /// Result of closing.

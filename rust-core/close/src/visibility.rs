@@ -4,10 +4,15 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use base::error::Result;
+use base::memory;
 use base::progress::Progress;
 use image::range_image::RangeImage;
 use image::range_image::noise::Noise;
+use image::source::ScanSource;
 use image::visibility::LinesOfSight;
+
+/// Of an image at the peak, its noise being measured. Measured.
+const BYTES_A_PIXEL: f64 = 60.0;
 
 /// Lines of sight: they can be asked whether a place is empty.
 pub trait Visibility: Sync {
@@ -49,6 +54,25 @@ impl Scans {
             false => Ok(None),
         };
         let scans: Vec<Option<LinesOfSight>> = images.par_iter().map(look).collect::<Result<_>>()?;
+        Ok(Scans::new(scans.into_iter().flatten().collect()))
+    }
+
+    /// Of scans of any kind. Each is read once, and only its lines of sight are kept. Meshes and points say nothing.
+    ///
+    /// # Errors
+    /// A scan that can't be read. [`base::Error::OutOfMemory`]. [`base::Error::Cancelled`].
+    pub fn of_sources(sources: &[&dyn ScanSource], progress: &Progress<'_>) -> Result<Self> {
+        let look = |source: &&dyn ScanSource| {
+            progress.advance(1)?;
+            let Some(image) = source.image(progress)? else { return Ok(None) };
+            let pixels = image.rows() * image.cols();
+            memory::foresee(pixels, BYTES_A_PIXEL, "reading lines of sight", "pixels")?;
+            match LinesOfSight::are_known(image.projection()) {
+                true => LinesOfSight::new(&image, Noise::measure(&image, progress)?, progress),
+                false => Ok(None),
+            }
+        };
+        let scans: Vec<Option<LinesOfSight>> = sources.par_iter().with_max_len(1).map(look).collect::<Result<_>>()?;
         Ok(Scans::new(scans.into_iter().flatten().collect()))
     }
 

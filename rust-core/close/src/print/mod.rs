@@ -149,7 +149,7 @@ fn parts(mesh: &TriMesh, progress: &Progress<'_>) -> Result<Vec<PrintPart>> {
 
 /// Faces that look down more steeply than the angle, but for those that lie on the ground.
 fn overhangs(mesh: &TriMesh, params: &PrintParams) -> Vec<bool> {
-    let up = params.up.try_normalize().unwrap_or(DVec3::Z);
+    let up = params.up.direction();
     let ground = mesh.positions.iter().map(|p| p.dot(up)).fold(f64::INFINITY, f64::min);
     let limit = params.overhang.sin();
     (0..mesh.triangles.len())
