@@ -62,7 +62,7 @@ pub mod print;
 
 pub use crossing::crossing_pairs;
 pub use driver::{close, close_seen_by};
-pub use params::{CloseParams, Openings, SCHEMA, Up};
+pub use params::{CloseParams, Openings, SCHEMA, UpAxis};
 pub use report::{CloseReport, Closed, LeftOpen, OpenPlace, OpeningReport};
 pub use visibility::{Blind, Scans, Visibility};
 

@@ -21,7 +21,7 @@ base::choices! {
 
 base::choices! {
     /// Directions away from the ground.
-    pub enum Up {
+    pub enum UpAxis {
         /// Along z.
         Z = "z" "Z",
         /// Along y.
@@ -37,16 +37,16 @@ base::choices! {
     }
 }
 
-impl Up {
+impl UpAxis {
     /// It as a vector of length 1.
     pub const fn direction(self) -> DVec3 {
         match self {
-            Up::Z => DVec3::Z,
-            Up::Y => DVec3::Y,
-            Up::X => DVec3::X,
-            Up::MinusZ => DVec3::NEG_Z,
-            Up::MinusY => DVec3::NEG_Y,
-            Up::MinusX => DVec3::NEG_X,
+            UpAxis::Z => DVec3::Z,
+            UpAxis::Y => DVec3::Y,
+            UpAxis::X => DVec3::X,
+            UpAxis::MinusZ => DVec3::NEG_Z,
+            UpAxis::MinusY => DVec3::NEG_Y,
+            UpAxis::MinusX => DVec3::NEG_X,
         }
     }
 }
@@ -68,6 +68,6 @@ base::params! {
         /// Closes too where scans saw through. These faces are marked in the attribute forced.
         force: bool = flag("Force").off("openings in seen space stay open, and the report says where").since("0.2"),
         /// Direction away from the ground, where there is a flat base.
-        up: Up = choice("Up", Up::CHOICES).since("0.2"),
+        up: UpAxis = choice("Up", UpAxis::CHOICES).since("0.2"),
     }
 }

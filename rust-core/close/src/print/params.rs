@@ -2,7 +2,7 @@
 
 use base::params::{angle, choice, length, ratio};
 
-use crate::params::Up;
+use crate::params::UpAxis;
 
 base::params! {
     /// How a mesh is checked before it is printed. Lengths are in its unit.
@@ -15,6 +15,6 @@ base::params! {
         /// Faces that look down and lean from the vertical by more than this need supports.
         overhang: f64 = angle("Overhang").default(std::f64::consts::FRAC_PI_4).at_most(std::f64::consts::FRAC_PI_2).since("0.2"),
         /// Direction away from the ground.
-        up: Up = choice("Up", Up::CHOICES).since("0.2"),
+        up: UpAxis = choice("Up", UpAxis::CHOICES).since("0.2"),
     }
 }
