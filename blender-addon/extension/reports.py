@@ -23,6 +23,8 @@ from .words import length, sentence
 # Kinds of figures, and shapes of them, that are told in a line.
 KINDS = {"flag", "count", "integer", "bytes", "length", "angle", "ratio", "number", "choice", "stage"}
 SHAPES = {"one", "optional", "array", "optional array"}
+# So many sentences of a figure are shown at most. The custom property has all of them.
+SENTENCES = 5
 # The version whose figures the lines below choose from.
 FIRST = "0.1"
 
@@ -48,9 +50,12 @@ class Told:
 
     def others(self, newer=False):
         """Those that no line names: all, or those that came after the lines were chosen."""
+        yield from self(*(row.name for row in self.shown() if row.since != FIRST or not newer))
+
+    def shown(self):
+        """The rows of those that no line names."""
         rows = [row for name, row in self.rows.items() if name not in self.named]
-        rows = [row for row in rows if row.kind in KINDS and row.shape in SHAPES]
-        yield from self(*(row.name for row in rows if row.since != FIRST or not newer))
+        return [row for row in rows if row.kind in KINDS and row.shape in SHAPES]
 
     def __call__(self, *names):
         """Those of these names that the file has: an older one may lack some."""
@@ -258,10 +263,15 @@ LINES = {
 
 
 def lines_of_all(operation):
-    """The lines of an operation that has none above: a line for each figure that it declares."""
+    """The lines of an operation that has none above: a line for each figure that it declares, and its warnings."""
 
     def lines(context, figures):
-        yield from Told(operation, context, figures.to_dict()).others()
+        told = Told(operation, context, figures.to_dict())
+        yield from told.others()
+        for row in told.rows.values():
+            if row.kind == "warning":
+                for text in told.figures.get(row.name, "").splitlines()[:SENTENCES]:
+                    yield sentence(text), None
 
     return lines
 

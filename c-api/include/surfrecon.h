@@ -27,8 +27,9 @@
  *   10. Quad grids and splines                          srf_quads_create()
  *   11. Surfaces through points                         srf_reconstructor_create()
  *   12. Coarse meshes                                   srf_mesh_cluster()
- *   13. The virtual scanner                             srf_scan_mesh()
- *   14. Measuring                                       srf_mesh_distances()
+ *   13. Closed surfaces                                 srf_mesh_close()
+ *   14. The virtual scanner                             srf_scan_mesh()
+ *   15. Measuring                                       srf_mesh_distances()
  *
  * Conventions
  *   Names begin with srf_. A call that can fail returns srf_status; srf_last_error_message() then has the text.
@@ -1419,6 +1420,84 @@ typedef struct {
   // Whether the mesh is the input, as nothing coarser was found within the largest error, or has its topology. 1 or 0.
   uint64_t kept_input;
 } srf_cluster_report;
+
+// How the openings of a surface are closed. Lengths are in its unit. Starts with its size. Set to the defaults by
+// srf_close_params_init().
+typedef struct {
+  // Bytes of this struct.
+  uint32_t struct_size;
+  // Worker threads, at most 1024. 0, the default, for the number of srf_set_threads(). Results are the same for any
+  // number.
+  uint32_t threads;
+  // Openings that are closed. Nothing is filled where a scan saw through by more than the merge distance and half a
+  // cell. A value of srf_openings, default SRF_OPENINGS_ALL.
+  uint64_t openings;
+  // Longest boundary of an opening that is closed, if holes alone are closed. >= 0. SRF_FROM_DATA, the default: 100
+  // cells.
+  double max_hole_length;
+  // Size of a cell of the merge that the surface is of. The fill has twice that size. > 0. SRF_FROM_DATA, the default:
+  // 1.3 times the median edge of the surface.
+  double cell;
+  // How far the surface and the poses of its scans may be off: the merge distance. > 0. SRF_FROM_DATA, the default: a
+  // cell.
+  double merge_distance;
+  // Nothing is filled below the lowest measured point, so that what stood on the ground gets a flat foot instead of a
+  // round one. Off: parts that nobody saw from below continue as their sides bend. 1 or 0, default 0.
+  uint64_t flat_base;
+  // Closes too where scans saw through. These faces are marked in the attribute forced. Off: openings in seen space stay
+  // open, and the report says where. 1 or 0, default 0.
+  uint64_t force;
+  // Direction away from the ground, where there is a flat base. A value of srf_base_up, default SRF_BASE_UP_Z.
+  uint64_t base_up;
+} srf_close_params;
+
+// The figures of closing. Starts with its size. Prepared by srf_close_report_init().
+typedef struct {
+  // Bytes of this struct.
+  uint32_t struct_size;
+  // 0.
+  uint32_t reserved;
+  // Size of a cell of the merge that was used. In the unit of the scans. Since 0.2.
+  double cell;
+  // Size of a cell of the fill. It is twice a cell of the merge, more where memory asks for it. 0 if nothing was filled.
+  // In the unit of the scans. Since 0.2.
+  double fill_cell;
+  // Merge distance that was used. In the unit of the scans. Since 0.2.
+  double merge_distance;
+  // Longest boundary that was closed. There is none where length does not matter. Then it is SRF_FROM_DATA. In the unit
+  // of the scans. Since 0.2.
+  double max_hole_length;
+  // Whether scans said where nothing is. Without them openings are closed by their shape alone. 1 or 0. Since 0.2.
+  uint64_t has_sight;
+  // Openings closed. Since 0.2.
+  uint64_t closed;
+  // Openings left open as none was to be closed. Since 0.2.
+  uint64_t left_not_asked;
+  // Openings left open as their boundaries are longer than the longest hole. Since 0.2.
+  uint64_t left_too_long;
+  // Openings left open as they may be rims. Since 0.2.
+  uint64_t left_not_enclosed;
+  // Openings left open as a scan saw through where they would be closed. Since 0.2.
+  uint64_t left_seen_through;
+  // Openings left open as each fill would cross the surface. Since 0.2.
+  uint64_t left_crossing;
+  // Length of the longest boundary of an opening that was closed. In the unit of the scans. Since 0.2.
+  double largest_opening;
+  // Vertices that were added. Since 0.2.
+  uint64_t added_vertices;
+  // Triangles that were added. Since 0.2.
+  uint64_t added_triangles;
+  // Area of the triangles that were added, in the square of the unit of the surface. Since 0.2.
+  double filled_area;
+  // Share of the result's area that was filled. Since 0.2.
+  double filled_share;
+  // Triangles that were filled where a scan saw through, as was asked for. Since 0.2.
+  uint64_t forced_triangles;
+  // Edges that are left open. Since 0.2.
+  uint64_t open_edges;
+  // Whether the result is a closed manifold. 1 or 0. Since 0.2.
+  uint64_t is_closed;
+} srf_close_report;
 
 // Errors that a virtual scanner adds to the truth. The defaults add nothing. Starts with its size. Set to the defaults by
 // srf_scan_params_init().
@@ -4644,7 +4723,53 @@ srf_status srf_cloud_cluster_levels(const srf_cloud *cloud,
                                     const srf_progress *progress,
                                     srf_mesh **out_meshes);
 
-// ==== 13. The virtual scanner ==============================================================================
+// ==== 13. Closed surfaces ==================================================================================
+// The openings of a surface are closed smoothly, and never where a scan saw that nothing is.
+//
+//     /* The surface of a merger's scans without openings; prints what stays open. */
+//     static srf_status watertight(const srf_mesh *surface, const srf_merger *merger, srf_mesh **out_mesh)
+//     {
+//         srf_close_report report;
+//         srf_status status;
+//         srf_close_report_init(&report);
+//         status = srf_mesh_close(surface, merger, NULL, NULL, out_mesh, &report);
+//         if (status == SRF_OK && !report.is_closed) printf("%u edges are open\n", (unsigned)report.open_edges);
+//         return status;
+//     }
+
+// Sets the defaults. Call srf_close_params_init(params), which adds the size that this header knows.
+// params   not NULL
+// size     sizeof(srf_close_params): what of the struct this library does not know becomes 0
+// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_close_params_init_sized(srf_close_params *params, size_t size);
+#define srf_close_params_init(params) srf_close_params_init_sized((params), sizeof(srf_close_params))
+
+// Prepares a struct of figures. Call srf_close_report_init(report), which adds the size that this header knows.
+// report   not NULL
+// size     sizeof(srf_close_report): what of the struct this library does not know becomes 0
+// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_close_report_init_sized(srf_close_report *report,
+                                       size_t size);
+#define srf_close_report_init(report) srf_close_report_init_sized((report), sizeof(srf_close_report))
+
+// Closes the openings of a surface with a smooth fill. Nothing is filled where a scan saw that nothing is. Vertices and triangles of the
+// surface come first in the result, to the bit. The vertex attribute interpolated and the face attribute hole_fill mark the fill.
+// mesh        an oriented manifold. Not NULL
+// merger      holds the scans that the surface was merged of. NULL for a surface without scans, which is closed by its shape alone
+// params      NULL for the defaults
+// progress    NULL for none
+// out_mesh    receives a new handle on SRF_OK only. Not NULL
+// out_report  initialized by srf_close_report_init(). NULL if not wanted
+// returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT for a mesh that is no oriented manifold or scans of another world,
+//             SRF_ERR_IO, SRF_ERR_FORMAT, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.2.
+srf_status srf_mesh_close(const srf_mesh *mesh,
+                          const srf_merger *merger,
+                          const srf_close_params *params,
+                          const srf_progress *progress,
+                          srf_mesh **out_mesh,
+                          srf_close_report *out_report);
+
+// ==== 14. The virtual scanner ==============================================================================
 // Range images of any mesh, with the errors that a scanner makes: for tests that know the truth.
 //
 //     /* Scans a mesh from where the sensor stands. */
@@ -4694,7 +4819,7 @@ srf_status srf_scan_mesh(const srf_mesh *mesh,
                          const srf_progress *progress,
                          srf_image **out_image);
 
-// ==== 14. Measuring ========================================================================================
+// ==== 15. Measuring ========================================================================================
 // How far points or a surface lie from a mesh.
 //
 //     /* Prints the largest distance of a surface from a reference. */

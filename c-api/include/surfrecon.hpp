@@ -549,6 +549,11 @@ struct ClusterParams : srf_cluster_params {
     ClusterParams() { check(srf_cluster_params_init(this)); }
 };
 
+// The parameters of `close`, with their defaults.
+struct CloseParams : srf_close_params {
+    CloseParams() { check(srf_close_params_init(this)); }
+};
+
 // The parameters of `scan`, with their defaults.
 struct ScanParams : srf_scan_params {
     ScanParams() { check(srf_scan_params_init(this)); }
@@ -582,6 +587,11 @@ struct ReconstructReport : srf_reconstruct_report {
 // The figures of clustering.
 struct ClusterReport : srf_cluster_report {
     ClusterReport() { check(srf_cluster_report_init(this)); }
+};
+
+// The figures of closing.
+struct CloseReport : srf_close_report {
+    CloseReport() { check(srf_close_report_init(this)); }
 };
 
 // A mesh as a surface: counts, and what follows from them. Triangles that name a vertex out of range or a vertex twice are counted, then left out of all that follows. So are vertices without a triangle.
@@ -859,6 +869,15 @@ public:
         std::vector<Mesh> levels;
         for (srf_mesh *handle : handles) levels.emplace_back(handle);
         return levels;
+    }
+
+    // The surface without its openings, closed by their shape alone; its figures go to `report`, if given. Merger::close() knows more.
+    Mesh closed(const CloseParams &params = {}, CloseReport *report = nullptr, const Progress &progress = {}) const
+    {
+        srf_mesh *mesh = nullptr;
+        detail::Watcher watcher(progress);
+        watcher.check(srf_mesh_close(get(), nullptr, &params, watcher.get(), &mesh, report));
+        return Mesh(mesh);
     }
 
     // By the ending of the name: .ply, .glb, .obj, .stl.
@@ -2167,6 +2186,15 @@ public:
         detail::Watcher watcher(progress);
         sources_.check(watcher, srf_merger_run(get(), &params, watcher.get(), &mesh, &report));
         return Result{Mesh(mesh), report};
+    }
+
+    // A surface of these scans without its openings. Nothing is filled where one of them saw that nothing is.
+    Mesh close(const Mesh &surface, const CloseParams &params = {}, CloseReport *report = nullptr, const Progress &progress = {}) const
+    {
+        srf_mesh *mesh = nullptr;
+        detail::Watcher watcher(progress);
+        sources_.check(watcher, srf_mesh_close(surface.get(), get(), &params, watcher.get(), &mesh, report));
+        return Mesh(mesh);
     }
 
     // More scans than memory holds, into a surface that it does hold.

@@ -8,6 +8,7 @@
 //! | `array` | Arrays across the border: borrowed ones in, views of our own out |
 //! | `bounds` | Extent of content: its amount, where it lies, and its places in single precision |
 //! | `cancel` | Cancelling from another thread, or from a handler of a signal |
+//! | `close` | Closed surfaces |
 //! | `cloud` | Points without connectivity |
 //! | `cluster` | Clustering a dense mesh, or points, to a coarse mesh of well-shaped triangles |
 //! | `context` | Contexts: parts of one program that share the library, each with settings of its own |
@@ -70,6 +71,7 @@ mod allocator;
 mod array;
 mod bounds;
 mod cancel;
+mod close;
 mod cloud;
 mod cluster;
 mod context;

@@ -42,6 +42,11 @@ pub struct srf_merger {
 handle!(srf_merger, Merger);
 
 impl Merger {
+    /// The scans in the order of adding.
+    pub fn sources(&self) -> &[Source] {
+        &self.sources
+    }
+
     fn add(&mut self, source: Source) {
         self.sources.push(source);
         self.versions.push(self.ever);

@@ -2,6 +2,7 @@
 
 pub mod align;
 pub mod check;
+pub mod close;
 pub mod cluster;
 pub mod distance;
 pub mod left_out;

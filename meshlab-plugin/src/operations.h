@@ -132,6 +132,20 @@ inline const Filter cluster_filter = {
     run_cluster,
 };
 
+void ask_close(const MeshDocument &document, RichParameterList &list);
+Outputs run_close(Job &job);
+inline const Filter close_filter = {
+    "Remeshing: Close Surface",
+    "meshing_close_surface",
+    "Closes the openings of the surface in the current layer, into a new layer. The fill continues the surface smoothly, and crosses nothing. Vertices of the surface stay as they are. <b>The filled faces are selected</b>.<br>"
+    "The other visible layers that are range images are taken for its scans. Nothing is filled where one of them saw through. Import them with <i>Import Range Images</i>. Without such layers nothing says where space is empty, and the shape of the surface alone decides.<br>"
+    "The log says how many openings stay open, by reason.",
+    compat::FilterBase::Remeshing,
+    compat::FilterBase::SINGLE_MESH,
+    ask_close,
+    run_close,
+};
+
 inline const Filter *const operation_filters[] = {
     &open_filter,
     &plane_filter,
@@ -141,6 +155,7 @@ inline const Filter *const operation_filters[] = {
     &quads_filter,
     &reconstruct_filter,
     &cluster_filter,
+    &close_filter,
 };
 
 }  // namespace srf

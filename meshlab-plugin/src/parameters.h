@@ -263,6 +263,30 @@ inline const Parameters cluster_parameters = {
      false, 0, 0, 4294967295, true, offsetof(srf_cluster_params, seed), {}},
 };
 
+inline const Parameters close_parameters = {
+    {Kind::choice, "openings", "Openings",
+     "Openings that are closed. Nothing is filled where a scan saw through by more than the merge distance and half a cell.<br>All: Everything that seen space allows: the result is closed.<br>Inside the scans: Openings that seen space or the surface surrounds: what lies before them is a pocket that nobody saw. A bowl's rim, a relief's border and the foot of a statue stay open.<br>Holes: Openings whose boundaries are at most as long as the longest hole.<br>None: None: the surface stays as it is, and the report says what is open.",
+     false, 0, 0, 3, true, offsetof(srf_close_params, openings), {"All", "Inside the scans", "Holes", "None"}},
+    {Kind::length, "max_hole_length", "Max hole length",
+     "Longest boundary of an opening that is closed, if holes alone are closed.<br>0: 100 cells.",
+     true, 0, 0, unbounded, false, offsetof(srf_close_params, max_hole_length), {}},
+    {Kind::length, "cell", "Cell",
+     "Size of a cell of the merge that the surface is of. The fill has twice that size.<br>0: 1.3 times the median edge of the surface.",
+     true, 0, 0, unbounded, false, offsetof(srf_close_params, cell), {}},
+    {Kind::length, "merge_distance", "Merge distance",
+     "How far the surface and the poses of its scans may be off: the merge distance.<br>0: a cell.",
+     true, 0, 0, unbounded, false, offsetof(srf_close_params, merge_distance), {}},
+    {Kind::flag, "flat_base", "Flat base",
+     "Nothing is filled below the lowest measured point, so that what stood on the ground gets a flat foot instead of a round one. Off: parts that nobody saw from below continue as their sides bend.",
+     false, 0, 0, 1, true, offsetof(srf_close_params, flat_base), {}},
+    {Kind::flag, "force", "Force",
+     "Closes too where scans saw through. These faces are marked in the attribute forced. Off: openings in seen space stay open, and the report says where.",
+     false, 0, 0, 1, true, offsetof(srf_close_params, force), {}},
+    {Kind::choice, "base_up", "Up of the base",
+     "Direction away from the ground, where there is a flat base.<br>Z: Along z.<br>Y: Along y.<br>X: Along x.<br>-Z: Against z.<br>-Y: Against y.<br>-X: Against x.",
+     false, 0, 0, 5, true, offsetof(srf_close_params, base_up), {"Z", "Y", "X", "-Z", "-Y", "-X"}},
+};
+
 inline const Parameters scan_parameters = {
     {Kind::length, "noise", "Noise",
      "Standard deviation of the Gaussian noise along each ray. >= 0.",

@@ -126,4 +126,26 @@ inline const Figures cluster_figures = {
     {Figure::Kind::flag, "kept_input", "The input itself", false, 1, offsetof(srf_cluster_report, kept_input), {}, {}},
 };
 
+inline const Figures close_figures = {
+    {Figure::Kind::length, "cell", "Cell", false, 1, offsetof(srf_close_report, cell), {}, {}},
+    {Figure::Kind::length, "fill_cell", "Cell of the fill", false, 1, offsetof(srf_close_report, fill_cell), {}, {}},
+    {Figure::Kind::length, "merge_distance", "Merge distance", false, 1, offsetof(srf_close_report, merge_distance), {}, {}},
+    {Figure::Kind::length, "max_hole_length", "Closed up to", true, 1, offsetof(srf_close_report, max_hole_length), {}, {}},
+    {Figure::Kind::flag, "has_sight", "Keeps out of seen space", false, 1, offsetof(srf_close_report, has_sight), {}, {}},
+    {Figure::Kind::count, "closed", "Openings closed", false, 1, offsetof(srf_close_report, closed), {}, {}},
+    {Figure::Kind::count, "left_not_asked", "Left open, by reason", false, 1, offsetof(srf_close_report, left_not_asked), {}, {}},
+    {Figure::Kind::count, "left_too_long", "Left open, by reason", false, 1, offsetof(srf_close_report, left_too_long), {}, {}},
+    {Figure::Kind::count, "left_not_enclosed", "Left open, by reason", false, 1, offsetof(srf_close_report, left_not_enclosed), {}, {}},
+    {Figure::Kind::count, "left_seen_through", "Left open, by reason", false, 1, offsetof(srf_close_report, left_seen_through), {}, {}},
+    {Figure::Kind::count, "left_crossing", "Left open, by reason", false, 1, offsetof(srf_close_report, left_crossing), {}, {}},
+    {Figure::Kind::length, "largest_opening", "Largest opening closed", false, 1, offsetof(srf_close_report, largest_opening), {}, {}},
+    {Figure::Kind::count, "added_vertices", "Vertices, triangles added", false, 1, offsetof(srf_close_report, added_vertices), {}, {}},
+    {Figure::Kind::count, "added_triangles", "Vertices, triangles added", false, 1, offsetof(srf_close_report, added_triangles), {}, {}},
+    {Figure::Kind::number, "filled_area", "Area filled", false, 1, offsetof(srf_close_report, filled_area), {}, {}},
+    {Figure::Kind::ratio, "filled_share", "Filled", false, 1, offsetof(srf_close_report, filled_share), {}, {}},
+    {Figure::Kind::count, "forced_triangles", "Filled in seen space", false, 1, offsetof(srf_close_report, forced_triangles), {}, {}},
+    {Figure::Kind::count, "open_edges", "Open edges", false, 1, offsetof(srf_close_report, open_edges), {}, {}},
+    {Figure::Kind::flag, "is_closed", "Closed", false, 1, offsetof(srf_close_report, is_closed), {}, {}},
+};
+
 }  // namespace srf

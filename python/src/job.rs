@@ -7,6 +7,7 @@ use pyo3::types::{PyDict, PyList};
 
 use crate::align::{AlignCall, Aligner, READING};
 use crate::background::{Background, made, made_class, part};
+use crate::close::{CloseCall, Closed};
 use crate::cluster::{ClusterCall, clustered};
 use crate::constraints::constraints;
 use crate::crs::CrsText;
@@ -32,7 +33,7 @@ use crate::select::PlaneCall;
 
 /// A long call on a thread of its own: start it, ask for its progress, cancel it, fetch its result.
 ///
-/// Made by ``Job.dominant_plane``, ``Job.align``, ``Job.aligner``, ``Job.merge``, ``Job.merge_to_file``, ``Job.sculptor``, ``Job.refine``, ``Job.adaptive_quads``, ``Job.surface``, ``Job.cluster``, ``Job.distances``,
+/// Made by ``Job.dominant_plane``, ``Job.align``, ``Job.aligner``, ``Job.merge``, ``Job.merge_to_file``, ``Job.sculptor``, ``Job.refine``, ``Job.adaptive_quads``, ``Job.surface``, ``Job.cluster``, ``Job.close``, ``Job.distances``,
 /// ``Job.surface_distance``, ``Job.virtual_scan``, ``Job.open`` or ``Job.read``. Dropping a running job cancels it.
 ///
 /// >>> job = surfrecon.Job.merge(scans)
@@ -334,6 +335,20 @@ impl Job {
         let chain = call.chain;
         Job::of(Background::start(move |progress| {
             made(call.run(progress)?, move |py, levels| clustered(py, levels, chain))
+        }))
+    }
+
+    /// Starts ``surfrecon.close`` with the same arguments but ``progress``.
+    ///
+    /// Raises:
+    ///     ParameterError, TypeError: like ``close``, at once. Other errors are raised by ``result``.
+    #[staticmethod]
+    // options: close
+    #[pyo3(signature = (mesh, scans = None, **options), text_signature = "(mesh, scans = None, *, openings='all', max_hole_length=None, cell=None, merge_distance=None, flat_base=False, force=False, base_up='z', threads=0)")]
+    fn close(mesh: &Mesh, scans: Option<&Bound<'_, PyAny>>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let call = CloseCall::new(mesh, scans, options)?;
+        Job::of(Background::start(move |progress| {
+            made(call.run(progress)?, |py, closed| Ok(Bound::new(py, Closed::new(py, closed)?)?.into_any()))
         }))
     }
 

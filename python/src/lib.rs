@@ -7,6 +7,7 @@
 //! | `arrays` | NumPy arrays <-> slices and vectors |
 //! | `background` | A call on a thread of its own: started, watched, cancelled, waited for |
 //! | `calling` | Calls of Python's functions from threads of ours while files are read and written |
+//! | `close` | Closing the openings of a surface |
 //! | `cluster` | Clustering: a dense mesh, or points, to a coarse mesh of well-shaped triangles |
 //! | `constraints` | Knowledge of the caller about scans to be aligned: numbers of scans, picks, a turntable |
 //! | `context` | Settings for a part of a program |
@@ -59,6 +60,7 @@ mod allocator;
 mod arrays;
 mod background;
 mod calling;
+mod close;
 mod cluster;
 mod constraints;
 mod context;
@@ -112,6 +114,8 @@ mod _native {
     use crate::align::{Aligner, Alignment, align};
     #[pymodule_export]
     use crate::allocator::{memory_foreseen, memory_in_use, memory_peak};
+    #[pymodule_export]
+    use crate::close::{Closed, close};
     #[pymodule_export]
     use crate::cluster::{Clustered, cluster, cluster_levels};
     #[pymodule_export]

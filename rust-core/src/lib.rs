@@ -31,6 +31,8 @@ pub use mesh::{self, point_cloud};
 #[doc(inline)]
 pub use align;
 #[doc(inline)]
+pub use close;
+#[doc(inline)]
 pub use cluster;
 #[doc(inline)]
 pub use merge;

@@ -18,6 +18,7 @@ pub const OPERATIONS: &[Operation] = &[
     quads::SPLINE_OPERATION,
     reconstruct::OPERATION,
     cluster::OPERATION,
+    close::OPERATION,
     mesh::CHECK_OPERATION,
     scan::OPERATION,
 ];

@@ -110,6 +110,7 @@ mod tests {
         try_all::<image::triangulate::TriangulateParams>();
         // operations
         try_all::<align::AlignParams>();
+        try_all::<close::CloseParams>();
         try_all::<cluster::ClusterParams>();
         try_all::<merge::MergeParams>();
         try_all::<plane::PlaneParams>();

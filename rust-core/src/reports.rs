@@ -253,6 +253,7 @@ mod tests {
         look_at::<align::AlignedPair>();
         look_at::<align::AlignReport>();
         look_at::<align::Snap>();
+        look_at::<close::CloseReport>();
         look_at::<cluster::TriangleShapes>();
         look_at::<cluster::ClusterReport>();
         look_at::<merge::MergeReport>();

@@ -26,9 +26,13 @@ LONG = {
     "sculpt": {"relative_tolerance": 0.0001},
     "quads": {"rows": 20, "columns": 20},
     "remesh": {"vertices": 10000},
+    "close_surface": {},
     "error_map": {},
     "measure": {},
 }
+
+# Those that work on a surface.
+ON_SHAPE = {"remesh", "close_surface", "error_map", "measure", "reproject", "virtual_scan"}
 
 
 def operator_classes():
@@ -76,12 +80,13 @@ def call(scans_file, extension, tmp_path):
     def run(name, *mode):
         for obj in bpy.context.selected_objects:
             obj.select_set(False)
-        active = shape if name in {"remesh", "error_map", "measure", "reproject", "virtual_scan"} else scans[0]
+        active = shape if name in ON_SHAPE else scans[0]
         chosen = {
             "sculpt": scans[:1],
             "quads": scans[:1],
             "reconstruct": scans[:1],
             "remesh": [shape],
+            "close_surface": [shape],
             "reproject": [shape],
             "virtual_scan": [shape],
         }.get(name, [*scans, shape])

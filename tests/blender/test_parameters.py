@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from files import write_set
 from shapes import torus, torus_scans
-from test_cancelling import LONG
+from test_cancelling import LONG, ON_SHAPE
 from test_merge import add_mesh
 from test_selections import state
 
@@ -55,8 +55,7 @@ def prepare(folder):
 def select(name, scan, shape):
     for obj in bpy.context.selected_objects:
         obj.select_set(False)
-    on_shape = name in {"remesh", "error_map", "measure", "reproject", "virtual_scan"}
-    chosen = [shape] if on_shape else [scan]
+    chosen = [shape] if name in ON_SHAPE else [scan]
     if name in {"align", "error_map", "measure"}:
         chosen = [shape, scan]
     for obj in chosen:

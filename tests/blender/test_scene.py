@@ -246,6 +246,11 @@ def names_and_tooltips(extension):
     declared = [figure for name in extension.reports.DECLARED.values() for figure in surfrecon.figures(name)]
     figures = [figure for figure in declared if f'"{figure.name}"' in shown]
     texts |= {figure.label for figure in figures} | {label for one in figures for _, label, _ in one.choices or ()}
+    # Operators without lines of their own show all figures.
+    operators = {operation.name for operation in surfrecon.operations() if operation.operator is not None}
+    for name in operators & set(extension.reports.OTHERS.values()):
+        told = extension.reports.Told(name, None, {figure.name: 0 for figure in surfrecon.figures(name)})
+        texts |= {figure.label for figure in told.shown()}
     return operators_, texts - BLENDER_S_OWN
 
 

@@ -19,6 +19,7 @@ OPERATORS = {
     "sculpt": {"relative_tolerance": 0.01},
     "quads": {"rows": 8, "columns": 8},
     "remesh": {"vertices": 100},
+    "close_surface": {},
     "error_map": {},
     "error_hide": {},
     "measure": {},

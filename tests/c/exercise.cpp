@@ -233,6 +233,10 @@ try {
     ClusterReport figures;
     must(mesh.clustered(few, &figures).positions().size() == figures.vertices, "clustered");
     must(mesh.clustered({8, 4}).size() == 2, "levels");
+    CloseReport filling;
+    const Mesh lid = surface.closed({}, &filling);
+    must(lid.triangles().size() == surface.triangles().size() + filling.added_triangles, "closed");
+    must(merger.close(mesh).triangles().size() == 4, "nothing to close");
     mesh.write_obj("exercise.obj");
     for (const std::string &name : {std::string(), std::string("statue")}) {
         const std::string expected = "\"name\":\"" + (name.empty() ? "mesh" : name) + "\"";

@@ -298,6 +298,18 @@ def test_clusters(c):
         same_report(report, clustered.report, 7)
 
 
+def test_a_closed_surface(c, truth):
+    mesh = surfrecon.merge(truth).mesh
+    merger = c.merger_create()
+    for scan in truth:
+        c.merger_add_image(merger, c.image(scan))
+    for scans, handle in ([], None), (truth, merger):
+        found, report = c.mesh_close(c.mesh(mesh), handle, c.struct("close_params", flat_base=1))
+        closed = surfrecon.close(mesh, scans, flat_base=True)
+        same_mesh(c, found, closed.mesh)
+        same_report(report, closed.report, 10)
+
+
 def test_an_alignment_and_one_scan_drawn_to_the_others(c, truth, heap, aligned, in_place):
     aligner, still = c.aligner_create(), c.aligner_create()
     for scan, placed in zip(heap, truth, strict=True):

@@ -12,6 +12,7 @@ from typing_extensions import deprecated, disjoint_base
 from ._reports import (
     AlignReport,
     CheckReport,
+    CloseReport,
     ClusterReport,
     DistanceReport,
     LeftOutReport,
@@ -27,6 +28,7 @@ __all__ = [
     "Alignment",
     "Box",
     "Camera",
+    "Closed",
     "Clustered",
     "Context",
     "Figure",
@@ -64,6 +66,7 @@ __all__ = [
     "_part_path",
     "adaptive_quads",
     "align",
+    "close",
     "cluster",
     "cluster_levels",
     "crs_note",
@@ -870,6 +873,22 @@ class Job:
         # end
         levels: Sequence[int] | None = None,
     ) -> Job: ...
+    @staticmethod
+    def close(
+        mesh: Mesh,
+        scans: Iterable[_Alignable] | None = None,
+        *,
+        # options: close
+        openings: Literal["all", "seen", "holes", "none"] | None = "all",
+        max_hole_length: float | None = None,
+        cell: float | None = None,
+        merge_distance: float | None = None,
+        flat_base: bool | None = False,
+        force: bool | None = False,
+        base_up: Literal["z", "y", "x", "minus_z", "minus_y", "minus_x"] | None = "z",
+        threads: int | None = 0,
+        # end
+    ) -> Job: ...
     def progress(self) -> tuple[str, float]: ...
     def cancel(self) -> None: ...
     def done(self) -> bool: ...
@@ -1443,4 +1462,29 @@ def surface_distance(
 ) -> DistanceReport: ...
 
 # types
+
+@final
+class Closed:
+    @property
+    def mesh(self) -> Mesh: ...
+    @property
+    def report(self) -> CloseReport: ...
+
+def close(
+    mesh: Mesh,
+    scans: Iterable[_Alignable] | None = None,
+    *,
+    # options: close
+    openings: Literal["all", "seen", "holes", "none"] | None = "all",
+    max_hole_length: float | None = None,
+    cell: float | None = None,
+    merge_distance: float | None = None,
+    flat_base: bool | None = False,
+    force: bool | None = False,
+    base_up: Literal["z", "y", "x", "minus_z", "minus_y", "minus_x"] | None = "z",
+    threads: int | None = 0,
+    # end
+    progress: _Progress | None = None,
+) -> Closed: ...
+
 # end of types

@@ -15,6 +15,7 @@ __all__ = [
     "AlignedPair",
     "AlignedScan",
     "CheckReport",
+    "CloseReport",
     "ClusterReport",
     "DistanceReport",
     "Freedom",
@@ -502,6 +503,58 @@ class ClusterReport(Report):
     after: TriangleShapes
     max_error: float | None
     kept_input: bool
+    seconds: dict[str, float]
+
+
+class CloseReport(Report):
+    """The figures of closing.
+
+    >>> merged = surfrecon.merge(scans).mesh
+    >>> report = surfrecon.close(merged, scans).report
+    >>> report.open_edges, report.is_closed
+    (0, True)
+
+    Attributes:
+        cell: Size of a cell of the merge that was used. In the unit of the scans.
+        fill_cell: Size of a cell of the fill. It is twice a cell of the merge, more where memory asks for it. 0 if
+            nothing was filled. In the unit of the scans.
+        merge_distance: Merge distance that was used. In the unit of the scans.
+        max_hole_length: Longest boundary that was closed. There is none where length does not matter. Then it is
+            ``None``. In the unit of the scans.
+        has_sight: Whether scans said where nothing is. Without them openings are closed by their shape alone.
+        closed: Openings closed.
+        left: Openings left open, wholly or in part, by reason.
+        open: The openings left open, each with its place, its reason and what to do. A kind and a sentence each:
+            ``not_asked``: No opening was to be closed. ``too_long``: Its boundary is longer than the longest hole.
+            ``not_enclosed``: Seen space does not surround what lies before it: a rim, or a border of what was scanned.
+            ``seen_through``: A scan saw through where it would be closed. ``crossing``: Any fill would cross the
+            surface.
+        largest_opening: Length of the longest boundary of an opening that was closed. In the unit of the scans.
+        added: Vertices and triangles that were added.
+        filled_area: Area of the triangles that were added, in the square of the unit of the surface.
+        filled_share: Share of the result's area that was filled.
+        forced_triangles: Triangles that were filled where a scan saw through, as was asked for.
+        open_edges: Edges that are left open.
+        is_closed: Whether the result is a closed manifold.
+        seconds: Wall-clock seconds by the name of the stage.
+    """
+
+    __slots__ = ()
+    cell: float
+    fill_cell: float
+    merge_distance: float
+    max_hole_length: float | None
+    has_sight: bool
+    closed: int
+    left: tuple[int, int, int, int, int]
+    open: list[tuple[str, str]]
+    largest_opening: float
+    added: tuple[int, int]
+    filled_area: float
+    filled_share: float
+    forced_triangles: int
+    open_edges: int
+    is_closed: bool
     seconds: dict[str, float]
 
 

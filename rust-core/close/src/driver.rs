@@ -38,6 +38,8 @@ const HOLE_CELLS: f64 = 100.0;
 const LITTLE: f64 = 0.05;
 /// Times that fills in seen space move back, or are closed anew where they can't.
 const RETREATS: usize = 3;
+/// The most steps in a cell of the fill, so that tiny cells of the merge take no endless time.
+const MOST_STEPS: f64 = 16.0;
 /// At the peak. Measured.
 const BYTES_A_TRIANGLE: f64 = 400.0;
 
@@ -115,7 +117,7 @@ fn in_one_world(mesh: &TriMesh, scans: &[&dyn ScanSource]) -> Result<()> {
 fn run(mesh: &TriMesh, visibility: &dyn Visibility, params: &CloseParams, progress: &Progress<'_>) -> Result<Closed> {
     progress.stage(PREPARING, 1);
     let has_sight = !visibility.is_blind();
-    let up = params.up.direction();
+    let up = params.base_up.direction();
     let height = mesh.positions.iter().map(|place| place.dot(up)).fold(f64::INFINITY, f64::min);
     let ground = Ground { visibility, up, height };
     let visibility: &dyn Visibility = if params.flat_base { &ground } else { visibility };
@@ -139,19 +141,19 @@ fn run(mesh: &TriMesh, visibility: &dyn Visibility, params: &CloseParams, progre
         let level = level::extract(&grid, &field, |a, b, t| level::between(&grid, a, b, t), progress)?;
         let fill = cut::beyond_borders(&level, &surface, grid.cell, progress)?;
         let mut growing = Growing::new(&surface, &fill);
-        retreat::retreat(&mut growing, envelope, report.cell, progress)?;
+        retreat::retreat(&mut growing, envelope, step(&report), progress)?;
         growing.join(grid.cell, progress)?;
         for _ in 0..RETREATS {
-            retreat::retreat(&mut growing, envelope, report.cell, progress)?;
+            retreat::retreat(&mut growing, envelope, step(&report), progress)?;
             growing.repair(progress)?;
-            let seen = retreat::in_seen_space(&growing, judge, report.cell, progress)?;
+            let seen = retreat::in_seen_space(&growing, judge, step(&report), progress)?;
             if params.force || !seen.contains(&true) {
                 break;
             }
             growing.close_anew_around(&seen, progress)?;
         }
         let judge = Judge { surface: &surface, border: &border, params, envelope, strict: judge };
-        judge.mend(&mut growing, report.cell, progress)?;
+        judge.mend(&mut growing, step(&report), progress)?;
         growing.drop_loose(progress)?;
         progress.lap(PLAN[JOINING].0);
         progress.stage(JUDGING, 1);
@@ -182,6 +184,11 @@ fn measures(mesh: &TriMesh, has_sight: bool, params: &CloseParams) -> CloseRepor
         has_sight,
         ..CloseReport::default()
     }
+}
+
+/// The length that fills are looked at and moved by: a cell of the merge.
+fn step(report: &CloseReport) -> f64 {
+    report.cell.max(report.fill_cell / MOST_STEPS)
 }
 
 /// Whether anything is to be closed.
@@ -227,7 +234,7 @@ impl Judge<'_> {
 
     /// Takes fills away that are not asked for, or lie in seen space. Writes the report's openings. Returns which faces are forced.
     fn settle(&self, growing: &mut Growing, report: &mut CloseReport, progress: &Progress<'_>) -> Result<Vec<bool>> {
-        let seen = retreat::in_seen_space(growing, self.strict, report.cell, progress)?;
+        let seen = retreat::in_seen_space(growing, self.strict, step(report), progress)?;
         let found = openings::find(growing, self.border, progress)?;
         let mut goes = vec![false; growing.triangles.len()];
         for opening in &found {
@@ -263,7 +270,7 @@ impl Judge<'_> {
             return Ok(Some(LeftOpen::TooLong));
         }
         let is_open = self.params.openings == Openings::Seen
-            && !openings::is_enclosed(opening, growing, self.surface, self.envelope, report.cell, progress)?;
+            && !openings::is_enclosed(opening, growing, self.surface, self.envelope, step(report), progress)?;
         Ok(is_open.then_some(LeftOpen::NotEnclosed))
     }
 

@@ -13,6 +13,7 @@
 //! | 8 | `attributes` | the filled part is marked |
 //! | | `print`, `crossing` | checks before printing |
 
+mod operation;
 mod params;
 mod report;
 
@@ -62,6 +63,7 @@ pub mod print;
 
 pub use crossing::crossing_pairs;
 pub use driver::{close, close_seen_by};
+pub use operation::OPERATION;
 pub use params::{CloseParams, Openings, SCHEMA, UpAxis};
 pub use report::{CloseReport, Closed, LeftOpen, OpenPlace, OpeningReport};
 pub use visibility::{Blind, Scans, Visibility};

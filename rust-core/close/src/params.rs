@@ -57,7 +57,7 @@ base::params! {
     pub struct CloseParams of "close" with threads {
         /// Openings that are closed. Nothing is filled where a scan saw through by more than the merge distance and half a cell.
         openings: Openings = choice("Openings", Openings::CHOICES).since("0.2"),
-        /// Longest boundary of an opening that is closed, where holes are.
+        /// Longest boundary of an opening that is closed, if holes alone are closed.
         max_hole_length: Option<f64> = length("Max hole length").from_data("100 cells").since("0.2"),
         /// Size of a cell of the merge that the surface is of. The fill has twice that size.
         cell: Option<f64> = length("Cell").from_data("1.3 times the median edge of the surface").above(0.0).since("0.2"),
@@ -68,6 +68,6 @@ base::params! {
         /// Closes too where scans saw through. These faces are marked in the attribute forced.
         force: bool = flag("Force").off("openings in seen space stay open, and the report says where").since("0.2"),
         /// Direction away from the ground, where there is a flat base.
-        up: UpAxis = choice("Up", UpAxis::CHOICES).since("0.2"),
+        base_up: UpAxis = choice("Up of the base", UpAxis::CHOICES).since("0.2"),
     }
 }

@@ -24,6 +24,8 @@ pub type ReconstructParams = Sized<6>;
 
 pub type ClusterParams = Sized<10>;
 
+pub type CloseParams = Sized<7>;
+
 pub type ScanParams = Sized<10>;
 
 pub type AlignedScan = Sized<105>;
@@ -203,6 +205,32 @@ pub mod cluster_report {
     pub const AFTER_LARGEST_ANGLE: usize = 14;
     pub const MAX_ERROR: usize = 15;
     pub const KEPT_INPUT: usize = 16;
+}
+
+pub type CloseReport = Sized<19>;
+
+/// Places of the figures of [`CloseReport`].
+#[allow(dead_code, reason = "tests look at some")]
+pub mod close_report {
+    pub const CELL: usize = 0;
+    pub const FILL_CELL: usize = 1;
+    pub const MERGE_DISTANCE: usize = 2;
+    pub const MAX_HOLE_LENGTH: usize = 3;
+    pub const HAS_SIGHT: usize = 4;
+    pub const CLOSED: usize = 5;
+    pub const LEFT_NOT_ASKED: usize = 6;
+    pub const LEFT_TOO_LONG: usize = 7;
+    pub const LEFT_NOT_ENCLOSED: usize = 8;
+    pub const LEFT_SEEN_THROUGH: usize = 9;
+    pub const LEFT_CROSSING: usize = 10;
+    pub const LARGEST_OPENING: usize = 11;
+    pub const ADDED_VERTICES: usize = 12;
+    pub const ADDED_TRIANGLES: usize = 13;
+    pub const FILLED_AREA: usize = 14;
+    pub const FILLED_SHARE: usize = 15;
+    pub const FORCED_TRIANGLES: usize = 16;
+    pub const OPEN_EDGES: usize = 17;
+    pub const IS_CLOSED: usize = 18;
 }
 
 pub type CheckReport = Sized<20>;

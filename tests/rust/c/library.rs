@@ -357,6 +357,9 @@ functions! {
     srf_cloud_cluster(cloud: Handle, params: *const ClusterParams, progress: *const Watch, out_mesh: *mut Handle, out_report: *mut ClusterReport) -> i32;
     srf_mesh_cluster_levels(mesh: Handle, vertices: *const u64, count: usize, params: *const ClusterParams, progress: *const Watch, out_meshes: *mut Handle) -> i32;
     srf_cloud_cluster_levels(cloud: Handle, vertices: *const u64, count: usize, params: *const ClusterParams, progress: *const Watch, out_meshes: *mut Handle) -> i32;
+    srf_close_params_init_sized(params: *mut CloseParams, size: usize) -> i32;
+    srf_close_report_init_sized(report: *mut CloseReport, size: usize) -> i32;
+    srf_mesh_close(mesh: Handle, merger: Handle, params: *const CloseParams, progress: *const Watch, out_mesh: *mut Handle, out_report: *mut CloseReport) -> i32;
     srf_scan_params_init_sized(params: *mut ScanParams, size: usize) -> i32;
     srf_scan_mesh(mesh: Handle, rows: usize, cols: usize, projection: *const Projection, world_from_sensor: *const [f64; 16], params: *const ScanParams, progress: *const Watch, out_image: *mut Handle) -> i32;
     srf_distance_report_init_sized(report: *mut DistanceReport, size: usize) -> i32;

@@ -122,6 +122,7 @@ fn defaults_are_those_of_the_table() {
         ("spline", "srf_spline_params", init!(srf_spline_params_init_sized)),
         ("reconstruct", "srf_reconstruct_params", init!(srf_reconstruct_params_init_sized)),
         ("cluster", "srf_cluster_params", init!(srf_cluster_params_init_sized)),
+        ("close", "srf_close_params", init!(srf_close_params_init_sized)),
         ("scan", "srf_scan_params", init!(srf_scan_params_init_sized)),
     ];
     let operations: Vec<&str> = structs.iter().map(|(operation, ..)| *operation).collect();

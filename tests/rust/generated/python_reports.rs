@@ -45,6 +45,15 @@ const EXAMPLES: &[(&str, &[&str])] = &[
         ],
     ),
     (
+        "CloseReport",
+        &[
+            ">>> merged = surfrecon.merge(scans).mesh",
+            ">>> report = surfrecon.close(merged, scans).report",
+            ">>> report.open_edges, report.is_closed",
+            "(0, True)",
+        ],
+    ),
+    (
         "TriangleShapes",
         &[
             ">>> shapes = surfrecon.cluster(mesh, vertices=500).report.after",

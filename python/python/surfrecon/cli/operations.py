@@ -20,7 +20,7 @@ from .progress import Shown
 from .requests import UsageError
 from .work import Made, Work, Write
 
-__all__ = ["align", "cluster", "convert", "info", "measure", "merge", "plan", "quads", "reconstruct", "sculpt"]
+__all__ = ["align", "close", "cluster", "convert", "info", "measure", "merge", "plan", "quads", "reconstruct", "sculpt"]
 
 
 def info(work: Work) -> Made:
@@ -352,6 +352,28 @@ def cluster(work: Work) -> Made:
     return Made(
         report, [_counts(mesh) for mesh in (finest, *coarser)], _writer(work, finest, coarser), _parts(work, finest)
     )
+
+
+# Openings left open that are told one by one. The report has all of them.
+_OPENINGS = 5
+
+
+def close(work: Work) -> Made:
+    """Closes the openings of a surface, by its scans where they are given."""
+    first, *others = work.request.inputs
+    scan = contents.chosen(work.open([first]), work.request.parameters.get("scan"))
+    content = contents.read(scan, work)
+    if not isinstance(content, _native.Mesh):
+        what = contents.kind(content)
+        raise InputError(f"{scan.name} is a {what}: give the surface first, then the scans that it was merged of")
+    surface = contents.placed(content, scan.world_from_sensor, scan.crs)
+    scans = work.open(others) if others else None
+    with work.showing() as shown:
+        found = _native.close(surface, scans, progress=shown, **work.given("close"))
+    report = found.report
+    work.note(*(text for _, text in report.open[:_OPENINGS]))
+    said = f"{report.closed:,} openings closed, {len(report.open):,} left open, {report.filled_share:.1%} filled"
+    return Made(report, [_counts(found.mesh), said], _writer(work, found.mesh), _parts(work, found.mesh))
 
 
 def measure(work: Work) -> Made:

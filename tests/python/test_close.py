@@ -1,0 +1,135 @@
+"""Closing through Python: a surface with openings in, and nothing filled where a scan saw that nothing is."""
+
+import json
+
+import numpy as np
+import pytest
+import surfrecon
+from command_line import run
+
+
+@pytest.fixture(scope="module")
+def shape():
+    """A closed shape."""
+    return surfrecon.sculpture(cell=6)
+
+
+@pytest.fixture(scope="module")
+def scans(shape):
+    """Scans of it from around, none from below."""
+    scans = surfrecon.virtual_scan(shape, surfrecon.turntable(shape, pixels=120, height_angle=0.6))
+    for number, scan in enumerate(scans):
+        scan.name = f"view{number}"
+    return scans
+
+
+@pytest.fixture(scope="module")
+def merged(scans):
+    """Their surface, with all its openings."""
+    mesh = surfrecon.merge(scans, max_hole_length=0).mesh
+    assert mesh.check()["boundary_loops"] > 0
+    return mesh
+
+
+@pytest.fixture(scope="module")
+def closed(merged, scans):
+    return surfrecon.close(merged, scans, flat_base=True)
+
+
+def test_what_was_measured_stays_and_the_fill_is_marked(closed, merged):
+    mesh, vertices, faces = closed.mesh, len(merged.positions), len(merged.triangles)
+    assert np.array_equal(mesh.positions[:vertices], merged.positions)
+    assert np.array_equal(mesh.triangles[:faces], merged.triangles)
+    filled = np.asarray(mesh.face_attributes["hole_fill"]).astype(bool)
+    assert not filled[:faces].any() and filled[faces:].all()
+    assert np.asarray(mesh.vertex_attributes["interpolated"]).astype(bool)[vertices:].all()
+    assert closed.report.added == (len(mesh.positions) - vertices, len(mesh.triangles) - faces)
+    assert mesh.check()["is_manifold"]
+
+
+def test_the_report_says_what_is_closed_and_what_is_open(closed):
+    report, check = closed.report, closed.mesh.check()
+    assert report.is_closed == check["is_closed"]
+    assert (report.open_edges == 0) == report.is_closed
+    assert report.closed > 0 and report.has_sight and 0 < report.filled_share < 0.5
+    assert sum(report.left) == len(report.open)
+    assert json.loads(report.json())["closed"] == report.closed
+
+
+def test_nothing_is_filled_where_a_scan_saw_through(closed, merged, scans):
+    assert not any_seen_through(closed, merged, scans)
+    # The judge is not blind.
+    forced = surfrecon.close(merged, scans, force=True)
+    assert any_seen_through(forced, merged, scans)
+    assert forced.report.forced_triangles == forced.mesh.face_attributes["forced"].sum() > 0
+
+
+def any_seen_through(closed, merged, scans):
+    """A judge of its own: of each filled face's centre, whether all of 3 x 3 pixels of a scan lie behind it."""
+    centres = closed.mesh.positions[closed.mesh.triangles[len(merged.triangles) :]].mean(axis=1)
+    slack = closed.report.merge_distance + closed.report.cell
+    return any(seen_through(scan, centres, slack).any() for scan in scans)
+
+
+def seen_through(scan, places, slack):
+    """Whether a pinhole image saw past places, by more than `slack`, in 3 x 3 pixels."""
+    at = (places - scan.world_from_sensor[:3, 3]) @ scan.world_from_sensor[:3, :3]
+    depths = np.where(scan.valid, scan.points[..., 2], np.nan)
+    focal, centre = np.array(scan.projection["focal"]), np.array(scan.projection["centre"])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        pixel = np.round(at[:, :2] / at[:, 2:] * focal + centre).astype(int)
+    inside = (at[:, 2] > 0) & ((pixel > 0) & (pixel < [scan.cols - 1, scan.rows - 1])).all(axis=1)
+    past = inside.copy()
+    for row in (-1, 0, 1):
+        for col in (-1, 0, 1):
+            depth = depths[pixel[inside, 1] + row, pixel[inside, 0] + col]
+            past[inside] &= depth > at[inside, 2] + slack
+    return past
+
+
+def test_without_scans_the_shape_alone_decides(merged):
+    closed = surfrecon.close(merged)
+    assert not closed.report.has_sight and closed.report.closed > 0
+
+
+def test_openings_may_stay(merged, scans):
+    none = surfrecon.close(merged, scans, openings="none")
+    assert len(none.mesh.positions) == len(merged.positions) and none.report.left[0] == len(none.report.open) > 0
+    kind, text = none.report.open[0]
+    assert kind == "not_asked" and "choose all, seen or holes" in text
+
+
+def test_the_same_bytes_for_any_order_and_number_of_threads(closed, merged, scans):
+    other = surfrecon.close(merged, scans[::-1], flat_base=True, threads=1)
+    assert np.array_equal(other.mesh.positions, closed.mesh.positions)
+    assert np.array_equal(other.mesh.triangles, closed.mesh.triangles)
+
+
+def test_messages(merged, scans, shape):
+    with pytest.raises(surfrecon.ParameterError, match='openings must be "all", "seen", "holes" or "none"'):
+        surfrecon.close(merged, openings="most")
+    with pytest.raises(TypeError, match="mesh"):
+        surfrecon.close(scans[0])
+    twice = surfrecon.Mesh(merged.positions, np.vstack([merged.triangles, merged.triangles[:1]]))
+    with pytest.raises(surfrecon.InputError, match="manifold"):
+        surfrecon.close(twice)
+    with pytest.raises(surfrecon.Cancelled):
+        surfrecon.close(merged, scans, progress=lambda *_: False)
+
+
+def test_jobs(merged, scans, closed):
+    job = surfrecon.Job.close(merged, scans, flat_base=True)
+    assert np.array_equal(job.result().mesh.positions, closed.mesh.positions)
+
+
+def test_the_command(merged, scans, closed, tmp_path):
+    merged.write(tmp_path / "surface.ply", encoding="binary_double")
+    surfrecon.write_scans(tmp_path / "placed.conf", scans)
+    done = run("close", "surface.ply", "placed.conf", "-o", "closed.ply", "--flat-base", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "openings closed" in done.stdout + done.stderr
+    made = surfrecon.read(tmp_path / "closed.ply")
+    assert made.check()["boundary_loops"] <= closed.mesh.check()["boundary_loops"] + 2
+    scans[0].write(tmp_path / "one.ply")
+    done = run("close", "one.ply", "-o", "other.ply", cwd=tmp_path)
+    assert done.returncode != 0 and "give the surface first" in done.stderr
