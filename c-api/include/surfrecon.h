@@ -4726,13 +4726,16 @@ srf_status srf_cloud_cluster_levels(const srf_cloud *cloud,
 // ==== 13. Closed surfaces ==================================================================================
 // The openings of a surface are closed smoothly, and never where a scan saw that nothing is.
 //
-//     /* The surface of a merger's scans without openings; prints what stays open. */
+//     /* The surface of a merger's scans without openings, with a flat foot; prints what stays open. */
 //     static srf_status watertight(const srf_mesh *surface, const srf_merger *merger, srf_mesh **out_mesh)
 //     {
+//         srf_close_params params;
 //         srf_close_report report;
 //         srf_status status;
+//         srf_close_params_init(&params);
 //         srf_close_report_init(&report);
-//         status = srf_mesh_close(surface, merger, NULL, NULL, out_mesh, &report);
+//         params.flat_base = 1;
+//         status = srf_mesh_close(surface, merger, &params, NULL, out_mesh, &report);
 //         if (status == SRF_OK && !report.is_closed) printf("%u edges are open\n", (unsigned)report.open_edges);
 //         return status;
 //     }
