@@ -22,7 +22,7 @@ pub type SplineParams = Sized<3>;
 
 pub type ReconstructParams = Sized<6>;
 
-pub type ClusterParams = Sized<10>;
+pub type ClusterParams = Sized<11>;
 
 pub type ScanParams = Sized<10>;
 
@@ -181,7 +181,7 @@ pub mod reconstruct_report {
     pub const OUTLIERS: usize = 18;
 }
 
-pub type ClusterReport = Sized<17>;
+pub type ClusterReport = Sized<18>;
 
 /// Places of the figures of [`ClusterReport`].
 #[allow(dead_code, reason = "tests look at some")]
@@ -203,6 +203,7 @@ pub mod cluster_report {
     pub const AFTER_LARGEST_ANGLE: usize = 14;
     pub const MAX_ERROR: usize = 15;
     pub const KEPT_INPUT: usize = 16;
+    pub const RMS_ERROR: usize = 17;
 }
 
 pub type CheckReport = Sized<20>;
