@@ -401,8 +401,7 @@ impl<'a> Job<'a> {
             mend::release(surface, &mut net, progress)?;
             features::keep(surface, &mut net, progress)?;
         }
-        // Of open surfaces, as scans are. A closed one keeps its even triangles at rims, too.
-        if rims == Rims::Drawn && steps > 0 && !to_the_least && surface.has_border() {
+        if rims == Rims::Drawn && steps > 0 && !to_the_least {
             polish::rims(surface, &mut net, progress)?;
         }
         net.let_go();
