@@ -186,7 +186,7 @@ GERMAN = {
     'Nothing would be left of "{}": lower the limits': 'Von "{}" bliebe nichts: die Grenzen senken',
     "Nothing would be left of the scans: check the region, and what is kept of it": "Von den Scans bliebe nichts: den Bereich prüfen, und was davon bleibt",
     'All is kept of "{}", which has no vertices: take a cube or a plane': 'Von "{}" bleibt alles, da es keine Ecken hat: einen Quader oder eine Ebene nehmen',
-    "{} vertices, mean smallest angle {} degrees": "{} Ecken, mittlerer kleinster Winkel {} Grad",
+    "{} triangles, at most {} from the original": "{} Dreiecke, höchstens {} vom Original",
     "surfrecon.cluster is called surfrecon.remesh now": "surfrecon.cluster heißt jetzt surfrecon.remesh",
     "surfrecon.select_region is called surfrecon.keep_inside and surfrecon.remove_inside now": "surfrecon.select_region heißt jetzt surfrecon.keep_inside und surfrecon.remove_inside",
     "{} of {} taken over": "{} von {} übernommen",

@@ -1375,6 +1375,9 @@ typedef struct {
   double feature_angle;
   // Direction in which round patches are split. 0 to 4294967295, default 0.
   uint64_t seed;
+  // Most triangles wanted, instead of vertices. So many come, or one fewer. More come only if the input's topology needs
+  // them, at most as many as the input has. 1 to 4000000000. 0, the default: about a tenth of the input's.
+  uint64_t triangles;
 } srf_cluster_params;
 
 // The figures of clustering. Starts with its size. Prepared by srf_cluster_report_init().
@@ -1413,12 +1416,14 @@ typedef struct {
   double after_smallest_angle;
   // After: Largest angle of all. Radians.
   double after_largest_angle;
-  // No point of the input is farther from the mesh, and none of the mesh farther from the input, measured on the mesh. 0
-  // for the input itself. There is none where no largest error was asked for. Then it is SRF_FROM_DATA. In the unit of
-  // the scans.
+  // No point of the input is farther from the mesh, and none of the mesh farther from the input, measured on the mesh.
+  // Some point is nearly as far: the bound is seldom more than 1 % above it, unless a largest error was asked for. 0 for
+  // the input itself. In the unit of the scans.
   double max_error;
   // Whether the mesh is the input, as nothing coarser was found within the largest error, or has its topology. 1 or 0.
   uint64_t kept_input;
+  // Root mean square of the distances of the input's vertices from the mesh. In the unit of the scans. Since 0.2.
+  double rms_error;
 } srf_cluster_report;
 
 // How the openings of a surface are closed. Lengths are in its unit. Starts with its size. Set to the defaults by
@@ -4667,7 +4672,7 @@ srf_status srf_cluster_report_init_sized(srf_cluster_report *report,
 // progress    NULL for none
 // out_mesh    receives a new handle on SRF_OK only. Not NULL
 // out_report  initialized by srf_cluster_report_init(). NULL if not wanted
-// returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT for a mesh without triangles or two of vertices, patches and max_error,
+// returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT for a mesh without triangles or two of the sizes in params,
 //             SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 srf_status srf_mesh_cluster(const srf_mesh *mesh,
                             const srf_cluster_params *params,
@@ -4682,7 +4687,7 @@ srf_status srf_mesh_cluster(const srf_mesh *mesh,
 // progress    NULL for none
 // out_mesh    receives a new handle on SRF_OK only. Not NULL
 // out_report  initialized by srf_cluster_report_init(). NULL if not wanted
-// returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT for points without a surface or two of vertices, patches and max_error,
+// returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT for points without a surface or two of the sizes in params,
 //             SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 srf_status srf_cloud_cluster(const srf_cloud *cloud,
                              const srf_cluster_params *params,
@@ -4695,7 +4700,7 @@ srf_status srf_cloud_cluster(const srf_cloud *cloud,
 // mesh        not NULL
 // vertices    vertices of each level, in any order. Not NULL
 // count       number of levels
-// params      NULL for the defaults. Its vertices, patches and max_error are not looked at
+// params      NULL for the defaults. Its vertices, patches, max_error and triangles are not looked at
 // progress    NULL for none
 // out_meshes  room for count handles, which it receives in the order of vertices on SRF_OK only. Not NULL
 // returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT for a mesh without triangles, SRF_ERR_CANCELLED, SRF_ERR_HANDLE,
@@ -4711,7 +4716,7 @@ srf_status srf_mesh_cluster_levels(const srf_mesh *mesh,
 // cloud       not NULL
 // vertices    vertices of each level, in any order. Not NULL
 // count       number of levels
-// params      NULL for the defaults. Its vertices, patches and max_error are not looked at
+// params      NULL for the defaults. Its vertices, patches, max_error and triangles are not looked at
 // progress    NULL for none
 // out_meshes  room for count handles, which it receives in the order of vertices on SRF_OK only. Not NULL
 // returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT for points without a surface, SRF_ERR_CANCELLED, SRF_ERR_HANDLE,

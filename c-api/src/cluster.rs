@@ -24,7 +24,7 @@ use crate::{params, pointer, report, sized};
 /// progress    NULL for none
 /// out_mesh    receives a new handle on SRF_OK only. Not NULL
 /// out_report  initialized by srf_cluster_report_init(). NULL if not wanted
-/// returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT for a mesh without triangles or two of vertices, patches and max_error,
+/// returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT for a mesh without triangles or two of the sizes in params,
 ///             SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_mesh_cluster(
@@ -49,7 +49,7 @@ pub unsafe extern "C" fn srf_mesh_cluster(
 /// progress    NULL for none
 /// out_mesh    receives a new handle on SRF_OK only. Not NULL
 /// out_report  initialized by srf_cluster_report_init(). NULL if not wanted
-/// returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT for points without a surface or two of vertices, patches and max_error,
+/// returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT for points without a surface or two of the sizes in params,
 ///             SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_cloud_cluster(
@@ -91,7 +91,7 @@ fn one(
 /// mesh        not NULL
 /// vertices    vertices of each level, in any order. Not NULL
 /// count       number of levels
-/// params      NULL for the defaults. Its vertices, patches and max_error are not looked at
+/// params      NULL for the defaults. Its vertices, patches, max_error and triangles are not looked at
 /// progress    NULL for none
 /// out_meshes  room for count handles, which it receives in the order of vertices on SRF_OK only. Not NULL
 /// returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT for a mesh without triangles, SRF_ERR_CANCELLED, SRF_ERR_HANDLE,
@@ -117,7 +117,7 @@ pub unsafe extern "C" fn srf_mesh_cluster_levels(
 /// cloud       not NULL
 /// vertices    vertices of each level, in any order. Not NULL
 /// count       number of levels
-/// params      NULL for the defaults. Its vertices, patches and max_error are not looked at
+/// params      NULL for the defaults. Its vertices, patches, max_error and triangles are not looked at
 /// progress    NULL for none
 /// out_meshes  room for count handles, which it receives in the order of vertices on SRF_OK only. Not NULL
 /// returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT for points without a surface, SRF_ERR_CANCELLED, SRF_ERR_HANDLE,
@@ -149,7 +149,13 @@ fn chain(
     pointer::writable("out_meshes", out_meshes)?;
     let given = sized::read("params", params, srf_cluster_params::defaults())?;
     // The levels say how fine they are.
-    let params = params::to_core(&srf_cluster_params { vertices: 0, patches: 0, max_error: SRF_FROM_DATA, ..given })?;
+    let params = params::to_core(&srf_cluster_params {
+        vertices: 0,
+        patches: 0,
+        max_error: SRF_FROM_DATA,
+        triangles: 0,
+        ..given
+    })?;
     let levels = pointer::numbers("vertices", vertices, count)?
         .into_iter()
         .map(|n| {

@@ -27,7 +27,7 @@ void parameters(const MeshDocument &document, RichParameterList &list)
 {
     add_parameters(list, cluster_parameters, diagonal(document.mm()));
     list.addParam(RichInt("levels", 1, "Levels of detail",
-                          "Layers to make, each with a quarter of the vertices of the one before. Only without a largest error and a number of patches."));
+                          "Layers to make, each with a quarter of the vertices of the one before. Only without a largest error and a number of patches or triangles."));
 }
 
 Outputs run(Job &job)
@@ -42,8 +42,8 @@ Outputs run(Job &job)
     if (levels < 1 || levels > most_levels) {
         refuse("The number of levels must be 1 to " + std::to_string(most_levels) + ", got " + std::to_string(levels));
     }
-    if (levels > 1 && (params.max_error != SRF_FROM_DATA || params.patches > 0)) {
-        refuse("A largest error, or a number of patches, goes with one level: set one of them back");
+    if (levels > 1 && (params.max_error != SRF_FROM_DATA || params.patches > 0 || params.triangles > 0)) {
+        refuse("A largest error, or a number of patches or triangles, goes with one level: set one of them back");
     }
 
     // Vertices without faces are points: the surface through them is clustered.

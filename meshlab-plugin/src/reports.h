@@ -122,8 +122,9 @@ inline const Figures cluster_figures = {
     {Figure::Kind::angle, "after_mean_smallest_angle", "After: Mean smallest angle", false, 1, offsetof(srf_cluster_report, after_mean_smallest_angle), {}, {}},
     {Figure::Kind::angle, "after_smallest_angle", "After: Smallest angle", false, 1, offsetof(srf_cluster_report, after_smallest_angle), {}, {}},
     {Figure::Kind::angle, "after_largest_angle", "After: Largest angle", false, 1, offsetof(srf_cluster_report, after_largest_angle), {}, {}},
-    {Figure::Kind::length, "max_error", "Largest error", true, 1, offsetof(srf_cluster_report, max_error), {}, {}},
+    {Figure::Kind::length, "max_error", "Largest error", false, 1, offsetof(srf_cluster_report, max_error), {}, {}},
     {Figure::Kind::flag, "kept_input", "The input itself", false, 1, offsetof(srf_cluster_report, kept_input), {}, {}},
+    {Figure::Kind::length, "rms_error", "RMS error", false, 1, offsetof(srf_cluster_report, rms_error), {}, {}},
 };
 
 inline const Figures close_figures = {

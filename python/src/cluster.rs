@@ -39,11 +39,11 @@ use crate::report;
 ///
 /// Raises:
 ///     ParameterError: an option out of its range. The text names value, range and unit.
-///     InputError: two of vertices, patches and max_error given, a mesh without triangles, or points without a surface.
+///     InputError: two of vertices, patches, max_error and triangles given, a mesh without triangles, or points without a surface.
 ///     Cancelled: ``progress`` returned ``False``.
 #[pyfunction]
 // options: cluster
-#[pyo3(signature = (mesh, *, progress = None, **options), text_signature = "(mesh, *, vertices=None, patches=None, max_error=None, adaptivity=1.0, iterations=40, relaxation=50, fitting=0, min_angle=0.0, feature_angle=0.6981317007977318, seed=0, threads=0, progress=None)")]
+#[pyo3(signature = (mesh, *, progress = None, **options), text_signature = "(mesh, *, vertices=None, patches=None, max_error=None, triangles=None, adaptivity=1.0, iterations=40, relaxation=50, fitting=0, min_angle=0.0, feature_angle=0.6981317007977318, seed=0, threads=0, progress=None)")]
 pub fn cluster(
     py: Python<'_>,
     mesh: &Bound<'_, PyAny>,
@@ -91,15 +91,16 @@ impl ClusterCall {
     pub fn new(
         mesh: &Bound<'_, PyAny>,
         levels: Option<Vec<Bound<'_, PyAny>>>,
+        levels_of: Option<&str>,
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         let params: ClusterParams = params("cluster", options)?;
         if levels.is_some() && params.resolution != Resolution::Tenth {
-            return Err(input_error("levels must go without vertices, patches and max_error".to_owned()));
+            return Err(input_error("levels must go without vertices, patches, max_error and triangles".to_owned()));
         }
         let chain = levels.is_some();
         let levels = match levels {
-            Some(levels) => chain_of(&levels)?,
+            Some(levels) => chain_of(&levels, levels_of)?,
             None => vec![params.resolution],
         };
         Ok(ClusterCall { dense: Dense::of(mesh)?, levels, chain, params })
@@ -114,15 +115,19 @@ impl ClusterCall {
     }
 }
 
-/// Resolutions of so many vertices each.
-fn chain_of(vertices: &[Bound<'_, PyAny>]) -> PyResult<Vec<Resolution>> {
-    let row = find("cluster", "vertices").expect("the parameter is in the table");
+/// Resolutions of so many vertices, or triangles, each.
+fn chain_of(counts: &[Bound<'_, PyAny>], levels_of: Option<&str>) -> PyResult<Vec<Resolution>> {
+    let levels_of = levels_of.unwrap_or("vertices");
+    if !["vertices", "triangles"].contains(&levels_of) {
+        return Err(input_error(format!("levels_of must be \"vertices\" or \"triangles\", got {levels_of:?}")));
+    }
+    let row = find("cluster", levels_of).expect("the parameter is in the table");
     let level = |count: &Bound<'_, PyAny>| {
         let mut level = Resolution::Tenth;
         level.set(row.name, Value::Number(whole(row, count)?)).map_err(|e| to_python(&e))?;
         Ok(level)
     };
-    vertices.iter().map(level).collect()
+    counts.iter().map(level).collect()
 }
 
 /// A chain of levels of detail from one run: finer levels go on splitting the patches of coarser ones.
@@ -132,7 +137,8 @@ fn chain_of(vertices: &[Bound<'_, PyAny>]) -> PyResult<Vec<Resolution>> {
 ///
 /// Args:
 ///     mesh: the dense mesh, or points, as for ``cluster``.
-///     vertices: vertices of each level.
+///     vertices: vertices of each level, or triangles.
+///     levels_of: what the levels are counted in, ``"vertices"`` or ``"triangles"``. Default: vertices.
 ///     adaptivity, iterations, relaxation, fitting, seed, threads, progress: as for ``cluster``.
 ///
 /// Returns:
@@ -142,17 +148,18 @@ fn chain_of(vertices: &[Bound<'_, PyAny>]) -> PyResult<Vec<Resolution>> {
 /// Raises:
 ///     ParameterError, InputError, Cancelled: as ``cluster``.
 #[pyfunction]
-// options: cluster but vertices patches max_error
-#[pyo3(signature = (mesh, vertices, *, progress = None, **options), text_signature = "(mesh, vertices, *, adaptivity=1.0, iterations=40, relaxation=50, fitting=0, min_angle=0.0, feature_angle=0.6981317007977318, seed=0, threads=0, progress=None)")]
+// options: cluster but vertices patches max_error triangles
+#[pyo3(signature = (mesh, vertices, *, levels_of = None, progress = None, **options), text_signature = "(mesh, vertices, *, adaptivity=1.0, iterations=40, relaxation=50, fitting=0, min_angle=0.0, feature_angle=0.6981317007977318, seed=0, threads=0, levels_of=None, progress=None)")]
 pub fn cluster_levels(
     py: Python<'_>,
     mesh: &Bound<'_, PyAny>,
     vertices: Vec<Bound<'_, PyAny>>,
+    levels_of: Option<&str>,
     progress: Option<Py<PyAny>>,
     options: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Vec<Clustered>> {
-    let params = params_but(&["vertices", "patches", "max_error"], "cluster_levels", options)?;
-    let call = ClusterCall { dense: Dense::of(mesh)?, levels: chain_of(&vertices)?, chain: true, params };
+    let params = params_but(&["vertices", "patches", "max_error", "triangles"], "cluster_levels", options)?;
+    let call = ClusterCall { dense: Dense::of(mesh)?, levels: chain_of(&vertices, levels_of)?, chain: true, params };
     let made = Watch::new(progress).run(py, |progress| call.run(progress))?;
     made.into_iter().map(|made| Clustered::new(py, made)).collect()
 }
@@ -205,7 +212,9 @@ impl Clustered {
     fn __repr__(&self) -> String {
         let report = &self.core.report;
         let angle = report.after.mean_smallest_angle.to_degrees();
-        let (vertices, patches) = (report.vertices, report.patches);
-        format!("<Clustered {vertices} vertices from {patches} patches, mean smallest angle {angle:.1} degrees>")
+        let (vertices, triangles, error) = (report.vertices, report.triangles, report.max_error);
+        format!(
+            "<Clustered {vertices} vertices, {triangles} triangles, at most {error:.4} off, mean smallest angle {angle:.1} degrees>"
+        )
     }
 }

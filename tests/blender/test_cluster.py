@@ -1,5 +1,6 @@
 """The cluster operator: numbers, bounds, chains of levels and their slider, messages."""
 
+import re
 from importlib import import_module
 
 import bpy
@@ -37,6 +38,23 @@ def test_as_many_vertices_as_asked_for_with_the_same_topology(dense):
     assert len(dense.data.vertices) == len(torus().positions)
 
 
+def test_as_many_triangles_as_asked_for_and_how_far_they_are_off(dense, capfd):
+    dense.scale = (2, 2, 2)
+    bpy.context.view_layer.update()
+    assert bpy.ops.surfrecon.remesh(resolution="TRIANGLES", triangles=500) == {"FINISHED"}
+    made = bpy.context.object
+    figures = made["surfrecon_cluster"]
+    assert len(made.data.polygons) == 500 == figures["triangles"]
+    found = surfrecon.Mesh(world_positions(made), surface(made).triangles)
+    dense_there = surfrecon.Mesh(world_positions(dense), torus().triangles)
+    both = [surfrecon.surface_distance(*pair)["reached"] for pair in ((found, dense_there), (dense_there, found))]
+    # In the scene's unit, and of single precision.
+    assert max(both) <= figures["max_error"] * (1 + 1e-5) <= 1.02 * max(both)
+    assert 0 < figures["rms_error"] < figures["max_error"]
+    said = capfd.readouterr().out
+    assert re.search(r"500 triangles, at most [0-9.]+ ?\w* from the original", said), said
+
+
 def test_points_get_a_surface():
     made = add_mesh("points", torus())
     points = bpy.data.meshes.new("points")
@@ -63,6 +81,10 @@ def test_point_clouds_get_a_surface():
 
 def test_zero_takes_a_tenth(dense):
     bpy.ops.surfrecon.remesh()
+    # A closed surface has an even number.
+    assert len(bpy.context.object.data.polygons) == len(dense.data.polygons) // 10 // 2 * 2
+    bpy.context.view_layer.objects.active = dense
+    bpy.ops.surfrecon.remesh(resolution="VERTICES")
     assert len(bpy.context.object.data.vertices) == len(dense.data.vertices) // 10
     bpy.context.view_layer.objects.active = dense
     bpy.ops.surfrecon.remesh(resolution="PATCHES", patches=40)
@@ -93,6 +115,11 @@ def test_a_chain_is_one_object_with_a_slider(dense):
     # An object without levels has nothing to show.
     dense.surfrecon_level = 1
     assert len(dense.data.vertices) == len(torus().positions)
+
+
+def test_a_chain_may_count_triangles(dense):
+    bpy.ops.surfrecon.remesh(triangles=800, levels=3)
+    assert [len(level.mesh.polygons) for level in bpy.context.object.surfrecon_levels] == [800, 200, 50]
 
 
 def test_levels_that_are_not_shown_are_saved(dense, tmp_path):

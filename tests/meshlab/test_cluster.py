@@ -32,6 +32,14 @@ def test_a_tenth_by_default_and_a_largest_error(dense):
     assert out["max_error"] <= 0.01 and out["vertices"] == dense.current.vertex_number() < count
 
 
+def test_as_many_triangles_as_asked_for_and_how_far_they_are_off(dense):
+    out = dense.run(CLUSTER, triangles=501)
+    expected = surfrecon.cluster(torus(), triangles=501)
+    assert np.array_equal(dense.current.vertex_matrix(), expected.mesh.positions)
+    assert out["triangles"] == 500 == dense.current.face_number()
+    assert out["max_error"] == expected.report["max_error"] > out["rms_error"] == expected.report["rms_error"] > 0
+
+
 def test_levels_are_layers(dense):
     dense.run(CLUSTER, vertices=400, levels=3)
     names = ["dense clustered 0", "dense clustered 1", "dense clustered 2"]
@@ -61,7 +69,12 @@ def test_vertices_without_faces_are_points(document):
         ({"vertices": -1}, "vertices must be at least 0, got -1"),
         ({"fitting": 101}, "fitting must be >= 0 and <= 100, got 101"),
         ({"levels": 0}, "The number of levels must be 1 to 16, got 0"),
-        ({"levels": 2, "max_error": length(0.1)}, "A largest error, or a number of patches, goes with one level"),
+        (
+            {"levels": 2, "max_error": length(0.1)},
+            "A largest error, or a number of patches or triangles, goes with one level",
+        ),
+        ({"levels": 2, "triangles": 300}, "A largest error, or a number of patches or triangles, goes with one level"),
+        ({"triangles": 300, "vertices": 300}, "one of vertices, patches, max_error and triangles"),
         ({"adaptivity": 5.0}, "adaptivity must be >= 0 and <= 2, got 5"),
     ],
 )

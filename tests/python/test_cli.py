@@ -4,6 +4,7 @@ import hashlib
 import json
 import math
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -268,6 +269,9 @@ def test_cluster(folder, tmp_path):
     assert first["vertices"] > second["vertices"] and b"MSFT_lod" in (tmp_path / "a.glb").read_bytes()
     done = run("cluster", folder / "torus.ply", "-o", tmp_path / "b.glb", "--levels", "200,60", "--patches", "9")
     assert done.returncode == 2 and "give levels or patches, not both" in done.stderr
+    done = run("cluster", folder / "torus.ply", "-o", tmp_path / "c.ply", "--triangles", "200")
+    said = r"100 vertices, 200 triangles, 0\.\d+ off at most, 0\.\d+ root mean square"
+    assert re.search(said, done.stdout), done.stdout
 
 
 def test_measure(folder, tmp_path):

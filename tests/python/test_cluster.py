@@ -37,6 +37,30 @@ def test_as_many_vertices_as_asked_for_and_the_same_topology(bumpy):
     assert (result.mesh.vertex_attributes["colour"] == [10, 20, 30, 255]).all()
 
 
+@pytest.mark.parametrize("wanted", [300, 777])
+def test_as_many_triangles_as_asked_for_and_how_far_they_are_off(bumpy, wanted):
+    result = surfrecon.cluster(bumpy, triangles=wanted)
+    assert wanted - 1 <= len(result.mesh.triangles) == result.report["triangles"] <= wanted
+    assert topology(result.mesh) == topology(bumpy)
+    used = np.unique(np.asarray(bumpy.triangles))
+    distances = np.abs(surfrecon.distances(np.asarray(bumpy.positions)[used], result.mesh))
+    assert np.sqrt((distances**2).mean()) == pytest.approx(result.report["rms_error"], rel=1e-9)
+    both = [surfrecon.surface_distance(*pair)["reached"] for pair in ((bumpy, result.mesh), (result.mesh, bumpy))]
+    assert max(both) <= result.report["max_error"] <= 1.02 * max(both)
+    text = repr(result)
+    assert f"{len(result.mesh.triangles)} triangles, at most" in text
+
+
+def test_levels_may_count_triangles(bumpy):
+    levels = surfrecon.cluster_levels(bumpy, [800, 200], levels_of="triangles")
+    job = surfrecon.Job.cluster(bumpy, levels=[800, 200], levels_of="triangles").result()
+    for level, other, wanted in zip(levels, job, [800, 200], strict=True):
+        assert wanted - 1 <= len(level.mesh.triangles) <= wanted
+        assert np.array_equal(level.mesh.positions, other.mesh.positions)
+    with pytest.raises(surfrecon.InputError, match='levels_of must be "vertices" or "triangles", got "edges"'):
+        surfrecon.cluster_levels(bumpy, [800], levels_of="edges")
+
+
 def test_patches_are_those_of_the_vertices(bumpy):
     result = surfrecon.cluster(bumpy, patches=100)
     labels = result.labels
@@ -118,7 +142,7 @@ def test_a_job_does_the_same(bumpy):
 
 
 def test_what_cannot_be_done_is_named(bumpy):
-    with pytest.raises(surfrecon.InputError, match="one of vertices, patches and max_error"):
+    with pytest.raises(surfrecon.InputError, match="one of vertices, patches, max_error and triangles"):
         surfrecon.cluster(bumpy, vertices=10, patches=10)
     with pytest.raises(surfrecon.ParameterError, match="vertices must be >= 1 and <= 4000000000, got 0"):
         surfrecon.cluster(bumpy, vertices=0)

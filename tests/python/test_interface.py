@@ -105,9 +105,9 @@ def test_options_are_those_of_the_table():
     assert set(keyword_options(surfrecon.Sculptor)) == {*sculpt, "progress"} - {"tolerance", "relative_tolerance"}
     cluster = {p.name for p in surfrecon.parameters("cluster")}
     assert set(keyword_options(surfrecon.cluster)) == {*cluster, "progress"}
-    one_level = {"vertices", "patches", "max_error"}
-    assert set(keyword_options(surfrecon.Job.cluster)) == {*cluster, "levels"}
-    assert set(keyword_options(surfrecon.cluster_levels)) == {*cluster, "progress"} - one_level
+    one_level = {"vertices", "patches", "max_error", "triangles"}
+    assert set(keyword_options(surfrecon.Job.cluster)) == {*cluster, "levels", "levels_of"}
+    assert set(keyword_options(surfrecon.cluster_levels)) == {*cluster, "levels_of", "progress"} - one_level
     quads = [p.name for p in surfrecon.parameters("quads")]
     assert set(keyword_options(surfrecon.adaptive_quads)) == {*quads, "progress"}
     reconstruct = {p.name for p in surfrecon.parameters("reconstruct")}

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Remesh the active surface or points to well-shaped triangles, at one resolution or as a chain of levels of detail."""
 
-import math
 from types import SimpleNamespace
 
 import bpy
@@ -20,13 +19,16 @@ from ..scene import dress, link, put_forward
 from ..sources import note
 from ..telling import tell, told
 from ..translations import NAMES
+from ..words import length
 
 REPORT = "surfrecon_cluster"
 
 PARAMETERS = {p.name: p for p in surfrecon.parameters("cluster")}
 # The parameters that say how fine the result is. The others hold for each.
-RESOLUTIONS = ("vertices", "patches", "max_error")
-OPTIONS = tuple(name for name in PARAMETERS if name not in RESOLUTIONS)
+RESOLUTIONS = {"TRIANGLES": "triangles", "ERROR": "max_error", "VERTICES": "vertices", "PATCHES": "patches"}
+# Resolutions whose counts a chain of levels falls by.
+COUNTED = ("TRIANGLES", "VERTICES")
+OPTIONS = tuple(name for name in PARAMETERS if name not in RESOLUTIONS.values())
 
 
 class Level(bpy.types.PropertyGroup):
@@ -46,14 +48,15 @@ class SURFRECON_OT_remesh(JobOperator, bpy.types.Operator):
             name="Resolution",
             description="What the mesh is to have",
             items=(
+                ("TRIANGLES", "Triangles", "A number of triangles"),
+                ("ERROR", "Largest error", "As many triangles as both surfaces take to lie this near to each other"),
                 ("VERTICES", "Vertices", "A number of vertices"),
                 ("PATCHES", "Patches", "A number of patches, of about three vertices each"),
-                ("ERROR", "Largest error", "As many vertices as both surfaces take to lie this near to each other"),
             ),
         ),
         "levels": IntProperty(
             name="Levels",
-            description="Meshes of a chain, each with a quarter of the vertices of the one before",
+            description="Meshes of a chain, each with a quarter of the triangles, or vertices, of the one before",
             default=1,
             min=1,
             max=16,
@@ -80,13 +83,26 @@ class SURFRECON_OT_remesh(JobOperator, bpy.types.Operator):
         layout = self.layout
         layout.use_property_split = True
         layout.prop(self, "resolution")
-        layout.prop(self, {"VERTICES": "vertices", "PATCHES": "patches", "ERROR": "max_error"}[self.resolution])
-        if self.resolution == "VERTICES":
+        layout.prop(self, RESOLUTIONS[self.resolution])
+        if self.resolution in COUNTED:
             layout.prop(self, "levels")
             row = layout.row()
             row.active = self.levels > 1
             row.prop(self, "separate")
-        draw_others(layout, self, PARAMETERS, RESOLUTIONS)
+        draw_others(layout, self, PARAMETERS, RESOLUTIONS.values())
+
+    def figures(self, level):
+        """The report of a level, with lengths in the scene's unit. An uneven scale makes them larger."""
+        lengths = {name: stretch(self.pose) * level.report[name] for name in ("max_error", "rms_error")}
+        return convert.plain(level.report | lengths)
+
+    def asked(self):
+        """The resolution. A script that gives a number alone means that number."""
+        if not self.properties.is_property_set("resolution"):
+            for resolution, name in RESOLUTIONS.items():
+                if self.properties.is_property_set(name):
+                    return resolution
+        return self.resolution
 
     def launch(self, context):
         """Gathers the surface, or the points of what has no faces."""
@@ -99,22 +115,23 @@ class SURFRECON_OT_remesh(JobOperator, bpy.types.Operator):
         self.kept = Kept.get(self.bl_idname, (content(mesh), tuple(options.items())), dict)
         options["threads"] = number_of_threads
         self.counts = ()
-        if self.resolution == "VERTICES":
-            positions = getattr(mesh, "positions", mesh)
-            count = self.vertices or max(len(positions) // 10, 1)
-            self.counts = tuple(max(count // 4**level, 1) for level in range(self.levels))
+        self.resolution = self.asked()
+        if self.resolution in COUNTED:
+            counted = RESOLUTIONS[self.resolution]
+            count = getattr(self, counted) or tenth(mesh, counted)
+            self.counts = tuple((counted, max(count // 4**level, 1)) for level in range(self.levels))
             # Each level is made from the one before: the first few of a chain are that shorter chain.
             if self.kept.get("counts", ())[: self.levels] == self.counts:
                 return Known(self.kept["chain"][: self.levels])
-            return surfrecon.Job.cluster(mesh, levels=list(self.counts), **options)
+            levels = [count for _, count in self.counts]
+            return surfrecon.Job.cluster(mesh, levels=levels, levels_of=counted, **options)
         if self.resolution == "PATCHES":
             return surfrecon.Job.cluster(mesh, patches=self.patches or None, **options)
         if self.max_error == 0:
             asked = PARAMETERS["max_error"].label
             raise Refused(f'Set "{asked}": how far the surface and the result may lie from each other')
         # The bound is in the scene's unit, the surface in its own: what stretches it most counts.
-        stretch = np.linalg.svd(np.array(matrix)[:3, :3])[1][0]
-        return surfrecon.Job.cluster(mesh, max_error=self.max_error / stretch, **options)
+        return surfrecon.Job.cluster(mesh, max_error=self.max_error / stretch(matrix), **options)
 
     def preview(self, context):
         """The surface in large cells. Points have no preview yet."""
@@ -145,13 +162,13 @@ class SURFRECON_OT_remesh(JobOperator, bpy.types.Operator):
         for mesh, level in zip(meshes[:1] if one else meshes, chain, strict=False):
             obj = bpy.data.objects.new(f"{surface} remeshed" if one else mesh.name, mesh)
             obj.matrix_world = self.pose
-            obj[REPORT] = convert.plain(level.report)
+            obj[REPORT] = self.figures(level)
             note(obj, [source], [surface])
             link(context, obj)
             made.append(obj)
         if one and len(chain) > 1:
             for mesh, level in zip(meshes, chain, strict=True):
-                mesh[REPORT] = convert.plain(level.report)
+                mesh[REPORT] = self.figures(level)
                 made[0].surfrecon_levels.add().mesh = mesh
                 made[0].data = mesh
                 dress(made[0], [source], depsgraph)
@@ -160,9 +177,9 @@ class SURFRECON_OT_remesh(JobOperator, bpy.types.Operator):
             for obj in made:
                 dress(obj, [source], depsgraph)
         put_forward(context, made, [source])
-        angle = math.degrees(chain[0].report["after"]["mean_smallest_angle"])
-        counts = ", ".join(f"{len(level.mesh.positions):,}" for level in chain)
-        tell(self, {"INFO"}, f"{counts} vertices, mean smallest angle {angle:.1f} degrees")
+        counts = ", ".join(f"{len(level.mesh.triangles):,}" for level in chain)
+        error = length(context, max(self.figures(level)["max_error"] for level in chain))
+        tell(self, {"INFO"}, f"{counts} triangles, at most {error} from the original")
 
 
 class SURFRECON_OT_cluster(bpy.types.Operator):
@@ -204,6 +221,18 @@ def dense(obj, depsgraph):
             return content.triangulate(), content.world_from_sensor
         return content[0], content[1]
     return convert.points_of_object(obj, depsgraph, False)[0], np.array(obj.matrix_world, np.float64)
+
+
+def tenth(mesh, counted):
+    """A tenth of a surface's triangles or vertices. Of points there are about twice as many triangles."""
+    if not isinstance(mesh, surfrecon.Mesh):
+        return max(len(mesh) // (10 if counted == "vertices" else 5), 1)
+    return max(len(mesh.positions if counted == "vertices" else mesh.triangles) // 10, 1)
+
+
+def stretch(matrix):
+    """The most by which a matrix makes a length longer."""
+    return np.linalg.svd(np.array(matrix)[:3, :3])[1][0]
 
 
 def content(mesh):

@@ -46,6 +46,9 @@ pub struct srf_cluster_params {
     pub feature_angle: f64,
     /// Direction in which round patches are split. 0 to 4294967295, default 0.
     pub seed: u64,
+    /// Most triangles wanted, instead of vertices. So many come, or one fewer. More come only if the input's topology needs
+    /// them, at most as many as the input has. 1 to 4000000000. 0, the default: about a tenth of the input's.
+    pub triangles: u64,
 }
 
 impl Fields for srf_cluster_params {
@@ -63,6 +66,7 @@ impl Fields for srf_cluster_params {
             min_angle: 0.0,
             feature_angle: 0.6981317007977318,
             seed: 0,
+            triangles: 0,
         }
     }
 
@@ -79,6 +83,7 @@ impl Fields for srf_cluster_params {
             ("min_angle", Given::Double(self.min_angle)),
             ("feature_angle", Given::Double(self.feature_angle)),
             ("seed", Given::Whole(self.seed)),
+            ("triangles", Given::Whole(self.triangles)),
         ]
     }
 }

@@ -43,12 +43,14 @@ pub struct srf_cluster_report {
     pub after_smallest_angle: f64,
     /// After: Largest angle of all. Radians.
     pub after_largest_angle: f64,
-    /// No point of the input is farther from the mesh, and none of the mesh farther from the input, measured on the mesh. 0
-    /// for the input itself. There is none where no largest error was asked for. Then it is SRF_FROM_DATA. In the unit of
-    /// the scans.
+    /// No point of the input is farther from the mesh, and none of the mesh farther from the input, measured on the mesh.
+    /// Some point is nearly as far: the bound is seldom more than 1 % above it, unless a largest error was asked for. 0 for
+    /// the input itself. In the unit of the scans.
     pub max_error: f64,
     /// Whether the mesh is the input, as nothing coarser was found within the largest error, or has its topology. 1 or 0.
     pub kept_input: u64,
+    /// Root mean square of the distances of the input's vertices from the mesh. In the unit of the scans. Since 0.2.
+    pub rms_error: f64,
 }
 
 /// Prepares a struct of figures. Call srf_cluster_report_init(report), which adds the size that this header knows.

@@ -862,6 +862,7 @@ class Job:
         vertices: int | None = None,
         patches: int | None = None,
         max_error: float | None = None,
+        triangles: int | None = None,
         adaptivity: float | None = 1.0,
         iterations: int | None = 40,
         relaxation: int | None = 50,
@@ -872,6 +873,7 @@ class Job:
         threads: int | None = 0,
         # end
         levels: Sequence[int] | None = None,
+        levels_of: Literal["vertices", "triangles"] | None = None,
     ) -> Job: ...
     @staticmethod
     def close(
@@ -1159,6 +1161,7 @@ def cluster(
     vertices: int | None = None,
     patches: int | None = None,
     max_error: float | None = None,
+    triangles: int | None = None,
     adaptivity: float | None = 1.0,
     iterations: int | None = 40,
     relaxation: int | None = 50,
@@ -1174,7 +1177,7 @@ def cluster_levels(
     mesh: Mesh | PointCloud | ArrayLike,
     vertices: Sequence[int],
     *,
-    # options: cluster but vertices patches max_error
+    # options: cluster but vertices patches max_error triangles
     adaptivity: float | None = 1.0,
     iterations: int | None = 40,
     relaxation: int | None = 50,
@@ -1184,6 +1187,7 @@ def cluster_levels(
     seed: int | None = 0,
     threads: int | None = 0,
     # end
+    levels_of: Literal["vertices", "triangles"] | None = None,
     progress: _Progress | None = None,
 ) -> list[Clustered]: ...
 

@@ -47,8 +47,7 @@ impl<'a> Job<'a> {
                 let back = certify::within(&made.mesh, &reference, bound, progress)?;
                 if there.beyond.is_empty() && back.beyond.is_empty() {
                     progress.lap("measure");
-                    let certified = (deviation.summary, there.bound.max(back.bound));
-                    return Ok(made.into_result(Some(certified)));
+                    return Ok(made.into_result(deviation.summary, there.bound.max(back.bound)));
                 }
                 // Its place, and those at the corners of the triangle that lies too far off.
                 let places = there.beyond.iter().map(|b| b[0]).chain(back.beyond.iter().map(|b| b[1]));
@@ -64,7 +63,7 @@ impl<'a> Job<'a> {
             kmeans.split_marked(&beyond);
             kmeans.step(progress)?;
         }
-        self.input_itself(true, progress)
+        self.input_itself(progress)
     }
 }
 

@@ -5,7 +5,7 @@
 //! stays.
 
 use super::flip::Links;
-use super::net::{Net, Spot, area_vector, smallest_angle};
+use super::net::{Net, Size, Spot, area_vector, smallest_angle};
 use super::surface::{NONE, Surface};
 use base::error::Result;
 use base::progress::Progress;
@@ -13,16 +13,16 @@ use base::progress::Progress;
 /// Edges at a sharp angle that are shorter than this share of their neighbours are collapsed.
 const SHORT: f64 = 0.75;
 
-/// Collapses edges until at most `wanted` nodes are left, or no edge can be.
+/// Collapses edges until no more than `wanted` is left, or no edge can be.
 ///
 /// # Errors
 /// [`base::Error::Cancelled`].
-pub fn collapse(surface: &Surface, net: &mut Net, wanted: usize, progress: &Progress<'_>) -> Result<()> {
-    while net.points.len() > wanted {
+pub fn collapse(surface: &Surface, net: &mut Net, wanted: Size, progress: &Progress<'_>) -> Result<()> {
+    while wanted.beyond(net) > 0 {
         progress.check()?;
         let before = net.points.len();
         // A pass far beyond the short edges would take away what later passes choose better.
-        let most = (before - wanted).min(1 + before / 20);
+        let most = wanted.beyond(net).min(1 + before / 20);
         let links = Links::of(&net.triangles, before, progress)?;
         let edges = by_length(net, &links);
         pass(surface, net, &links, &edges, most, false, progress)?;

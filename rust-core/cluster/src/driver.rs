@@ -6,7 +6,7 @@ use super::connect::Repairs;
 use super::creases::{Creases, Pieces, sharp_edges};
 use super::flip::Goal;
 use super::kmeans::KMeans;
-use super::net::Net;
+use super::net::{Net, Size};
 use super::params::{ClusterParams, Resolution};
 use super::polygons::Polygons;
 use super::report::{ClusterReport, Clustered, TriangleShapes};
@@ -17,6 +17,8 @@ use base::error::Result;
 use base::magnitude;
 use base::memory;
 use base::progress::{Plan, Progress};
+use geom::bvh::Bvh;
+use mesh::certify;
 use mesh::dump::{self, Stage};
 use mesh::measure::DistanceReport;
 use mesh::point_cloud::PointCloud;
@@ -65,14 +67,16 @@ const STEPS_A_ROUND: usize = 20;
 /// * Its vertices lie on the input's surface, unless `fitting` or `min_angle` lets them leave it. Those of its border lie on the input's
 ///   border.
 /// * With `min_angle` no triangle has a smaller angle, unless borders, creases or the topology leave it no other place.
-/// * With [`Resolution::MaxError`] no point of the input is farther from the result, and none of the result farther from the
-///   input: between the vertices, too. [`ClusterReport::max_error`] says how far they may be, measured on the result.
+/// * With [`Resolution::Triangles`] there are as many triangles as asked for, or one fewer. More come only where the topology needs them,
+///   fewer only where the input has no place for so many.
+/// * No point of the input is farther than [`ClusterReport::max_error`] from the result, and none of the result farther from the input:
+///   between the vertices, too. With [`Resolution::MaxError`] that is no more than was asked for.
 /// * If nothing coarser than the input is found that does what was asked for, the result is the input itself, cut as said above.
 /// * The same input gives the same mesh for any number of threads.
 ///
 /// # Cost
 /// n vertices, k patches: O((n + k log k) s) time for s Lloyd steps, about 3 + 2 log2 k of them while splitting and up to `iterations`
-/// more. O(v) for v resulting vertices and each relaxation step. With `min_angle` O(n + v log v) more. About 150 bytes per triangle, up to
+/// more. O(v) for v resulting vertices and each relaxation step. O(n log v + v log n) for measuring. With `min_angle` O(n + v log v) more. About 150 bytes per triangle, up to
 /// 450 with `min_angle`.
 ///
 /// # Errors
@@ -244,32 +248,52 @@ impl Disks {
     pub(super) fn nodes(&self) -> usize {
         self.patches + self.polygons.spots.len()
     }
+
+    /// The number of what `wanted` counts that their fans have.
+    pub(super) fn size(&self, wanted: Size) -> usize {
+        wanted.choose(self.nodes(), self.polygons.nodes.len())
+    }
 }
 
 impl<'a> Job<'a> {
     /// One level that is not bounded by an error. `kmeans` is that of a coarser level, and this level's afterwards.
     fn level(&self, kmeans: &mut KMeans<'a>, resolution: Resolution, progress: &Progress<'_>) -> Result<Clustered> {
-        let nodes = match resolution {
-            Resolution::Vertices(n) => Some(self.nodes(n)),
-            Resolution::Tenth => Some(self.surface.points.len() / 10),
-            _ => None,
-        };
-        if nodes.is_some_and(|wanted| wanted < self.surface.points.len()) && self.is_coarsest() {
-            return self.input_itself(false, progress);
+        let wanted = self.wanted(resolution);
+        if wanted.is_some_and(|w| w.count() < self.input_size(w)) && self.is_coarsest() {
+            return self.input_itself(progress);
         }
         let patches = self.patches(resolution).expect("no bound on the error");
         let coarser = kmeans.clone();
         let mut disks = self.disks(&coarser, kmeans, patches, progress)?;
         // Of the nodes that patches make to spare it takes no certain number.
-        let enough = |wanted: usize| self.params.min_angle > 0.0 && 4 * disks.nodes() >= 5 * wanted;
-        if let Some(wanted) = nodes.filter(|&n| !enough(n)).map(|n| self.made(n)) {
+        let enough = |w: Size| self.params.min_angle > 0.0 && 4 * disks.size(w) >= 5 * w.count();
+        if let Some(wanted) = wanted.filter(|&w| !enough(w)).map(|w| self.made(w)) {
             disks = self.with_nodes(&coarser, kmeans, disks, patches, wanted, progress)?;
         }
         progress.lap("patches");
-        match self.make(disks, nodes, self.params.relaxation, Rims::Drawn, progress)? {
-            Some(made) => Ok(made.into_result(None)),
-            None => self.input_itself(false, progress),
+        match self.make(disks, wanted, self.params.relaxation, Rims::Drawn, progress)? {
+            Some(made) => self.measured(made, progress),
+            None => self.input_itself(progress),
         }
+    }
+
+    /// A level with its largest error, both ways.
+    fn measured(&self, made: Made, progress: &Progress<'_>) -> Result<Clustered> {
+        let reference = self.cut_input();
+        let threads = rayon::current_num_threads();
+        let from = |mesh: &TriMesh, other: &TriMesh, known: f64| {
+            let bvh = Bvh::build_with(&other.positions, &other.triangles, threads, progress)?;
+            certify::certify_within(mesh, other, &bvh, known, progress)
+        };
+        let there = from(&reference, &made.mesh, 0.0)?;
+        let back = from(&made.mesh, &reference, there.reached)?;
+        progress.lap("measure");
+        Ok(made.into_result(there.vertices.summary, there.bound.max(back.bound)))
+    }
+
+    /// The number of what `wanted` counts that the input has when it is cut to a manifold.
+    fn input_size(&self, wanted: Size) -> usize {
+        wanted.choose(self.surface.points.len(), self.surface.triangles.len())
     }
 
     /// Whether no surface of the input's topology has fewer vertices, each part being a single triangle.
@@ -335,11 +359,11 @@ impl<'a> Job<'a> {
         Ok(Disks { labels, patches, polygons, creases: Arc::new(creases), repairs, energy: kmeans.energy() })
     }
 
-    /// Fans of the patches, relaxed. `None` if the topology leaves more than `nodes`, and more than the input has.
+    /// Fans of the patches, relaxed. `None` if the topology leaves more than is wanted, and more than the input has.
     pub(super) fn make(
         &self,
         disks: Disks,
-        nodes: Option<usize>,
+        wanted: Option<Size>,
         relaxation: u32,
         rims: Rims,
         progress: &Progress<'_>,
@@ -361,9 +385,10 @@ impl<'a> Job<'a> {
         let few = steps.min(STEPS_A_ROUND);
         relax::relax(surface, &mut net, steps, progress)?;
         let to_the_least = self.params.min_angle > 0.0;
-        if let Some(wanted) = nodes.filter(|_| !to_the_least) {
+        let too_large = |net: &Net| wanted.is_some_and(|w| w.had(net) > w.count().max(self.input_size(w)));
+        if let Some(wanted) = wanted.filter(|_| !to_the_least) {
             collapse::collapse(surface, &mut net, wanted, progress)?;
-            if net.points.len() > wanted.max(surface.points.len()) {
+            if too_large(&net) {
                 return Ok(None);
             }
         }
@@ -372,20 +397,19 @@ impl<'a> Job<'a> {
                 flip::flips(&mut net, goal, progress)?;
                 relax::relax(surface, &mut net, few, progress)?;
             }
-            mend::mend(surface, &mut net, nodes, progress)?;
+            mend::mend(surface, &mut net, wanted, progress)?;
             mend::release(surface, &mut net, progress)?;
             features::keep(surface, &mut net, progress)?;
         }
-        // Of open surfaces, as scans are. A closed one keeps its even triangles at rims, too.
-        if rims == Rims::Drawn && steps > 0 && !to_the_least && surface.has_border() {
+        if rims == Rims::Drawn && steps > 0 && !to_the_least {
             polish::rims(surface, &mut net, progress)?;
         }
         net.let_go();
         progress.lap("relax");
         let rounds = self.params.fitting as usize;
         if to_the_least {
-            polish::polish(surface, &mut net, nodes, rounds, self.params.min_angle, progress)?;
-            if nodes.is_some_and(|wanted| net.points.len() > wanted.max(surface.points.len())) {
+            polish::polish(surface, &mut net, wanted, rounds, self.params.min_angle, progress)?;
+            if too_large(&net) {
                 return Ok(None);
             }
         } else {
@@ -436,7 +460,7 @@ impl<'a> Job<'a> {
     }
 
     /// The input as the result, cut where it is no manifold.
-    pub(super) fn input_itself(&self, has_bound: bool, progress: &Progress<'_>) -> Result<Clustered> {
+    pub(super) fn input_itself(&self, progress: &Progress<'_>) -> Result<Clustered> {
         let mut mesh = self.cut_input();
         let places: Vec<usize> = self.surface.origins.iter().map(|&v| v as usize).collect();
         mesh.vertex_attributes = self.input.vertex_attributes.iter().map(|a| a.gather(&places)).collect();
@@ -448,8 +472,6 @@ impl<'a> Job<'a> {
             cut_edges: self.surface.cut_edges,
             before: shapes.clone(),
             after: shapes,
-            deviation: has_bound.then(DistanceReport::default),
-            max_error: has_bound.then_some(0.0),
             kept_input: true,
             ..ClusterReport::default()
         };
@@ -465,9 +487,10 @@ pub(super) struct Made {
 }
 
 impl Made {
-    pub(super) fn into_result(self, certified: Option<(DistanceReport, f64)>) -> Clustered {
-        let (deviation, max_error) = certified.unzip();
-        let report = ClusterReport { deviation, max_error, ..self.report };
+    /// With the distances of the input's vertices to the mesh, and with the distance that no point of one is farther from the other.
+    pub(super) fn into_result(self, deviation: DistanceReport, max_error: f64) -> Clustered {
+        let rms_error = deviation.rms;
+        let report = ClusterReport { deviation, max_error, rms_error, ..self.report };
         Clustered { mesh: self.mesh, labels: self.labels, report }
     }
 }

@@ -18,7 +18,7 @@
 //! rest. (4) Patches are smaller where they err more. (5) A number of vertices can be asked for. The few that k patches make too many are
 //! collapsed. (6) Beside the springs, edges are flipped and sharp angles mended. (7) A spring has a least natural length, or any part of
 //! the net could shrink to a point. (8) On request vertices leave the surface for where it lies nearest. With a least angle triangles take
-//! any shape, too. Nodes beside thin rims of open surfaces are drawn onto them. (9) Patches are drawn onto creases, along which edges run
+//! any shape, too. Nodes beside thin rims are drawn onto them. (9) Patches are drawn onto creases, along which edges run
 //! then. (10) Points become the surface through them first, whose edges say which patches are neighbours. Balls around patches, as in the
 //! paper, join the two sides of a thin wall and leave the topology to chance.
 

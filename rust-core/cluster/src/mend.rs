@@ -5,7 +5,7 @@ use glam::DVec3;
 
 use super::collapse::{by_length, collapse_sharp, ends};
 use super::flip::{Goal, Links, flips};
-use super::net::{Net, Stars, area_vector, smallest_angle};
+use super::net::{Net, Size, Stars, area_vector, smallest_angle};
 use super::relax::relax;
 use super::surface::{NONE, Surface};
 use base::error::Result;
@@ -36,17 +36,17 @@ const CLEAR_SQUARED: f64 = 0.04;
 /// Nodes between two looks at the progress.
 const PACE: usize = 64;
 
-/// Mends sharp angles. With `wanted`, there are as many nodes afterwards, as far as the topology lets them.
+/// Mends sharp angles. The net is of the size that is wanted afterwards, as far as the topology lets it.
 ///
 /// # Errors
 /// [`base::Error::Cancelled`].
-pub fn mend(surface: &Surface, net: &mut Net, wanted: Option<usize>, progress: &Progress<'_>) -> Result<()> {
+pub fn mend(surface: &Surface, net: &mut Net, wanted: Option<Size>, progress: &Progress<'_>) -> Result<()> {
     let sharp = SHARP.to_radians();
     for round in 0..ROUNDS {
         progress.check()?;
         let joined = collapse_sharp(surface, net, sharp, progress)?;
         if let Some(wanted) = wanted {
-            let missing = wanted.saturating_sub(net.points.len());
+            let missing = wanted.missing(net);
             if missing > 0 {
                 split_longest(surface, net, missing, progress)?;
             }

@@ -151,6 +151,52 @@ impl Net {
     }
 }
 
+/// The size that a net is to have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Size {
+    Nodes(usize),
+    Triangles(usize),
+}
+
+impl Size {
+    /// The number of what it counts.
+    pub fn count(self) -> usize {
+        let (Size::Nodes(n) | Size::Triangles(n)) = self;
+        n
+    }
+
+    /// The same of another number.
+    pub fn of(self, n: usize) -> Size {
+        match self {
+            Size::Nodes(_) => Size::Nodes(n),
+            Size::Triangles(_) => Size::Triangles(n),
+        }
+    }
+
+    /// The one of two numbers that it counts.
+    pub fn choose(self, nodes: usize, triangles: usize) -> usize {
+        match self {
+            Size::Nodes(_) => nodes,
+            Size::Triangles(_) => triangles,
+        }
+    }
+
+    /// The number that a net has of what it counts.
+    pub fn had(self, net: &Net) -> usize {
+        self.choose(net.points.len(), net.triangles.len())
+    }
+
+    /// Nodes inside the surface by which a net is larger. Each has two triangles: one too many counts as a node.
+    pub fn beyond(self, net: &Net) -> usize {
+        self.had(net).saturating_sub(self.count()).div_ceil(self.choose(1, 2))
+    }
+
+    /// Nodes inside the surface by which a net is smaller.
+    pub fn missing(self, net: &Net) -> usize {
+        self.count().saturating_sub(self.had(net)) / self.choose(1, 2)
+    }
+}
+
 /// The place that a node may go to.
 #[derive(Clone, Copy, Debug)]
 pub struct Spot {

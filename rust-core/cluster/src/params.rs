@@ -12,6 +12,10 @@ base::alternatives! {
         /// Largest distance of any point of the input from the result and of the result from the input, instead of a number of vertices:
         /// there are as many as it takes.
         MaxError(f64) = max_error: length("Max error").from_data("none, a number of vertices is asked for").above(0.0),
+        /// Most triangles wanted, instead of vertices. So many come, or one fewer. More come only if the input's topology needs them, at
+        /// most as many as the input has.
+        Triangles(u32) = triangles: count("Triangles").from_data("about a tenth of the input's").at_least(1.0).at_most(4e9)
+            .since("0.2"),
     }
     or
     /// A tenth of the input's vertices.

@@ -13,7 +13,7 @@ use super::collapse::collapse;
 use super::fit::{Sample, beside, samples};
 use super::flip::{Goal, Links, faces_alike, flips, joined, least_edges, quad, turn};
 use super::mend::sweep;
-use super::net::{Net, area_vector, smallest_angle};
+use super::net::{Net, Size, area_vector, smallest_angle};
 use super::quadrics::{MOST_AROUND, reduce};
 use super::surface::{NONE, Surface};
 use base::error::Result;
@@ -24,7 +24,7 @@ use geom::bvh::{Closest, Feature};
 pub const SPARE: usize = 2;
 /// By how much a pass of collapses divides the nodes: between passes they are moved.
 const PASS: f64 = 1.45;
-/// A pass is stuck that takes fewer nodes than one in so many. Then the least angle is lowered by a factor, to be mended later, ...
+/// A pass is stuck that takes fewer than one in so many. Then the least angle is lowered by a factor, to be mended later, ...
 const STUCK: usize = 50;
 const LOOSER: f64 = 0.7;
 /// ... down to this share of it.
@@ -53,7 +53,7 @@ const RIM_ANGLE: f64 = std::f64::consts::FRAC_PI_6;
 /// Rounds that mend angles below the least which are left.
 const MENDINGS: usize = 3;
 
-/// Draws the net near the surface to `wanted` nodes, unless there are fewer or the topology needs more. It takes at least `rounds` rounds.
+/// Draws the net near the surface to the size that is wanted, unless it is smaller or the topology needs more. It takes at least `rounds` rounds.
 /// No angle gets below `least`, in radians, as far as the net lets it.
 ///
 /// # Errors
@@ -61,26 +61,28 @@ const MENDINGS: usize = 3;
 pub fn polish(
     surface: &Surface,
     net: &mut Net,
-    wanted: Option<usize>,
+    wanted: Option<Size>,
     rounds: usize,
     least: f64,
     progress: &Progress<'_>,
 ) -> Result<()> {
     let mut samples = samples(surface, progress)?;
-    let stride = samples.len() / (POINTS * wanted.unwrap_or(net.points.len())).max(1);
+    let nodes = wanted.map_or(net.points.len(), |w| w.count() / w.choose(1, 2));
+    let stride = samples.len() / (POINTS * nodes).max(1);
     if stride > 1 {
         samples = samples.into_iter().step_by(stride).collect();
     }
     if let Some(wanted) = wanted {
         let mut allowed = least;
-        while net.points.len() > wanted {
-            let before = net.points.len();
+        let most = wanted.count();
+        while wanted.had(net) > most {
+            let before = wanted.had(net);
             let next = (before as f64 / PASS) as usize;
             // No more than a few are left for a last pass.
-            let next = if (next as f64) < 1.05 * wanted as f64 { wanted } else { next };
-            reduce(surface, net, &samples, next, allowed, progress)?;
+            let next = if (next as f64) < 1.05 * most as f64 { most } else { next };
+            reduce(surface, net, &samples, wanted.of(next), allowed, progress)?;
             round(net, &samples, least, progress)?;
-            if net.points.len() > next && STUCK * (before - net.points.len()) < before {
+            if wanted.had(net) > next && STUCK * (before - wanted.had(net)) < before {
                 // The least angle stands in the way.
                 allowed *= LOOSER;
                 if allowed < LOOSEST * least {

@@ -12,7 +12,7 @@ use std::collections::BinaryHeap;
 use glam::{DMat3, DVec3};
 
 use super::fit::{Sample, beside};
-use super::net::{Net, Spot, area_vector, smallest_angle};
+use super::net::{Net, Size, Spot, area_vector, smallest_angle};
 use super::surface::{NONE, Surface};
 use base::error::Result;
 use base::progress::{Pace, Progress};
@@ -100,7 +100,7 @@ struct Collapse<'a> {
     least: f64,
 }
 
-/// Collapses edges until `wanted` nodes are left, or none can be without an angle below `least`, in radians, that was not there.
+/// Collapses edges until no more than `wanted` is left, or none can be without an angle below `least`, in radians, that was not there.
 ///
 /// # Errors
 /// [`base::Error::Cancelled`].
@@ -108,7 +108,7 @@ pub fn reduce(
     surface: &Surface,
     net: &mut Net,
     samples: &[Sample],
-    wanted: usize,
+    wanted: Size,
     least: f64,
     progress: &Progress<'_>,
 ) -> Result<()> {
@@ -127,12 +127,14 @@ pub fn reduce(
         pace.after(16)?;
         work.offer(a, b);
     }
-    let mut left = nodes;
-    while left > wanted
+    let (mut nodes_left, mut triangles_left) = (nodes, work.net.triangles.len());
+    while wanted.choose(nodes_left, triangles_left) > wanted.count()
         && let Some(next) = work.queue.pop()
     {
         pace.after(64)?;
-        left -= usize::from(work.take(next));
+        let gone = work.take(next);
+        nodes_left -= usize::from(gone > 0);
+        triangles_left -= gone;
     }
     let gone: Vec<bool> = work.stars.iter().map(Vec::is_empty).collect();
     close_ranks(net, &gone);
@@ -218,8 +220,8 @@ impl Collapse<'_> {
         self.queue.push(Candidate { cost, ends, stamps: ends.map(|v| self.stamps[v as usize]) });
     }
 
-    /// Collapses an edge if it may be and nothing is cheaper. Returns whether it did.
-    fn take(&mut self, next: Candidate) -> bool {
+    /// Collapses an edge if it may be and nothing is cheaper. Returns how many triangles went with it.
+    fn take(&mut self, next: Candidate) -> usize {
         let [a, b] = next.ends;
         let large = |v: u32| self.stars[v as usize].len() > MOST_AROUND;
         if next.ends.map(|v| self.stamps[v as usize]) != next.stamps
@@ -227,16 +229,18 @@ impl Collapse<'_> {
             || large(b)
             || !self.keeps_topology(a, b)
         {
-            return false;
+            return 0;
         }
-        let Some((cost, spot)) = self.spots(a, b).into_iter().find(|s| self.fits(a, b, &s.1)) else { return false };
+        let Some((cost, spot)) = self.spots(a, b).into_iter().find(|s| self.fits(a, b, &s.1)) else { return 0 };
         // Its cheapest place did not fit.
         if cost > next.cost && self.queue.peek().is_some_and(|other| other.cost < cost) {
             self.queue.push(Candidate { cost, ..next });
-            return false;
+            return 0;
         }
+        let at_edge = |t: &&u32| self.net.triangles[**t as usize].contains(&b);
+        let gone = self.stars[a as usize].iter().filter(at_edge).count();
         self.join(a, b, spot);
-        true
+        gone
     }
 
     /// Whether both ends have no neighbours in common but those that the edge's triangles name, and leave enough around them.

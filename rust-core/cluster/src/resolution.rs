@@ -1,42 +1,57 @@
-//! Number of patches that a resolution takes.
+//! Size of the net, and number of patches, that a resolution takes.
 
 use super::driver::{Disks, Job};
 use super::kmeans::KMeans;
+use super::net::Size;
 use super::params::Resolution;
 use super::polish;
 use super::surface::NONE;
 use base::error::Result;
 use base::progress::Progress;
 
-/// Tries for a number of vertices.
+/// Tries for a number of vertices, or of triangles.
 const TRIES: usize = 8;
+/// Nodes more than wanted, at most, that are collapsed. Of many it may be a share.
+const SPARE: usize = 24;
+const SPARE_SHARE: usize = 16;
 
 impl<'a> Job<'a> {
     /// Patches for a resolution. `None` for a bound on the error.
     pub(super) fn patches(&self, resolution: Resolution) -> Option<usize> {
-        let patches = match resolution {
-            Resolution::Patches(k) => k as usize,
-            Resolution::Vertices(n) => self.patches_for(self.made(self.nodes(n))),
-            Resolution::Tenth => self.patches_for(self.made(self.surface.points.len() / 10)),
-            Resolution::MaxError(_) => return None,
+        let patches = match (resolution, self.wanted(resolution)) {
+            (Resolution::Patches(k), _) => k as usize,
+            (_, Some(wanted)) => self.patches_for(self.made(wanted)),
+            _ => return None,
         };
         Some(patches.clamp(1, self.surface.points.len()))
     }
 
-    /// Vertices that are sought: a patch has at least one of the input's, and three nodes in the middle of a surface.
-    pub(super) fn nodes(&self, asked: u32) -> usize {
-        (asked as usize).min(3 * self.surface.points.len())
+    /// The size that is sought. A patch has at least one of the input's vertices, and three nodes and six triangles in the middle of a
+    /// surface.
+    pub(super) fn wanted(&self, resolution: Resolution) -> Option<Size> {
+        let points = self.surface.points.len();
+        match resolution {
+            Resolution::Vertices(n) => Some(Size::Nodes((n as usize).min(3 * points))),
+            Resolution::Triangles(n) => Some(Size::Triangles((n as usize).min(6 * points))),
+            Resolution::Tenth => Some(Size::Nodes(points / 10)),
+            Resolution::Patches(_) | Resolution::MaxError(_) => None,
+        }
     }
 
-    /// Nodes that patches make for those that are sought: with a least angle the best of more are kept.
-    pub(super) fn made(&self, nodes: usize) -> usize {
+    /// The size that patches make for the one that is sought: with a least angle the best of more nodes are kept.
+    pub(super) fn made(&self, wanted: Size) -> Size {
         let spare = if self.params.min_angle > 0.0 { polish::SPARE } else { 1 };
-        (spare * nodes).min(3 * self.surface.points.len())
+        wanted.of((spare * wanted.count()).min(wanted.choose(3, 6) * self.surface.points.len()))
     }
 
-    /// Patches whose fans have about `nodes` nodes: three per patch, and one more for each at the border.
-    fn patches_for(&self, nodes: usize) -> usize {
+    /// Patches whose fans have about this size: three nodes and six triangles per patch. At the border a patch has a node more, which
+    /// takes the place of a triangle.
+    fn patches_for(&self, wanted: Size) -> usize {
         let surface = &self.surface;
+        let nodes = match wanted {
+            Size::Nodes(nodes) => nodes,
+            Size::Triangles(triangles) => return triangles.div_ceil(6) + 1,
+        };
         let area: f64 = surface.areas.iter().sum();
         let border: f64 = surface
             .border_in
@@ -54,7 +69,7 @@ impl<'a> Job<'a> {
         patches.ceil() as usize + 1
     }
 
-    /// Patches whose fans have at least `wanted` nodes and few more, if the topology lets them. They are sought from `disks`, which came
+    /// Patches whose fans have at least the size that is wanted and little more, if the topology lets them. They are sought from `disks`, which came
     /// from `patches` patches.
     pub(super) fn with_nodes(
         &self,
@@ -62,17 +77,16 @@ impl<'a> Job<'a> {
         kmeans: &mut KMeans<'a>,
         mut disks: Disks,
         mut patches: usize,
-        wanted: usize,
+        wanted: Size,
         progress: &Progress<'_>,
     ) -> Result<Disks> {
         let most = self.surface.points.len();
-        // The fewest patches with enough nodes, the most with too few.
+        // The fewest patches that are enough, the most that are too few.
         let (mut enough, mut too_few): (Option<(usize, KMeans<'a>, Disks)>, usize) = (None, 0);
         for _ in 0..TRIES {
-            let have = disks.nodes();
-            if have >= wanted {
-                // These few are collapsed.
-                let close = have <= wanted + (wanted / 16).max(24);
+            let (have, least) = (disks.size(wanted), wanted.count());
+            if have >= least {
+                let close = have <= least + (least / SPARE_SHARE).max(wanted.choose(1, 2) * SPARE);
                 if enough.as_ref().is_none_or(|e| patches < e.0) {
                     enough = Some((patches, kmeans.clone(), disks));
                 }
@@ -82,7 +96,7 @@ impl<'a> Job<'a> {
             } else {
                 too_few = too_few.max(patches);
             }
-            let share = wanted as f64 / have as f64;
+            let share = least as f64 / have as f64;
             let next = (patches as f64 * share).ceil() as usize + 1;
             patches = match &enough {
                 Some((above, ..)) if next <= too_few || next >= *above => (too_few + above) / 2,

@@ -213,11 +213,6 @@ impl Surface {
         self.border_in[v as usize] != NONE
     }
 
-    /// Whether the surface is open.
-    pub fn has_border(&self) -> bool {
-        self.border_in.iter().any(|&h| h != NONE)
-    }
-
     /// Corners of a triangle.
     #[inline]
     pub fn corners(&self, t: u32) -> [DVec3; 3] {

@@ -9,6 +9,7 @@ mod creases;
 mod least_angle;
 mod points;
 mod rims;
+mod triangles;
 
 use super::*;
 use base::{Error, Progress, Result};
@@ -218,7 +219,7 @@ fn a_largest_error_is_kept() {
     for (mesh, name) in shapes {
         for bound in [0.2, 0.1, 0.02] {
             let result = cluster(&mesh, Resolution::MaxError(bound)).unwrap();
-            let certified = result.report.max_error.unwrap();
+            let certified = result.report.max_error;
             assert!(certified <= bound, "{name} {bound}: {certified}");
             for (one, other) in [(&mesh, &result.mesh), (&result.mesh, &mesh)] {
                 let farthest = farthest_of_many(one, other);
@@ -298,7 +299,6 @@ fn a_result_has_no_more_vertices_than_the_input() {
         for vertices in [1, 500, mesh.positions.len() as u32] {
             let result = cluster(&mesh, Resolution::Vertices(vertices)).unwrap();
             assert!(result.mesh.positions.len() <= mesh.positions.len(), "{}", result.mesh.positions.len());
-            assert!(result.report.deviation.is_none());
             assert_same_topology(&mesh, &result, "separate parts");
         }
     }

@@ -40,6 +40,30 @@ impl Certified {
     }
 }
 
+/// Least share of the squared longest edge for a projection that rounding leaves no doubt about, and the share that it may take.
+const CLEAR: f64 = 1e-6;
+const ROUNDED: f64 = 1e-9;
+
+/// No point of a triangle is farther than this from the nearest of its corners.
+fn cover(corners: [DVec3; 3]) -> f64 {
+    let edge = |k: usize| corners[(k + 1) % 3].distance(corners[(k + 2) % 3]);
+    let k = (1..3).fold(0, |longest, k| if edge(k) > edge(longest) { k } else { longest });
+    let (longest, apex) = (edge(k), corners[k]);
+    // The circle through the corners, of a triangle without an obtuse angle.
+    let most = longest / 3f64.sqrt();
+    let [a, b] = [corners[(k + 1) % 3], corners[(k + 2) % 3]];
+    if (a - apex).dot(b - apex) >= 0.0 {
+        return most;
+    }
+    // Beside an obtuse angle, the places of the longest edge that are as far from its end as from the apex.
+    let place = |end: DVec3, other: DVec3| {
+        let along = (other - end).dot(apex - end);
+        let clear = along > CLEAR * longest * longest;
+        if clear { 0.5 * apex.distance_squared(end) * longest / along * (1.0 + ROUNDED) } else { most }
+    };
+    place(a, b).max(place(b, a)).min(most)
+}
+
 /// A triangle of the measured surface, or a part of one, with what is known of its corners.
 #[derive(Clone, Copy)]
 struct Part {
@@ -58,8 +82,7 @@ impl Part {
     fn bound(&self, reference: &TriMesh) -> f64 {
         let [a, b, c] = self.corners;
         let edges = [b.distance(c), c.distance(a), a.distance(b)];
-        // Every point is at most the longest edge over the square root of 3 from a corner.
-        let mut least = self.largest() + edges.iter().copied().fold(0.0, f64::max) / 3f64.sqrt();
+        let mut least = self.largest() + cover(self.corners);
         for k in 0..3 {
             least = least.min(self.distances[k] + edges[(k + 1) % 3].max(edges[(k + 2) % 3]));
         }
@@ -76,6 +99,20 @@ impl Part {
         let corners = reference.triangles[triangle as usize].map(|v| reference.positions[v as usize]);
         let distance = |point| Closest::on_triangle(point, &corners, triangle).distance();
         self.corners.map(distance).into_iter().fold(0.0, f64::max)
+    }
+
+    /// The bound that the middle gives: by the triangle of the reference that is closest to it, and as a corner of three triangles.
+    fn bound_by_middle(&self, reference: &TriMesh, middle: DVec3, closest: &Closest) -> f64 {
+        let third = |k: usize| {
+            let [a, b] = [k, (k + 1) % 3];
+            let largest = self.distances[a].max(self.distances[b]).max(closest.distance());
+            largest + cover([self.corners[a], self.corners[b], middle])
+        };
+        self.bound_by(reference, closest.triangle).min(third(0).max(third(1)).max(third(2)))
+    }
+
+    fn middle(&self) -> DVec3 {
+        (self.corners[0] + self.corners[1] + self.corners[2]) / 3.0
     }
 
     fn split(&self, middles: [(DVec3, Closest); 3]) -> [Part; 4] {
@@ -121,20 +158,60 @@ pub fn certify(
     let pool = base::threads::pool(threads)?;
     progress.run(&pool, || {
         let bvh = Bvh::build_with(&reference.positions, &reference.triangles, threads, progress)?;
-        let mut distances = vec![0.0; points.len()];
-        measure_points(points, reference, &bvh, side, &mut distances, 1, progress)?;
-        let vertices = Deviation { summary: DistanceReport::of(&distances), distances };
-        let (reached, bound) = between(surface, reference, &bvh, &vertices, progress)?;
+        let (vertices, closest) = measured(points, reference, &bvh, side, 1, progress)?;
+        progress.stage(1, (budget(surface) / CHUNK) as u64);
+        let (reached, bound) = between(surface, reference, &bvh, (&vertices, &closest), 0.0, 1, progress)?;
         Ok(Certified { vertices, reached, bound })
     })
 }
 
-/// The largest distance found and the bound, over all of the surface.
+/// As [`certify`] without sides, in the pool that it is called in and without a progress of its own. Both meshes are valid, and the
+/// reference, of which `bvh` is, is not empty. Distances up to `known` are of no interest: neither `reached` nor the bound is less.
+///
+/// # Errors
+/// [`Error::Cancelled`].
+#[doc(hidden)]
+pub fn certify_within(
+    surface: &TriMesh,
+    reference: &TriMesh,
+    bvh: &Bvh<'_>,
+    known: f64,
+    progress: &Progress<'_>,
+) -> Result<Certified> {
+    let (vertices, closest) = measured(&surface.positions, reference, bvh, Side::Ignored, 0, progress)?;
+    let (reached, bound) = between(surface, reference, bvh, (&vertices, &closest), known, 0, progress)?;
+    Ok(Certified { vertices, reached, bound })
+}
+
+/// Distances of points, and the triangle closest to each. Each chunk advances the progress by `counts`.
+fn measured(
+    points: &[DVec3],
+    reference: &TriMesh,
+    bvh: &Bvh<'_>,
+    side: Side,
+    counts: u64,
+    progress: &Progress<'_>,
+) -> Result<(Deviation, Vec<u32>)> {
+    let mut found = vec![(0.0, 0); points.len()];
+    let keep = |found: &mut (f64, u32), distance, closest: &Closest| *found = (distance, closest.triangle);
+    measure_points(points, reference, bvh, side, &mut found, keep, counts, progress)?;
+    let (distances, closest): (Vec<f64>, _) = found.into_iter().unzip();
+    Ok((Deviation { summary: DistanceReport::of(&distances), distances }, closest))
+}
+
+/// Measurements between the vertices that may be spent.
+fn budget(surface: &TriMesh) -> usize {
+    (PER_VERTEX * surface.positions.len()).max(AT_LEAST)
+}
+
+/// The largest distance found, `known` if there is none above it, and the bound, over all of the surface. Each chunk advances the progress by `counts`.
 fn between(
     surface: &TriMesh,
     reference: &TriMesh,
     bvh: &Bvh<'_>,
-    vertices: &Deviation,
+    (vertices, closest): (&Deviation, &[u32]),
+    known: f64,
+    counts: u64,
     progress: &Progress<'_>,
 ) -> Result<(f64, f64)> {
     let (low, high) = super::measure::bounds(&reference.positions).unwrap_or_default();
@@ -142,24 +219,17 @@ fn between(
     // The most that rounding may have taken off any of the distances.
     let rounding = 16.0 * f64::EPSILON * largest;
     let floor = FLOOR * low.distance(high) + rounding;
-    let mut budget = (PER_VERTEX * surface.positions.len()).max(AT_LEAST);
-    progress.stage(1, (budget / CHUNK) as u64);
-    let mut reached = vertices.summary.max;
+    let mut budget = budget(surface);
+    let mut reached = vertices.summary.max.max(known);
     let enough = |reached: f64| (reached * (1.0 + SHARE)).max(reached + floor);
 
-    // The closest triangle of a vertex is asked for again only where a triangle is in doubt.
+    let start = enough(reached);
     let doubtful = |t: &[u32; 3]| {
         let corners = t.map(|v| surface.positions[v as usize]);
         let distances = t.map(|v| vertices.distances[v as usize].abs());
-        let lipschitz = Part { corners, distances, closest: [0; 3] };
-        let edges = [0, 1, 2].map(|k| corners[k].distance(corners[(k + 1) % 3]));
-        let plain = lipschitz.largest() + edges.into_iter().fold(0.0, f64::max) / 3f64.sqrt();
-        if plain <= enough(vertices.summary.max) {
-            return None;
-        }
-        let closest = corners.map(|c| bvh.closest_point(c).expect("there is a triangle").triangle);
-        let part = Part { closest, ..lipschitz };
-        (part.bound(reference) > enough(vertices.summary.max)).then_some(part)
+        let part = Part { corners, distances, closest: t.map(|v| closest[v as usize]) };
+        let near = part.largest() + cover(corners) <= start || part.bound(reference) <= start;
+        (!near).then_some(part)
     };
     let mut parts = Vec::new();
     for triangles in surface.triangles.chunks(8 * CHUNK) {
@@ -173,9 +243,9 @@ fn between(
             if part.bound(reference) <= limit {
                 return None;
             }
-            let middle = (part.corners[0] + part.corners[1] + part.corners[2]) / 3.0;
+            let middle = part.middle();
             let closest = bvh.closest_point(middle).expect("there is a triangle and the point is finite");
-            (part.bound_by(reference, closest.triangle) > limit).then_some(*part)
+            (part.bound_by_middle(reference, middle, &closest) > limit).then_some(*part)
         };
         let mut left = Vec::new();
         for some in parts.chunks(8 * CHUNK) {
@@ -198,7 +268,7 @@ fn between(
                     (point, bvh.closest_point(point).expect("there is a triangle and the point is finite"))
                 }))
             }));
-            progress.advance((4 * some.len() / CHUNK) as u64)?;
+            progress.advance(counts * (4 * some.len() / CHUNK) as u64)?;
         }
         reached = parts.par_iter().map(Part::largest).reduce(|| reached, f64::max);
     }
@@ -287,8 +357,9 @@ fn settled(
             continue;
         }
         // A triangle of the reference that is closest to the middle often bounds what those of the corners don't.
-        let middle = closest((part.corners[0] + part.corners[1] + part.corners[2]) / 3.0);
-        let own = part.bound_by(reference, middle.triangle);
+        let place = part.middle();
+        let middle = closest(place);
+        let own = part.bound_by_middle(reference, place, &middle);
         if own <= limit {
             bound = bound.max(own);
             continue;
@@ -321,6 +392,41 @@ mod tests {
         let lid = TriMesh::new(corners.to_vec(), vec![[0, 1, 2]]);
         let pit = TriMesh::new([corners.to_vec(), vec![DVec3::NEG_Z]].concat(), vec![[0, 1, 3], [1, 2, 3], [2, 0, 3]]);
         (lid, pit)
+    }
+
+    #[test]
+    fn no_point_of_a_triangle_is_farther_from_its_corners_than_said() {
+        // Flat to pointed, on either side of a right angle, and without area.
+        let apexes = (0..21).flat_map(|i| [0.0, 1e-9, 0.01, 0.2, 0.45, 0.5, 0.55, 0.8, 3.0].map(|y| (i, y)));
+        for (i, y) in apexes {
+            let corners = [DVec3::ZERO, DVec3::X, DVec3::new(0.1 * f64::from(i) - 0.5, y, 0.0)];
+            let at = |i: i32, j: i32| {
+                corners[0]
+                    + (corners[1] - corners[0]) * (f64::from(i) / 64.0)
+                    + (corners[2] - corners[0]) * (f64::from(j) / 64.0)
+            };
+            let points = (0..=64).flat_map(|i| (0..=64 - i).map(move |j| at(i, j)));
+            let nearest = |p: DVec3| corners.iter().map(|c| c.distance(p)).fold(f64::INFINITY, f64::min);
+            let (farthest, said) = (points.map(nearest).fold(0.0, f64::max), cover(corners));
+            assert!(farthest <= said, "{corners:?}: {farthest} > {said}");
+            let obtuse =
+                (0..3).any(|k| (corners[(k + 1) % 3] - corners[k]).dot(corners[(k + 2) % 3] - corners[k]) < 0.0);
+            assert!(!obtuse || said <= farthest + 0.05, "{corners:?}: {farthest}, {said}");
+        }
+    }
+
+    #[test]
+    fn distances_up_to_a_known_one_are_not_looked_into() {
+        let [fine, coarse] = [30, 7].map(|n| Shape::Torus { major: 2.0, minor: 0.5 }.mesh(n));
+        let bvh = Bvh::build_with(&fine.positions, &fine.triangles, 1, &Progress::none()).unwrap();
+        let of = |known| certify_within(&coarse, &fine, &bvh, known, &Progress::none()).unwrap();
+        let (all, plain) = (of(0.0), certified(&coarse, &fine));
+        assert!(all == plain);
+        let (below, above) = (of(0.5 * all.reached), of(2.0 * all.reached));
+        assert!(below.reached <= below.bound && below.reached >= 0.99 * all.reached);
+        assert!(
+            above.reached == 2.0 * all.reached && above.bound >= above.reached && above.bound < 1.02 * above.reached
+        );
     }
 
     #[test]

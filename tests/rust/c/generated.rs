@@ -22,7 +22,7 @@ pub type SplineParams = Sized<3>;
 
 pub type ReconstructParams = Sized<6>;
 
-pub type ClusterParams = Sized<10>;
+pub type ClusterParams = Sized<11>;
 
 pub type CloseParams = Sized<7>;
 
@@ -183,7 +183,7 @@ pub mod reconstruct_report {
     pub const OUTLIERS: usize = 18;
 }
 
-pub type ClusterReport = Sized<17>;
+pub type ClusterReport = Sized<18>;
 
 /// Places of the figures of [`ClusterReport`].
 #[allow(dead_code, reason = "tests look at some")]
@@ -205,6 +205,7 @@ pub mod cluster_report {
     pub const AFTER_LARGEST_ANGLE: usize = 14;
     pub const MAX_ERROR: usize = 15;
     pub const KEPT_INPUT: usize = 16;
+    pub const RMS_ERROR: usize = 17;
 }
 
 pub type CloseReport = Sized<19>;

@@ -86,7 +86,7 @@ class Command:
         levels = request.parameters.get("levels")
         if levels is None:
             return
-        for name in ("vertices", "patches", "max_error"):
+        for name in ("vertices", "patches", "max_error", "triangles"):
             if name in request.parameters:
                 raise UsageError(f"give levels or {name}, not both")
         if any(more <= less for more, less in itertools.pairwise(levels)) or levels[-1] < 1:

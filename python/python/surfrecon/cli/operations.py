@@ -349,9 +349,11 @@ def cluster(work: Work) -> Made:
             found = _native.cluster_levels(dense, levels, progress=shown, **options)
     finest, *coarser = [contents.placed(level.mesh, pose, scan.crs) for level in found]
     report = found[0].report if levels is None else Report(levels=[level.report for level in found])
-    return Made(
-        report, [_counts(mesh) for mesh in (finest, *coarser)], _writer(work, finest, coarser), _parts(work, finest)
-    )
+    lines = [
+        f"{_counts(mesh)}, {level.report.max_error:.4g} off at most, {level.report.rms_error:.4g} root mean square"
+        for mesh, level in zip((finest, *coarser), found, strict=True)
+    ]
+    return Made(report, lines, _writer(work, finest, coarser), _parts(work, finest))
 
 
 # Openings left open that are told one by one. The report has all of them.

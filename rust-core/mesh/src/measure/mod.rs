@@ -15,7 +15,7 @@ use crate::{Crs, TriMesh};
 use base::error::{Error, Result};
 use base::magnitude;
 use base::progress::Progress;
-use geom::bvh::Bvh;
+use geom::bvh::{Bvh, Closest};
 use side::PseudoNormals;
 
 /// Points that are measured between two looks at the progress.
@@ -188,30 +188,30 @@ fn distances(
 ) -> Result<Deviation> {
     let mut distances = vec![0.0; points.len()];
     let bvh = Bvh::build_with(&mesh.positions, &mesh.triangles, threads, progress)?;
-    measure_points(points, mesh, &bvh, side, &mut distances, counts, progress)?;
+    measure_points(points, mesh, &bvh, side, &mut distances, |slot, distance, _| *slot = distance, counts, progress)?;
     Ok(Deviation { summary: DistanceReport::of(&distances), distances })
 }
 
-/// Writes the distances of `points` to `mesh` on the pool of the caller; each chunk advances the progress by `counts`.
-pub(super) fn measure_points(
+/// Keeps the distances of `points` to `mesh`, and where these are closest, on the pool of the caller. Each chunk advances the progress by
+/// `counts`.
+#[expect(clippy::too_many_arguments, reason = "what two callers were given, and what they keep")]
+pub(super) fn measure_points<Kept: Send>(
     points: &[DVec3],
     mesh: &TriMesh,
     bvh: &Bvh<'_>,
     side: Side,
-    distances: &mut [f64],
+    kept: &mut [Kept],
+    keep: impl Fn(&mut Kept, f64, &Closest) + Sync,
     counts: u64,
     progress: &Progress<'_>,
 ) -> Result<()> {
     let normals = (side == Side::Signed).then(|| PseudoNormals::new(mesh, progress)).transpose()?;
-    distances.par_chunks_mut(CHUNK).zip(points.par_chunks(CHUNK)).try_for_each(|(distances, points)| {
-        for (distance, &point) in distances.iter_mut().zip(points) {
+    kept.par_chunks_mut(CHUNK).zip(points.par_chunks(CHUNK)).try_for_each(|(kept, points)| {
+        for (slot, &point) in kept.iter_mut().zip(points) {
             let closest = bvh.closest_point(point).expect("there is a triangle and the point is finite");
-            *distance = closest.distance();
-            if let Some(normals) = &normals
-                && normals.at(mesh, &closest).dot(point - closest.point) < 0.0
-            {
-                *distance = -*distance;
-            }
+            let inside = normals.as_ref().is_some_and(|n| n.at(mesh, &closest).dot(point - closest.point) < 0.0);
+            let distance = closest.distance();
+            keep(slot, if inside { -distance } else { distance }, &closest);
         }
         progress.advance(counts)
     })

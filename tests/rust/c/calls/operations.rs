@@ -252,11 +252,8 @@ pub(super) fn a_mesh_is_clustered_and_so_is_a_chain() {
             found
         };
         let found = cluster(&params, &mut report);
-        assert_eq!(
-            (report.numbers[VERTICES], report.numbers[KEPT_INPUT], report.f64(MAX_ERROR)),
-            (100, 0, -1.0),
-            "{report:?}"
-        );
+        assert_eq!((report.numbers[VERTICES], report.numbers[KEPT_INPUT]), (100, 0), "{report:?}");
+        assert!(report.f64(MAX_ERROR) > report.f64(RMS_ERROR) && report.f64(RMS_ERROR) > 0.0, "{report:?}");
         let [before, after] = [BEFORE_MEAN_SMALLEST_ANGLE, AFTER_MEAN_SMALLEST_ANGLE].map(|place| report.f64(place));
         assert!(after > before && report.f64(AFTER_SMALLEST_ANGLE) > 0.5, "{report:?}");
         params.second = 1;
@@ -280,7 +277,7 @@ pub(super) fn a_mesh_is_clustered_and_so_is_a_chain() {
             api.refused((api.srf_mesh_cluster)(sheet, &wrong, std::ptr::null(), &mut mesh, none), status, text);
             assert!(mesh == Handle::NULL);
         };
-        refused(&|p| p.numbers[1] = 7, INPUT, "one of vertices, patches and max_error");
+        refused(&|p| p.numbers[1] = 7, INPUT, "one of vertices, patches, max_error and triangles");
         refused(&|p| p.numbers[0] = 1 << 40, PARAMETER, "vertices must be >= 1 and <= 4000000000, got 1099511627776");
         refused(&|p| p.numbers[4] = 1 << 40, PARAMETER, "iterations must be");
         refused(&|p| p.numbers[3] = f64::NAN.to_bits(), PARAMETER, "adaptivity must be");
