@@ -22,6 +22,7 @@ OBJECT = (
     ("surfrecon.clean", "surfrecon.remove_background"),
     ("surfrecon.box_around", "surfrecon.keep_inside", "surfrecon.remove_inside"),
     ("surfrecon.align", "surfrecon.merge", "surfrecon.align_merge", "surfrecon.merge_to_file", "surfrecon.reconstruct"),
+    ("surfrecon.close_surface",),
     ("surfrecon.sculpt", "surfrecon.quads", "surfrecon.remesh"),
     ("surfrecon.error_map", "surfrecon.error_hide", "surfrecon.measure"),
     ("surfrecon.export_glb", "surfrecon.export_for_printing"),

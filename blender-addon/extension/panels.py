@@ -168,6 +168,7 @@ class SURFRECON_PT_merge(ScansPanel, bpy.types.Panel):
         ("surfrecon.align_merge", "AUTOMERGE_ON"),
         ("surfrecon.merge_to_file", "EXPORT"),
         ("surfrecon.reconstruct", "OUTLINER_DATA_POINTCLOUD"),
+        ("surfrecon.close_surface", "MESH_UVSPHERE"),
     )
 
 
