@@ -71,7 +71,7 @@ fn with_faults(faults: &[Fault]) {
         let shared = Kit::new(fault);
         for name in NAMES.iter().filter(|name| !OF_THE_PROCESS.contains(name) && **name != "srf_set_allocator") {
             // The others have nothing to do with files of scans.
-            let may_read = ["scans", "align", "merger", "plane"].iter().any(|part| name.contains(part));
+            let may_read = ["scans", "align", "merger", "plane", "close"].iter().any(|part| name.contains(part));
             if !may_read && [Fault::Gone, Fault::Damaged].contains(&fault) {
                 continue;
             }
