@@ -93,7 +93,7 @@ class SURFRECON_OT_remesh(JobOperator, bpy.types.Operator):
 
     def figures(self, level):
         """The report of a level, with lengths in the scene's unit. An uneven scale makes them larger."""
-        lengths = {name: stretch(self.pose) * level.report[name] for name in ("max_error", "rms_error")}
+        lengths = {name: float(stretch(self.pose) * level.report[name]) for name in ("max_error", "rms_error")}
         return convert.plain(level.report | lengths)
 
     def asked(self):
