@@ -76,6 +76,7 @@ install: ## Install the C library, its headers, pkg-config and CMake files: PREF
 
 generate: ## Write what is generated from the code: the C header and its lists, what repeats parameters, PARAMETERS.md, fuzz seeds
 	tools/crates.py
+	cargo metadata --format-version 1 --manifest-path rust-core/fuzz/Cargo.toml > /dev/null
 	SURFRECON_GENERATE=1 cargo test --quiet --package surfrecon-tests --test generated
 	SURFRECON_GENERATE=1 cargo test --quiet --package surfrecon-tests --test c_library header::
 	SURFRECON_GENERATE=1 cargo test --quiet --package surfrecon --test fuzz_seeds

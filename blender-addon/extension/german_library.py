@@ -68,13 +68,6 @@ LIBRARY = {
     "into a file": "in eine Datei",
     # Holes
     "reading lines of sight": "Sichtlinien lesen",
-    "The opening at vertex {}, at ({}, {}, {}), {} around, is open: {}": "Die Öffnung am Punkt {}, bei ({}, {}, {}), mit Rand {}, ist offen: {}",
-    "openings are none: choose all, seen or holes": "keine Öffnung war zu schließen: Alle, Umschlossene oder Löcher wählen",
-    "its boundary is longer than max_hole_length: raise that, or choose all": "ihr Rand ist länger als der längste Lochrand: diesen erhöhen, oder Alle wählen",
-    "no scan saw round it, so that it may be a rim: choose all to close it": "kein Scan sah um sie herum, sie kann also ein Rand sein: Alle wählen, um sie zu schließen",
-    "a scan saw through where it would be closed: force closes it, and marks that": "ein Scan sah durch den Ort, wo sie zu schließen wäre: Erzwingen schließt sie und markiert das",
-    "each fill crosses the surface: give a smaller cell, or edit the surface there": "jede Füllung schneidet die Fläche: eine kleinere Zelle wählen, oder die Fläche dort bearbeiten",
-    "the mesh has no triangles: there is nothing to close": "das Netz hat keine Dreiecke: es gibt nichts zu schließen",
     "the mesh must be an oriented manifold, but it has {}: merge its scans again, or repair these places first": "das Netz muss eine orientierte Mannigfaltigkeit sein, hat aber {}: seine Scans noch einmal vereinen, oder diese Stellen erst reparieren",
     # Points, triangles, meshes
     "{} triangles are more than the supported {}": "{} Dreiecke sind mehr als die möglichen {}",

@@ -13,14 +13,22 @@ from .german_reasons import REASONS
 from .translations import GERMAN_TEXTS
 from .words import LABELS
 
-# Names of parameters, as errors of the library quote them.
-QUOTED = {f'"{label}"': f'"{GERMAN_TEXTS[label]}"' for label in LABELS.values() if label in GERMAN_TEXTS}
 
-GERMAN = SENTENCES | REASONS | LIBRARY | FILES | QUOTED
+def quoted(names):
+    """Names of parameters, as errors of the library quote them."""
+    return {f'"{label}"': f'"{names[label]}"' for label in LABELS.values() if label in names}
+
+
+GERMAN = SENTENCES | REASONS | LIBRARY | FILES | quoted(GERMAN_TEXTS)
 LANGUAGES = {"de_DE": GERMAN}
 
 # Joints of a sentence whose parts are translated one by one if the whole is not known.
 JOINTS = (". ", "; ", ": ", ", ")
+
+
+def learn(code, names, sentences):
+    """Adds sentences of an operation to a language, and the names of its parameters. Nothing has been looked up yet."""
+    LANGUAGES[code].update(sentences | quoted(names))
 
 
 def told(text):

@@ -2,7 +2,7 @@
 """Translations: a dictionary a language, by Blender's own way. English texts are the keys.
 
 Another language is another entry of `LANGUAGES`. Each has all names, titles and figures, and all tooltips. Sentences are
-in `german`, with `telling` to look them up.
+in `german`, with `telling` to look them up. Files of operators may have those of their own operation, in `TRANSLATIONS`.
 """
 # A text a line is easier to translate than one in pieces.
 # ruff: noqa: E501
@@ -43,7 +43,6 @@ GERMAN_OPERATORS = {
     "Sculpt Scan": "Scan schnitzen",
     "Quad Grid": "Vierecksgitter",
     "Remesh": "Neu vernetzen",
-    "Close Surface": "Fläche schließen",
     "Error Map": "Fehlerkarte",
     "Hide Error Map": "Fehlerkarte ausblenden",
     "Measure Distance": "Abstand messen",
@@ -75,7 +74,6 @@ GERMAN_TEXTS = {
     "Make a surface through the vertices or points of the selected objects, whatever faces they have": "Eine Fläche durch die Ecken oder Punkte der ausgewählten Objekte legen, gleich welche Flächen sie haben",
     "Simplify the active scan to a mesh of few triangles that stays within a tolerance of every sample": "Den aktiven Scan zu einem Netz weniger Dreiecke vereinfachen, das von keinem Messpunkt weiter abweicht als die Toleranz",
     "Make a regular grid of quads of the active scan, dense where the surface bends": "Aus dem aktiven Scan ein regelmäßiges Gitter von Vierecken machen, dicht, wo sich die Fläche krümmt",
-    "Close the openings of the active surface with a smooth fill that stays out of what its scans saw to be empty": "Die Öffnungen der aktiven Fläche mit einer glatten Füllung schließen, die frei lässt, was ihre Scans leer sahen",
     "The former name of Remesh, for scripts": "Der frühere Name von Neu vernetzen, für Skripte",
     "Make a coarser mesh of well-shaped triangles from the active surface or points, or a chain of levels of detail": "Aus der aktiven Fläche oder ihren Punkten ein gröberes Netz wohlgeformter Dreiecke machen, oder eine Reihe von Detailstufen",
     "Colour the active surface by its distance to the other selected objects, or to its sources": "Die aktive Fläche nach ihrem Abstand von den anderen ausgewählten Objekten färben, oder von dem, woraus sie entstand",
@@ -139,10 +137,8 @@ GERMAN_TEXTS = {
     "Feet": "Fuß",
     "Fitting": "Einpassung",
     "Frames as objects": "Höchstens Objekte",
-    "Flat base": "Flacher Fuß",
     "Floor": "Sockel",
     "Focal length": "Brennweite",
-    "Force": "Erzwingen",
     "Format": "Format",
     "Free": "Frei",
     "Full scale": "Voller Ausschlag",
@@ -153,7 +149,6 @@ GERMAN_TEXTS = {
     "Height maps": "Höhenkarten",
     "Images": "Bilder",
     "Inches": "Zoll",
-    "Inside the scans": "Umschlossene",
     "Interpolate": "Interpolieren",
     "Iterations": "Durchgänge",
     "Keep": "Behalten",
@@ -194,7 +189,6 @@ GERMAN_TEXTS = {
     "Noise": "Rauschen",
     "Noise grazing": "Rauschen bei Streifen",
     "Open": "Offen",
-    "Openings": "Öffnungen",
     "Order": "Ordnung",
     "Origin": "Ursprung",
     "Other": "Andere",
@@ -254,7 +248,6 @@ GERMAN_TEXTS = {
     "Turned by equal steps": "In gleichen Schritten",
     "Turntable": "Drehteller",
     "Use colour": "Farbe verwenden",
-    "Up of the base": "Oben am Fuß",
     "Threads": "Threads",
     "Threshold": "Schwelle",
     "Tiles across": "Kacheln quer",
@@ -306,16 +299,7 @@ GERMAN_TEXTS = {
     "Against": "Gegen",
     "Case a, b, c": "Fall a, b, c",
     "Closed up to": "Geschlossen bis",
-    "Area filled": "Gefüllte Fläche",
-    "Cell of the fill": "Zelle der Füllung",
-    "Filled": "Gefüllt",
-    "Filled in seen space": "In gesehenem Raum gefüllt",
-    "Keeps out of seen space": "Meidet gesehenen Raum",
-    "Largest opening closed": "Größte geschlossene Öffnung",
-    "Left open, by reason": "Offen, nach Grund",
     "Open edges": "Offene Kanten",
-    "Openings closed": "Geschlossene Öffnungen",
-    "Vertices, triangles added": "Neue Ecken, Dreiecke",
     "Shortest edge": "Kürzeste Kante",
     "Dropped: copies": "Entfernt: doppelt",
     "Dropped: inside": "Entfernt: innen",
@@ -376,6 +360,15 @@ LANGUAGES = {
     | {(context, text): german for context in (TEXTS, NAMES) for text, german in GERMAN_TEXTS.items()}
     | {(TEXTS, text): german for text, german in TIPS.items()},
 }
+
+
+def learn(code, labels, names, tips):
+    """Adds texts of an operation to a language: names of operators, which `labels` lists, other names, and tooltips."""
+    language = LANGUAGES[code]
+    for text, other in names.items():
+        for context in (OPERATORS,) if text in labels else (TEXTS, NAMES):
+            language[context, text] = other
+    language.update({(TEXTS, text): other for text, other in tips.items()})
 
 
 def in_our_words(cls):

@@ -13,8 +13,10 @@ use surfrecon::export::{PlacedFile, write_poses};
 use surfrecon::memory_folder::MemoryFolder;
 
 use crate::arrays;
+use crate::background::{Background, made_class};
 use crate::constraints::constraints;
 use crate::errors::{input_error, to_python};
+use crate::job::Job;
 use crate::memory_folder::Place;
 use crate::params::{no_others, params, params_only};
 use crate::progress::Watch;
@@ -468,5 +470,48 @@ impl Aligner {
 
     fn __repr__(&self) -> String {
         format!("<Aligner of {} scans>", self.ready.sources.len())
+    }
+}
+
+#[pymethods]
+impl Job {
+    /// Starts ``surfrecon.align`` with the same arguments but ``progress``.
+    ///
+    /// Raises:
+    ///     ParameterError, TypeError: like ``align``, at once. InputError for arrays of another shape. Other errors are raised by
+    ///         ``result``.
+    #[staticmethod]
+    // options: align
+    #[pyo3(signature = (scans, *, fixed = None, picks = None, trusted = None, rejected = None, axis = None, angles = None, **options), text_signature = "(scans, *, start='auto', reach=None, turntable='no', tolerance=None, min_overlap=0.03, use_colour=True, threads=0, fixed=None, picks=None, trusted=None, rejected=None, axis=None, angles=None)")]
+    #[expect(clippy::too_many_arguments, reason = "Python's keyword arguments")]
+    fn align(
+        scans: &Bound<'_, PyAny>,
+        fixed: Option<&Bound<'_, PyAny>>,
+        picks: Option<&Bound<'_, PyAny>>,
+        trusted: Option<&Bound<'_, PyAny>>,
+        rejected: Option<&Bound<'_, PyAny>>,
+        axis: Option<&Bound<'_, PyAny>>,
+        angles: Option<&Bound<'_, PyAny>>,
+        options: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
+        let call = AlignCall::new(options, || constraints(fixed, picks, trusted, rejected, axis, angles))?;
+        let scans = call.scans(scans)?;
+        Job::of(Background::start_calls(&[READING, 1.0 - READING], move |calls| {
+            call.check(&scans)?;
+            let ready = scans.run(calls.begin(0))?;
+            made_class(call.run(ready, calls.begin(1))?)
+        }))
+    }
+
+    /// Starts ``surfrecon.Aligner`` with the same arguments but ``progress``: the result is one.
+    ///
+    /// Raises:
+    ///     ParameterError, TypeError: like ``Aligner``, at once. Other errors are raised by ``result``.
+    #[staticmethod]
+    // options: align only threads
+    #[pyo3(signature = (scans, **options), text_signature = "(scans, *, threads=0)")]
+    fn aligner(scans: &Bound<'_, PyAny>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let call = ReadCall::with_options(scans, options)?;
+        Job::of(Background::start(move |progress| made_class(Aligner::from(call.run(progress)?))))
     }
 }

@@ -7,6 +7,8 @@ use pyo3::types::PyDict;
 use surfrecon::close::{CloseParams, Closed as Core};
 use surfrecon::{Progress, TriMesh};
 
+use crate::background::{Background, made};
+use crate::job::Job;
 use crate::mesh::Mesh;
 use crate::params::params;
 use crate::progress::Watch;
@@ -29,6 +31,16 @@ use crate::sources::{Clouds, Source, as_dyn, sources};
 //     # end
 //     progress: _Progress | None = None,
 // ) -> Closed: ...
+
+// types of Job:
+// @staticmethod
+// def close(
+//     mesh: Mesh,
+//     scans: Iterable[_Alignable] | None = None,
+//     *,
+//     # options: close
+//     # end
+// ) -> Job: ...
 
 /// Closes the openings of a surface with a smooth fill, but never where a scan saw that nothing is.
 ///
@@ -127,5 +139,22 @@ impl Closed {
         let report = &self.core.report;
         let (closed, left) = (report.closed, report.left.iter().sum::<usize>());
         format!("<Closed {closed} openings closed, {left} left open>")
+    }
+}
+
+#[pymethods]
+impl Job {
+    /// Starts ``surfrecon.close`` with the same arguments but ``progress``.
+    ///
+    /// Raises:
+    ///     ParameterError, TypeError: like ``close``, at once. Other errors are raised by ``result``.
+    #[staticmethod]
+    // options: close
+    #[pyo3(signature = (mesh, scans = None, **options), text_signature = "(mesh, scans = None, *, openings='all', max_hole_length=None, cell=None, merge_distance=None, flat_base=False, force=False, base_up='z', threads=0)")]
+    fn close(mesh: &Mesh, scans: Option<&Bound<'_, PyAny>>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let call = CloseCall::new(mesh, scans, options)?;
+        Job::of(Background::start(move |progress| {
+            made(call.run(progress)?, |py, closed| Ok(Bound::new(py, Closed::new(py, closed)?)?.into_any()))
+        }))
     }
 }

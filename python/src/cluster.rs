@@ -9,7 +9,9 @@ use surfrecon::cluster::{ClusterParams, Clustered as Core, Resolution};
 use surfrecon::params::{Params as _, Value, find};
 use surfrecon::{PointCloud, Progress, TriMesh};
 
+use crate::background::{Background, made};
 use crate::errors::{input_error, to_python};
+use crate::job::Job;
 use crate::mesh::Mesh;
 use crate::params::{params, params_but, whole};
 use crate::progress::Watch;
@@ -216,5 +218,29 @@ impl Clustered {
         format!(
             "<Clustered {vertices} vertices, {triangles} triangles, at most {error:.4} off, mean smallest angle {angle:.1} degrees>"
         )
+    }
+}
+
+#[pymethods]
+impl Job {
+    /// Starts ``surfrecon.cluster`` with the same arguments but ``progress``. With ``levels``, a list of numbers of vertices, or
+    /// of triangles by ``levels_of``, ``surfrecon.cluster_levels``, whose list is the result.
+    ///
+    /// Raises:
+    ///     ParameterError, InputError: like ``cluster``, at once. Other errors are raised by ``result``.
+    #[staticmethod]
+    // options: cluster
+    #[pyo3(signature = (mesh, *, levels = None, levels_of = None, **options), text_signature = "(mesh, *, vertices=None, patches=None, max_error=None, triangles=None, adaptivity=1.0, iterations=40, relaxation=50, fitting=0, min_angle=0.0, feature_angle=0.6981317007977318, seed=0, threads=0, levels=None, levels_of=None)")]
+    fn cluster(
+        mesh: &Bound<'_, PyAny>,
+        levels: Option<Vec<Bound<'_, PyAny>>>,
+        levels_of: Option<&str>,
+        options: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
+        let call = ClusterCall::new(mesh, levels, levels_of, options)?;
+        let chain = call.chain;
+        Job::of(Background::start(move |progress| {
+            made(call.run(progress)?, move |py, levels| clustered(py, levels, chain))
+        }))
     }
 }

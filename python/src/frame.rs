@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyList};
 use surfrecon::Progress;
 use surfrecon::frame::Frame as Core;
 use surfrecon::import;
@@ -12,9 +12,11 @@ use surfrecon::range_image::DepthKind;
 use surfrecon::scan::VirtualCamera as Place;
 
 use crate::arrays;
+use crate::background::{Background, made, part};
 use crate::crs;
 use crate::edit::Edit;
 use crate::errors::to_python;
+use crate::job::Job;
 use crate::mesh::Mesh;
 use crate::params::no_others;
 use crate::pickling::{self, Reduced};
@@ -263,5 +265,28 @@ impl Frame {
     fn __repr__(slf: PyRef<'_, Self>) -> String {
         let scan = &slf.as_super().scan;
         format!("<Frame {:?} of {}>", scan.name, scan.path.display())
+    }
+}
+
+#[pymethods]
+impl Job {
+    /// Reads scans that ``surfrecon.open`` found, one after the other. The result is a list of what ``Scan.read`` gives.
+    ///
+    /// Raises:
+    ///     TypeError: anything but scans. Other errors are raised by ``result``.
+    #[staticmethod]
+    fn read(scans: Vec<Py<Scan>>) -> PyResult<Self> {
+        let scans: Vec<_> = scans.iter().map(|scan| scan.get().scan.clone()).collect();
+        Job::of(Background::start(move |progress| {
+            progress.plan(&[("reading", 1.0)]);
+            let read = |(index, scan): (usize, &import::FileScan)| {
+                scan.read_with(&part(progress, index, scans.len()))
+            };
+            let contents = scans.iter().enumerate().map(read).collect::<surfrecon::Result<Vec<_>>>()?;
+            made(contents, |py, contents| {
+                let objects = contents.into_iter().map(|content| content_object(py, content));
+                Ok(PyList::new(py, objects.collect::<PyResult<Vec<_>>>()?)?.into_any())
+            })
+        }))
     }
 }

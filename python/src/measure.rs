@@ -13,9 +13,11 @@ use surfrecon::triangulate::TriangulateParams;
 use surfrecon::{Progress, TriMesh};
 
 use crate::arrays;
+use crate::background::{Background, made};
 use crate::crs::{CrsText, crs_of};
+use crate::job::Job;
 use crate::mesh::Mesh;
-use crate::params;
+use crate::params::{self, no_others};
 use crate::progress::Watch;
 use crate::report;
 use crate::sources::{Clouds, Source, as_dyn, sources};
@@ -58,7 +60,7 @@ pub fn distances<'py>(
     progress: Option<Py<PyAny>>,
     others: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-    params::no_others("distances", others)?;
+    no_others("distances", others)?;
     let call = DistanceCall::new(points, mesh, signed, crs, threads)?;
     let distances = Watch::new(progress).run(py, |progress| call.run(progress))?;
     Ok(PyArray1::from_vec(py, distances))
@@ -154,7 +156,7 @@ pub fn nearest_triangles<'py>(
     progress: Option<Py<PyAny>>,
     others: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Bound<'py, PyArray1<u32>>> {
-    params::no_others("nearest_triangles", others)?;
+    no_others("nearest_triangles", others)?;
     let (coordinates, _) = arrays::floats(points, "points", &[None, Some(3)])?;
     let (points, mesh) = (arrays::vectors(coordinates), mesh.mesh.clone());
     let threads = params::threads(threads)?;
@@ -196,7 +198,7 @@ pub fn surface_distance<'py>(
     progress: Option<Py<PyAny>>,
     others: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    params::no_others("surface_distance", others)?;
+    no_others("surface_distance", others)?;
     let call = SurfaceDistanceCall::new(mesh, reference, signed, threads)?;
     distance_report(py, Watch::new(progress).run(py, |progress| call.run(progress))?)
 }
@@ -236,5 +238,49 @@ impl SurfaceDistanceCall {
     /// See [`certify`].
     pub fn run(&self, progress: &Progress<'_>) -> surfrecon::Result<Certified> {
         certify(&self.mesh, &self.reference, self.side, self.threads, progress)
+    }
+}
+
+#[pymethods]
+impl Job {
+    /// Starts ``surfrecon.distances`` with the same arguments but ``progress``.
+    ///
+    /// Raises:
+    ///     InputError, TypeError: like ``distances``, at once. Other errors are raised by ``result``.
+    #[staticmethod]
+    #[pyo3(signature = (points, mesh, *, signed = false, crs = None, threads = None, **others),
+        text_signature = "(points, mesh, *, signed=False, crs=None, threads=None)")]
+    fn distances(
+        points: &Bound<'_, PyAny>,
+        mesh: &Bound<'_, PyAny>,
+        signed: bool,
+        crs: Option<CrsText>,
+        threads: Option<&Bound<'_, PyAny>>,
+        others: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
+        no_others("Job.distances", others)?;
+        let call = DistanceCall::new(points, mesh, signed, crs, threads)?;
+        Job::of(Background::start(move |progress| {
+            made(call.run(progress)?, |py, distances| Ok(PyArray1::from_vec(py, distances).into_any()))
+        }))
+    }
+
+    /// Starts ``surfrecon.surface_distance`` with the same arguments but ``progress``.
+    ///
+    /// Raises:
+    ///     ParameterError: like ``surface_distance``, at once. Other errors are raised by ``result``.
+    #[staticmethod]
+    #[pyo3(signature = (mesh, reference, *, signed = false, threads = None, **others),
+        text_signature = "(mesh, reference, *, signed=False, threads=None)")]
+    fn surface_distance(
+        mesh: &Mesh,
+        reference: &Mesh,
+        signed: bool,
+        threads: Option<&Bound<'_, PyAny>>,
+        others: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
+        no_others("Job.surface_distance", others)?;
+        let call = SurfaceDistanceCall::new(mesh, reference, signed, threads)?;
+        Job::of(Background::start(move |progress| made(call.run(progress)?, distance_report)))
     }
 }

@@ -11,7 +11,9 @@ use surfrecon::merge::{MergeParams, MergeReport};
 use surfrecon::params::{Params as _, Value, find};
 use surfrecon::{IntoFile, Progress};
 
+use crate::background::{Background, made};
 use crate::errors::to_python;
+use crate::job::Job;
 use crate::memory_folder::Place;
 use crate::mesh::provenance_of;
 use crate::params::{params, whole};
@@ -153,5 +155,33 @@ impl FileCall {
         let report = surfrecon::merge_to_file(&as_dyn(&self.sources), &self.path, &self.params, &self.into, progress)?;
         report.tell();
         Ok(report)
+    }
+}
+
+#[pymethods]
+impl Job {
+    /// Starts ``surfrecon.merge_to_file`` with the same arguments but ``progress``.
+    ///
+    /// Raises:
+    ///     ParameterError, InputError, TypeError: an option out of its range or of another kind, at once. Other errors are raised by
+    ///         ``result``.
+    #[staticmethod]
+    // options: merge
+    #[pyo3(signature = (scans, path, *, max_memory = None, workspace = None, keep = false, encoding = None, part_triangles = None, provenance = None, **options), text_signature = "(scans, path, *, voxel=None, merge_distance=None, max_hole_length=None, min_component_share=0.0, match_exposure=True, edge_limit=None, grazing_limit=1.5707963267948966, threads=0, max_memory=None, workspace=None, keep=False, encoding=None, part_triangles=None, provenance=None)")]
+    #[expect(clippy::too_many_arguments, reason = "Python's keyword arguments")]
+    fn merge_to_file(
+        scans: &Bound<'_, PyAny>,
+        path: Place,
+        max_memory: Option<&Bound<'_, PyAny>>,
+        workspace: Option<FsPath>,
+        keep: bool,
+        encoding: Option<&str>,
+        part_triangles: Option<&Bound<'_, PyAny>>,
+        provenance: Option<&Bound<'_, PyAny>>,
+        options: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
+        let write = written(encoding, part_triangles, provenance)?;
+        let call = FileCall::new(scans, path, max_memory, (workspace, keep), write, options)?;
+        Job::of(Background::start(move |progress| made(call.run(progress)?, |py, report| report::of(py, &report))))
     }
 }

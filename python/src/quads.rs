@@ -11,7 +11,9 @@ use surfrecon::mesh::QuadMesh;
 use surfrecon::quads::{Fit, QuadGrid as Core, QuadParams, SplineParams};
 
 use crate::arrays;
+use crate::background::{Background, made_class};
 use crate::errors::{detached, guarded, input_error};
+use crate::job::Job;
 use crate::memory_folder::Place;
 use crate::mesh::{Mesh, ending_of, provenance_of};
 use crate::params::{count, no_others, params};
@@ -367,5 +369,21 @@ impl Spline {
         let spline = &self.fit.spline;
         let (rows, cols, order) = (spline.rows, spline.cols, spline.order);
         format!("<Spline of order {order}, {rows} x {cols} control points, max residual {:.6}>", self.fit.max_residual)
+    }
+}
+
+#[pymethods]
+impl Job {
+    /// Starts ``surfrecon.adaptive_quads`` with the same arguments but ``progress``.
+    ///
+    /// Raises:
+    ///     ParameterError, InputError, TypeError: an option out of its range, both errors given, no such option, all at once.
+    ///     Other errors are raised by ``result``.
+    #[staticmethod]
+    // options: quads
+    #[pyo3(signature = (image, **options), text_signature = "(image, *, tiles_down=None, tiles_across=None, rows=9, columns=9, max_error=None, rms_error=None, gap_passes=1, gap_neighbours=8, curvature_unit=0.001, curvature_limit=255, exponent=0.7, floor=2.0, smoothing=2.0, background_curvature=None, coverage=0.5, threads=0)")]
+    fn adaptive_quads(image: &RangeImage, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let call = QuadCall::new(image, options)?;
+        Job::of(Background::start(move |progress| made_class(QuadGrid::from(call.run(progress)?))))
     }
 }

@@ -11,8 +11,10 @@ use surfrecon::threads::{Exclusive, Taken};
 use surfrecon::{Error, PointCloud as CoreCloud, Progress};
 
 use crate::arrays;
+use crate::background::{Background, made};
 use crate::errors::to_python;
 use crate::frame::Scan;
+use crate::job::Job;
 use crate::mesh::Mesh;
 use crate::params::{no_others, params};
 use crate::point_cloud::PointCloud;
@@ -301,5 +303,26 @@ impl Reconstructed {
     fn __repr__(&self) -> String {
         let triangles = self.mesh.get().mesh.triangles.len();
         format!("<Reconstructed {triangles} triangles through {} of {} points>", self.report.used, self.report.points)
+    }
+}
+
+#[pymethods]
+impl Job {
+    /// Starts ``reconstructor.surface`` with the same arguments but ``progress``. While the reconstructor makes another
+    /// surface the job waits for its turn.
+    ///
+    /// Raises:
+    ///     ParameterError, InputError: like ``surface``, at once. Other errors are raised by ``result``.
+    #[staticmethod]
+    // options: reconstruct
+    #[pyo3(signature = (reconstructor, **options), text_signature = "(reconstructor, *, factor=1.0, threshold='local', topology='manifold', closure='auto', smooth=None, noisy_points='moved', threads=0)")]
+    fn surface(reconstructor: &Reconstructor, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let call = SurfaceCall::new(reconstructor, options)?;
+        Job::of(Background::start(move |progress| {
+            made(
+                call.run_in_turn(progress)?,
+                |py, found| Ok(Bound::new(py, Reconstructed::new(py, found)?)?.into_any()),
+            )
+        }))
     }
 }

@@ -11,7 +11,9 @@ use surfrecon::scan::{self, ScanParams, TurntableViews};
 use surfrecon::{Progress, TriMesh};
 
 use crate::arrays;
+use crate::background::{Background, made, part};
 use crate::errors::{input_error, to_python};
+use crate::job::Job;
 use crate::mesh::Mesh;
 use crate::params::{self, count, no_others, params};
 use crate::pickling::{self, Reduced, reduced};
@@ -62,7 +64,7 @@ impl Camera {
     ) -> PyResult<Self> {
         no_others("Camera.orthographic", others)?;
         let [rows, cols] = size(rows, cols)?;
-        made(scan::VirtualCamera::orthographic(
+        camera_of(scan::VirtualCamera::orthographic(
             rows,
             cols,
             spacing,
@@ -102,7 +104,7 @@ impl Camera {
     ) -> PyResult<Self> {
         no_others("Camera.pinhole", others)?;
         let [rows, cols] = size(rows, cols)?;
-        made(scan::VirtualCamera::pinhole(
+        camera_of(scan::VirtualCamera::pinhole(
             rows,
             cols,
             height_angle,
@@ -143,7 +145,7 @@ impl Camera {
         let [rows, cols] = size(rows, cols)?;
         let projection = Projection::Pinhole { focal, centre, depth: DepthKind::Planar };
         let world_from_sensor = arrays::rigid(world_from_sensor, "world_from_sensor")?;
-        made(Ok(scan::VirtualCamera { rows, cols, projection, world_from_sensor }))
+        camera_of(Ok(scan::VirtualCamera { rows, cols, projection, world_from_sensor }))
     }
 
     /// A terrestrial scanner: all around, from ``lowest`` to ``highest`` elevation (radians), row 0 the highest.
@@ -173,7 +175,7 @@ impl Camera {
     ) -> PyResult<Self> {
         no_others("Camera.spherical", others)?;
         let [rows, cols] = size(rows, cols)?;
-        made(scan::VirtualCamera::spherical(
+        camera_of(scan::VirtualCamera::spherical(
             rows,
             cols,
             lowest,
@@ -235,7 +237,7 @@ fn vertical(up: Option<&Bound<'_, PyAny>>, usual: DVec3) -> PyResult<DVec3> {
     up.map_or(Ok(usual), |up| arrays::vector(up, "up"))
 }
 
-fn made(camera: surfrecon::Result<scan::VirtualCamera>) -> PyResult<Camera> {
+fn camera_of(camera: surfrecon::Result<scan::VirtualCamera>) -> PyResult<Camera> {
     let camera = camera.and_then(|camera| camera.validate().map(|()| camera)).map_err(|e| to_python(&e))?;
     Ok(Camera { camera })
 }
@@ -299,7 +301,7 @@ pub fn turntable<'py>(
         if k % 4096 == 0 {
             py.check_signals()?;
         }
-        list.append(made(Ok(camera))?)?;
+        list.append(camera_of(Ok(camera))?)?;
     }
     Ok(list)
 }
@@ -424,4 +426,24 @@ pub fn sculpture(
     let threads = params::threads(threads)?;
     let cell = cell.unwrap_or(scan::sculpture::CELL);
     Watch::new(progress).run(py, move |progress| scan::sculpture::sculpture(cell, threads, progress)).map(Mesh::from)
+}
+
+#[pymethods]
+impl Job {
+    /// Starts ``surfrecon.virtual_scan`` with the same arguments but ``progress``.
+    ///
+    /// Raises:
+    ///     ParameterError, TypeError: like ``virtual_scan``, at once. Other errors are raised by ``result``.
+    #[staticmethod]
+    // options: scan
+    #[pyo3(signature = (mesh, cameras, **options), text_signature = "(mesh, cameras, *, noise=0.0, noise_grazing=0.0, quantum=0.0, dropout=0.0, dropout_grazing=0.0, max_range=None, backfaces=False, pose_shift=0.0, pose_turn=0.0, seed=0, threads=0)")]
+    fn virtual_scan(mesh: &Mesh, cameras: &Bound<'_, PyAny>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let call = ScanCall::new(mesh, cameras, options)?;
+        Job::of(Background::start(move |progress| {
+            progress.plan(&[("scanning", 1.0)]);
+            let images = call.run(|index, count| part(progress, index, count))?;
+            let single = call.single;
+            made(images, move |py, images| scanned(py, images, single))
+        }))
+    }
 }

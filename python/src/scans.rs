@@ -11,10 +11,12 @@ use surfrecon::export::{self, Holding, PlyOptions, write_points_ply};
 use surfrecon::import::{self, Camera, ReadOptions};
 use surfrecon::merge::{ScanSource, common_crs};
 
-use crate::crs;
+use crate::background::{Background, made};
+use crate::crs::{self, CrsText};
 use crate::edit::{Edit, edits};
 use crate::errors::{input_error, reworded, to_python};
 use crate::frame::{self, Scan};
+use crate::job::Job;
 use crate::memory_folder::Place;
 use crate::mesh::{Mesh, ending_of, provenance_of};
 use crate::params::{no_others, params};
@@ -62,7 +64,7 @@ pub fn open(
     py: Python<'_>,
     paths: &Bound<'_, PyAny>,
     camera: Option<&Bound<'_, PyAny>>,
-    crs: Option<crs::CrsText>,
+    crs: Option<CrsText>,
     options: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<ScanSet> {
     let call = OpenCall::new(paths, camera, crs, options)?;
@@ -84,7 +86,7 @@ impl OpenCall {
     pub fn new(
         paths: &Bound<'_, PyAny>,
         camera: Option<&Bound<'_, PyAny>>,
-        crs: Option<crs::CrsText>,
+        crs: Option<CrsText>,
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         // A file object is iterable, too: its lines are no paths.
@@ -294,7 +296,7 @@ pub fn provenance<'py>(py: Python<'py>, path: &Bound<'py, PyAny>) -> PyResult<Op
 /// Raises:
 ///     InputError: ``content`` is none of these, or ``crs`` names no system.
 #[pyfunction]
-pub fn crs_note(path: FsPath, content: &str, crs: Option<crs::CrsText>) -> PyResult<Option<String>> {
+pub fn crs_note(path: FsPath, content: &str, crs: Option<CrsText>) -> PyResult<Option<String>> {
     Ok(export::crs_note(&path.0, holding(content, "content")?, crs::crs_of(crs)?.as_ref()))
 }
 
@@ -463,5 +465,28 @@ impl ScanSet {
 
     fn __repr__(&self) -> String {
         format!("<ScanSet of {}>", counted(self.scans.len() as u64, "scan", "scans"))
+    }
+}
+
+#[pymethods]
+impl Job {
+    /// Starts ``surfrecon.open`` with the same arguments.
+    ///
+    /// Raises:
+    ///     ParameterError, TypeError: like ``open``, at once. Other errors are raised by ``result``.
+    #[staticmethod]
+    // options: open
+    #[pyo3(signature = (paths, *, camera = None, crs = None, **options), text_signature = "(paths, *, scale=None, offset=0.0, step=None, invalid=None, depth='planar', pixels='auto', max_decoded_gib=4.0, allow_outside=False, poses='auto', axes='auto', camera=None, crs=None)")]
+    fn open(
+        paths: &Bound<'_, PyAny>,
+        camera: Option<&Bound<'_, PyAny>>,
+        crs: Option<CrsText>,
+        options: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
+        let call = OpenCall::new(paths, camera, crs, options)?;
+        Job::of(Background::start(move |progress| {
+            progress.plan(&[("opening", 1.0)]);
+            made(call.run(progress)?, |py, set| Ok(Bound::new(py, ScanSet::new(py, set)?)?.into_any()))
+        }))
     }
 }

@@ -8,7 +8,9 @@ use pyo3::types::PyDict;
 use surfrecon::sculpt::{SculptParams, Sculpted as Core, Sculptor as CoreSculptor, Tolerance};
 use surfrecon::{Progress, RangeImage as CoreImage};
 
+use crate::background::{Background, made, made_class};
 use crate::errors::{parameter_error, reworded, to_python};
+use crate::job::Job;
 use crate::mesh::Mesh;
 use crate::params::{no_others, params, params_but};
 use crate::progress::Watch;
@@ -325,5 +327,39 @@ impl Sculpted {
         let (triangles, full) = (report.triangles, report.full_triangles);
         let [worst, tolerance] = [worst, report.tolerance].map(shown);
         format!("<Sculpted {triangles} of {full} triangles, max error {worst}, tolerance {tolerance}>")
+    }
+}
+
+#[pymethods]
+impl Job {
+    /// Starts ``Sculptor`` with the same arguments: the result is one.
+    ///
+    /// Raises:
+    ///     ParameterError: like ``Sculptor``, at once. Other errors are raised by ``result``.
+    #[staticmethod]
+    // options: sculpt but tolerance relative_tolerance
+    #[pyo3(signature = (image, **options), text_signature = "(image, *, effort=1, interpolate=True, min_angle=0.0, simplify_borders=False, edge_limit=None, grazing_limit=1.5707963267948966, threads=0)")]
+    fn sculptor(image: &RangeImage, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let call = PrepareCall::new(image, options)?;
+        Job::of(Background::start(move |progress| {
+            progress.plan(&[("preparing", 1.0)]);
+            made_class(call.run(progress)?)
+        }))
+    }
+
+    /// Starts ``Sculptor.refine`` with the same arguments but ``progress``.
+    ///
+    /// Raises:
+    ///     ParameterError, InputError: like ``Sculptor.refine``, at once. Other errors are raised by ``result``.
+    #[staticmethod]
+    // options: sculpt only tolerance relative_tolerance
+    #[pyo3(signature = (sculptor, **options), text_signature = "(sculptor, *, tolerance=None, relative_tolerance=0.001)")]
+    fn refine(sculptor: &Sculptor, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let call = RefineCall::new(sculptor, options)?;
+        Job::of(Background::start(move |progress| {
+            made(call.run(progress)?, |py, (core, [rows, cols])| {
+                Ok(Bound::new(py, Sculpted::new(py, core, rows, cols)?)?.into_any())
+            })
+        }))
     }
 }

@@ -8,7 +8,9 @@ use surfrecon::Progress;
 use surfrecon::plane::{DominantPlane, PlaneParams, dominant};
 use surfrecon::source::{PlacedCloud, PlacedMesh};
 
+use crate::background::{Background, made_class};
 use crate::edit::{Edit, edits};
+use crate::job::Job;
 use crate::params::{no_others, params};
 use crate::progress::Watch;
 use crate::regions::Plane;
@@ -210,4 +212,19 @@ pub fn dominant_plane(
 ) -> PyResult<Plane> {
     let call = PlaneCall::new(scans, options)?;
     Ok(Watch::new(progress).run(py, |progress| call.run(progress))?.into())
+}
+
+#[pymethods]
+impl Job {
+    /// Starts ``surfrecon.dominant_plane`` with the same arguments but ``progress``.
+    ///
+    /// Raises:
+    ///     ParameterError, TypeError: like ``dominant_plane``, at once. Other errors are raised by ``result``.
+    #[staticmethod]
+    // options: plane
+    #[pyo3(signature = (scans, **options), text_signature = "(scans, *, tolerance=None, min_share=0.05, margin=None, threads=0)")]
+    fn dominant_plane(scans: &Bound<'_, PyAny>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let call = PlaneCall::new(scans, options)?;
+        Job::of(Background::start(move |progress| made_class(Plane::from(call.run(progress)?))))
+    }
 }

@@ -2,37 +2,35 @@
 
 import addon_utils
 import bpy
+import declared_operators
 import numpy as np
 import pytest
 import surfrecon
 from conftest import MODULE
+from declared_operators import ON_MESH
 from files import write_set
 from shapes import torus, torus_scans
 from test_merge import add_mesh
 from test_selections import state
 
-LONG = {
-    "import_scans": {},
+# Long operators, with options.
+LONG = dict.fromkeys(declared_operators.LONG, {}) | {
     "reproject": {"percent": 40},
     "virtual_scan": {"percent": 40},
     "ground": {"by": "FOUND"},
     "clean": {},
-    "remove_background": {},
-    "align": {},
     "align_merge": {},
     "merge": {"voxel": 0.008},
     "merge_to_file": {"voxel": 0.008},
-    "reconstruct": {},
     "sculpt": {"relative_tolerance": 0.0001},
     "quads": {"rows": 20, "columns": 20},
     "remesh": {"vertices": 10000},
-    "close_surface": {},
     "error_map": {},
     "measure": {},
 }
 
-# Those that work on a surface.
-ON_SHAPE = {"remesh", "close_surface", "error_map", "measure", "reproject", "virtual_scan"}
+# Those whose active object is a surface.
+ON_SHAPE = ON_MESH | {"error_map", "measure", "reproject"}
 
 
 def operator_classes():
@@ -85,11 +83,8 @@ def call(scans_file, extension, tmp_path):
             "sculpt": scans[:1],
             "quads": scans[:1],
             "reconstruct": scans[:1],
-            "remesh": [shape],
-            "close_surface": [shape],
             "reproject": [shape],
-            "virtual_scan": [shape],
-        }.get(name, [*scans, shape])
+        }.get(name, [shape] if name in ON_MESH else [*scans, shape])
         if name in {"align", "align_merge", "merge", "merge_to_file", "clean"}:
             chosen = scans
         if name in {"ground", "remove_background"}:

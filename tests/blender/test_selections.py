@@ -3,25 +3,24 @@
 import re
 
 import bpy
+import declared_operators
 import pytest
 from files import write_set
 from shapes import torus, torus_scans
 from test_merge import add_mesh
 
-OPERATORS = {
+# Operators on a selection, with options. An import has none, and a plane is removed from scans that have one.
+OPERATORS = {name: {} for name in declared_operators.LONG if name not in {"import_scans", "remove_background"}} | {
     "reproject": {"percent": 5},
     "virtual_scan": {"percent": 5},
     "tint_scans": {},
     "clean": {},
-    "align": {},
     "merge": {"voxel": 0.05},
-    "reconstruct": {},
     "sculpt": {"relative_tolerance": 0.01},
     "quads": {"rows": 8, "columns": 8},
     "remesh": {"vertices": 100},
-    "close_surface": {},
-    "error_map": {},
     "error_hide": {},
+    "error_map": {},
     "measure": {},
 }
 

@@ -37,7 +37,6 @@ COMPLETE = {
     "blender-addon/extension/reports.py": "lines that are not just the figures: others show all figures",
     "python/python/surfrecon/_native.pyi": "types of older functions: newer ones are declared in python/src",
     "python/python/surfrecon/cli/commands.py": "options that commands have besides those that are declared",
-    "python/src/job.rs": "jobs that hosts poll, by choice",
     "tests/rust/generated/chapters.rs": "chapters of several files: others are declared in c-api/src",
     "tests/rust/generated/python_reports.rs": "examples that tell most: others are made",
     "tools/docs/python_reference.py": "pages of several functions: others are made",

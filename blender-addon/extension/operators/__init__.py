@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The operators, a file each. What is in a file here is found and registered."""
+"""The operators, a file each. What is in a file here is found and registered, and its translations are learned."""
 
 import importlib
 import inspect
@@ -7,6 +7,7 @@ import pkgutil
 
 import bpy
 
+from .. import telling, translations
 from ..translations import in_our_words
 
 MODULES = [importlib.import_module(f".{module.name}", __package__) for module in pkgutil.iter_modules(__path__)]
@@ -24,6 +25,18 @@ def _classes():
 
 
 CLASSES = tuple(_classes())
+
+
+def _learn():
+    """Gives the dictionaries what files say of their own operation in other languages."""
+    labels = {cls.bl_label for cls in CLASSES if issubclass(cls, bpy.types.Operator)}
+    for module in MODULES:
+        for code, words in getattr(module, "TRANSLATIONS", {}).items():
+            translations.learn(code, labels, words["names"], words["tips"])
+            telling.learn(code, words["names"], words["sentences"])
+
+
+_learn()
 
 
 def register():

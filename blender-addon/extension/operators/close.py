@@ -112,3 +112,60 @@ def placed(mesh, matrix):
     triangles = mesh.triangles[:, ::-1] if is_mirrored(matrix) else mesh.triangles
     positions = mesh.positions @ matrix[:3, :3].T + matrix[:3, 3]
     return surfrecon.Mesh(positions, triangles, colour=mesh.vertex_attributes.get("colour"))
+
+
+# A sentence a line is easier to translate than one in pieces.
+# ruff: noqa: E501
+TRANSLATIONS = {
+    "de_DE": {
+        "names": {
+            "Close Surface": "Fläche schließen",
+            "Close the openings of the active surface with a smooth fill that stays out of what its scans saw to be empty": "Die Öffnungen der aktiven Fläche mit einer glatten Füllung schließen, die frei lässt, was ihre Scans leer sahen",
+            "Flat base": "Flacher Fuß",
+            "Force": "Erzwingen",
+            "Inside the scans": "Umschlossene",
+            "Openings": "Öffnungen",
+            "Up of the base": "Oben am Fuß",
+            "Area filled": "Gefüllte Fläche",
+            "Cell of the fill": "Zelle der Füllung",
+            "Filled": "Gefüllt",
+            "Filled in seen space": "In gesehenem Raum gefüllt",
+            "Keeps out of seen space": "Meidet gesehenen Raum",
+            "Largest opening closed": "Größte geschlossene Öffnung",
+            "Left open, by reason": "Offen, nach Grund",
+            "Openings closed": "Geschlossene Öffnungen",
+            "Vertices, triangles added": "Neue Ecken, Dreiecke",
+        },
+        "tips": {
+            "Openings that are closed. Nothing is filled where a scan saw through by more than the merge distance and half a cell": "Öffnungen, die geschlossen werden. Nichts wird gefüllt, wo ein Scan um mehr als den Vereinungsabstand und eine halbe Zelle hindurchsah",
+            "Everything that seen space allows: the result is closed": "Alles, was gesehener Raum zulässt: das Ergebnis ist geschlossen",
+            "Openings that seen space or the surface surrounds: what lies before them is a pocket that nobody saw. A bowl's rim, a relief's border and the foot of a statue stay open": "Öffnungen, die gesehener Raum oder die Fläche umgibt: vor ihnen liegt eine Tasche, die niemand sah. Der Rand einer Schale, die Grenze eines Reliefs und der Fuß einer Statue bleiben offen",
+            "Openings whose boundaries are at most as long as the longest hole": "Öffnungen, deren Ränder höchstens so lang sind wie der längste Lochrand",
+            "None: the surface stays as it is, and the report says what is open": "Keine: die Fläche bleibt, wie sie ist, und der Bericht sagt, was offen ist",
+            "Longest boundary of an opening that is closed, if holes alone are closed. 0: 100 cells": "Längster Rand einer Öffnung, die geschlossen wird, wenn nur Löcher geschlossen werden. 0: 100 Zellen",
+            "Size of a cell of the merge that the surface is of. The fill has twice that size. 0: 1.3 times the median edge of the surface": "Größe einer Zelle der Vereinigung, aus der die Fläche ist. Die Füllung hat die doppelte. 0: das 1.3-Fache des Medians der Kanten der Fläche",
+            "How far the surface and the poses of its scans may be off: the merge distance. 0: a cell": "Wie weit die Fläche und die Lagen ihrer Scans danebenliegen dürfen: der Vereinungsabstand. 0: eine Zelle",
+            "Nothing is filled below the lowest measured point, so that what stood on the ground gets a flat foot instead of a round one. Off: parts that nobody saw from below continue as their sides bend": "Unter dem tiefsten gemessenen Punkt wird nichts gefüllt, damit einen flachen Fuß statt eines runden bekommt, was auf dem Boden stand. Aus: Teile, die niemand von unten sah, gehen weiter, wie sich ihre Seiten biegen",
+            "Closes too where scans saw through. These faces are marked in the attribute forced. Off: openings in seen space stay open, and the report says where": "Auch dort schließen, wo Scans hindurchsahen. Diese Flächen sind im Attribut forced markiert. Aus: Öffnungen in gesehenem Raum bleiben offen, und der Bericht sagt, wo",
+            "Direction away from the ground, where there is a flat base": "Richtung vom Boden weg, wo es einen flachen Fuß gibt",
+            "Along z": "Längs z",
+            "Along y": "Längs y",
+            "Along x": "Längs x",
+            "Against z": "Gegen z",
+            "Against y": "Gegen y",
+            "Against x": "Gegen x",
+        },
+        "sentences": {
+            '"{}" is a scan: merge the scans first, and close their surface': '"{}" ist ein Scan: erst die Scans vereinen, und ihre Fläche schließen',
+            "{}: what they saw to be empty is not known": "{}: was sie leer sahen, ist nicht bekannt",
+            "{} openings closed, {} left open": "{} Öffnungen geschlossen, {} bleiben offen",
+            "The opening at vertex {}, at ({}, {}, {}), {} around, is open: {}": "Die Öffnung am Punkt {}, bei ({}, {}, {}), mit Rand {}, ist offen: {}",
+            "openings are none: choose all, seen or holes": "keine Öffnung war zu schließen: Alle, Umschlossene oder Löcher wählen",
+            "its boundary is longer than max_hole_length: raise that, or choose all": "ihr Rand ist länger als der längste Lochrand: diesen erhöhen, oder Alle wählen",
+            "no scan saw round it, so that it may be a rim: choose all to close it": "kein Scan sah um sie herum, sie kann also ein Rand sein: Alle wählen, um sie zu schließen",
+            "a scan saw through where it would be closed: force closes it, and marks that": "ein Scan sah durch den Ort, wo sie zu schließen wäre: Erzwingen schließt sie und markiert das",
+            "each fill crosses the surface: give a smaller cell, or edit the surface there": "jede Füllung schneidet die Fläche: eine kleinere Zelle wählen, oder die Fläche dort bearbeiten",
+            "the mesh has no triangles: there is nothing to close": "das Netz hat keine Dreiecke: es gibt nichts zu schließen",
+        },
+    }
+}

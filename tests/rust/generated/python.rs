@@ -2,7 +2,8 @@
 //!
 //! Functions take parameters as `**options`. A comment `// options: OPERATION` before the attribute says of which operation, with `but
 //! NAME..` or `only NAME..` where that is a part, and the signature that Python shows is written behind it. In the types, lines between `#
-//! options: ..` and `# end` are. The types of a file may stand in the file itself, in a comment that begins with `// types:`.
+//! options: ..` and `# end` are. The types of a file may stand in the file itself, in a comment that begins with `// types:`, and those of
+//! its methods of `Job` in one that begins with `// types of Job:`.
 
 use std::collections::HashSet;
 
@@ -167,20 +168,30 @@ fn type_of(row: &ParamSpec) -> String {
     format!("{plain} | None")
 }
 
-/// The types that files of the module declare themselves, in a comment that begins with `// types:`.
-fn declared_types() -> String {
+/// The types that files of the module declare themselves: a block a file, of the lines below a comment.
+fn declared(comment: &str) -> Vec<String> {
     let folder = std::fs::read_dir(root().join("python/src")).expect("the folder");
     let mut paths: Vec<_> = folder.map(|entry| entry.expect("an entry").path()).collect();
     paths.sort();
     let sources = paths.iter().filter_map(|path| std::fs::read_to_string(path).ok());
     let blocks = sources.filter_map(|source| {
-        let (_, rest) = source.split_once("\n// types:\n")?;
+        let (_, rest) = source.split_once(&format!("\n// {comment}:\n"))?;
         let lines = rest.lines().map_while(|line| line.strip_prefix("//"));
         Some(lines.map(|line| format!("{}\n", line.strip_prefix(' ').unwrap_or(line))).collect::<String>())
     });
-    let all: String = blocks.map(|block| format!("\n{block}")).collect();
+    blocks.collect()
+}
+
+/// The types of functions and classes.
+fn declared_types() -> String {
+    let all: String = declared("types").iter().map(|block| format!("\n{block}")).collect();
     // As a formatter has a comment behind a declaration.
     if all.is_empty() { all } else { all + "\n" }
+}
+
+/// The types of methods of `Job`.
+fn declared_jobs() -> String {
+    declared("types of Job").concat().lines().map(|line| format!("    {line}\n")).collect()
 }
 
 #[test]
@@ -188,6 +199,7 @@ fn types() {
     let name = "python/python/surfrecon/_native.pyi";
     let stub = std::fs::read_to_string(root().join(name)).expect("the types");
     let stub = replaced(name, &stub, "# types\n", "# end of types\n", &declared_types());
+    let stub = replaced(name, &stub, "    # types of Job\n", "    # end of types of Job\n", &declared_jobs());
     let native = native();
     let list = listed(native.iter().map(String::as_str).collect());
     let stub = replaced(name, &stub, "__all__ = [\n", "]\n", &list);
