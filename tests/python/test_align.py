@@ -136,7 +136,7 @@ def test_poses_are_written(truth, heap, tmp_path):
         for scan, pose in zip(again, result.world_from_scan, strict=True):
             assert np.allclose(scan.world_from_sensor, pose, atol=1e-6), ending
     result.write(tmp_path / "placed.tum")
-    assert len((tmp_path / "placed.tum").read_text().splitlines()) == len(heap) + 1
+    assert len((tmp_path / "placed.tum").read_text().splitlines()) == 2 * len(heap) + 1
     with pytest.raises(surfrecon.InputError, match=r"\.conf"):
         result.write(tmp_path / "placed.txt")
     with pytest.raises(surfrecon.InputError, match="no file of its own"):

@@ -4,6 +4,8 @@ use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use rustc_hash::FxHashMap;
+
 use super::options::ReadOptions;
 use super::registry::{Role, format_of};
 use super::scan::FileScan;
@@ -147,6 +149,7 @@ pub(super) fn open_listed(listed: &[Listed], options: &ReadOptions, progress: &P
         all.scans.append(&mut set.scans);
         all.notes.append(&mut set.notes);
     }
+    name_within_files(&mut all.scans);
     let is_of_no_poses = |note: &String| note.ends_with(frames::WITHOUT_POSES);
     if let Some((path, poses)) = &poses {
         all.notes.extend(poses.place(&mut all.scans, path)?);
@@ -236,6 +239,22 @@ fn open_named(
     }
 }
 
+/// Gives scans of one file that have the same name one of their own within it.
+fn name_within_files(scans: &mut [FileScan]) {
+    let mut parts: FxHashMap<(&Path, &str), Vec<usize>> = FxHashMap::default();
+    for (number, scan) in scans.iter().enumerate() {
+        parts.entry((&scan.path, &scan.name)).or_default().push(number);
+    }
+    let mut again: Vec<(usize, usize)> = Vec::new();
+    for mut same in parts.into_values().filter(|same| same.len() > 1) {
+        same.sort_by_key(|&number| scans[number].part);
+        again.extend(same.into_iter().enumerate().skip(1));
+    }
+    for (place, number) in again {
+        scans[number].within = Some(format!("{} ({})", scans[number].name, place + 1));
+    }
+}
+
 /// Numbers scans of the same name. The order is that of their paths and places, not of their arrival: a name is the same
 /// whatever order the files are opened in.
 fn make_names_unique(scans: &mut [FileScan]) {
@@ -254,6 +273,7 @@ fn make_names_unique(scans: &mut [FileScan]) {
         }
         while !taken.insert(scans[i].name.clone()) {
             same.1 += 1;
+            scans[i].within.get_or_insert_with(|| same.0.clone());
             scans[i].name = format!("{} ({})", same.0, same.1);
         }
     }

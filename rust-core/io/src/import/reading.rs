@@ -9,6 +9,7 @@ use rustc_hash::FxHasher;
 
 use super::crs;
 use super::edits::Edits;
+use super::numbering::number_in;
 use super::registry::{Role, format_of};
 use super::scan::{Content, FileScan};
 use base::error::{Error, Result, known_as};
@@ -251,7 +252,7 @@ impl ScanSource for FileScan {
             }
             None => self.is_depth_image().then_some(Moment {
                 recording: self.path.parent()?,
-                at: last_number(self.path.file_stem()?.to_str()?)?,
+                at: number_in(self.path.file_stem()?.to_str()?)?.value,
             }),
         }
     }
@@ -287,13 +288,6 @@ impl ScanSource for FileScan {
         self.world_from_sensor.to_cols_array().map(f64::to_bits).hash(&mut hasher);
         Ok(hasher.finish())
     }
-}
-
-/// The last number in a name, of a frame or a time in seconds.
-fn last_number(name: &str) -> Option<f64> {
-    let end = name.rfind(|c: char| c.is_ascii_digit())? + 1;
-    let begin = name[..end].rfind(|c: char| !c.is_ascii_digit() && c != '.').map_or(0, |other| other + 1);
-    name[begin..end].trim_start_matches('.').parse().ok()
 }
 
 /// Endings of files that have all of a scan but its pose: of others more files may tell what it is.

@@ -31,6 +31,8 @@ pub struct FileScan {
     pub options: Arc<ReadOptions>,
     /// Beginning of the part, for formats whose parts lie one after the other.
     pub(crate) begin: Begin,
+    /// Name among the scans of its file, where `name` is another one.
+    pub(crate) within: Option<String>,
     /// The recording that it is a frame of.
     pub(crate) recording: Option<Arc<dyn Frames>>,
     /// The path under which that was opened.
@@ -137,6 +139,7 @@ impl FileScan {
             world_from_sensor: DAffine3::IDENTITY,
             options: Arc::default(),
             begin: Begin::default(),
+            within: None,
             recording: None,
             opened: None,
             edits: Edits::default(),
@@ -154,6 +157,11 @@ impl FileScan {
     pub fn set_crs(&mut self, crs: Option<Crs>) {
         self.left_crs = crs.is_none();
         Arc::make_mut(&mut self.options).crs = crs;
+    }
+
+    /// Its name among the scans of its file, whatever else is opened with it.
+    pub fn own_name(&self) -> &str {
+        self.within.as_deref().unwrap_or(&self.name)
     }
 
     /// Whether it is a frame of a recording.
