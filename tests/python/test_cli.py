@@ -151,7 +151,7 @@ def test_align_tells_that_a_list_leads_out_of_its_folder(tmp_path):
     (tmp_path / "lists").mkdir()
     shutil.move(tmp_path / "scan01.ply", tmp_path / "lists")
     scans = ("scan00.ply", os.path.join("lists", "scan01.ply"))
-    told = "1 scan lies outside of its folder, so merge refuses this list without --allow-outside (allow_outside). "
+    told = "1 scan lies outside of its folder, so merge refuses this list without --allow-outside. "
     for ending, is_told in [("conf", True), ("mlp", True), ("aln", True), ("tum", False)]:
         placed = os.path.join("lists", f"placed.{ending}")
         done = run("align", *scans, "--fixed", "0,1", "-o", placed, "--json", cwd=tmp_path)
