@@ -8,12 +8,14 @@ use rustc_hash::FxHashMap;
 
 use super::options::ReadOptions;
 use super::registry::{Role, format_of};
-use super::scan::FileScan;
+use super::scan::{Content, FileScan};
 use super::set::ScanSet;
 use super::{file, folder, frames, pose, raster, trajectory};
 use base::error::{Error, Result, known_as};
 use base::log::{self, Level};
 use base::progress::Progress;
+use image::frame::Camera;
+use image::range_image::Projection;
 use mesh::Crs;
 
 /// Opens a file: a single scan or a side file that places several (`.conf`). Reads headers and, for a side file, some
@@ -156,10 +158,42 @@ pub(super) fn open_listed(listed: &[Listed], options: &ReadOptions, progress: &P
         all.notes.retain(|note| !is_of_no_poses(note));
     }
     all.notes.iter().filter(|note| is_of_no_poses(note)).for_each(|note| log::tell(Level::Warning, note));
-    all.notes.extend(raster::note_without_camera(&all.scans)?);
+    all.notes.extend(raster::note_without_camera(&mut all.scans)?);
+    give_camera_a_size(&mut all.scans, progress)?;
     make_names_unique(&mut all.scans);
     all.notes.extend(notes_on_crs(&all.scans, progress)?);
     Ok(all)
+}
+
+/// A camera of unknown size is of the size of the first depth image, by its path: so an image of another size is told from the others.
+fn give_camera_a_size(scans: &mut [FileScan], progress: &Progress<'_>) -> Result<()> {
+    let lacks = |scan: &FileScan| {
+        !scan.is_frame() && scan.is_depth_image() && scan.options.camera.is_some_and(|camera| camera.size.is_none())
+    };
+    let mut order: Vec<usize> = (0..scans.len()).filter(|&k| lacks(&scans[k])).collect();
+    if order.len() < 2 {
+        return Ok(());
+    }
+    order.sort_by(|&a, &b| scans[a].path.cmp(&scans[b].path));
+    let mut given: Option<Arc<ReadOptions>> = None;
+    for &k in &order {
+        progress.check()?;
+        let size = match scans[k].read_with(&progress.unseen()) {
+            Ok(Content::RangeImage(image)) if matches!(image.projection(), Projection::Pinhole { .. }) => {
+                [image.cols(), image.rows()]
+            }
+            Ok(_) | Err(Error::Format { .. }) => continue,
+            Err(other) => return Err(other),
+        };
+        let camera = scans[k].options.camera.map(|camera| Camera { size: Some(size), ..camera });
+        given = Some(Arc::new(ReadOptions { camera, ..scans[k].options.as_ref().clone() }));
+        break;
+    }
+    let Some(given) = given else { return Ok(()) };
+    for k in order {
+        scans[k].options = given.clone();
+    }
+    Ok(())
 }
 
 /// Notes on the coordinate reference systems that the files of scans name, and on those of them that can't be used.

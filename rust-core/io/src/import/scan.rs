@@ -2,7 +2,7 @@
 
 use std::fmt::Debug;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use glam::{DAffine3, DVec3};
 
@@ -39,6 +39,10 @@ pub struct FileScan {
     pub(crate) opened: Option<Arc<Path>>,
     /// Edits of its samples after they are read.
     pub(crate) edits: Edits,
+    /// Damage of its image, which reading it with others has met.
+    pub(crate) damage: Arc<OnceLock<String>>,
+    /// Reason why nobody can tell whether its numbers are heights or depths.
+    pub(crate) doubt: Option<Arc<str>>,
     /// Whether it was taken out of the system that its file names.
     pub(crate) left_crs: bool,
     /// The folder in memory that it lies in: stays there as long as the scan.
@@ -143,6 +147,8 @@ impl FileScan {
             recording: None,
             opened: None,
             edits: Edits::default(),
+            damage: Arc::default(),
+            doubt: None,
             left_crs: false,
             _memory: MemoryFolder::of(path),
         }
