@@ -30,6 +30,15 @@ pub(crate) struct Bound {
 const NO_POSES: &str = "no scan has a pose, and start = \"rough\" looks near poses alone. Say \"unknown\" instead, \
     or \"sequence\" for frames in their order, or give the poses.";
 
+/// Says that a reach was given where it bounds nothing.
+pub(crate) fn unused(params: &AlignParams) -> Option<String> {
+    let reach = params.reach.filter(|_| params.start != Start::Rough)?;
+    Some(format!(
+        "reach, {}, is not used: it bounds rough poses, and start is not rough. Say start = \"rough\".",
+        Shown(reach)
+    ))
+}
+
 /// How far a scan lies from where it was given, by the corner of its box that moves most.
 pub(crate) fn moved(view: &View, world_from_local: &DAffine3) -> f64 {
     let given = view.reduced.world_from_local();
@@ -48,11 +57,7 @@ impl Bound {
             false => params.reach.unwrap_or(ROUGH_REACH * view.reduced.radius),
         };
         let is_rough = params.start == Start::Rough;
-        if let Some(reach) = params.reach.filter(|_| !is_rough) {
-            let words = format!(
-                "reach, {}, is not used: it bounds rough poses, and start is not rough. Say start = \"rough\".",
-                Shown(reach)
-            );
+        if let Some(words) = unused(params) {
             log::tell(Level::Warning, &words);
         }
         let is_unplaced =

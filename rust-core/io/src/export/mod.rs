@@ -46,7 +46,7 @@ pub use ply::{
     PlyEncoding, PlyOptions, PositionType, part_path, range_grid_frame, write_ply, write_ply_in_pieces,
     write_points_ply, write_quads_ply, write_range_grid_ply,
 };
-pub use poses::write_poses;
+pub use poses::{PlacedScan, write_poses, write_trajectory};
 pub(crate) use provenance::{CRS_COMMENT, CRS_EXTRA};
 pub use provenance::{E57_NAMESPACE, LONGEST, Provenance};
 pub use scans::{write_e57, write_ptx};

@@ -23,6 +23,7 @@
 //! | `geo_keys` | the keys of GeoTIFF, which LAS has too |
 //! | `crs` | the coordinate reference system that a file names, and what else our own say of where they are from |
 //! | `camera`, `trajectory`, `pose` | side files: intrinsics, poses of a sequence, the pose of one scan |
+//! | `numbering` | numbers of frames, and times, in names |
 //! | `options` | options that tell what the files don't say |
 //! | `edits`, `editing` | selections of a scan, and its true size and place |
 //! | `kept` | a scan as text, from which another process makes it again |
@@ -49,6 +50,7 @@ mod las;
 #[cfg(not(feature = "las"))]
 #[path = "las_absent.rs"]
 mod las;
+pub(crate) mod numbering;
 mod obj;
 mod opening;
 mod operation;
@@ -68,7 +70,7 @@ mod scan;
 mod set;
 mod stl;
 mod text;
-mod trajectory;
+pub(crate) mod trajectory;
 mod window;
 
 #[cfg(any(test, fuzzing))]
