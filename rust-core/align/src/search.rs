@@ -8,9 +8,9 @@ use glam::DAffine3;
 use rayon::prelude::*;
 
 use crate::assemble::{Limit, Standing, apart_at_first, assemble};
-use crate::constraints::{Inside, Ordered, Told};
+use crate::constraints::{Inside, Ordered, Told, is_enough};
 use crate::doubts::{Doubted, take_out};
-use crate::finding::{Finding, Limits};
+use crate::finding::{Finding, Limits, find};
 use crate::group::Group;
 use crate::hypothesise::Effort;
 use crate::pair::Pair;
@@ -356,8 +356,8 @@ fn picked(views: &[View], inside: &Inside, a: usize, b: usize, bound: &Bound, li
     let off = |motion: &DAffine3| {
         picks.iter().map(|pick| motion.transform_point3(pick.points[1]).distance(pick.points[0])).fold(0.0, f64::max)
     };
-    let has_normals = picks.iter().filter(|pick| pick.normals.is_some()).count();
-    if picks.len() >= 3 || (picks.len() == 2 && has_normals == 2) {
+    let with_normals = picks.iter().filter(|pick| pick.normals.is_some()).count();
+    if is_enough(picks.len(), with_normals) {
         let mut fit = RigidFit::new();
         for pick in &picks {
             fit.point(pick.points[1], pick.points[0], pick.weight);
@@ -376,6 +376,13 @@ fn picked(views: &[View], inside: &Inside, a: usize, b: usize, bound: &Bound, li
     }
     let mut pair = Pair::search(views, a, b, Effort::Thorough, bound, limits);
     pair.modes.retain(|mode| picks.is_empty() || off(&mode.a_from_b) < PICKED * cell);
+    // Fewer picks choose among the places that shape gives, and must leave one.
+    if !picks.is_empty() && !inside.trusted.contains(&[a, b]) {
+        pair.finding = find([&views[a], &views[b]], &pair.modes, limits);
+        if !matches!(pair.finding, Finding::Sure | Finding::Weak) {
+            pair.modes.clear();
+        }
+    }
     if pair.modes.is_empty() {
         pair.finding = Finding::Nothing;
     }

@@ -477,13 +477,23 @@ fn told(views: &[View], names: &[&str], solved: &Solved) -> Vec<String> {
     picked.dedup();
     for [a, b] in picked {
         let picks = || solved.picks.iter().filter(|pick| pick.scans == [a, b]);
-        if pair_of(a, b).is_some_and(|pair| pair.modes.is_empty()) {
+        let (count, with_normals) = (picks().count(), picks().filter(|pick| pick.normals.is_some()).count());
+        let is_open = pair_of(a, b).is_some_and(|pair| pair.modes.is_empty());
+        if is_open && !is_enough(count, with_normals) {
+            said.push(format!(
+                "{} picked in {} and {} not tell how these lie, and their shape does not either. Pick three that lie in no line, \
+                    or two with the normals there.",
+                counted(count as u64, "point", "points"),
+                names[a],
+                names[b]
+            ));
+            continue;
+        }
+        if is_open {
             said.push(format!(
                 "no place was found for the {} points picked in {:?} and {:?}. Check that each is the same point of \
                     the surface, and that they lie equally far apart in both.",
-                picks().count(),
-                names[a],
-                names[b]
+                count, names[a], names[b]
             ));
             continue;
         }

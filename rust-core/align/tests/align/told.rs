@@ -5,7 +5,7 @@ use glam::{DAffine3, DVec3};
 use image::RangeImage;
 use image::source::ScanSource as _;
 use mesh::shapes::Shape;
-use surfrecon_align::{AlignParams, Alignment, Constraints, Pick, Turntable, run};
+use surfrecon_align::{AlignParams, Alignment, Constraints, Pick, ScanState, Start, Turntable, run};
 
 use crate::scans::{aligned, around, errors, look, placed, sources, statue, without_poses};
 
@@ -84,4 +84,40 @@ fn angles_beside_equal_steps_are_refused() {
     let constraints = Constraints { angles: vec![0.0, 1.0, 2.0], ..Constraints::default() };
     let error = run(&sources(&images), &params, &constraints, &Progress::none()).unwrap_err();
     assert!(error.to_string().contains("choose one"), "{error}");
+}
+
+/// Picks about which scans may turn are refused, and fewer than three where shape does not choose either.
+#[test]
+fn picks_that_give_no_pose_are_refused() {
+    let images = around(statue(), 5, 0.0)[..2].to_vec();
+    let picks = common(&images, 0, 1, 3);
+    let refusal = |picks: Vec<Pick>| {
+        let constraints = Constraints { picks, ..Constraints::default() };
+        run(&sources(&images), &AlignParams::default(), &constraints, &Progress::none()).err().map(|e| e.to_string())
+    };
+    let mut in_line = picks.clone();
+    for side in 0..2 {
+        in_line[2].points[side] = in_line[0].points[side].lerp(in_line[1].points[side], 0.4);
+    }
+    let text = refusal(in_line.clone()).unwrap();
+    assert!(text.contains("the 3 picks of scans 0 and 1 lie in a line in scan 0"), "{text}");
+    // In one of the two scans, named the other way round.
+    in_line[2].points[0] = picks[2].points[0];
+    for pick in &mut in_line {
+        pick.scans.reverse();
+        pick.points.reverse();
+    }
+    assert!(refusal(in_line).unwrap().contains("lie in a line in scan 1"));
+    let mut equal = picks.clone();
+    equal[1].points[1] = equal[0].points[1];
+    assert!(refusal(equal).unwrap().contains("picks 0 and 1 are the same point of scan 1"));
+    assert_eq!(refusal(picks), None);
+    let ball = Shape::Sphere { radius: 1.0 }.mesh(64);
+    let images = [look(&ball, DVec3::new(1.0, 0.3, 0.5), 0.2, 0.0), look(&ball, DVec3::new(0.7, 0.8, 0.45), 1.3, 0.0)];
+    for count in [1, 2] {
+        let picks = common(&images, 0, 1, 3)[..count].to_vec();
+        let alignment = aligned(&without_poses(&images), &Constraints { picks, ..Constraints::default() });
+        let text = lines(&alignment);
+        assert!(alignment.report.placed() == 0 && text.contains("too few points are picked"), "{text}");
+    }
 }
