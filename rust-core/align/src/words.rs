@@ -1,10 +1,12 @@
 //! Why scans are not placed, and what the user should know, in sentences.
 
+use std::collections::BTreeMap;
+
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 
 use crate::assemble::{Standing, contradict};
-use crate::constraints::Pick;
+use crate::constraints::{Pick, is_enough};
 use crate::doubts::Doubt;
 use crate::finding::Finding;
 use crate::judge::Mode;
@@ -355,12 +357,7 @@ pub(crate) fn say(
     }
     report.messages.extend(several_places(views, order, names, solved, progress)?);
     report.messages.extend(in_doubt(order, names, solved));
-    let same = (0..views.len()).flat_map(|a| (a + 1..views.len()).map(move |b| (a, b)));
-    for (a, b) in
-        same.filter(|&(a, b)| views[a].reduced.content == views[b].reduced.content && views[a].reduced.area > 0.0)
-    {
-        report.messages.push(format!("{:?} and {:?} hold the same samples: leave one out", names[a], names[b]));
-    }
+    report.messages.extend(equal(views, order, names));
     report.messages.extend(lost(names, scans, solved));
     report.messages.extend(told(views, names, solved));
     if let Some(group) = solved.groups.first() {
@@ -376,6 +373,40 @@ pub(crate) fn say(
         }
     }
     Ok(())
+}
+
+/// Scans that hold the same samples, by groups.
+fn equal(views: &[View], order: &[usize], names: &[&str]) -> Option<String> {
+    let mut of_content: BTreeMap<u64, Vec<usize>> = BTreeMap::new();
+    for (k, view) in views.iter().enumerate().filter(|(_, view)| view.reduced.area > 0.0) {
+        of_content.entry(view.reduced.content).or_default().push(k);
+    }
+    let mut groups: Vec<Vec<usize>> = of_content.into_values().filter(|scans| scans.len() > 1).collect();
+    groups.iter_mut().for_each(|scans| scans.sort_by_key(|&k| order[k]));
+    groups.sort_by_key(|scans| order[scans[0]]);
+    let named = |scans: &Vec<usize>| scans.iter().map(|&k| names[k]).collect::<Vec<&str>>();
+    let most = 5;
+    match &groups[..] {
+        [] => None,
+        [scans] if scans.len() == 2 => {
+            Some(format!("{:?} and {:?} hold the same samples: leave one out", names[scans[0]], names[scans[1]]))
+        }
+        [scans] => Some(format!(
+            "{} scans hold the same samples, leave all but one out: {}",
+            scans.len(),
+            quoted(&named(scans))
+        )),
+        several => {
+            let shown: Vec<String> =
+                several.iter().take(most).map(|scans| format!("({})", quoted(&named(scans)))).collect();
+            Some(format!(
+                "{} groups of scans hold the same samples each, leave all but one of each out: {}{}",
+                several.len(),
+                shown.join(", "),
+                if several.len() > most { " and others" } else { "" }
+            ))
+        }
+    }
 }
 
 /// Groups that fit the placed scans in several places.
@@ -481,11 +512,9 @@ fn told(views: &[View], names: &[&str], solved: &Solved) -> Vec<String> {
         let is_open = pair_of(a, b).is_some_and(|pair| pair.modes.is_empty());
         if is_open && !is_enough(count, with_normals) {
             said.push(format!(
-                "{} picked in {} and {} not tell how these lie, and their shape does not either. Pick three that lie in no line, \
-                    or two with the normals there.",
-                counted(count as u64, "point", "points"),
-                names[a],
-                names[b]
+                "too few points are picked in {:?} and {:?} to tell how they lie, and their shape does not tell it either: {count} where \
+                    three that lie in no line are needed, or two with the normals there",
+                names[a], names[b]
             ));
             continue;
         }

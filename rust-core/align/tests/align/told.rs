@@ -121,3 +121,21 @@ fn picks_that_give_no_pose_are_refused() {
         assert!(alignment.report.placed() == 0 && text.contains("too few points are picked"), "{text}");
     }
 }
+
+/// Scans that are there several times are named once, by groups, and those of one name with their numbers.
+#[test]
+fn equal_scans_are_named_in_one_message() {
+    let images = around(statue(), 3, 0.0);
+    let given: Vec<RangeImage> = [0, 1, 2, 0, 1, 0, 0].map(|k: usize| without_poses(&images[k..=k]).remove(0)).into();
+    let alignment = aligned(&given, &Constraints::default());
+    let said: Vec<&String> =
+        alignment.report.messages.iter().filter(|text| text.contains("hold the same samples")).collect();
+    assert_eq!(said.len(), 1, "{}", lines(&alignment));
+    for number in [0, 1, 3, 4, 5, 6] {
+        assert!(said[0].contains(&format!("(scan {number})")), "{}", said[0]);
+    }
+    assert!(said[0].starts_with("2 groups of scans hold the same samples"), "{}", said[0]);
+    assert!(alignment.report.scans.iter().all(|scan| !scan.name.contains("(scan")));
+    assert!(lines(&alignment).contains("(scan 6): "), "{}", lines(&alignment));
+    assert!(alignment.report.scans.iter().all(|scan| scan.state != ScanState::Undecided));
+}
