@@ -63,6 +63,11 @@ impl Bound {
         }
     }
 
+    /// None.
+    pub fn unbound() -> Self {
+        Bound { reaches: None, is_without_poses: false }
+    }
+
     /// Says that no scan has a pose, where rough poses were said to be there.
     pub fn no_poses(&self) -> Option<&'static str> {
         self.is_without_poses.then_some(NO_POSES)

@@ -7,12 +7,13 @@ use std::sync::OnceLock;
 use glam::DAffine3;
 use rayon::prelude::*;
 
-use crate::assemble::{Limit, Standing, apart_at_first, assemble};
+use crate::assemble::{AGREE, Limit, Standing, apart_at_first, assemble};
 use crate::constraints::{Inside, Ordered, Told, is_enough};
 use crate::doubts::{Doubted, take_out};
 use crate::finding::{Finding, Limits, find};
 use crate::group::Group;
 use crate::hypothesise::Effort;
+use crate::linear::apart;
 use crate::pair::Pair;
 use crate::params::AlignParams;
 use crate::reach::{Bound, ROUGH_REACH};
@@ -49,7 +50,33 @@ pub(crate) struct Found {
     pub table: Option<Table>,
     /// The scans in the order of the recording, where they were followed.
     pub sequence: Option<Vec<usize>>,
+    /// Pairs that the caller names, but against which others speak: how many more of these hold without it.
+    pub outvoted: BTreeMap<[usize; 2], usize>,
+    /// Fixed scans that contradict each other.
+    pub at_odds: Vec<AtOdds>,
 }
+
+/// Two fixed scans that do not lie beside each other as scans that fit both have them, and how far they are off.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct AtOdds {
+    pub scans: [usize; 2],
+    pub far: f64,
+}
+
+impl AtOdds {
+    /// Of two fixed scans, if they do not lie as a motion that fits has them.
+    pub fn of(views: &[View], scans: [usize; 2], a_from_b: &DAffine3) -> Option<Self> {
+        let both = scans.map(|scan| &views[scan]);
+        let [given_a, given_b] = both.map(|view| view.reduced.world_from_local());
+        let far = apart(&(given_a.inverse() * given_b), a_from_b, both[0].reduced.radius.min(both[1].reduced.radius));
+        (far > AGREE * both[0].coarse.cell.max(both[1].coarse.cell)).then_some(AtOdds { scans, far })
+    }
+}
+
+/// So many pairs that are sure must be lost to one that the caller names, so that they win: twice as many if that fits by itself.
+const OUTVOTED: usize = 3;
+/// Pairs that the caller names, of which it is tried whether others hold without it.
+const SUSPECTED: usize = 16;
 
 struct Search<'a, 'p> {
     views: &'a [View],
@@ -65,6 +92,7 @@ struct Search<'a, 'p> {
     table: Option<Table>,
     /// How far the sensor moves from frame to frame, of a recording.
     steps: Option<Steps>,
+    outvoted: BTreeMap<[usize; 2], usize>,
 }
 
 /// Finds pairs and joins them to groups.
@@ -87,6 +115,7 @@ pub(crate) fn search(
         thorough: BTreeSet::new(),
         table: None,
         steps: None,
+        outvoted: BTreeMap::new(),
     };
     let count = views.len();
     progress.stage(COMPARING, (count * (count - 1) / 2).min(count * OF_GROUP) as u64);
@@ -130,6 +159,8 @@ pub(crate) fn search(
         }
     }
     let (mut groups, mut standings) = found;
+    let at_odds = search.at_odds(&standings);
+    let outvoted = std::mem::take(&mut search.outvoted);
     let pairs: Vec<Pair> = search.pairs.into_values().collect();
     let is_heap = search.steps.is_none() && search.table.is_none() && !bound.binds();
     let doubted = match is_heap {
@@ -137,7 +168,7 @@ pub(crate) fn search(
         false => Doubted::default(),
     };
     let sequence = search.steps.and(inside.sequence.as_ref()).map(|order| order.frames.clone());
-    Ok(Found { pairs, standings, groups, doubted, table: search.table, sequence })
+    Ok(Found { pairs, standings, groups, doubted, table: search.table, sequence, outvoted, at_odds })
 }
 
 /// Pairs of scans of different groups: of each group the likeliest with any other.
@@ -254,24 +285,126 @@ impl Search<'_, '_> {
 
     fn joined(&mut self) -> (Vec<Group>, Vec<Standing>) {
         let pairs: Vec<Pair> = self.pairs.values().cloned().collect();
-        let is_trusted = |pair: &Pair| self.inside.is_trusted(pair.a, pair.b);
-        let assemble = |steps: Option<&Steps>| {
-            let groups = apart_at_first(self.views, &self.inside.is_fixed);
-            let limit = Limit { bound: self.bound, steps, is_fixed: &self.inside.is_fixed };
-            assemble(self.views, &pairs, groups, limit, is_trusted)
-        };
-        let (groups, standings) = assemble(self.steps.as_ref());
+        let (groups, standings) = self.beside_told(&pairs);
         let is_wrong = |(pair, standing): (&Pair, &Standing)| {
-            pair.finding == Finding::Sure && *standing == Standing::Disagrees && !is_trusted(pair)
+            pair.finding == Finding::Sure && *standing == Standing::Disagrees && !self.is_trusted(pair)
         };
         let repeats = pairs.iter().zip(&standings).any(is_wrong);
         match &mut self.steps {
             Some(steps) if repeats && !steps.repeats => {
                 steps.repeats = true;
-                assemble(self.steps.as_ref())
+                self.beside_told(&pairs)
             }
             _ => (groups, standings),
         }
+    }
+
+    fn is_trusted(&self, pair: &Pair) -> bool {
+        self.inside.is_trusted(pair.a, pair.b) && !self.outvoted.contains_key(&[pair.a, pair.b])
+    }
+
+    /// The pairs joined, but for those that are outvoted.
+    fn assembled(&self, pairs: &[Pair], outvoted: &BTreeMap<[usize; 2], usize>) -> (Vec<Group>, Vec<Standing>) {
+        let groups = apart_at_first(self.views, &self.inside.is_fixed);
+        let limit = Limit { bound: self.bound, steps: self.steps.as_ref(), is_fixed: &self.inside.is_fixed };
+        let is_out = |pair: &Pair| outvoted.contains_key(&[pair.a, pair.b]);
+        let is_trusted = |pair: &Pair| self.inside.is_trusted(pair.a, pair.b) && !is_out(pair);
+        if outvoted.is_empty() {
+            return assemble(self.views, pairs, groups, limit, is_trusted);
+        }
+        let mut left = pairs.to_vec();
+        left.iter_mut().filter(|pair| is_out(pair)).for_each(|pair| pair.finding = Finding::Nothing);
+        let (groups, mut standings) = assemble(self.views, &left, groups, limit, is_trusted);
+        let out = pairs.iter().zip(&mut standings).filter(|(pair, _)| is_out(pair) && !pair.modes.is_empty());
+        out.for_each(|(_, standing)| *standing = Standing::Disagrees);
+        (groups, standings)
+    }
+
+    /// The pairs joined. A pair that the caller names is left out if that lets many more hold that are sure: what it joins is then against
+    /// all that these say. Pairs of rooms that fit by themselves are not, since a room may repeat itself and only the caller know where.
+    fn beside_told(&mut self, pairs: &[Pair]) -> (Vec<Group>, Vec<Standing>) {
+        let mut out = BTreeMap::new();
+        let mut found = self.assembled(pairs, &out);
+        self.outvoted.clear();
+        if self.inside.trusted.is_empty() && self.inside.picks.is_empty() {
+            return found;
+        }
+        let is_untold = |pair: &Pair| pair.finding == Finding::Sure && !self.inside.is_trusted(pair.a, pair.b);
+        let count = |standings: &[Standing], wanted: fn(&Standing) -> bool| {
+            pairs.iter().zip(standings).filter(|(pair, standing)| is_untold(pair) && wanted(standing)).count()
+        };
+        let holds = |standing: &Standing| matches!(standing, Standing::Joins | Standing::Agrees);
+        let is_refused = |standing: &Standing| matches!(standing, Standing::Disagrees | Standing::SeenThrough);
+        let needed = |pair: &Pair| match pair.finding {
+            Finding::Sure if [pair.a, pair.b].iter().all(|&scan| self.views[scan].is_of_room()) => usize::MAX,
+            Finding::Sure => 2 * OUTVOTED,
+            _ => OUTVOTED,
+        };
+        while count(&found.1, is_refused) >= OUTVOTED {
+            let mut refused = vec![0; self.views.len()];
+            for (pair, _) in
+                pairs.iter().zip(&found.1).filter(|(pair, standing)| is_untold(pair) && is_refused(standing))
+            {
+                refused[pair.a] += 1;
+                refused[pair.b] += 1;
+            }
+            let mut suspected: Vec<(usize, &Pair)> = pairs
+                .iter()
+                .zip(&found.1)
+                .filter(|(pair, standing)| **standing == Standing::Joins && self.inside.is_trusted(pair.a, pair.b))
+                .map(|(pair, _)| (refused[pair.a] + refused[pair.b], pair))
+                .filter(|(against, pair)| *against > 0 && needed(pair) < usize::MAX)
+                .collect();
+            suspected.sort_by_key(|(against, pair)| (std::cmp::Reverse(*against), pair.a, pair.b));
+            suspected.truncate(SUSPECTED);
+            let held = count(&found.1, holds);
+            let mut best: Option<(usize, [usize; 2], _)> = None;
+            for (_, pair) in suspected {
+                let mut fewer = out.clone();
+                fewer.insert([pair.a, pair.b], 0);
+                let without = self.assembled(pairs, &fewer);
+                let more = count(&without.1, holds).saturating_sub(held);
+                if more >= needed(pair) && best.as_ref().is_none_or(|best| more > best.0) {
+                    best = Some((more, [pair.a, pair.b], without));
+                }
+            }
+            let Some((more, pair, without)) = best else { break };
+            out.insert(pair, more);
+            found = without;
+        }
+        self.outvoted = out;
+        found
+    }
+
+    /// Fixed scans that contradict each other: those that lie elsewhere beside each other where all scans are joined as if none was fixed.
+    /// That is looked at if pairs that are sure are refused.
+    fn at_odds(&self, standings: &[Standing]) -> Vec<AtOdds> {
+        let fixed = self.inside.is_fixed.iter().filter(|is_fixed| **is_fixed).count();
+        let is_refused = |(pair, standing): (&Pair, &Standing)| {
+            pair.finding == Finding::Sure && matches!(standing, Standing::Disagrees | Standing::SeenThrough)
+        };
+        if fixed < 2 || !self.pairs.values().zip(standings).any(is_refused) {
+            return Vec::new();
+        }
+        let mut pairs: Vec<Pair> = self.pairs.values().cloned().collect();
+        let is_out = |pair: &Pair| self.outvoted.contains_key(&[pair.a, pair.b]);
+        pairs.iter_mut().filter(|pair| is_out(pair)).for_each(|pair| pair.finding = Finding::Nothing);
+        let (free, unbound) = (vec![false; self.views.len()], Bound::unbound());
+        let limit = Limit { bound: &unbound, steps: self.steps.as_ref(), is_fixed: &free };
+        let (groups, _) =
+            assemble(self.views, &pairs, apart_at_first(self.views, &free), limit, |pair| self.is_trusted(pair));
+        let mut found = Vec::new();
+        for group in &groups {
+            let mut members: Vec<(usize, DAffine3)> =
+                group.members.iter().copied().filter(|member| self.inside.is_fixed[member.0]).collect();
+            members.sort_by_key(|member| member.0);
+            for (k, &(a, of_a)) in members.iter().enumerate() {
+                for &(b, of_b) in &members[k + 1..] {
+                    found.extend(AtOdds::of(self.views, [a, b], &(of_a.inverse() * of_b)));
+                }
+            }
+        }
+        found
     }
 
     /// Pairs that the caller names.

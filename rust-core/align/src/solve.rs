@@ -19,7 +19,7 @@ use crate::params::AlignParams;
 use crate::reach::Bound;
 use crate::refine::Both;
 use crate::relax::{Link, Net, Start, Tie, contacts};
-use crate::search::{Found, search};
+use crate::search::{AtOdds, Found, search};
 use crate::stages::FITTING;
 use crate::turntable::Table;
 use crate::uncertainty::covariances;
@@ -42,6 +42,10 @@ pub(crate) struct Solved {
     pub picks: Vec<Pick>,
     /// The scans in the order of the recording, where they were followed.
     pub sequence: Option<Vec<usize>>,
+    /// Pairs that the caller names, but against which others speak, and how many.
+    pub outvoted: BTreeMap<[usize; 2], usize>,
+    /// Fixed scans that contradict each other.
+    pub at_odds: Vec<AtOdds>,
     pub bound: Bound,
     /// Whether there was a turntable, and where, if it was found.
     pub is_turned: bool,
@@ -133,7 +137,9 @@ const MANY: usize = 1000;
 
 pub(crate) fn solve(views: &[View], params: &AlignParams, inside: &Inside, progress: &Progress<'_>) -> Result<Solved> {
     let bound = Bound::of(views, params, inside);
-    let Found { pairs, standings, groups, doubted, table, sequence } = search(views, params, inside, &bound, progress)?;
+    let Found { pairs, standings, groups, doubted, table, sequence, outvoted, at_odds } =
+        search(views, params, inside, &bound, progress)?;
+    let inside = &inside.without(&outvoted.keys().copied().collect());
     let limits = Limits::of(params);
     let is_followed = sequence.is_some();
     let known = Known { views, inside, bound: &bound, limits: &limits, table: table.as_ref(), is_followed };
@@ -170,6 +176,8 @@ pub(crate) fn solve(views: &[View], params: &AlignParams, inside: &Inside, progr
         trusted: inside.trusted.clone(),
         picks: inside.picks.clone(),
         sequence,
+        outvoted,
+        at_odds,
         bound,
         is_turned: inside.turned.is_some(),
         table,

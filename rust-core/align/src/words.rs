@@ -557,6 +557,13 @@ fn told(views: &[View], names: &[&str], solved: &Solved) -> Vec<String> {
         };
         said.push(format!("{:?} and {:?} are trusted to touch, but {what}", names[a], names[b]));
     }
+    for ([a, b], more) in &solved.outvoted {
+        said.push(format!(
+            "{:?} and {:?} were said to touch, and were not held together: {more} more pairs that fit by themselves hold without that. \
+                Check the pair and its points, or reject those pairs.",
+            names[*a], names[*b]
+        ));
+    }
     if solved.inside.iter().filter(|fixed| **fixed).count() > 1 {
         let others = solved
             .pairs

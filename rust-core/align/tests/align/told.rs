@@ -86,6 +86,37 @@ fn angles_beside_equal_steps_are_refused() {
     assert!(error.to_string().contains("choose one"), "{error}");
 }
 
+/// Theorem: pairs that are sure, and that say the same, win against one that the caller names, whether trusted or by points.
+#[test]
+fn a_wrong_pair_does_not_win_against_right_neighbours() {
+    let images = around(statue(), 8, 0.0);
+    let given = without_poses(&images);
+    // Opposite sides of the statue share nothing.
+    let own = |k: usize| given[k].oriented_points(&Progress::none()).unwrap().positions;
+    let [first, second] =
+        [own(0), own(4)].map(|points| points.into_iter().filter(|p| p.is_finite()).collect::<Vec<_>>());
+    let middle = |points: &[DVec3]| points.iter().sum::<DVec3>() / points.len() as f64;
+    let nearest = |points: &[DVec3], to: DVec3| {
+        points.iter().copied().min_by(|a, b| a.distance(to).total_cmp(&b.distance(to))).unwrap()
+    };
+    // Points of both that lie alike in front of the sensors, as somebody picks them who takes one side for the other.
+    let off = [DVec3::new(0.2, 0.0, 0.0), DVec3::new(-0.2, 0.1, 0.0), DVec3::new(0.0, -0.25, 0.0)];
+    let picks = off.map(|off| {
+        let points = [nearest(&first, middle(&first) + off), nearest(&second, middle(&second) + off)];
+        Pick { scans: [0, 4], points, normals: None, weight: 1.0 }
+    });
+    let trusted = Constraints { trusted: vec![[0, 4]], ..Constraints::default() };
+    let picked = Constraints { picks: picks.to_vec(), ..Constraints::default() };
+    for constraints in [trusted, picked] {
+        let alignment = aligned(&given, &constraints);
+        let off = errors(&images, &alignment);
+        assert!(off.iter().all(|off| off.is_some_and(|off| off < 1.0)), "{off:?} {}", lines(&alignment));
+        let wrong = [&images[0].name, &images[4].name];
+        let said = alignment.report.messages.iter().find(|text| wrong.iter().all(|name| text.contains(*name)));
+        assert!(said.is_some(), "{}", lines(&alignment));
+    }
+}
+
 /// Picks about which scans may turn are refused, and fewer than three where shape does not choose either.
 #[test]
 fn picks_that_give_no_pose_are_refused() {
