@@ -16,7 +16,7 @@ use crate::hypothesise::Effort;
 use crate::linear::apart;
 use crate::pair::Pair;
 use crate::params::AlignParams;
-use crate::reach::{Bound, ROUGH_REACH};
+use crate::reach::{Bound, ROUGH_REACH, moved};
 use crate::retrieve::likeness;
 use crate::sequence::{Steps, followed};
 use crate::stages::COMPARING;
@@ -56,7 +56,7 @@ pub(crate) struct Found {
     pub at_odds: Vec<AtOdds>,
 }
 
-/// Two fixed scans that do not lie beside each other as scans that fit both have them, and how far they are off.
+/// Two fixed scans that do not lie beside each other as scans that fit both have them, and how far the second is off.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct AtOdds {
     pub scans: [usize; 2],
@@ -64,12 +64,12 @@ pub(crate) struct AtOdds {
 }
 
 impl AtOdds {
-    /// Of two fixed scans, if they do not lie as a motion that fits has them.
-    pub fn of(views: &[View], scans: [usize; 2], a_from_b: &DAffine3) -> Option<Self> {
+    /// Of two fixed scans, if they do not lie as a motion that fits has them. `slack` is how far they may be off.
+    pub fn of(views: &[View], scans: [usize; 2], a_from_b: &DAffine3, slack: f64) -> Option<Self> {
         let both = scans.map(|scan| &views[scan]);
         let [given_a, given_b] = both.map(|view| view.reduced.world_from_local());
         let far = apart(&(given_a.inverse() * given_b), a_from_b, both[0].reduced.radius.min(both[1].reduced.radius));
-        (far > AGREE * both[0].coarse.cell.max(both[1].coarse.cell)).then_some(AtOdds { scans, far })
+        (far > slack).then(|| AtOdds { scans, far: moved(both[1], &(given_a * *a_from_b)) })
     }
 }
 
@@ -400,7 +400,8 @@ impl Search<'_, '_> {
             members.sort_by_key(|member| member.0);
             for (k, &(a, of_a)) in members.iter().enumerate() {
                 for &(b, of_b) in &members[k + 1..] {
-                    found.extend(AtOdds::of(self.views, [a, b], &(of_a.inverse() * of_b)));
+                    let slack = AGREE * self.views[a].coarse.cell.max(self.views[b].coarse.cell);
+                    found.extend(AtOdds::of(self.views, [a, b], &(of_a.inverse() * of_b), slack));
                 }
             }
         }

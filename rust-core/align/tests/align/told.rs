@@ -74,7 +74,7 @@ fn fixed_scans_that_contradict_each_other_are_named() {
         given[k] = placed(&images[k], by * images[k].world_from_sensor);
     }
     let alignment = aligned(&given, &Constraints { fixed: vec![0, 3], ..Constraints::default() });
-    assert!(lines(&alignment).contains("fixed may not lie where they belong"), "{}", lines(&alignment));
+    assert!(lines(&alignment).contains("fixed scans contradict each other"), "{}", lines(&alignment));
 }
 
 #[test]
@@ -115,6 +115,74 @@ fn a_wrong_pair_does_not_win_against_right_neighbours() {
         let said = alignment.report.messages.iter().find(|text| wrong.iter().all(|name| text.contains(*name)));
         assert!(said.is_some(), "{}", lines(&alignment));
     }
+}
+
+/// Theorem: fixed scans that contradict each other are named, and by how much. Nothing is taken for bent or of another size for that.
+#[test]
+fn fixed_scans_that_contradict_each_other_are_named_with_how_far_they_are_off() {
+    let images = around(statue(), 8, 0.0);
+    for shift in [0.03, 0.12, 0.4] {
+        let mut given = without_poses(&images);
+        for (k, by) in [(0, 0.0), (1, shift), (5, 0.0)] {
+            let by = DAffine3::from_translation(DVec3::new(0.0, 0.0, by));
+            given[k] = placed(&images[k], by * images[k].world_from_sensor);
+        }
+        let alignment = aligned(&given, &Constraints { fixed: vec![0, 1, 5], ..Constraints::default() });
+        let text = lines(&alignment);
+        let said = alignment.report.messages.iter().find(|text| text.starts_with("fixed scans contradict each other"));
+        let said = said.unwrap_or_else(|| panic!("{shift}: {text}"));
+        assert!(said.contains(&format!("{:?}", images[1].name)), "{shift}: {text}");
+        for wrong in ["times as large", "is bent", "has moved"] {
+            assert!(!text.contains(wrong), "{shift}: {text}");
+        }
+        let far = said.split(" by ").nth(1).unwrap().split([',', '.']).take(2).collect::<Vec<_>>().join(".");
+        let far: f64 = far.trim().parse().unwrap_or_else(|_| panic!("{said}"));
+        assert!((far - shift).abs() < 0.3 * shift, "{shift}: {said}");
+    }
+    // Right ones are not.
+    let alignment = aligned(&images, &Constraints { fixed: vec![0, 1, 5], ..Constraints::default() });
+    assert!(!lines(&alignment).contains("contradict"), "{}", lines(&alignment));
+}
+
+/// The reason of a scan is the true one where its pairs are rejected, and where a turntable's axis is wrong.
+#[test]
+fn what_was_not_compared_does_not_share_too_little() {
+    let images = around(statue(), 4, 0.0);
+    let rejected = vec![[0, 3], [1, 3], [2, 3]];
+    let alignment = aligned(&without_poses(&images), &Constraints { rejected, ..Constraints::default() });
+    assert!(
+        alignment.report.scans[3].reason.contains("all its pairs with other scans are rejected"),
+        "{}",
+        lines(&alignment)
+    );
+    let params = AlignParams { start: Start::Sequence, ..AlignParams::default() };
+    let rejected = Constraints { rejected: vec![[0, 1]], ..Constraints::default() };
+    let images = around(statue(), 5, 0.0);
+    let mut given = without_poses(&images);
+    let nothing = image::range_image::Samples::Values(vec![f64::NAN; given[2].rows() * given[2].cols()]);
+    let image::range_image::Samples::Values(nothing) = nothing else { panic!("these are values") };
+    given[2] = RangeImage::from_values(given[2].rows(), given[2].cols(), nothing, *given[2].projection()).unwrap();
+    let alignment = run(&sources(&given), &params, &rejected, &Progress::none()).unwrap();
+    let text = alignment.report.messages.join("\n");
+    assert!(text.contains("the pair is rejected"), "{text}");
+    assert!(text.contains("one of them has no surface"), "{text}");
+}
+
+/// A tolerance below the noise is named, and what noise does is not taken for warp.
+#[test]
+fn a_tolerance_below_the_noise_is_named() {
+    let images = around(statue(), 5, 0.5);
+    let by = |tolerance| {
+        let params = AlignParams { tolerance, ..AlignParams::default() };
+        lines(&run(&sources(&without_poses(&images)), &params, &Constraints::default(), &Progress::none()).unwrap())
+    };
+    let text = by(Some(1e-5));
+    assert!(
+        text.contains("tolerance, 1.0e-5, is smaller than the noise") || text.contains("tolerance, 0.00001"),
+        "{text}"
+    );
+    assert!(text.contains("which noise explains") && !text.contains("shares less than a third"), "{text}");
+    assert!(!by(None).contains("tolerance") && !by(Some(0.1)).contains("tolerance"));
 }
 
 /// Picks about which scans may turn are refused, and fewer than three where shape does not choose either.
