@@ -92,6 +92,11 @@ impl Bound {
         (moved > self.reach(scan)).then_some(moved)
     }
 
+    /// How far a point of one of two scans may lie from where it was given beside the other.
+    pub fn apart(&self, a: usize, b: usize) -> f64 {
+        LEVER * (self.reach(a) + self.reach(b))
+    }
+
     /// Whether two scans may lie so beside each other: both may be off, either way.
     pub fn allows(&self, views: &[View], [a, b]: [usize; 2], a_from_b: &DAffine3) -> bool {
         if !self.binds() {
@@ -99,7 +104,7 @@ impl Bound {
         }
         let [given_a, given_b] = [a, b].map(|k| views[k].reduced.world_from_local());
         let off = moved(&views[b], &(given_a * *a_from_b)).min(moved(&views[a], &(given_b * a_from_b.inverse())));
-        off <= LEVER * (self.reach(a) + self.reach(b))
+        off <= self.apart(a, b)
     }
 
     /// Whether the scans of a group that is not settled yet may lie as they do, to `slack`: without fixed scans the group's frame is that

@@ -13,6 +13,7 @@ use crate::doubts::{Doubted, take_out};
 use crate::finding::{Finding, Limits, find};
 use crate::group::Group;
 use crate::hypothesise::Effort;
+use crate::judge::touching_share;
 use crate::linear::apart;
 use crate::pair::Pair;
 use crate::params::AlignParams;
@@ -31,6 +32,9 @@ const FIRST: usize = 5;
 const OF_GROUP: usize = 24;
 /// Partners of each piece of a recording: the frames of one show the same.
 const OF_PIECE: usize = 6;
+/// Partners of each scan with a rough pose, those that share most where they were given: looked at near there, and wherever they fit.
+const NEAREST: usize = 24;
+const BESIDE: usize = 8;
 /// Up to so many scans all pairs between groups are searched in the end, if need be.
 const FEW_SCANS: usize = 40;
 /// Rounds of joining groups.
@@ -93,6 +97,8 @@ struct Search<'a, 'p> {
     /// How far the sensor moves from frame to frame, of a recording.
     steps: Option<Steps>,
     outvoted: BTreeMap<[usize; 2], usize>,
+    /// Pairs of scans with rough poses that are looked at wherever they fit.
+    beside: BTreeSet<[usize; 2]>,
 }
 
 /// Finds pairs and joins them to groups.
@@ -116,6 +122,7 @@ pub(crate) fn search(
         table: None,
         steps: None,
         outvoted: BTreeMap::new(),
+        beside: BTreeSet::new(),
     };
     let count = views.len();
     progress.stage(COMPARING, (count * (count - 1) / 2).min(count * OF_GROUP) as u64);
@@ -144,7 +151,9 @@ pub(crate) fn search(
             };
             let group_of = numbers(&found.0, count);
             let wanted = likeliest(search.likeness()?, &group_of, most, |pair| {
-                search.is_open(*pair) && search.is_new(*pair, effort)
+                search.is_open(*pair)
+                    && search.is_new(*pair, effort)
+                    && (!bound.binds() || search.beside.contains(pair))
             });
             if wanted.is_empty() {
                 break;
@@ -196,6 +205,20 @@ fn likeliest(
     wanted.sort_unstable();
     wanted.dedup();
     wanted
+}
+
+/// Of each scan the pairs of the largest value.
+fn most_of_each(pairs: &[(f64, [usize; 2])], most: usize) -> BTreeSet<[usize; 2]> {
+    let mut of_scan: BTreeMap<usize, Vec<(f64, [usize; 2])>> = BTreeMap::new();
+    for &(value, pair) in pairs {
+        pair.iter().for_each(|scan| of_scan.entry(*scan).or_default().push((value, pair)));
+    }
+    let mut kept = BTreeSet::new();
+    for mut pairs in of_scan.into_values() {
+        pairs.sort_by(|x, y| y.0.total_cmp(&x.0).then(x.1.cmp(&y.1)));
+        kept.extend(pairs.into_iter().take(most).map(|(_, pair)| pair));
+    }
+    kept
 }
 
 /// Of each scan on a turntable those that were taken just before and after.
@@ -469,7 +492,23 @@ impl Search<'_, '_> {
             far < views[a].reduced.radius + views[b].reduced.radius + reach(a, b)
         };
         let all = (0..views.len()).flat_map(|a| (a + 1..views.len()).map(move |b| [a, b]));
-        let wanted: Vec<[usize; 2]> = all.filter(touch).filter(|pair| !self.pairs.contains_key(pair)).collect();
+        let near: Vec<[usize; 2]> = all.filter(touch).collect();
+        let shares = near.par_iter().map(|&[a, b]| {
+            self.progress.check()?;
+            let both = [&views[a], &views[b]];
+            let given = motion(a, b);
+            let share = |margin: f64| {
+                touching_share(both, &given, margin) + touching_share([both[1], both[0]], &given.inverse(), margin)
+            };
+            // Where poses are off, what touches does not yet.
+            let far = share(self.bound.apart(a, b));
+            Ok((if far > 0.0 { far + share(0.0) } else { 0.0 }, [a, b]))
+        });
+        let mut shares: Vec<(f64, [usize; 2])> = shares.collect::<Result<_>>()?;
+        shares.retain(|(share, _)| *share > 0.0);
+        self.beside = most_of_each(&shares, BESIDE);
+        let nearest = most_of_each(&shares, NEAREST);
+        let wanted: Vec<[usize; 2]> = nearest.into_iter().filter(|pair| !self.pairs.contains_key(pair)).collect();
         let (bound, limits) = (self.bound, self.limits);
         self.add(&wanted, |a, b| {
             let start = motion(a, b);

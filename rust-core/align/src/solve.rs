@@ -421,7 +421,8 @@ fn touching(net: &Net<'_>, members: &[usize], inside: &Inside, progress: &Progre
         .collect();
     let shares = pairs.par_iter().map(|&link| {
         progress.check()?;
-        Ok(motion(net, link).map_or(0.0, |motion| touching_share([&net.views[link.a], &net.views[link.b]], &motion)))
+        Ok(motion(net, link)
+            .map_or(0.0, |motion| touching_share([&net.views[link.a], &net.views[link.b]], &motion, 0.0)))
     });
     let shares: Vec<f64> = shares.collect::<Result<_>>()?;
     let touching = pairs.into_iter().zip(shares).filter(|(_, share)| *share > 0.0);
