@@ -162,7 +162,7 @@ impl Constraints {
                     picks.iter().filter_map(|(_, pick)| Some(pick.normals?[side].normalize())).collect();
                 if is_enough(points.len(), normals.len()) && lie_in_line(&points, &normals) {
                     return Err(Error::input(format!(
-                        "the {} picks of scans {} and {} lie in a line in scan {scan}, about which the scans may turn: pick a point beside it",
+                        "the {} picks of scans {} and {} lie in a line in scan {scan}. The scans may turn about it: pick a point beside it.",
                         points.len(),
                         scans[0],
                         scans[1]

@@ -500,7 +500,7 @@ impl Search<'_, '_> {
             let share = |margin: f64| {
                 touching_share(both, &given, margin) + touching_share([both[1], both[0]], &given.inverse(), margin)
             };
-            // Where poses are off, what touches does not yet.
+            // Surfaces that touch may not do so yet, as poses are off.
             let far = share(self.bound.apart(a, b));
             Ok((if far > 0.0 { far + share(0.0) } else { 0.0 }, [a, b]))
         });

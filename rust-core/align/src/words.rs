@@ -155,8 +155,8 @@ pub(crate) fn reason(
     }
     if solved.table.is_some() {
         return open(joined(
-            "no turn about the turntable's axis was found by which it fits another scan: check the axis and the angles, or \
-                leave it out if it did not stand on the table"
+            "no turn about the turntable's axis was found by which it fits another scan. Check the axis and the angles, or leave \
+                it out if it did not stand on the table."
                 .to_owned(),
         ));
     }
@@ -402,7 +402,7 @@ pub(crate) fn say(
         format!("fixed scans contradict each other: {which}. Check their poses, or fix one of them alone.")
     }));
     report.messages.extend(too_exact(solved));
-    // What does not fit scans that contradict each other is neither bent nor of another size.
+    // Beside scans that contradict each other nothing is bent, or of another size.
     if let Some(group) = solved.groups.first().filter(|_| solved.at_odds.is_empty()) {
         let causes = group.members.par_iter().map(|&(k, pose)| {
             progress.check()?;
@@ -509,7 +509,7 @@ fn lost(views: &[View], names: &[&str], scans: &[AlignedScan], solved: &Solved) 
             _ if [before, after].iter().any(|&k| views[k].reduced.area <= 0.0) => "one of them has no surface",
             _ if is_rejected(solved, before, after) => "the pair is rejected",
             Some(Finding::Loose) if found.is_some_and(|pair| is_noise(&pair.modes[0].verdict)) => {
-                "what both show lies further apart than tolerance allows, by noise alone"
+                "noise puts what both show further apart than tolerance allows"
             }
             Some(Finding::Ambiguous) => "they fit in several places",
             Some(Finding::Walls) => "they share hardly more than walls, which fit elsewhere as well",
@@ -567,8 +567,8 @@ fn told(views: &[View], names: &[&str], solved: &Solved) -> Vec<String> {
         let is_open = pair_of(a, b).is_some_and(|pair| pair.modes.is_empty());
         if is_open && !is_enough(count, with_normals) {
             said.push(format!(
-                "too few points are picked in {:?} and {:?} to tell how they lie, and their shape does not tell it either: {count} where \
-                    three that lie in no line are needed, or two with the normals there",
+                "too few points are picked in {:?} and {:?} to tell how they lie: {count}. Their shape does not tell it either. Pick three that \
+                    lie in no line, or two with the normals there.",
                 names[a], names[b]
             ));
             continue;

@@ -199,7 +199,7 @@ fn picks_that_give_no_pose_are_refused() {
         in_line[2].points[side] = in_line[0].points[side].lerp(in_line[1].points[side], 0.4);
     }
     let text = refusal(in_line.clone()).unwrap();
-    assert!(text.contains("the 3 picks of scans 0 and 1 lie in a line in scan 0"), "{text}");
+    assert!(text.contains("the 3 picks of scans 0 and 1 lie in a line in scan 0."), "{text}");
     // In one of the two scans, named the other way round.
     in_line[2].points[0] = picks[2].points[0];
     for pick in &mut in_line {
