@@ -68,6 +68,11 @@ impl Bound {
         }
     }
 
+    /// None.
+    pub fn unbound() -> Self {
+        Bound { reaches: None, is_without_poses: false }
+    }
+
     /// Says that no scan has a pose, where rough poses were said to be there.
     pub fn no_poses(&self) -> Option<&'static str> {
         self.is_without_poses.then_some(NO_POSES)
@@ -92,6 +97,11 @@ impl Bound {
         (moved > self.reach(scan)).then_some(moved)
     }
 
+    /// How far a point of one of two scans may lie from where it was given beside the other.
+    pub fn apart(&self, a: usize, b: usize) -> f64 {
+        LEVER * (self.reach(a) + self.reach(b))
+    }
+
     /// Whether two scans may lie so beside each other: both may be off, either way.
     pub fn allows(&self, views: &[View], [a, b]: [usize; 2], a_from_b: &DAffine3) -> bool {
         if !self.binds() {
@@ -99,7 +109,7 @@ impl Bound {
         }
         let [given_a, given_b] = [a, b].map(|k| views[k].reduced.world_from_local());
         let off = moved(&views[b], &(given_a * *a_from_b)).min(moved(&views[a], &(given_b * a_from_b.inverse())));
-        off <= LEVER * (self.reach(a) + self.reach(b))
+        off <= self.apart(a, b)
     }
 
     /// Whether the scans of a group that is not settled yet may lie as they do, to `slack`: without fixed scans the group's frame is that

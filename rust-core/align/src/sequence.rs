@@ -257,7 +257,7 @@ impl Steps {
             let both = [&views[a.1], &views[b.1]];
             let steps = self.place[b.1] - self.place[a.1];
             apart(&from, &to, both[0].reduced.radius) > self.longest * steps as f64
-                || (steps < (b.0 - a.0) as u64 + MISSING && touching_share(both, &(a.3.inverse() * b.3)) < OVERLAP)
+                || (steps < (b.0 - a.0) as u64 + MISSING && touching_share(both, &(a.3.inverse() * b.3), 0.0) < OVERLAP)
         };
         // Pieces come together in their order: what was followed between two of them says where these are.
         let is_next = |a: &Frame, b: &Frame| {
