@@ -15,7 +15,7 @@ namespace {
 const std::set<std::string> left_out = {
     "ply", "stl", "obj", "ptx", "asc", "xyz", "txt", "pts", "mlp", "aln", "png", "tif", "tiff", "json", "log", "freiburg", "traj",
 #if SRF_MESHLAB >= 202100
-    "e57", "glb", "gltf",
+    "e57", "glb", "gltf", "3mf",
 #endif
 };
 

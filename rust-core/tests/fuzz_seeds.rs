@@ -106,6 +106,8 @@ fn scan_seeds() -> BTreeMap<String, Vec<u8>> {
     keep("continued.obj", b"v 0 0 \\\r\n0\rv 1 0 0\nv 0 1 0\nf 1 \\\n\\\n2 3\n".to_vec());
     export::write_stl(&path, &mesh, &none).unwrap();
     keep("mesh.stl", std::fs::read(&path).unwrap());
+    export::write_3mf(&path, "a", &mesh, &export::GlbOptions::default(), &none).unwrap();
+    keep("mesh.3mf", std::fs::read(&path).unwrap());
     let node = export::GlbNode { name: "a", mesh: &mesh, world_from_mesh: DAffine3::IDENTITY, coarser: &[] };
     export::write_glb(&path, &[node], &export::GlbOptions::default(), &none).unwrap();
     keep("mesh.glb", std::fs::read(&path).unwrap());

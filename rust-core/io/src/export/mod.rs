@@ -6,6 +6,7 @@
 //! | `conf` | VRIP's lists of placed scans |
 //! | `poses` | MeshLab's and TUM's |
 //! | `glb` | binary glTF: meshes with colours and custom attributes |
+//! | `three_mf` | 3MF: meshes with their unit and colours, for printing |
 //! | `obj`, `stl` | meshes for programs that read nothing else |
 //! | `by_ending` | any of these by the ending of the file's name |
 //! | `scans` | PTX and E57: range images seen from a point |
@@ -32,6 +33,7 @@ mod provenance;
 mod scans;
 mod stl;
 mod temporary;
+mod three_mf;
 
 pub use crate::import::registry::{Holding, ending_for, written_endings};
 pub use by_ending::{
@@ -51,3 +53,4 @@ pub(crate) use provenance::{CRS_COMMENT, CRS_EXTRA};
 pub use provenance::{E57_NAMESPACE, LONGEST, Provenance};
 pub use scans::{write_e57, write_ptx};
 pub use stl::write_stl;
+pub use three_mf::write_3mf;

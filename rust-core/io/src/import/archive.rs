@@ -12,7 +12,7 @@ use flate2::read::DeflateDecoder;
 use zip::result::ZipError;
 use zip::{CompressionMethod, ZipArchive};
 
-use super::super::file;
+use super::file;
 use base::error::{Error, Result};
 use base::progress::Progress;
 
@@ -51,7 +51,7 @@ enum Method {
 }
 
 /// Whether a file that starts like this is an archive.
-pub(in super::super) fn sniff(start: &[u8]) -> bool {
+pub(super) fn sniff(start: &[u8]) -> bool {
     start.starts_with(b"PK\x03\x04")
 }
 
