@@ -15,7 +15,10 @@ namespace {
 const std::set<std::string> left_out = {
     "ply", "stl", "obj", "ptx", "asc", "xyz", "txt", "pts", "mlp", "aln", "png", "tif", "tiff", "json", "log", "freiburg", "traj",
 #if SRF_MESHLAB >= 202100
-    "e57", "glb", "gltf", "3mf",
+    "e57", "glb", "gltf",
+#endif
+#if SRF_MESHLAB >= 202500
+    "3mf",
 #endif
 };
 
