@@ -13,10 +13,12 @@
 //! | `import::registry` | content of formats, and their endings |
 //! | `crs` | coordinate reference systems that files can't tell |
 //! | `provenance` | provenance that results tell |
+//! | `archive` | zip archives, for 3MF |
 //! | `atomic` | every file appears whole or not at all |
 //! | `temporary`, `crate::memory_folder` | the file until then, and files that killed writers have left |
 //! | `names` | names that Windows calls no file |
 
+mod archive;
 pub(crate) mod atomic;
 mod by_ending;
 mod conf;

@@ -3,18 +3,17 @@
 //! A package is a zip archive of three parts in XML: the kinds of parts, which of them is the model, and the model. Colours are the materials
 //! extension's group of colours, one for each corner of a triangle.
 
-use std::io::{BufWriter, Error as IoError, Write};
+use std::io::{Error as IoError, Write};
+use std::ops::RangeInclusive;
 use std::path::Path;
 
+use flate2::Compression;
 use glam::{DVec3, Vec3};
 use rustc_hash::FxHashMap;
-use zip::result::ZipError;
-use zip::write::SimpleFileOptions;
-use zip::{CompressionMethod, ZipWriter};
 
+use super::archive::Archive;
 use super::atomic::{Output, write_atomically};
-use super::{GlbOptions, Up};
-use crate::export::glb::origin;
+use super::glb::{GlbOptions, Up, origin};
 use base::error::{Error, Result};
 use base::memory;
 use base::progress::Progress;
@@ -29,8 +28,14 @@ const UNITS: [(&str, f64); 6] =
 const MOST_COLOURS: usize = 1 << 16;
 /// Of the table of colours, and the place of each vertex's.
 const BYTES_A_COLOUR: f64 = 24.0;
-/// Bytes of a member from which on its header needs longer numbers.
-const LARGE: usize = 20_000_000;
+/// Numbers of vertices and triangles in the format are below 2^31.
+const MOST: usize = i32::MAX as usize;
+/// Metres a unit whose scale single precision can hold.
+const METRES: RangeInclusive<f64> = 1e-30..=1e30;
+/// The transform that changes nothing.
+const SAME: [f64; 12] = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0];
+/// Longest text of a coordinate: a sign, a point, and up to 45 zeros and 9 digits.
+const LONGEST_NUMBER: u64 = 56;
 
 const TYPES: &str = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n\
     <Types xmlns=\"http://schemas.openxmlformats.org/package/2006/content-types\">\
@@ -51,15 +56,28 @@ const RELATIONS: &str = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n\
 /// The bytes depend on nothing else: no time, no number of threads.
 ///
 /// # Errors
-/// The mesh isn't valid ([`TriMesh::validate`]), has no triangles, or a coordinate that single precision can't hold. [`Error::Io`].
-/// [`Error::Cancelled`]. Then no file is left, and one that was there is untouched.
+/// The mesh isn't valid ([`TriMesh::validate`]), has no triangles, more vertices or triangles than the format numbers, or a coordinate that
+/// single precision can't hold. A unit that it can't hold either. [`Error::Io`]. [`Error::Cancelled`]. Then no file is left, and one that
+/// was there is untouched.
 pub fn write_3mf(path: &Path, name: &str, mesh: &TriMesh, options: &GlbOptions, progress: &Progress<'_>) -> Result<()> {
     mesh.validate()?;
+    check_counts(mesh.positions.len(), mesh.triangles.len())?;
+    let metres = options.metres_per_unit;
+    if !METRES.contains(&metres) {
+        let (least, most) = (METRES.start(), METRES.end());
+        return Err(Error::input(format!(
+            "metres_per_unit must be from {least:e} to {most:e} for 3MF, got {metres:e}"
+        )));
+    }
     if mesh.triangles.iter().all(is_flat) {
         return Err(Error::input("a 3MF file holds triangles, but the mesh has none: write PLY"));
     }
     let origin = origin(&mesh.positions);
-    if mesh.positions.iter().any(|&place| !(place - origin).as_vec3().is_finite()) {
+    let transform = transform(origin, options);
+    let is_single = |number: f64| (number as f32).is_finite();
+    if mesh.positions.iter().any(|&place| !(place - origin).as_vec3().is_finite())
+        || !transform.into_iter().all(is_single)
+    {
         return Err(Error::input("a coordinate is too large for single precision: use a larger unit"));
     }
     let colours = match mesh.vertex_attribute("colour") {
@@ -68,17 +86,23 @@ pub fn write_3mf(path: &Path, name: &str, mesh: &TriMesh, options: &GlbOptions, 
     };
     progress.plan(&[("writing", 1.0)]);
     progress.stage(0, (mesh.positions.len() + mesh.triangles.len()) as u64);
+    let model = Model { name, mesh, origin, unit: unit(metres).0, transform, colours };
     write_atomically(path, progress, |file| {
-        let mut kept = Kept { file, failed: None };
-        let written = package(&mut kept, Model { name, mesh, origin, colours, options }, progress);
-        match kept.failed {
-            Some(failed) => Err(Error::io(path, failed)),
-            None => written.map_err(|problem| match problem {
-                Problem::Ours(error) => error,
-                Problem::Zip(error) => Error::io(path, IoError::from(error)),
-            }),
-        }
+        package(file, &model, progress).map_err(|problem| match problem {
+            Problem::Ours(error) => error,
+            Problem::File(error) => Error::io(path, error),
+        })
     })
+}
+
+/// Refuses more vertices or triangles than the format numbers.
+fn check_counts(vertices: usize, triangles: usize) -> Result<()> {
+    if vertices <= MOST && triangles <= MOST {
+        return Ok(());
+    }
+    Err(Error::input(format!(
+        "a 3MF file holds at most {MOST} vertices and as many triangles, but the mesh has {vertices} and {triangles}: write PLY"
+    )))
 }
 
 /// The mesh and what is said with it.
@@ -87,32 +111,37 @@ struct Model<'a> {
     mesh: &'a TriMesh,
     /// Taken off all positions and put into the transform.
     origin: DVec3,
+    unit: &'static str,
+    /// The numbers that a row of coordinates is multiplied by from the left.
+    transform: [f64; 12],
     colours: Option<Colours>,
-    options: &'a GlbOptions,
 }
 
 /// The three parts.
-fn package(kept: &mut Kept<'_, '_>, model: Model<'_>, progress: &Progress<'_>) -> std::result::Result<(), Problem> {
-    let is_large = model.mesh.positions.len() + model.mesh.triangles.len() > LARGE;
-    let options = SimpleFileOptions::default().compression_method(CompressionMethod::Deflated).large_file(is_large);
-    // Files that are handed on as they are written can't be gone back to.
-    let mut zip = ZipWriter::new_stream(kept);
-    zip.start_file("[Content_Types].xml", options)?;
-    zip.write_all(TYPES.as_bytes())?;
-    zip.start_file("_rels/.rels", options)?;
-    zip.write_all(RELATIONS.as_bytes())?;
-    zip.start_file("3D/3dmodel.model", options)?;
-    let mut out = BufWriter::with_capacity(1 << 18, &mut zip);
-    model.write(&mut out, progress)?;
-    out.flush()?;
-    drop(out);
-    zip.finish()?;
-    Ok(())
+fn package(file: &mut Output<'_>, model: &Model<'_>, progress: &Progress<'_>) -> std::result::Result<(), Problem> {
+    let mut archive = Archive::new(file, Compression::default());
+    for (name, text) in [("[Content_Types].xml", TYPES), ("_rels/.rels", RELATIONS)] {
+        archive.add(name, text.len() as u64, |out| out.write_all(text.as_bytes()))?;
+    }
+    archive.add("3D/3dmodel.model", model.most_bytes(), |out| model.write(out, progress))?;
+    Ok(archive.finish()?)
 }
 
 impl Model<'_> {
+    /// The length that its text does not exceed.
+    fn most_bytes(&self) -> u64 {
+        let colours = self.colours.as_ref().map_or(0, |colours| colours.table.len());
+        let digits = |count: usize| count.to_string().len() as u64;
+        let line_of_vertex = 32 + 3 * LONGEST_NUMBER;
+        let line_of_triangle = 64 + 3 * (digits(self.mesh.positions.len()) + digits(colours));
+        // The name comes twice, and a character of it becomes up to six. Twelve numbers of the transform have up to 330 each.
+        (8192 + 12 * self.name.len() + 32 * colours) as u64
+            + line_of_vertex * self.mesh.positions.len() as u64
+            + line_of_triangle * self.mesh.triangles.len() as u64
+    }
+
     fn write(&self, out: &mut impl Write, progress: &Progress<'_>) -> std::result::Result<(), Problem> {
-        let (unit, scale) = unit(self.options.metres_per_unit);
+        let unit = self.unit;
         let name = escaped(self.name);
         let version = env!("CARGO_PKG_VERSION");
         write!(
@@ -158,25 +187,29 @@ impl Model<'_> {
             progress.advance(triangles.len() as u64)?;
         }
         out.write_all(b"</triangles>\n</mesh>\n</object>\n</resources>\n<build>\n<item objectid=\"1\"")?;
-        if let Some(transform) = self.transform(scale) {
-            write!(out, " transform=\"{transform}\"")?;
+        if self.transform != SAME {
+            let numbers = self.transform.map(|number| number.to_string());
+            write!(out, " transform=\"{}\"", numbers.join(" "))?;
         }
         out.write_all(b"/>\n</build>\n</model>\n")?;
         Ok(())
     }
+}
 
-    /// The twelve numbers that a row of coordinates is multiplied by from the left. `None` if they change nothing.
-    fn transform(&self, scale: f64) -> Option<String> {
-        let rows = match self.options.up {
-            Up::Z => [DVec3::X, DVec3::Y, DVec3::Z],
-            Up::Y => [DVec3::X, DVec3::Z, -DVec3::Y],
-        };
-        let moved = rows[0] * self.origin.x + rows[1] * self.origin.y + rows[2] * self.origin.z;
-        let changes = self.options.up != Up::Z || scale != 1.0 || moved != DVec3::ZERO;
-        let numbers = rows.into_iter().chain([moved]).flat_map(|row| (row * scale).to_array());
+/// The transform that puts vertices relative to an origin in their place, in the format's unit, with z up.
+fn transform(origin: DVec3, options: &GlbOptions) -> [f64; 12] {
+    let [x, y, z] = match options.up {
+        Up::Z => [DVec3::X, DVec3::Y, DVec3::Z],
+        Up::Y => [DVec3::X, DVec3::Z, -DVec3::Y],
+    };
+    let moved = x * origin.x + y * origin.y + z * origin.z;
+    let scale = unit(options.metres_per_unit).1;
+    let mut numbers = [0.0; 12];
+    for (numbers, row) in numbers.as_chunks_mut::<3>().0.iter_mut().zip([x, y, z, moved]) {
         // + 0: no negative zero.
-        changes.then(|| numbers.map(|number| (number + 0.0).to_string()).collect::<Vec<_>>().join(" "))
+        *numbers = (row * scale + 0.0).to_array();
     }
+    numbers
 }
 
 /// Whether a triangle names a vertex twice.
@@ -247,7 +280,7 @@ fn escaped(text: &str) -> String {
 /// Reasons why a package is not written.
 enum Problem {
     Ours(Error),
-    Zip(ZipError),
+    File(IoError),
 }
 
 impl From<Error> for Problem {
@@ -256,46 +289,9 @@ impl From<Error> for Problem {
     }
 }
 
-impl From<ZipError> for Problem {
-    fn from(error: ZipError) -> Self {
-        Problem::Zip(error)
-    }
-}
-
 impl From<IoError> for Problem {
     fn from(error: IoError) -> Self {
-        Problem::Zip(error.into())
-    }
-}
-
-/// The file, which keeps its first error. From then on it takes anything, as if it were written: the writer of archives ends them when it
-/// is dropped, and would tell the console that it can't.
-struct Kept<'a, 'o> {
-    file: &'a mut Output<'o>,
-    failed: Option<IoError>,
-}
-
-impl Kept<'_, '_> {
-    /// Does something with the file. `None` after the first error.
-    fn keep<T>(&mut self, of: impl FnOnce(&mut Output<'_>) -> std::io::Result<T>) -> std::io::Result<Option<T>> {
-        if self.failed.is_some() {
-            return Ok(None);
-        }
-        of(self.file).map(Some).map_err(|error| {
-            let (kind, text) = (error.kind(), error.to_string());
-            self.failed = Some(error);
-            IoError::new(kind, text)
-        })
-    }
-}
-
-impl Write for Kept<'_, '_> {
-    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-        Ok(self.keep(|file| file.write(bytes))?.unwrap_or(bytes.len()))
-    }
-
-    fn flush(&mut self) -> std::io::Result<()> {
-        self.keep(|file| file.flush()).map(|_| ())
+        Problem::File(error)
     }
 }
 

@@ -4,9 +4,6 @@ use super::*;
 use crate::import::{self, Content};
 use mesh::Attribute;
 use proptest::prelude::*;
-use threemf2::model::query::get_model_view;
-use threemf2::package::ThreemfPackage;
-use threemf2::package::query::get_mesh_objects;
 
 /// Z is up, and the unit is a metre: nothing is turned or scaled.
 fn as_it_is() -> GlbOptions {
@@ -36,18 +33,6 @@ fn tetrahedron() -> TriMesh {
 fn model_text(bytes: &[u8]) -> String {
     let mut zip = zip::ZipArchive::new(Cursor::new(bytes)).unwrap();
     std::io::read_to_string(zip.by_name("3D/3dmodel.model").unwrap()).unwrap()
-}
-
-#[test]
-fn another_reader_finds_the_same() {
-    let mut mesh = tetrahedron();
-    mesh.vertex_attributes.push(Attribute::colour("colour", vec![[1, 2, 3, 255]; 4]));
-    let package =
-        ThreemfPackage::from_reader_with_memory_optimized_deserializer(Cursor::new(written(&mesh, &as_it_is())), true)
-            .unwrap();
-    assert_eq!(get_model_view(&package.root).build_item_count(), 1);
-    let objects: Vec<_> = get_mesh_objects(&package).collect();
-    assert_eq!(objects.len(), 1);
 }
 
 #[test]
@@ -129,6 +114,44 @@ fn what_the_format_cannot_hold_is_refused() {
     assert!(refused(&flat).starts_with("a 3MF file holds triangles"));
     let huge = TriMesh::new(vec![DVec3::ZERO, DVec3::X * 1e300, DVec3::Y], vec![[0, 1, 2]]);
     assert!(refused(&huge).starts_with("a coordinate is too large"));
+    // The place in millimetres is, though it is not in the unit.
+    let far = TriMesh::new(
+        tetrahedron().positions.into_iter().map(|place| place + DVec3::splat(1e37)).collect(),
+        vec![[0, 1, 2]],
+    );
+    let options = GlbOptions { metres_per_unit: 0.2, ..as_it_is() };
+    let error = write_3mf(&path, "a", &far, &options, &Progress::none()).unwrap_err().to_string();
+    assert!(error.starts_with("a coordinate is too large"), "{error}");
+    for metres in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e31, 1e-31] {
+        let options = GlbOptions { metres_per_unit: metres, ..as_it_is() };
+        let error = write_3mf(&path, "a", &tetrahedron(), &options, &Progress::none()).unwrap_err().to_string();
+        assert_eq!(error, format!("metres_per_unit must be from 1e-30 to 1e30 for 3MF, got {metres:e}"));
+    }
+    assert!(check_counts(MOST, MOST).is_ok());
+    let error = check_counts(3, MOST + 1).unwrap_err().to_string();
+    assert!(error.starts_with("a 3MF file holds at most 2147483647 vertices"), "{error}");
+}
+
+/// Theorem: the longest numbers and names stay within the length that is said beforehand.
+#[test]
+fn the_text_keeps_to_its_bound() {
+    let small = f64::from(f32::MIN_POSITIVE) * 1.000_000_1;
+    let positions =
+        (0..3000).map(|i| DVec3::new(-small * f64::from(i % 3), -small, f64::from(f32::from_bits(i + 1)))).collect();
+    let mut mesh = TriMesh::new(positions, (0..2998).map(|i| [i, i + 1, i + 2]).collect());
+    mesh.vertex_attributes.push(Attribute::colour("colour", (0..3000_u32).map(|i| (i << 8).to_be_bytes()).collect()));
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.3mf");
+    // Writing asserts it.
+    write_3mf(
+        &path,
+        &"\"".repeat(5000),
+        &mesh,
+        &GlbOptions { metres_per_unit: 0.3e-29, ..as_it_is() },
+        &Progress::none(),
+    )
+    .unwrap();
+    assert_eq!(import::open(&path).unwrap().scans.len(), 1);
 }
 
 #[test]
