@@ -5,21 +5,22 @@
 //! contains. Colours come from groups of colours and from base materials. A vertex takes its colour from the first triangle that names it.
 //! Textures, other properties, thumbnails and slicers' settings are passed over.
 //!
-//! Cost: the unpacked part in memory, and the result.
+//! Cost: the objects and the result in memory. Text is not kept.
 //!
 //! | file | what |
 //! |---|---|
+//! | `part` | the XML of a part, tag by tag |
 //! | `model` | one part: its unit, objects and build |
 //! | `placing` | objects placed by the build as one mesh |
 
 mod model;
+mod part;
 mod placing;
 
 use std::path::Path;
 use std::sync::Arc;
 
 use glam::DVec3;
-use quick_xml::Reader;
 use quick_xml::events::Event;
 
 use super::archive::{self, Archive};
@@ -29,6 +30,7 @@ use super::scan::{Content, FileScan};
 use super::set::ScanSet;
 use base::error::{Error, Result};
 use base::progress::Progress;
+use part::Part;
 
 /// The list of a package's parts that others refer to.
 const RELATIONS: &str = "_rels/.rels";
@@ -74,65 +76,26 @@ fn root(archive: &Archive, scan: &FileScan, progress: &Progress<'_>) -> Result<S
     if archive.length(RELATIONS).is_none() {
         return missing("there is no _rels/.rels");
     }
-    let bytes = archive.read(RELATIONS, scan.options.max_decoded_bytes(), progress)?;
-    let part = Part { scan, name: RELATIONS, text: text(&bytes, scan, RELATIONS)? };
-    let mut reader = Reader::from_str(part.text);
+    let most = scan.options.max_decoded_bytes();
+    let root = archive.unpack(RELATIONS, most, progress, |from| model_of(&mut Part::new(scan, RELATIONS, from)))?;
+    root.map_or_else(|| missing("_rels/.rels names no 3D model"), Ok)
+}
+
+/// The name of the model in the list of relations.
+fn model_of(part: &mut Part<'_>) -> Result<Option<String>> {
+    let mut buffer = Vec::new();
     loop {
-        match reader.read_event().map_err(|e| part.fail(&reader, e.to_string()))? {
+        match part.next(&mut buffer)? {
             Event::Start(tag) | Event::Empty(tag) if tag.local_name().into_inner() == "Relationship" => {
-                let of = |name| part.attribute(&reader, &tag, name);
-                if of("Type")?.is_some_and(|kind| kind.ends_with(MODEL))
-                    && let Some(target) = of("Target")?
+                if part.attribute(&tag, "Type")?.is_some_and(|kind| kind.ends_with(MODEL))
+                    && let Some(target) = part.attribute(&tag, "Target")?
                 {
-                    return Ok(target.trim_start_matches('/').to_owned());
+                    return Ok(Some(target.trim_start_matches('/').to_owned()));
                 }
             }
-            Event::Eof => return missing("_rels/.rels names no 3D model"),
+            Event::Eof => return Ok(None),
             _ => {}
         }
-    }
-}
-
-/// The text of a part.
-fn text<'a>(bytes: &'a [u8], scan: &FileScan, name: &str) -> Result<&'a str> {
-    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-    std::str::from_utf8(bytes).map_err(|e| {
-        let at = format!("{name}, byte {}", e.valid_up_to());
-        Error::format(&scan.path, at, "it is not UTF-8, as XML of 3MF must be")
-    })
-}
-
-/// A part of the package, while it is read.
-#[derive(Clone, Copy)]
-struct Part<'a> {
-    scan: &'a FileScan,
-    name: &'a str,
-    text: &'a str,
-}
-
-impl Part<'_> {
-    /// An error where the reader is.
-    fn fail(&self, reader: &Reader<&[u8]>, problem: impl Into<String>) -> Error {
-        let before = usize::try_from(reader.buffer_position()).unwrap_or(usize::MAX).min(self.text.len());
-        let line = 1 + self.text.as_bytes()[..before].iter().filter(|&&byte| byte == b'\n').count();
-        Error::format(&self.scan.path, format!("{}, line {line}", self.name), problem)
-    }
-
-    /// An attribute of a tag by its local name, unescaped.
-    fn attribute(
-        &self,
-        reader: &Reader<&[u8]>,
-        tag: &quick_xml::events::BytesStart<'_>,
-        name: &str,
-    ) -> Result<Option<String>> {
-        for attribute in tag.attributes().with_checks(false) {
-            let attribute = attribute.map_err(|e| self.fail(reader, e.to_string()))?;
-            if attribute.key.local_name().into_inner() == name {
-                let value = attribute.normalized_value(quick_xml::XmlVersion::Implicit1_0);
-                return value.map(|value| Some(value.into_owned())).map_err(|e| self.fail(reader, e.to_string()));
-            }
-        }
-        Ok(None)
     }
 }
 

@@ -1,11 +1,10 @@
 //! One part of a package that is a model: its unit, its objects, and what it builds.
 
 use glam::{DAffine3, DMat3, DVec3};
-use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
 use rustc_hash::FxHashMap;
 
-use super::Part;
+use super::part::Part;
 use base::error::Result;
 use base::progress::Progress;
 
@@ -21,6 +20,8 @@ const KNOWN: [&str; 4] = [
 ];
 /// Triangles and vertices between two looks at the progress.
 const CHUNK: usize = 1 << 12;
+/// Objects, placings and groups of colours of all parts.
+const MOST_ENTRIES: usize = 1 << 20;
 
 /// A part's content.
 pub(super) struct Model {
@@ -53,67 +54,75 @@ pub(super) struct Object {
 /// A colour of a vertex that no triangle gives one: as viewers show it.
 const WHITE: [u8; 4] = [255; 4];
 
-/// Reads a part.
+/// Reads a part. `entries` counts the objects, the placings and the groups of colours of all parts.
 ///
 /// # Errors
-/// The text is no XML, or no model. It needs an extension that is not read. A number, a vertex or an object is missing. Cancelled.
-pub(super) fn read(part: Part<'_>, progress: &Progress<'_>) -> Result<Model> {
-    let mut reader = Reader::from_str(part.text);
-    let mut reading = Reading { part, groups: FxHashMap::default(), group: None, open: None, coloured: Vec::new() };
+/// The text is no XML, or no model. It needs an extension that is not read. A number, a vertex or an object is missing. There are more
+/// entries than are read. Cancelled.
+pub(super) fn read<'a>(part: Part<'a>, entries: &'a mut usize, progress: &Progress<'_>) -> Result<Model> {
+    let (groups, coloured) = (FxHashMap::default(), Vec::new());
+    let mut reading = Reading { part, entries, groups, group: None, open: None, coloured };
     let mut model = Model { metres: 1e-3, objects: FxHashMap::default(), order: Vec::new(), items: Vec::new() };
     let (mut is_model, mut elements, mut told) = (false, 0_usize, 0);
+    let mut buffer = Vec::new();
     loop {
         elements += 1;
         if elements.is_multiple_of(CHUNK) {
-            let at = reader.buffer_position();
+            let at = reading.part.position();
             progress.advance(at - std::mem::replace(&mut told, at))?;
         }
-        let event = reader.read_event().map_err(|e| part.fail(&reader, e.to_string()))?;
+        let event = reading.part.next(&mut buffer)?;
         let (tag, is_closed) = match &event {
             Event::Start(tag) => (tag, false),
             Event::Empty(tag) => (tag, true),
             Event::End(tag) => {
                 match tag.local_name().into_inner() {
-                    "object" => reading.close(&mut model),
+                    "object" => reading.close(&mut model)?,
                     "colorgroup" | "basematerials" => reading.group = None,
                     _ => {}
                 }
                 continue;
             }
             Event::Eof if is_model => {
-                progress.advance(reader.buffer_position() - told)?;
+                progress.advance(reading.part.position() - told)?;
                 return Ok(model);
             }
-            Event::Eof => return Err(part.fail(&reader, "there is no model in it")),
+            Event::Eof => return Err(reading.part.fail("there is no model in it")),
             _ => continue,
         };
         match tag.local_name().into_inner() {
             "model" => {
                 is_model = true;
-                model.metres = reading.unit(&reader, tag)?;
+                model.metres = reading.unit(tag)?;
             }
             "colorgroup" | "basematerials" if !is_closed => {
-                let id = reading.id(&reader, tag, "id")?;
+                reading.count()?;
+                let id = reading.id(tag, "id")?;
                 reading.groups.insert(id, Vec::new());
                 reading.group = Some(id);
             }
-            "color" => reading.colour(&reader, tag, "color")?,
-            "base" => reading.colour(&reader, tag, "displaycolor")?,
+            "color" => reading.colour(tag, "color")?,
+            "base" => reading.colour(tag, "displaycolor")?,
             "object" => {
-                reading.begin(&reader, tag)?;
+                reading.count()?;
+                reading.begin(tag)?;
                 if is_closed {
-                    reading.close(&mut model);
+                    reading.close(&mut model)?;
                 }
             }
-            "vertex" => reading.vertex(&reader, tag)?,
-            "triangle" => reading.triangle(&reader, tag)?,
+            "vertex" => reading.vertex(tag)?,
+            "triangle" => reading.triangle(tag)?,
             "component" => {
-                let placed = reading.placed(&reader, tag)?;
+                reading.count()?;
+                let placed = reading.placed(tag)?;
                 if let Some(open) = &mut reading.open {
                     open.object.components.push(placed);
                 }
             }
-            "item" => model.items.push(reading.placed(&reader, tag)?),
+            "item" => {
+                reading.count()?;
+                model.items.push(reading.placed(tag)?);
+            }
             _ => {}
         }
     }
@@ -122,6 +131,8 @@ pub(super) fn read(part: Part<'_>, progress: &Progress<'_>) -> Result<Model> {
 /// The part while it is read.
 struct Reading<'a> {
     part: Part<'a>,
+    /// Of all parts, the objects, placings and groups of colours.
+    entries: &'a mut usize,
     /// Colours of groups and base materials.
     groups: FxHashMap<u32, Vec<[u8; 4]>>,
     /// The group whose colours come.
@@ -140,46 +151,55 @@ struct Open {
 }
 
 impl Reading<'_> {
+    /// Counts an entry: each takes more memory than its text.
+    fn count(&mut self) -> Result<()> {
+        *self.entries += 1;
+        if *self.entries <= MOST_ENTRIES {
+            return Ok(());
+        }
+        Err(self.part.fail(format!("more than {MOST_ENTRIES} objects and materials, which is the most")))
+    }
+
     /// Metres in the unit of the model, whose extensions are known.
-    fn unit(&self, reader: &Reader<&[u8]>, tag: &BytesStart<'_>) -> Result<f64> {
-        for prefix in self.text(reader, tag, "requiredextensions")?.unwrap_or_default().split_ascii_whitespace() {
-            let namespace = self.text(reader, tag, prefix)?.unwrap_or_else(|| prefix.to_owned());
+    fn unit(&self, tag: &BytesStart<'_>) -> Result<f64> {
+        for prefix in self.text(tag, "requiredextensions")?.unwrap_or_default().split_ascii_whitespace() {
+            let namespace = self.text(tag, prefix)?.unwrap_or_else(|| prefix.to_owned());
             if !KNOWN.contains(&namespace.as_str()) {
-                return Err(self.part.fail(reader, format!("it needs {namespace}, which is not read")));
+                return Err(self.part.fail(format!("it needs {namespace}, which is not read")));
             }
         }
-        let Some(unit) = self.text(reader, tag, "unit")? else { return Ok(1e-3) };
+        let Some(unit) = self.text(tag, "unit")? else { return Ok(1e-3) };
         let known = UNITS.iter().find(|(name, _)| *name == unit);
         let names: Vec<&str> = UNITS.iter().map(|(name, _)| *name).collect();
         let problem = || format!("unit must be one of {}, got \"{unit}\"", names.join(", "));
-        known.map(|(_, metres)| *metres).ok_or_else(|| self.part.fail(reader, problem()))
+        known.map(|(_, metres)| *metres).ok_or_else(|| self.part.fail(problem()))
     }
 
-    fn text(&self, reader: &Reader<&[u8]>, tag: &BytesStart<'_>, name: &str) -> Result<Option<String>> {
-        self.part.attribute(reader, tag, name)
+    fn text(&self, tag: &BytesStart<'_>, name: &str) -> Result<Option<String>> {
+        self.part.attribute(tag, name)
     }
 
-    fn id(&self, reader: &Reader<&[u8]>, tag: &BytesStart<'_>, name: &str) -> Result<u32> {
-        let given = self.text(reader, tag, name)?.unwrap_or_default();
+    fn id(&self, tag: &BytesStart<'_>, name: &str) -> Result<u32> {
+        let given = self.text(tag, name)?.unwrap_or_default();
         let problem = || format!("{name} must be a whole number, got \"{given}\"");
-        given.trim().parse().map_err(|_| self.part.fail(reader, problem()))
+        given.trim().parse().map_err(|_| self.part.fail(problem()))
     }
 
     /// Adds a colour to the group that is open.
-    fn colour(&mut self, reader: &Reader<&[u8]>, tag: &BytesStart<'_>, name: &str) -> Result<()> {
+    fn colour(&mut self, tag: &BytesStart<'_>, name: &str) -> Result<()> {
         let Some(group) = self.group.and_then(|id| self.groups.get(&id).map(|_| id)) else { return Ok(()) };
-        let given = self.text(reader, tag, name)?.unwrap_or_default();
+        let given = self.text(tag, name)?.unwrap_or_default();
         let colour = hexadecimal(given.trim())
-            .ok_or_else(|| self.part.fail(reader, format!("a colour must be #RRGGBB or #RRGGBBAA, got \"{given}\"")))?;
+            .ok_or_else(|| self.part.fail(format!("a colour must be #RRGGBB or #RRGGBBAA, got \"{given}\"")))?;
         self.groups.entry(group).or_default().push(colour);
         Ok(())
     }
 
     /// Begins an object.
-    fn begin(&mut self, reader: &Reader<&[u8]>, tag: &BytesStart<'_>) -> Result<()> {
-        let id = self.id(reader, tag, "id")?;
-        let property = match self.text(reader, tag, "pid")? {
-            Some(_) => Some((self.id(reader, tag, "pid")?, self.id(reader, tag, "pindex")? as usize)),
+    fn begin(&mut self, tag: &BytesStart<'_>) -> Result<()> {
+        let id = self.id(tag, "id")?;
+        let property = match self.text(tag, "pid")? {
+            Some(_) => Some((self.id(tag, "pid")?, self.id(tag, "pindex")? as usize)),
             None => None,
         };
         self.coloured.clear();
@@ -188,18 +208,21 @@ impl Reading<'_> {
     }
 
     /// Ends it.
-    fn close(&mut self, model: &mut Model) {
+    fn close(&mut self, model: &mut Model) -> Result<()> {
         if let Some(Open { id, object, .. }) = self.open.take() {
-            model.objects.insert(id, object);
+            if model.objects.insert(id, object).is_some() {
+                return Err(self.part.fail(format!("object {id} is there twice: export the model again")));
+            }
             model.order.push(id);
         }
+        Ok(())
     }
 
-    fn vertex(&mut self, reader: &Reader<&[u8]>, tag: &BytesStart<'_>) -> Result<()> {
+    fn vertex(&mut self, tag: &BytesStart<'_>) -> Result<()> {
         let Some(open) = &mut self.open else { return Ok(()) };
         let mut position = [f64::NAN; 3];
         for attribute in tag.attributes().with_checks(false) {
-            let attribute = attribute.map_err(|e| self.part.fail(reader, e.to_string()))?;
+            let attribute = attribute.map_err(|e| self.part.fail(e.to_string()))?;
             let axis = match attribute.key.local_name().into_inner() {
                 "x" => 0,
                 "y" => 1,
@@ -212,18 +235,18 @@ impl Reading<'_> {
         let position = DVec3::from_array(position);
         if !position.is_finite() {
             let problem = format!("vertex {} must have finite numbers x, y and z", positions.len());
-            return Err(self.part.fail(reader, problem));
+            return Err(self.part.fail(problem));
         }
         positions.push(position);
         Ok(())
     }
 
-    fn triangle(&mut self, reader: &Reader<&[u8]>, tag: &BytesStart<'_>) -> Result<()> {
+    fn triangle(&mut self, tag: &BytesStart<'_>) -> Result<()> {
         let Some(open) = &mut self.open else { return Ok(()) };
         let object = &mut open.object;
         let (mut corners, mut group, mut places) = ([None; 3], None, [None; 3]);
         for attribute in tag.attributes().with_checks(false) {
-            let attribute = attribute.map_err(|e| self.part.fail(reader, e.to_string()))?;
+            let attribute = attribute.map_err(|e| self.part.fail(e.to_string()))?;
             let number = || attribute.value.trim().parse::<u32>().ok();
             match attribute.key.local_name().into_inner() {
                 "v1" => corners[0] = number(),
@@ -238,9 +261,9 @@ impl Reading<'_> {
         }
         let problem = |problem: &str| {
             let (number, count) = (object.triangles.len(), object.positions.len());
-            self.part.fail(reader, format!("triangle {number} {problem}: there are {count} vertices"))
+            self.part.fail(format!("triangle {number} {problem}: there are {count} vertices"))
         };
-        let [Some(a), Some(b), Some(c)] = corners else { return Err(problem("has no v1, v2 and v3")) };
+        let [Some(a), Some(b), Some(c)] = corners else { return Err(problem("must have whole numbers v1, v2 and v3")) };
         if let Some(far) = [a, b, c].into_iter().find(|&v| v as usize >= object.positions.len()) {
             return Err(problem(&format!("names vertex {far}")));
         }
@@ -261,7 +284,7 @@ impl Reading<'_> {
             let place = places[corner].map_or(first, |place| place as usize);
             let Some(&colour) = colours.get(place) else {
                 let problem = format!("colour {place} of group {group} is not there: it has {}", colours.len());
-                return Err(self.part.fail(reader, problem));
+                return Err(self.part.fail(problem));
             };
             if !std::mem::replace(&mut self.coloured[vertex as usize], true) {
                 of_vertices[vertex as usize] = colour;
@@ -270,15 +293,14 @@ impl Reading<'_> {
         Ok(())
     }
 
-    fn placed(&self, reader: &Reader<&[u8]>, tag: &BytesStart<'_>) -> Result<Placed> {
-        let part = self.text(reader, tag, "path")?.map(|path| path.trim_start_matches('/').to_owned());
-        let transform = match self.text(reader, tag, "transform")? {
+    fn placed(&self, tag: &BytesStart<'_>) -> Result<Placed> {
+        let part = self.text(tag, "path")?.map(|path| path.trim_start_matches('/').to_owned());
+        let transform = match self.text(tag, "transform")? {
             None => DAffine3::IDENTITY,
-            Some(given) => affine(&given).ok_or_else(|| {
-                self.part.fail(reader, format!("a transform must be twelve finite numbers, got \"{given}\""))
-            })?,
+            Some(given) => affine(&given)
+                .ok_or_else(|| self.part.fail(format!("a transform must be twelve finite numbers, got \"{given}\"")))?,
         };
-        Ok(Placed { part, object: self.id(reader, tag, "objectid")?, transform })
+        Ok(Placed { part, object: self.id(tag, "objectid")?, transform })
     }
 }
 

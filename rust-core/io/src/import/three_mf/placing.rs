@@ -1,10 +1,10 @@
 //! Objects that the build places, as one mesh.
 
 use glam::{DAffine3, DVec3};
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::model::{self, Model, Object, Placed};
-use super::{Part, text};
+use super::part::Part;
 use crate::import::archive::Archive;
 use crate::import::file::reserve;
 use crate::import::scan::FileScan;
@@ -38,7 +38,8 @@ pub(super) fn placed(archive: &Archive, root: &str, scan: &FileScan, progress: &
     let scale = DAffine3::from_scale(DVec3::splat(model.metres));
     let mut leaves = Vec::new();
     if model.items.is_empty() {
-        let inside: Vec<u32> = model.objects.values().flat_map(|of| of.components.iter().map(|of| of.object)).collect();
+        let inside: FxHashSet<u32> =
+            model.objects.values().flat_map(|of| of.components.iter().map(|of| of.object)).collect();
         for &object in model.order.iter().filter(|object| !inside.contains(object)) {
             let alone = Placed { part: None, object, transform: DAffine3::IDENTITY };
             parts.gather(root, &alone, scale, 0, &mut leaves)?;
@@ -54,6 +55,7 @@ impl Parts<'_> {
     /// Reads a part, and those that it names.
     fn read(&mut self, archive: &Archive, root: &str, progress: &Progress<'_>) -> Result<()> {
         let mut next = vec![root.to_owned()];
+        let (mut left, mut entries) = (self.scan.options.max_decoded_bytes(), 0);
         while let Some(name) = next.pop() {
             if self.models.contains_key(&name) {
                 continue;
@@ -61,17 +63,19 @@ impl Parts<'_> {
             if self.models.len() == MOST_PARTS {
                 return Err(Error::format(&self.scan.path, name, format!("more than {MOST_PARTS} parts")));
             }
-            let bytes = archive.read(&name, self.scan.options.max_decoded_bytes(), progress)?;
-            memory::expect(
-                SHARE_OF_TEXT * bytes.len() as f64,
-                || format!("reading {}", known_as(&self.scan.path)),
-                "use a smaller mesh, or raise the limit",
-            )?;
-            progress.stage(0, bytes.len() as u64);
-            let text = text(&bytes, self.scan, &name)?;
-            let model = model::read(Part { scan: self.scan, name: &name, text }, progress)?;
+            let length = archive.length(&name).unwrap_or(0);
+            let model = archive.unpack(&name, left, progress, |from| {
+                memory::expect(
+                    SHARE_OF_TEXT * length as f64,
+                    || format!("reading {}", known_as(&self.scan.path)),
+                    "use a smaller mesh, or raise the limit",
+                )?;
+                progress.stage(0, length);
+                model::read(Part::new(self.scan, &name, from), &mut entries, progress)
+            })?;
+            left = left.saturating_sub(length);
             let named = model.objects.values().flat_map(|object| &object.components).chain(&model.items);
-            next.extend(named.filter_map(|placed| placed.part.clone()));
+            next.extend(named.filter_map(|placed| placed.part.clone()).collect::<FxHashSet<_>>());
             self.models.insert(name, model);
         }
         Ok(())
