@@ -168,7 +168,7 @@ def test_align_tells_that_a_list_leads_out_of_its_folder(tmp_path):
     assert len(surfrecon.open(tmp_path / "placed.conf")) == 2
 
 
-@pytest.mark.parametrize("ending", ["ply", "glb", "obj", "stl"])
+@pytest.mark.parametrize("ending", ["ply", "glb", "obj", "stl", "3mf"])
 def test_convert_meshes(folder, tmp_path, ending):
     out = tmp_path / f"out.{ending}"
     done = run("convert", folder / "torus.ply", "-o", out)

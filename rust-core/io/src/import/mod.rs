@@ -12,7 +12,7 @@
 //! | `points` | scattered points in text: XYZ, PTS, ASC |
 //! | `las` | scattered points of aerial scanners: LAS, LAZ |
 //! | `ptx`, `e57`, `pcd` | grids of points of scanners and depth cameras |
-//! | `obj`, `stl`, `gltf` | meshes |
+//! | `obj`, `stl`, `gltf`, `three_mf` | meshes |
 //! | `project` | MeshLab's projects and alignments |
 //! | `folder` | a folder: its only list, or all of its scans |
 //! | `frames` | recordings of depth cameras and phones: a module a layout |
@@ -26,11 +26,13 @@
 //! | `numbering` | numbers of frames, and times, in names |
 //! | `options` | options that tell what the files don't say |
 //! | `edits`, `editing` | selections of a scan, and its true size and place |
+//! | `archive` | zip archives, read where they lie |
 //! | `kept` | a scan as text, from which another process makes it again |
 //! | `file`, `window`, `text` | regular files, whole or in part; a window that moves along one; its lines |
 //!
 //! A file is recognized by its content. The ending of its name decides only where the content could be anything.
 
+mod archive;
 mod camera;
 mod colour;
 pub(crate) mod conf;
@@ -70,6 +72,7 @@ mod scan;
 mod set;
 mod stl;
 mod text;
+mod three_mf;
 pub(crate) mod trajectory;
 mod window;
 
