@@ -139,7 +139,14 @@ pub(crate) fn solve(views: &[View], params: &AlignParams, inside: &Inside, progr
     let bound = Bound::of(views, params, inside);
     let Found { pairs, standings, groups, doubted, table, sequence, outvoted, at_odds } =
         search(views, params, inside, &bound, progress)?;
-    let inside = &inside.without(&outvoted.keys().copied().collect());
+    let told = inside.without(&outvoted.keys().copied().collect());
+    // Points of pairs that hold nothing together would pull the scans apart that others hold.
+    let is_held = |(_, standing): &(&Pair, &Standing)| matches!(standing, Standing::Joins | Standing::Agrees);
+    let joined: BTreeSet<[usize; 2]> =
+        pairs.iter().zip(&standings).filter(is_held).map(|(pair, _)| [pair.a, pair.b]).collect();
+    let mut inside = told.clone();
+    inside.picks.retain(|pick| joined.contains(&pick.scans));
+    let inside = &inside;
     let limits = Limits::of(params);
     let is_followed = sequence.is_some();
     let known = Known { views, inside, bound: &bound, limits: &limits, table: table.as_ref(), is_followed };
@@ -176,7 +183,7 @@ pub(crate) fn solve(views: &[View], params: &AlignParams, inside: &Inside, progr
         inside: inside.is_fixed.clone(),
         rejected: inside.rejected.clone(),
         trusted: inside.trusted.clone(),
-        picks: inside.picks.clone(),
+        picks: told.picks,
         sequence,
         outvoted,
         at_odds,

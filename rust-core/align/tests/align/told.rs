@@ -43,6 +43,18 @@ fn picks_that_do_not_belong_together_place_nothing() {
     assert!(lines(&alignment).contains("3 points picked"), "{}", lines(&alignment));
 }
 
+/// Picks that were refused do not pull scans from where others hold them.
+#[test]
+fn picks_that_do_not_belong_together_pull_nothing() {
+    let images = around(statue(), 8, 0.0);
+    let mut picks = common(&images, 0, 1, 3);
+    picks[2].points[1] += DVec3::new(0.4, 0.2, 0.0);
+    let alignment = aligned(&without_poses(&images), &Constraints { picks, ..Constraints::default() });
+    let off = errors(&images, &alignment);
+    assert!(off.iter().all(|off| off.is_some_and(|off| off < 1.0)), "{off:?} {}", lines(&alignment));
+    assert!(lines(&alignment).contains("no place was found for the 3 points picked"), "{}", lines(&alignment));
+}
+
 #[test]
 fn picks_a_little_off_choose_the_place_and_shape_the_rest() {
     let images = around(statue(), 6, 0.0)[..2].to_vec();
