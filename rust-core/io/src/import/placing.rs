@@ -129,7 +129,7 @@ impl Trajectory {
         }
         let all = scans.len();
         let [placed, lost] = keep(scans, &pose_of);
-        let said = format!("{}: placed {} by their names", file::name(path), many(placed, "scan"));
+        let said = format!("{}: placed {} by name", file::name(path), many(placed, "scan"));
         let mut notes = vec![match lost {
             0 => said,
             1 => format!("{said}, and 1 of {all} has no pose and is passed over"),
