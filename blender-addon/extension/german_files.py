@@ -280,7 +280,7 @@ FILES = {
     "the quaternion (four numbers behind the place) must have unit length": "das Quaternion (vier Zahlen hinter dem Ort) muss die Länge 1 haben",
     "a pose must lie within {} s of {}, but none does": "eine Lage muss innerhalb von {} s um {} liegen, aber keine tut es",
     "{}: placed {} by the times in their names": "{}: {} nach den Zeiten in ihren Namen platziert",
-    "{}: placed {} by their names": "{}: {} nach ihren Namen platziert",
+    "{}: placed {} by name": "{}: {} nach dem Namen platziert",
     "{}: placed {} in their order": "{}: {} der Reihe nach platziert",
     "{}, and {} of {} have no pose within {} s and are passed over": "{}, und {} von {} haben keine Lage innerhalb von {} s und werden übergangen",
     "{}, and 1 of {} has no pose within {} s and is passed over": "{}, und 1 von {} hat keine Lage innerhalb von {} s und wird übergangen",

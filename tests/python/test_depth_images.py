@@ -72,6 +72,21 @@ def test_images_without_a_camera_are_not_aligned(folder, tmp_path):
     surfrecon.merge(scans[:1])
 
 
+def test_scans_of_a_few_samples_say_so(folder):
+    """Whatever their size: they are not in another unit."""
+    whole = [scan.read() for scan in surfrecon.open(folder, camera=CAMERA)][:2]
+    for shape, said in (((0, 0), "no surface"), ((1, 1), "no surface"), ((2, 2), "too little surface: ")):
+        few = surfrecon.RangeImage.pinhole(np.full(shape, 2.0), focal=(60, 60), centre=(25, 20), name="few")
+        assert said in surfrecon.align([*whole, few], fixed=[0, 1]).report.scans[2].reason
+
+
+def test_what_is_no_scan_is_named_by_its_type(folder):
+    with pytest.raises(TypeError, match=r"got str: open files with surfrecon\.open\(\)"):
+        surfrecon.align(str(folder))
+    with pytest.raises(TypeError, match=r"scan 0 must be a Scan, RangeImage, PointCloud, Mesh, .*, got int$"):
+        surfrecon.align([3, 4])
+
+
 def test_what_gives_the_order_is_said(folder):
     followed = "followed as a sequence, in the order of their recording or of the numbers in their names"
     scans = surfrecon.open(folder, camera=CAMERA)

@@ -59,7 +59,7 @@ def test_each_scan_takes_its_own_pose(tmp_path, names):
     path = written(files, path, names[1:])
     found = surfrecon.open([*files, path], camera=CAMERA)
     assert places(found, tmp_path) == {name: x for name, x in truth.items() if name != names[0]}
-    assert f"placed {len(names) - 1} scans by their names, and 1 of {len(names)} has no pose and is passed over" in str(
+    assert f"placed {len(names) - 1} scans by name, and 1 of {len(names)} has no pose and is passed over" in str(
         found.notes
     )
 
@@ -128,4 +128,4 @@ def test_the_command_line_aligns_and_merges_two_recordings(tmp_path):
     text = (tmp_path / "placed.tum").read_text()
     assert [f'of "{name}"' in text for name in names] == [True] * 4
     done = run("info", "two", "one", "placed.tum", *told, cwd=tmp_path)
-    assert done.returncode == 0 and "placed 4 scans by their names" in done.stderr, done.stderr
+    assert done.returncode == 0 and "placed 4 scans by name" in done.stderr, done.stderr

@@ -61,17 +61,19 @@ pub(crate) fn reason(
             None => "it has no surface: no sample has neighbours".to_owned(),
         });
     }
+    // Few samples lie near each other, whatever their unit.
+    match views[k].fine().len() {
+        1 => return open("it has too little surface: 1 point of it is left where samples are averaged".to_owned()),
+        few if few < TOO_FEW => {
+            return open(format!("it has too little surface: {few} points of it are left where samples are averaged"));
+        }
+        _ => {}
+    }
     let median = median_radius(views);
     if reduced.radius > OTHER_UNIT * median || OTHER_UNIT * reduced.radius < median {
         let [own, usual] = [2.0 * reduced.radius, 2.0 * median].map(|size| Shown::digits(size, 2));
         return closed(format!(
             "it is {own} large where others are {usual}: is it in another unit? Scale it, or say its unit when it is read"
-        ));
-    }
-    if views[k].fine().len() < TOO_FEW {
-        return open(format!(
-            "it has too little surface: {} points of it are left where samples are averaged",
-            views[k].fine().len()
         ));
     }
     if let Some(text) = doubted(solved, names, k) {
@@ -526,7 +528,10 @@ fn lost(views: &[View], names: &[&str], scans: &[AlignedScan], solved: &Solved) 
     let more = said.len().saturating_sub(MOST_LOST);
     said.truncate(MOST_LOST);
     if more > 0 {
-        said.push(format!("track was lost {more} more times"));
+        said.push(match more {
+            1 => "track was lost once more".to_owned(),
+            _ => format!("track was lost {more} more times"),
+        });
     }
     said
 }

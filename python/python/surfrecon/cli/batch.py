@@ -59,7 +59,8 @@ def run_batch(given: argparse.Namespace, shown: Shown, stops: Stops) -> int:
     seconds = round(time.monotonic() - began, 3)
     show(given, {"program": "surfrecon", "version": _native.__version__, "jobs": found, "seconds": seconds})
     if not given.quiet and not given.json:
-        streams.say(f"{len(found)} jobs: {', '.join(f'{count} {state}' for state, count in counts.items())}")
+        jobs = "1 job" if len(found) == 1 else f"{len(found)} jobs"
+        streams.say(f"{jobs}: {', '.join(f'{count} {state}' for state, count in counts.items())}")
     return FAILED if counts["failed"] else DONE
 
 

@@ -9,8 +9,8 @@ use glam::{DAffine3, DMat4, DQuat};
 
 use super::atomic::stage;
 use super::conf::{PlacedFile, check_placed, check_pose, write_conf};
+use crate::import::listed_scan::ListedScan;
 use crate::import::numbering::number_in;
-use crate::import::trajectory::listed::ListedScan;
 use base::error::{Error, Result, known_as};
 use base::progress::Progress;
 

@@ -10,27 +10,19 @@
 //! ScanNet         4 x 4 matrix, the only one of the file
 //! ARKitScenes     timestamp rx ry rz tx ty tz: a rotation vector, world to camera; by the ending .traj
 //! ```
-//!
-//! | file | what |
-//! |---|---|
-//! | `listed` | the scan that a pose is of, as a comment before it: lists of our own have that |
-//! | `place` | the pose of each scan |
-
-pub(crate) mod listed;
-mod place;
 
 use std::path::Path;
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 use rustc_hash::FxHashSet;
 
+use super::listed_scan::ListedScan;
 use super::options::ReadOptions;
 use super::options::{CameraAxes, PoseSense};
 use super::text::{Lines, lines_of, whole_lines};
 use super::{file, pose};
 use base::error::Result;
 use image::frame::TURNED;
-use listed::ListedScan;
 
 /// Most seconds between an image and its pose.
 pub(super) const APART: f64 = 0.02;
@@ -281,8 +273,18 @@ impl Trajectory {
         self.nearest(time, apart).map(|k| self.poses[k])
     }
 
+    /// The scans that the poses are of, where the list names them.
+    pub(super) fn scans(&self) -> Option<&[ListedScan]> {
+        self.scans.as_deref()
+    }
+
+    /// The times of the poses, where lines begin with them.
+    pub(super) fn times(&self) -> Option<&[f64]> {
+        self.times.as_deref()
+    }
+
     /// The place in the list of the pose nearest in time, within so many seconds.
-    fn nearest(&self, time: f64, apart: f64) -> Option<usize> {
+    pub(super) fn nearest(&self, time: f64, apart: f64) -> Option<usize> {
         let times = self.times.as_ref()?;
         let after = times.partition_point(|t| *t < time);
         let near = [after.wrapping_sub(1), after].into_iter().filter(|&i| i < times.len());
@@ -320,7 +322,6 @@ impl Trajectory {
 
 #[cfg(test)]
 mod tests {
-    use super::super::scan::FileScan;
     use super::*;
 
     fn read(text: &str) -> Result<Trajectory> {
@@ -339,27 +340,6 @@ mod tests {
         assert_eq!(log.poses[1].transform_point3(DVec3::X), DVec3::Y);
         let tum = read(TUM).unwrap();
         assert_eq!(tum.poses[1].transform_point3(DVec3::X), DVec3::new(0.0, 1.0, 1.0));
-        let scan = |name: &str| FileScan { name: name.to_owned(), ..FileScan::new(Path::new("x")) };
-        let twice = tum.place(&mut vec![scan("10.049"), scan("10.011"), scan("10.04")], Path::new("t")).unwrap_err();
-        assert!(twice.to_string().contains("10.049 and 10.04 both take the pose of time 10.05"), "{twice}");
-        let mut scans = vec![scan("10.049"), scan("10.011")];
-        assert!(tum.place(&mut scans, Path::new("t")).unwrap()[0].contains("placed 2 scans by the times"));
-        let are_second =
-            |scans: &[FileScan]| scans.iter().map(|s| s.world_from_sensor == tum.poses[1]).collect::<Vec<_>>();
-        assert_eq!(are_second(&scans), [true, false]);
-        scans.insert(1, scan("12"));
-        let note = tum.place(&mut scans, Path::new("t")).unwrap().remove(0);
-        assert!(note.ends_with(
-            "placed 2 scans by the times in their names, and 1 of 3 has no pose within 0.02 s and is passed over"
-        ));
-        assert_eq!(are_second(&scans), [true, false]);
-        let refused = tum.place(&mut vec![scan("12")], Path::new("t")).unwrap_err().to_string();
-        assert!(refused.contains("within 0.02 s of 12"), "{refused}");
-        let mut named = vec![scan("a"), scan("b")];
-        log.place(&mut named, Path::new("t")).unwrap();
-        assert_eq!(named[1].world_from_sensor, log.poses[1]);
-        named.pop();
-        assert!(log.place(&mut named, Path::new("t")).unwrap_err().to_string().contains("2 poses for 1 scan"));
     }
 
     /// Theorem: a list of poses in any form that recordings have is one, and points with as many numbers per line are none.
