@@ -82,6 +82,8 @@ FILES = {
     "it is packed in a way that is not read: pack the archive with deflate": "sie ist auf eine Art gepackt, die nicht gelesen wird: das Archiv mit Deflate packen",
     "{} bytes that are said to unpack to {}, which is more than they can or than {} allows": "{} Bytes, die angeblich zu {} werden, was mehr ist, als sie können oder {} erlaubt",
     "it can't be unpacked: {}": "sie lässt sich nicht entpacken: {}",
+    "it can't be read ({}): {}": "sie lässt sich nicht lesen ({}): {}",
+    "the archive was cut off or is damaged, so copy or export it again": "das Archiv ist abgeschnitten oder beschädigt, also noch einmal kopieren oder ausgeben",
     "it is damaged or cut off": "sie ist beschädigt oder abgeschnitten",
     "it was cut off": "sie wurde abgeschnitten",
     "it unpacks to something else than was packed: the archive is damaged": "entpackt ist sie etwas anderes als gepackt: das Archiv ist beschädigt",
