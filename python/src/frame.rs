@@ -279,9 +279,7 @@ impl Job {
         let scans: Vec<_> = scans.iter().map(|scan| scan.get().scan.clone()).collect();
         Job::of(Background::start(move |progress| {
             progress.plan(&[("reading", 1.0)]);
-            let read = |(index, scan): (usize, &import::FileScan)| {
-                scan.read_with(&part(progress, index, scans.len()))
-            };
+            let read = |(index, scan): (usize, &import::FileScan)| scan.read_with(&part(progress, index, scans.len()));
             let contents = scans.iter().enumerate().map(read).collect::<surfrecon::Result<Vec<_>>>()?;
             made(contents, |py, contents| {
                 let objects = contents.into_iter().map(|content| content_object(py, content));
