@@ -4,7 +4,7 @@ use glam::{DAffine3, DVec3};
 
 use crate::constraints::Axis;
 use crate::judge::Hold;
-use crate::summary::told_apart;
+use crate::names::told_apart;
 use base::error::{Shown, counted};
 use base::report::{FigureValue, Found, Report as _};
 

@@ -11,6 +11,7 @@ use crate::finding::{FREE, Finding};
 use crate::judge::Verdict;
 use crate::linear::{Matrix6, eigen};
 use crate::misfit::{Map, Placed};
+use crate::names::told_apart;
 use crate::pair::Pair;
 use crate::report::{
     AlignReport, AlignedPair, AlignedScan, Alignment, Freedom, PairState, ScanState, TurntableFound, freedoms,
@@ -98,17 +99,6 @@ pub(crate) fn alignment(
         angles: table.turns(&world_from_scan),
     });
     Ok(Alignment { world_from_scan, report: AlignReport { scans: by_number, turntable, ..report } })
-}
-
-/// Names as messages have them: those that several scans have come with the scan's number.
-pub(crate) fn told_apart(names: &[String], numbers: &[usize]) -> Vec<String> {
-    let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
-    names.iter().for_each(|name| *counts.entry(name).or_default() += 1);
-    let shown = |(name, number): (&String, &usize)| match counts[name.as_str()] {
-        1 => name.clone(),
-        _ => format!("{name} (scan {number})"),
-    };
-    names.iter().zip(numbers).map(shown).collect()
 }
 
 /// Points of a scan that tell how far it lies from the others.
