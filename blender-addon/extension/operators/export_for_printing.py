@@ -74,7 +74,7 @@ class SURFRECON_OT_export_for_printing(bpy.types.Operator, ExportHelper):
         try:
             mesh = surface_of(surfaces, context.evaluated_depsgraph_get())
             mesh = mesh.transformed(surfrecon.Similarity(np.diag([scale, scale, scale, 1.0])))
-            mesh.write(path, metres_per_unit=1 / MILLIMETRES, up="z")
+            mesh.write(path, metres_per_unit=1 / MILLIMETRES)
             report = mesh.check()
         except (Refused, surfrecon.SurfreconError) as problem:
             tell(self, {"ERROR"}, sentence(problem))
