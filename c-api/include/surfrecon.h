@@ -202,7 +202,7 @@ typedef enum {
   SRF_ENCODING_ASCII = 3,
 } srf_encoding;
 
-// Axis of the mesh that points up, for glTF, where y does, and 3MF, where z does.
+// Axis of the mesh that points up, for glTF, where y does.
 typedef enum {
   // As glTF has it: nothing is turned.
   SRF_UP_Y = 1,
@@ -723,7 +723,7 @@ typedef struct {
   // Metres a unit of the mesh, for glTF, which is in metres, and 3MF, which says its unit: 0.001 for millimetres. Other
   // formats keep the unit. > 0, default 1.
   double metres_per_unit;
-  // Axis of the mesh that points up, for glTF, where y does, and 3MF, where z does. A value of srf_up, default SRF_UP_Y.
+  // Axis of the mesh that points up, for glTF, where y does. A value of srf_up, default SRF_UP_Y.
   uint64_t up;
   // Form of the numbers in PLY files. Other formats have one way. A value of srf_encoding, default SRF_ENCODING_BINARY.
   uint64_t encoding;

@@ -46,7 +46,7 @@ inline const Parameters write_parameters = {
      "Metres a unit of the mesh, for glTF, which is in metres, and 3MF, which says its unit: 0.001 for millimetres. Other formats keep the unit. > 0.",
      false, 1, 0, unbounded, false, offsetof(srf_write_options, metres_per_unit), {}},
     {Kind::choice, "up", "Up",
-     "Axis of the mesh that points up, for glTF, where y does, and 3MF, where z does.<br>Y: As glTF has it: nothing is turned.<br>Z: A node above all others turns z up to y up.",
+     "Axis of the mesh that points up, for glTF, where y does.<br>Y: As glTF has it: nothing is turned.<br>Z: A node above all others turns z up to y up.",
      false, 0, 0, 1, true, offsetof(srf_write_options, up), {"Y", "Z"}},
     {Kind::choice, "encoding", "Encoding",
      "Form of the numbers in PLY files. Other formats have one way.<br>Binary: Coordinates in single precision unless they lie so far from the origin that they would lose detail.<br>Binary, double precision: Coordinates in double precision.<br>Text: Coordinates with the fewest digits that read back as the same numbers.",

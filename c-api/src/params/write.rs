@@ -5,7 +5,7 @@ use crate::guard::guard;
 use crate::sized;
 use crate::status::srf_status;
 
-/// Axis of the mesh that points up, for glTF, where y does, and 3MF, where z does.
+/// Axis of the mesh that points up, for glTF, where y does.
 #[allow(non_camel_case_types, dead_code)]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,7 +41,7 @@ pub struct srf_write_options {
     /// Metres a unit of the mesh, for glTF, which is in metres, and 3MF, which says its unit: 0.001 for millimetres. Other
     /// formats keep the unit. > 0, default 1.
     pub metres_per_unit: f64,
-    /// Axis of the mesh that points up, for glTF, where y does, and 3MF, where z does. A value of srf_up, default SRF_UP_Y.
+    /// Axis of the mesh that points up, for glTF, where y does. A value of srf_up, default SRF_UP_Y.
     pub up: u64,
     /// Form of the numbers in PLY files. Other formats have one way. A value of srf_encoding, default SRF_ENCODING_BINARY.
     pub encoding: u64,
