@@ -241,11 +241,14 @@ pub(super) fn is_known_by_content(path: &Path) -> Result<bool> {
 pub(super) fn format_of(path: &Path) -> Result<&'static Format> {
     let (start, length) = start_of(path)?;
     let named = |extension: &str| FORMATS.iter().find(|format| format.extensions.contains(&extension));
+    let of_poses = named(trajectory::AXIS_ANGLE).filter(|_| trajectory::is_named_so(path));
     if let Some(format) = FORMATS.iter().find(|format| (format.sniff)(&start)) {
         // Lines of numbers could be anything.
         let is_any = FORMATS.last().is_some_and(|last| std::ptr::eq(last, format));
-        let of_poses = named(trajectory::AXIS_ANGLE).filter(|_| is_any && trajectory::is_axis_angle(path));
-        return Ok(of_poses.unwrap_or(format));
+        return Ok(of_poses.filter(|_| is_any).unwrap_or(format));
+    }
+    if let Some(format) = of_poses {
+        return Ok(format);
     }
     // A binary one has no mark, but a length that says it.
     if let Some(format) = named("stl").filter(|_| stl::has_length_of_binary(&start, length)) {
