@@ -73,10 +73,27 @@ pub fn open(
     ScanSet::new(py, set)
 }
 
+/// Opens scans as ``open`` does, to be aligned: of a folder all scans, whatever list of poses lies in it.
+#[pyfunction]
+#[pyo3(signature = (paths, *, camera = None, crs = None, **options))]
+pub fn _open_unplaced(
+    py: Python<'_>,
+    paths: &Bound<'_, PyAny>,
+    camera: Option<&Bound<'_, PyAny>>,
+    crs: Option<CrsText>,
+    options: Option<&Bound<'_, PyDict>>,
+) -> PyResult<ScanSet> {
+    let call = OpenCall { unplaced: true, ..OpenCall::new(paths, camera, crs, options)? };
+    let set = Watch::new(None).run(py, |progress| call.run(progress))?;
+    ScanSet::new(py, set)
+}
+
 /// The scans to be opened, free of Python.
 pub struct OpenCall {
     paths: Vec<Place>,
     options: ReadOptions,
+    /// Whether lists of poses in folders keep no scan out.
+    unplaced: bool,
 }
 
 impl OpenCall {
@@ -98,7 +115,7 @@ impl OpenCall {
         };
         let camera = camera.map(of_four).transpose()?;
         let crs = crs::told(crs)?;
-        Ok(OpenCall { paths, options: ReadOptions { camera, crs, ..params("open", options)? } })
+        Ok(OpenCall { paths, options: ReadOptions { camera, crs, ..params("open", options)? }, unplaced: false })
     }
 
     /// Opens them.
@@ -106,7 +123,11 @@ impl OpenCall {
     /// # Errors
     /// See [`import::open_with`].
     pub fn run(&self, progress: &Progress<'_>) -> surfrecon::Result<import::ScanSet> {
-        let set = import::open_with(&self.paths, &self.options, progress)?;
+        let set = if self.unplaced {
+            import::open_unplaced(&self.paths, &self.options, progress)?
+        } else {
+            import::open_with(&self.paths, &self.options, progress)?
+        };
         set.tell();
         Ok(set)
     }

@@ -1,11 +1,13 @@
 """Poses that are written as TUM's trajectories: each line says which scan it is of."""
 
+import json
 import zipfile
 
 import numpy as np
 import pytest
 import surfrecon
 from command_line import run
+from heaps import look
 
 CAMERA = (60, 60, 25, 20)
 
@@ -292,3 +294,37 @@ def test_the_command_line_aligns_and_merges_two_recordings(tmp_path):
     assert [f'of "{name}"' in text for name in names] == [True] * 4
     done = run("info", "two", "one", "placed.tum", *told, cwd=tmp_path)
     assert done.returncode == 0 and "placed 4 scans by name" in done.stderr, done.stderr
+
+
+def test_a_list_in_the_folder_of_its_scans_hides_none(tmp_path):
+    """It says which it lacks, and aligning takes them all."""
+    folder = tmp_path / "scans"
+    folder.mkdir()
+    surfrecon.write_scans(folder / "all.conf", look())
+    (folder / "all.conf").unlink()
+    files = sorted(path.name for path in folder.iterdir())
+    placed = folder / "aligned.conf"
+    placed.write_text("".join(f"bmesh {name} 0 0 0 0 0 0 1\n" for name in files[1:]))
+    note = f"1 file of this folder is not in its list aligned.conf: {files[0]}"
+    assert any(note in said for said in surfrecon.open(folder).notes)
+    done = run("info", "scans", cwd=tmp_path)
+    assert done.returncode == 0 and note in done.stderr, done.stderr
+    report = tmp_path / "report.json"
+    done = run("align", "scans", "-o", "scans/aligned.conf", "--report", "report.json", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert note not in done.stderr and len(json.loads(report.read_text())["report"]["scans"]) == len(files)
+    placed.write_text("".join(f"bmesh {name} 0 0 0 0 0 0 1\n" for name in files[1:]))
+    done = run("merge", "scans", "--align", "-o", "surface.ply", "--report", "report.json", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert len(json.loads(report.read_text())["report"]["alignment"]["scans"]) == len(files)
+
+
+def test_a_trajectory_in_the_folder_of_its_images_hides_none(tmp_path, recordings):
+    (tmp_path / "A" / "poses.tum").write_text(frames(".", range(3)))
+    told = ("--camera", ",".join(map(str, CAMERA)))
+    done = run("info", "A", *told, cwd=tmp_path)
+    note = "2 files of this folder are not in its list poses.tum: frame_0003.npy, frame_0004.npy"
+    assert done.returncode == 0 and note in done.stderr, done.stderr
+    done = run("align", "A", *told, "--fixed", "0,1,2,3,4", "-o", "placed.tum", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert [f"A/frame_{k:04}.npy" in (tmp_path / "placed.tum").read_text() for k in range(5)] == [True] * 5

@@ -237,6 +237,12 @@ pub(super) fn is_known_by_content(path: &Path) -> Result<bool> {
     Ok(FORMATS.iter().any(|format| (format.sniff)(&start)))
 }
 
+/// Whether a file is surely of its format. Texts that only end like points may be notes of people.
+pub(super) fn is_sure(path: &Path) -> bool {
+    let is_any = |format: &Format| FORMATS.last().is_some_and(|last| std::ptr::eq(last, format));
+    format_of(path).is_ok_and(|format| !is_any(format)) || is_known_by_content(path).unwrap_or(false)
+}
+
 /// The format of a file: by its content, else by the ending of its name, so that its reader can say what is wrong.
 pub(super) fn format_of(path: &Path) -> Result<&'static Format> {
     let (start, length) = start_of(path)?;
