@@ -307,7 +307,7 @@ FILES = {
     "the time {} is not the number in {}, the name of the scan before it: a line is missing between them": "die Zeit {} ist nicht die Nummer in {}, dem Namen des Scans davor: dazwischen fehlt eine Zeile",
     "put it back, or take out both": "sie wieder einfügen, oder beide herausnehmen",
     "there is no pose behind {}: put it back, or take this line out": "hinter {} steht keine Lage: sie wieder einfügen, oder diese Zeile herausnehmen",
-    "this comment must name a scan as {} or {} does": "dieser Kommentar muss einen Scan nennen, wie {} oder {} es tut",
+    "this comment must name a scan in straight quotes, as {} does": "dieser Kommentar muss einen Scan in geraden Anführungszeichen nennen, wie {} es tut",
     "{}: the files that the list names are not there: poses are matched by name alone": "{}: die Dateien, die die Liste nennt, sind nicht da: Lagen werden allein nach dem Namen zugeordnet",
     "its files are found from its own folder: if it was moved, put it back": "ihre Dateien werden von ihrem Ordner aus gesucht: wenn sie verschoben wurde, sie zurücklegen",
     "{}: 1 file of this folder is not in its list {}: {}": "{}: 1 Datei dieses Ordners steht nicht in seiner Liste {}: {}",

@@ -32,7 +32,8 @@ use crate::similarity::Given;
 /// Scans are PLY, height maps and depth images (PNG, PGM, PFM, TIFF, NPY, ESRI grids, SRTM tiles), points in text and
 /// more: ``formats`` lists all. A camera's file among the paths makes the images depth images. A trajectory among them,
 /// or a file ``NAME.xf``, ``NAME.tf`` or ``NAME.pose.txt`` beside a scan, places them. Scans that a trajectory has no pose of are passed
-/// over, if it names them or their names are times.
+/// over, if it names them or their names have numbers that are its times. A folder that has one list opens as the scans of that, and
+/// ``notes`` name the others in it.
 ///
 /// Recordings of depth cameras and phones open as ``Frame`` objects, which merge and align as other scans do: folders or zip
 /// archives of 7-Scenes, TUM RGB-D, ICL-NUIM, Open3D, Redwood, nerfstudio, Polycam (raw data), Record3D (also ``.r3d``), 3D

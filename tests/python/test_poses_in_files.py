@@ -179,7 +179,7 @@ def test_frames_of_archives_are_told_apart(tmp_path, recordings):
             ),
             'line 6: the time 3 is not the number in "frame_0002"',
         ),
-        (lambda text: text.replace('"frame_0002"', "“frame_0002”"), "line 5: this comment must name a scan as"),
+        (lambda text: text.replace('"frame_0002"', "“frame_0002”"), "line 5: this comment must name a scan in straight quotes"),
         (lambda text: text.replace('"frame_0002"', "frame_0002"), "line 6: the scan of this pose is missing"),
         (lambda text: text + '# scan "frame_0004"\n', 'line 9: there is no pose behind # scan "frame_0004"'),
         (lambda text: text + entry("0004", 4, "frame_0003", "./A/frame_0003.npy"), "line 10: .* has two poses"),

@@ -40,7 +40,7 @@ pub fn open_many<P: AsRef<Path>>(paths: &[P]) -> Result<ScanSet> {
 /// says which scans of it the list lacks.
 ///
 /// Side files among them apply to the others: a camera makes the images depth images, a trajectory places them, by the
-/// names that it has of them, else by the times that their names are, else in their order. A scan is also placed by a file of its own name with the
+/// names that it has of them, else by the numbers in their names, else in their order. A scan is also placed by a file of its own name with the
 /// ending `.xf`, `.tf` or `.pose.txt` beside it. The notes say what was found.
 ///
 /// # Errors

@@ -191,7 +191,7 @@ mod tests {
     const LOG: &str = "0 0 1\n1 0 0 1\n0 1 0 2\n0 0 1 3\n0 0 0 1\n1 1 2\n0 -1 0 0\n1 0 0 0\n0 0 1 0\n0 0 0 1\n";
     const TUM: &str = "# t\n10.00 1 2 3 0 0 0 1\r\n10.05 1 1 1 0 0 1 0\n";
 
-    /// Theorem: scans whose names are times take the poses of these. Others take them in their order, all or none.
+    /// Theorem: scans whose names have times take the poses of these. Others take them in their order, all or none.
     #[test]
     fn times_or_the_order_decide() {
         let [log, tum] =

@@ -76,13 +76,13 @@ pub(super) fn by_names(
         }
     }
     if pose_of.is_empty() {
-        let remedy =
-            if files.decide { ". Its files are found from its own folder: if it was moved, put it back." } else { "" };
-        return fail(format!(
-            "no scan that is opened has a pose here: the list is of {}, but {} is opened{remedy}",
-            shown(&listed[0]),
-            known_as(&scans[0].path)
-        ));
+        let (list, opened) = (shown(&listed[0]), known_as(&scans[0].path));
+        let problem = format!("no scan that is opened has a pose here: the list is of {list}, but {opened} is opened");
+        return fail(if files.decide {
+            format!("{problem}. Its files are found from its own folder: if it was moved, put it back.")
+        } else {
+            problem
+        });
     }
     let elsewhere = first.map(|[pose, scan]| {
         let there = files.named[pose].as_deref().filter(|named| is_there(named));

@@ -300,7 +300,7 @@ fn without_pose(lines: &Lines<'_>, (line, scan): &(u64, ListedScan)) -> Error {
 
 #[cold]
 fn damaged(lines: &Lines<'_>, line: u64) -> Error {
-    lines.fail_at(line, "this comment must name a scan as # scan \"NAME\" or # scan \"NAME\" of \"FILE\" does")
+    lines.fail_at(line, "this comment must name a scan in straight quotes, as # scan \"NAME\" does")
 }
 
 /// Parses the lines of ARKitScenes'.
