@@ -63,6 +63,7 @@ __all__ = [
     "_merge_task",
     "_merge_tasks_to_file",
     "_nearest",
+    "_open_unplaced",
     "_part_path",
     "adaptive_quads",
     "align",
@@ -1106,6 +1107,13 @@ def merge_to_file(
 def _again(kind: str, parts: dict[str, Any]) -> Any: ...
 def _check_file_in_pieces(path: _Path, encoding: str | None = None) -> None: ...
 def _nearest(given: str, known: Sequence[str]) -> str | None: ...
+def _open_unplaced(
+    paths: _File | Iterable[_File],
+    *,
+    camera: tuple[float, float, float, float] | None = None,
+    crs: str | None = None,
+    **options: Any,
+) -> ScanSet: ...
 def _part_path(path: _Path, number: int, count: int) -> str: ...
 def _merge_stages(tasks: int) -> list[tuple[str, int]]: ...
 def _merge_task(

@@ -101,7 +101,8 @@ def _converted(work: Work, scan: _native.Scan, content: contents.Content) -> con
 
 def align(work: Work) -> Made:
     """Finds where scans lie."""
-    scans = work.open()
+    # Rough poses may be those of a list.
+    scans = work.open(unplaced=work.request.parameters.get("start") != "rough")
     _refuse_unlisted(work, scans)
     with work.showing() as shown:
         found = _native.align(scans, progress=shown, **work.given("align"), **work.request.of("fixed", "angles"))
@@ -147,7 +148,7 @@ _IN_FILES = "--workspace DIR (workspace) merges in files, into a .ply file, with
 
 def merge(work: Work) -> Made:
     """Merges scans to one surface. Those without poses are aligned first, where that is asked for."""
-    scans: Iterable[_native.Scan] = work.open()
+    scans: Iterable[_native.Scan] = work.open(unplaced=bool(work.request.parameters.get("align")))
     aligned = None
     if work.request.parameters.get("align"):
         with work.showing() as shown:
