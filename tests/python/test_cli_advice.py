@@ -4,6 +4,7 @@ import re
 from pathlib import Path
 
 from command_line import run
+from heaps import look
 from surfrecon.cli.advice import TABLE, advised, advised_all
 from surfrecon.cli.commands import COMMANDS
 
@@ -52,6 +53,15 @@ def test_sentences_of_reports_name_options():
     report = {"messages": ["raise reach"], "scans": [{"name": "raise reach", "reason": "raise reach"}]}
     said = {"messages": ["raise --reach"], "scans": [{"name": "raise reach", "reason": "raise --reach"}]}
     assert advised_all(report, "align") == said
+
+
+def test_scans_without_poses_are_told_of_options_in_reports_too(tmp_path):
+    """Scans in their sensors' frames, and nothing but small motions allowed."""
+    for image in look(60)[:3]:
+        image.write(tmp_path / f"{image.name}.ply")
+    done = run("align", tmp_path, "--start", "rough", "--reach", "0.001", "--json")
+    for text in (done.stdout, run("align", tmp_path, "--start", "rough", "--reach", "0.001").stdout):
+        assert "no scan has a pose, and --start rough looks near poses alone. Say --start unknown instead" in text
 
 
 def test_a_list_that_leads_out_of_its_folder_is_told_of_the_option(tmp_path):
