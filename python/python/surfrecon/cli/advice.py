@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from functools import cache
 from typing import Any
 
 __all__ = ["TABLE", "advised", "advised_all", "know"]
@@ -84,19 +83,25 @@ def know(command: str, options: Mapping[str, str]) -> None:
         _HAVING.setdefault(name, []).append(command)
         if "_" not in name and kind in ("angle", "count", "length", "number", "ratio"):
             _NUMBERS.add(name)
-    _patterns.cache_clear()
+    _PATTERNS.clear()
 
 
-@cache
+# Made when they are first needed.
+_PATTERNS: list[tuple[re.Pattern[str], re.Pattern[str]]] = []
+
+
 def _patterns() -> tuple[re.Pattern[str], re.Pattern[str]]:
     """Parameters that are given a value, and those that are named alone."""
+    if _PATTERNS:
+        return _PATTERNS[0]
     names = sorted(_HAVING, key=len, reverse=True)
     any_of = "|".join(names)
     long = "|".join(name for name in names if "_" in name)
     short = "|".join(sorted(_NUMBERS, key=len, reverse=True))
     given = re.compile(rf"{_BEGIN}(?P<name>{any_of}) = (?:{_VALUE})")
     alone = rf"{_BEGIN}(?:{long}){_END}|(?:{_DONE})(?:{short}){_END}|{_BEGIN}(?:{short})(?:{_DOES})"
-    return given, re.compile(alone)
+    _PATTERNS.append((given, re.compile(alone)))
+    return _PATTERNS[0]
 
 
 def _value(found: re.Match[str]) -> str:
