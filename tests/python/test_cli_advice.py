@@ -38,6 +38,11 @@ def test_an_option_of_another_command_is_said_with_that():
     assert advised('say start = "sequence".', "merge") == "say --start sequence (of surfrecon align)."
 
 
+def test_manifests_have_parameters_by_their_names():
+    text = "a job: grazing_limit must be > 0, or raise reach"
+    assert advised(text, "batch") == text
+
+
 def test_words_of_english_are_no_options():
     for text in ("use a smaller mesh, or raise the limit", "a voxel smaller than 3", "read as depth images"):
         assert all(advised(text, command) == text for command in COMMANDS)

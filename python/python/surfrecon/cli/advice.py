@@ -45,7 +45,8 @@ def advised(text: str, command: str = "") -> str:
     """A text of the library with advice that can be followed here: by a command, or by another one, which is said."""
     for theirs, ours in TABLE:
         text = text.replace(theirs, ours)
-    if not _HAVING:
+    # Manifests have parameters by their names.
+    if not _HAVING or command in ("batch", "task"):
         return text
     given, alone = _patterns()
     text = given.sub(lambda found: _option(found["name"], command, _value(found)), text)
