@@ -75,6 +75,12 @@ impl Scan {
         Ok(crs::text_of(self.scan.crs().map_err(|error| to_python(&error))?.as_ref()))
     }
 
+    /// Whether it is one of many images of a depth camera: one that is damaged is left out.
+    #[getter]
+    fn _is_depth_image(&self) -> bool {
+        self.scan.is_frame() || self.scan.is_depth_image()
+    }
+
     /// Reads the samples: a ``RangeImage`` (placed in the world), a ``Mesh`` or a ``PointCloud`` (in their own frames).
     ///
     /// >>> images = [scan.read() for scan in scans]

@@ -159,7 +159,9 @@ mod _native {
     #[pymodule_export]
     use crate::scan::{Camera, sculpture, turntable, virtual_scan};
     #[pymodule_export]
-    use crate::scans::{ScanSet, crs_note, formats, open, provenance, read, recording_of, write, write_scans};
+    use crate::scans::{
+        _open_unplaced, ScanSet, crs_note, formats, open, provenance, read, recording_of, write, write_scans,
+    };
     #[pymodule_export]
     use crate::sculpt::{Sculpted, Sculptor, sculpt};
     #[pymodule_export]

@@ -143,7 +143,7 @@ def test_depth_images_keep_their_times_and_their_camera(tmp_path):
     # Lists of others have times alone.
     (tmp_path / "placed.tum").write_text(lines[2] + "\n")
     done = run("info", *names, "placed.tum", "--camera", camera, cwd=tmp_path)
-    assert "placed 1 scan by the times in their names, and 1 of 2 has no pose within 0.02 s" in done.stderr
+    assert "placed 1 scan by the times in their names, and 1 of 2 has no pose of its own within 0.02 s" in done.stderr
 
 
 def test_align_tells_that_a_list_leads_out_of_its_folder(tmp_path):

@@ -50,9 +50,9 @@ def run_batch(given: argparse.Namespace, shown: Shown, stops: Stops) -> int:
         found.append(entry)
         if not given.quiet:
             rest = entry.get("error") or entry.get("reason")
-            streams.tell(f"surfrecon: batch: {job.name}: {entry['state']}{f': {rest}' if rest else ''}")
+            streams.tell(f"surfrecon: batch: {job.name}: {entry['state']}{f': {rest}' if rest else ''}", "batch")
         elif "error" in entry:
-            streams.tell(f"surfrecon: batch: {job.name}: {entry['error']}")
+            streams.tell(f"surfrecon: batch: {job.name}: {entry['error']}", "batch")
         if given.stop and entry["state"] == "failed":
             break
     counts = Counter(entry["state"] for entry in found)
