@@ -8,10 +8,10 @@ use rustc_hash::FxHashMap;
 
 use super::file;
 use super::numbering::{Number, number_in};
-use super::placing_by_name::by_names;
+use super::placing_by_name::{by_names, keep};
 use super::scan::FileScan;
 use super::trajectory::{APART, Trajectory};
-use base::error::{Error, Result};
+use base::error::{Error, Result, counted};
 
 /// Whole numbers from here on are times, as seconds since 1970 are: no frame has such a number.
 const TIMES_FROM: f64 = 1e8;
@@ -98,7 +98,7 @@ impl Trajectory {
             self.refuse_doubt(numbers, pose_of.len(), path)?;
         }
         let [placed, lost] = keep(scans, &pose_of);
-        let (list, count) = (file::name(path), many(placed, "scan"));
+        let (list, count) = (file::name(path), counted(placed as u64, "scan", "scans"));
         let said = match meaning {
             Meaning::Times => format!("{list}: placed {count} by the times in their names"),
             _ => format!("{list}: placed {count} by the numbers in their names"),
@@ -140,7 +140,7 @@ impl Trajectory {
     fn in_order(&self, numbers: &[Option<Number<'_>>], scans: &mut [FileScan], path: &Path) -> Result<String> {
         let (poses, count) = (self.poses().len(), scans.len());
         if count != poses {
-            let [poses, count] = [many(poses, "pose"), many(count, "scan")];
+            let [poses, count] = [counted(poses as u64, "pose", "poses"), counted(count as u64, "scan", "scans")];
             let problem = format!(
                 "{poses} for {count}, whose names have no times of the list: open as many scans as there are poses, in order"
             );
@@ -156,30 +156,13 @@ impl Trajectory {
         for (scan, pose) in order.into_iter().zip(self.poses()) {
             scans[scan].world_from_sensor = *pose;
         }
-        let (list, count) = (file::name(path), many(count, "scan"));
+        let (list, count) = (file::name(path), counted(count as u64, "scan", "scans"));
         Ok(if is_numbered && poses > 1 {
             format!("{list}: placed {count} in the order of the numbers in their names")
         } else {
             format!("{list}: placed {count} in their order")
         })
     }
-}
-
-/// Leaves the scans that have a pose, with it. How many these are, and how many have none.
-pub(super) fn keep(scans: &mut Vec<FileScan>, pose_of: &FxHashMap<usize, DAffine3>) -> [usize; 2] {
-    let (all, mut number) = (scans.len(), 0);
-    scans.retain_mut(|scan| {
-        let pose = pose_of.get(&number);
-        number += 1;
-        scan.world_from_sensor = pose.copied().unwrap_or_default();
-        pose.is_some()
-    });
-    [scans.len(), all - scans.len()]
-}
-
-/// A count of things with their noun.
-pub(super) fn many(count: usize, noun: &str) -> String {
-    if count == 1 { format!("1 {noun}") } else { format!("{count} {noun}s") }
 }
 
 #[cfg(test)]
