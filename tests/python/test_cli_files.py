@@ -158,3 +158,21 @@ def test_large_numbers_of_the_command_line(folder):
         done = run("align", "torus.ply", *arguments, cwd=folder)
         assert done.returncode == 2 and "must be" in done.stderr and len(done.stderr) < 1000, done.stderr
     assert surfrecon.read(folder / "torus.ply").check().is_manifold
+
+
+def test_a_merge_into_the_folder_of_its_scans_may_be_repeated(tmp_path):
+    """The surface of the first time is no scan of the second. A scan is not written over."""
+    mesh = surfrecon.sculpture(cell=3.0)
+    for k, scan in enumerate(surfrecon.virtual_scan(mesh, surfrecon.turntable(mesh, around=4, pixels=40))):
+        surfrecon.write(tmp_path / f"scan{k}.ply", scan)
+    known = len(list(tmp_path.glob("*.ply")))
+    out = tmp_path / "surface.ply"
+    said = f"{tmp_path}: 1 file of this folder is a surface that was merged from scans, and is passed over: surface.ply"
+    for time in range(2):
+        done = run("merge", tmp_path, "-o", out)
+        assert done.returncode == 0 and f"{known} scans, cells of" in done.stdout, done.stdout + done.stderr
+        assert done.stderr.count(said) == time, done.stderr
+        wanted = out.read_bytes() if time == 0 else wanted
+        assert out.read_bytes() == wanted
+    done = run("merge", tmp_path, "-o", tmp_path / "scan1.ply")
+    assert done.returncode == 2 and "scan1.ply is read: give the output another name" in done.stderr

@@ -90,7 +90,7 @@ impl FileScan {
             Some(known) => known.clone(),
             None => {
                 let set = progress
-                    .watch(|| open_listed(&listed(&[opened.as_path()], false, progress)?, &options, progress))?;
+                    .watch(|| open_listed(&listed(&[opened.as_path()], false, progress)?.0, &options, progress))?;
                 set.scans.into_iter().find(|frame| frame.part == scan.part && is_it(frame)).ok_or_else(|| {
                     Error::input(format!(
                         "frame {} of {} is no longer listed as it was when it was handed over: open the recording again",

@@ -65,7 +65,12 @@ fn open_as<P: AsRef<Path>>(
 ) -> Result<ScanSet> {
     options.validate()?;
     let paths: Vec<&Path> = paths.iter().map(AsRef::as_ref).collect();
-    progress.watch(|| open_listed(&listed(&paths, unplaced, progress)?, options, progress))
+    progress.watch(|| {
+        let (listed, mut notes) = listed(&paths, unplaced, progress)?;
+        let mut set = open_listed(&listed, options, progress)?;
+        notes.append(&mut set.notes);
+        Ok(ScanSet { notes, ..set })
+    })
 }
 
 /// Folders above a file in which its recording may begin: exports put images into folders of folders.
@@ -102,15 +107,17 @@ pub(super) enum Listed {
     },
 }
 
-pub(super) fn listed(paths: &[&Path], unplaced: bool, progress: &Progress<'_>) -> Result<Vec<Listed>> {
-    let mut listed = Vec::new();
+/// The things that paths stand for, and notes on what is passed over.
+pub(super) fn listed(paths: &[&Path], unplaced: bool, progress: &Progress<'_>) -> Result<(Vec<Listed>, Vec<String>)> {
+    let (mut listed, mut all_notes) = (Vec::new(), Vec::new());
     for &path in paths {
         if !file::is_dir(path) {
             listed.push(Listed::File(path.to_owned()));
         } else if let Some(found) = frames::find(path, progress)? {
             listed.push(Listed::Recording(found));
         } else {
-            let folder::FolderFiles { files, list, mut beside } = folder::files_of(path, unplaced)?;
+            let folder::FolderFiles { files, list, mut beside, notes } = folder::files_of(path, unplaced)?;
+            all_notes.extend(notes);
             listed.extend(files.into_iter().map(|path| match &list {
                 Some(list) if *list == path => {
                     Listed::List { path, beside: std::mem::take(&mut beside), with_others: unplaced }
@@ -119,7 +126,7 @@ pub(super) fn listed(paths: &[&Path], unplaced: bool, progress: &Progress<'_>) -
             }));
         }
     }
-    Ok(listed)
+    Ok((listed, all_notes))
 }
 
 pub(super) fn open_listed(listed: &[Listed], options: &ReadOptions, progress: &Progress<'_>) -> Result<ScanSet> {
@@ -453,6 +460,39 @@ mod tests {
         assert!(set.notes.concat().contains("1 file of this folder is not in its list set.tum: b.ply"));
         assert_eq!(names(&unplaced()), ["a", "b", "c"]);
         assert!(open_many(&[folder.path().join("a.ply"), folder.path().join("set.tum")]).unwrap().notes.len() == 1);
+    }
+
+    /// Theorem: a surface that was merged into the folder of its scans is none of them, unless it is named or nothing else is there.
+    #[test]
+    fn a_merged_surface_in_a_folder_is_no_scan() {
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["a.ply", "b.ply"] {
+            std::fs::write(folder.path().join(name), POINT).unwrap();
+        }
+        let mesh = TriMesh::new(vec![DVec3::ZERO, DVec3::X, DVec3::Y], vec![[0, 1, 2]]);
+        let write = |name: &str, command: &str| {
+            let said = format!(r#"{{"program": "surfrecon", "version": "1", "command": "{command}", "inputs": []}}"#);
+            let provenance = Some(crate::export::Provenance::from_json(&said).unwrap());
+            let options = crate::export::WriteOptions { provenance, ..Default::default() };
+            crate::export::write_mesh(&folder.path().join(name), &mesh, &[], &options, &Progress::none()).unwrap();
+        };
+        for ending in ["ply", "obj", "glb"] {
+            write(&format!("merged.{ending}"), "merge");
+        }
+        write("made.ply", "reconstruct");
+        let names = |set: &ScanSet| set.scans.iter().map(|scan| scan.name.clone()).collect::<Vec<_>>();
+        let said = "3 files of this folder are surfaces that were merged from scans, and are passed over: merged.glb, \
+            merged.obj, merged.ply. To open them too, name the files one by one.";
+        let unplaced = open_unplaced(&[folder.path()], &ReadOptions::default(), &Progress::none()).unwrap();
+        for set in [open(folder.path()).unwrap(), unplaced] {
+            assert_eq!(names(&set), ["a", "b", "made"]);
+            assert!(set.notes.iter().any(|note| note.ends_with(said)), "{:?}", set.notes);
+        }
+        assert_eq!(names(&open(&folder.path().join("merged.ply")).unwrap()), ["merged"]);
+        for name in ["a.ply", "b.ply", "made.ply"] {
+            std::fs::remove_file(folder.path().join(name)).unwrap();
+        }
+        assert_eq!(open(folder.path()).unwrap().scans.len(), 3);
     }
 
     #[test]

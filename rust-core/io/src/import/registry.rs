@@ -237,6 +237,21 @@ pub(super) fn is_known_by_content(path: &Path) -> Result<bool> {
     Ok(FORMATS.iter().any(|format| (format.sniff)(&start)))
 }
 
+/// Whether a file says at its start that it is a surface which was merged from scans: by its provenance.
+pub(super) fn is_merged(path: &Path) -> Result<bool> {
+    let (start, _) = start_of(path)?;
+    let says = |mark: &str| memchr::memmem::find(&start, mark.as_bytes()).is_some();
+    Ok(MERGED.iter().any(|mark| says(mark)))
+}
+
+/// Provenance of the commands that merge, as PLY and OBJ have it, and as glTF has.
+const MERGED: [&str; 4] = [
+    " surfrecon {\"command\":\"merge\"}",
+    " surfrecon {\"command\":\"plan\"}",
+    "\"surfrecon\":{\"command\":\"merge\",",
+    "\"surfrecon\":{\"command\":\"plan\",",
+];
+
 /// Whether a file is surely of its format. Texts that only end like points may be notes of people.
 pub(super) fn is_sure(path: &Path) -> bool {
     let is_any = |format: &Format| FORMATS.last().is_some_and(|last| std::ptr::eq(last, format));
