@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use super::file;
-use super::registry::{Role, format_of, is_known_by_content, is_merged, is_sure, scan_endings};
+use super::registry::{Role, format_of, has_numbers, is_known_by_content, is_merged, is_sure, scan_endings};
+use super::{file, trajectory};
 use base::error::{Error, Result, known_as};
 
 /// Most names in a folder that are looked at for the words of an error.
@@ -53,7 +53,7 @@ pub(super) fn files_of(folder: &Path, unplaced: bool) -> Result<FolderFiles> {
         }
     }
     let merged = merged_among(&mut scans)?;
-    let notes: Vec<String> = note_merged(folder, &merged).into_iter().collect();
+    let mut notes: Vec<String> = note_merged(folder, &merged).into_iter().collect();
     // Of frames the list alone says which images are depths.
     let is_of_frames = |path: &PathBuf| file::name(path).ends_with(".json");
     if unplaced && lists.len() > 1 && !scans.is_empty() && !lists.iter().any(is_of_frames) {
@@ -67,6 +67,7 @@ pub(super) fn files_of(folder: &Path, unplaced: bool) -> Result<FolderFiles> {
         }
         [] if scans.is_empty() => Err(no_scan(folder)),
         [] => {
+            notes.extend(note_strays(folder, &strays_among(&mut scans, &mut poses)));
             if unplaced {
                 poses.clear();
             }
@@ -101,6 +102,35 @@ fn merged_among(scans: &mut Vec<PathBuf>) -> Result<Vec<PathBuf>> {
     }
     scans.retain(|path| !merged.contains(path));
     Ok(merged)
+}
+
+/// Takes texts out that end like scans or lists of poses and hold none: notes of people, logs of programs. One of numbers stays, whatever is
+/// wrong with it, and scans stay where nothing else is there: their readers say what is wrong.
+fn strays_among(scans: &mut Vec<PathBuf>, poses: &mut Vec<PathBuf>) -> Vec<PathBuf> {
+    let is_stray = |path: &PathBuf| !is_sure(path) && !has_numbers(path);
+    let mut strays: Vec<PathBuf> = scans.iter().filter(|path| is_stray(path)).cloned().collect();
+    if strays.len() == scans.len() {
+        return Vec::new();
+    }
+    let is_log = |path: &&PathBuf| {
+        let is_known = trajectory::is_named_so(path) || is_known_by_content(path).unwrap_or(true);
+        !is_known && !has_numbers(path)
+    };
+    strays.extend(poses.iter().filter(is_log).cloned());
+    scans.retain(|path| !strays.contains(path));
+    poses.retain(|path| !strays.contains(path));
+    strays.sort();
+    strays
+}
+
+fn note_strays(folder: &Path, strays: &[PathBuf]) -> Option<String> {
+    let (shown, named) = (known_as(folder), named(strays)?);
+    Some(match strays.len() {
+        1 => format!("{shown}: 1 file of this folder holds neither a scan nor poses, and is passed over: {named}"),
+        count => {
+            format!("{shown}: {count} files of this folder hold neither scans nor poses, and are passed over: {named}")
+        }
+    })
 }
 
 fn note_merged(folder: &Path, merged: &[PathBuf]) -> Option<String> {

@@ -495,6 +495,44 @@ mod tests {
         assert_eq!(open(folder.path()).unwrap().scans.len(), 3);
     }
 
+    /// Theorem: texts of people and logs of programs in a folder are passed over and named. Numbers that are no scan are not.
+    #[test]
+    fn strays_in_a_folder_are_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = |name: &str, content: &str| std::fs::write(folder.path().join(name), content).unwrap();
+        let names = |set: &ScanSet| set.scans.iter().map(|scan| scan.name.clone()).collect::<Vec<_>>();
+        let unplaced = || open_unplaced(&[folder.path()], &ReadOptions::default(), &Progress::none());
+        file("README.txt", "Scanned in May 2026.\n3 scans\n");
+        // Alone it is what was meant.
+        assert_eq!(names(&open(folder.path()).unwrap()), ["README"]);
+        for name in ["a.ply", "b.ply"] {
+            file(name, POINT);
+        }
+        for (name, text) in [
+            ("README.md", "# Scans\n"),
+            ("Thumbs.db", "\u{1}"),
+            (".DS_Store", "x"),
+            ("camera.log", "12:01 started\n12:02 done\n"),
+            ("notes.csv", "name;day\na;May\n"),
+            ("empty.xyz", ""),
+        ] {
+            file(name, text);
+        }
+        let said = "4 files of this folder hold neither scans nor poses, and are passed over: README.txt, camera.log, \
+            empty.xyz, notes.csv";
+        for set in [open(folder.path()).unwrap(), unplaced().unwrap()] {
+            assert_eq!(names(&set), ["a", "b"]);
+            assert!(set.notes.iter().any(|note| note.ends_with(said)), "{:?}", set.notes);
+        }
+        file("poses.txt", "0 0 0 0 0 0 0 1\n1 1 0 0 0 0 0 1\n");
+        let set = open(folder.path()).unwrap();
+        assert_eq!(set.scans[1].world_from_sensor.translation.x, 1.0);
+        // A list with a fault is refused, since the scans would lie wrong without it.
+        file("poses.log", "0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 2\n");
+        std::fs::remove_file(folder.path().join("poses.txt")).unwrap();
+        assert!(open(folder.path()).unwrap_err().to_string().contains("poses.log"));
+    }
+
     #[test]
     fn reading_counts_bytes_and_can_be_cancelled() {
         let folder = tempfile::tempdir().unwrap();
