@@ -9,7 +9,7 @@ use glam::DAffine3;
 use serde_json::{Value as Json, json};
 
 use super::edits::{Edit, Edits, Placed};
-use super::opening::{listed, open_listed};
+use super::opening::{Taking, listed, open_listed};
 use super::options::ReadOptions;
 use super::scan::{Begin, FileScan};
 use crate::memory_folder::MemoryFolder;
@@ -53,6 +53,7 @@ impl FileScan {
             "pose": bits(&self.world_from_sensor.to_cols_array()),
             "begin": [self.begin.byte, self.begin.line],
             "left_crs": self.left_crs,
+            "of_many": self.of_many,
             "options": options_told(&self.options),
             "edits": self.edits.0.iter().map(edit_told).collect::<Vec<_>>(),
             "frame": print,
@@ -78,6 +79,7 @@ impl FileScan {
             world_from_sensor: pose_of(&told["pose"])?,
             begin: Begin { byte: whole(&told["begin"][0])?, line: whole(&told["begin"][1])? },
             left_crs: told["left_crs"].as_bool().ok_or_else(damaged)?,
+            of_many: told["of_many"].as_bool().ok_or_else(damaged)?,
             edits: Edits(list(&told["edits"])?.iter().map(edit_of).collect::<Result<_>>()?),
             _memory: MemoryFolder::of(&kept.path),
             ..FileScan::with(&kept.path, &options)
@@ -89,8 +91,9 @@ impl FileScan {
         let frame = match known.filter(|known| is_it(known)) {
             Some(known) => known.clone(),
             None => {
-                let set = progress
-                    .watch(|| open_listed(&listed(&[opened.as_path()], false, progress)?.0, &options, progress))?;
+                let set = progress.watch(|| {
+                    open_listed(&listed(&[opened.as_path()], Taking::default(), progress)?.0, &options, progress)
+                })?;
                 set.scans.into_iter().find(|frame| frame.part == scan.part && is_it(frame)).ok_or_else(|| {
                     Error::input(format!(
                         "frame {} of {} is no longer listed as it was when it was handed over: open the recording again",

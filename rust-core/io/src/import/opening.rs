@@ -46,27 +46,32 @@ pub fn open_many<P: AsRef<Path>>(paths: &[P]) -> Result<ScanSet> {
 /// # Errors
 /// As [`open`], for the first file that can't be opened. No path given. Two cameras. A trajectory that doesn't fit. [`Error::Cancelled`].
 pub fn open_with<P: AsRef<Path>>(paths: &[P], options: &ReadOptions, progress: &Progress<'_>) -> Result<ScanSet> {
-    open_as(paths, options, false, progress)
+    open_as(paths, options, Taking::default(), progress)
 }
 
-/// Opens files as [`open_with`] does, to be aligned: of a folder all scans, whatever list of poses lies in it.
+/// Treatment of the files that are opened together.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Taking {
+    /// Whether they are to be aligned: of a folder all scans are opened, whatever list of poses lies in it.
+    pub unplaced: bool,
+    /// Whether one of several is left out where all are read for something, if it is damaged. Those of a folder always are.
+    pub many: bool,
+}
+
+/// Opens files as [`open_with`] does, and as `taking` says.
 ///
 /// # Errors
 /// As [`open_with`].
-pub fn open_unplaced<P: AsRef<Path>>(paths: &[P], options: &ReadOptions, progress: &Progress<'_>) -> Result<ScanSet> {
-    open_as(paths, options, true, progress)
-}
-
-fn open_as<P: AsRef<Path>>(
+pub fn open_as<P: AsRef<Path>>(
     paths: &[P],
     options: &ReadOptions,
-    unplaced: bool,
+    taking: Taking,
     progress: &Progress<'_>,
 ) -> Result<ScanSet> {
     options.validate()?;
     let paths: Vec<&Path> = paths.iter().map(AsRef::as_ref).collect();
     progress.watch(|| {
-        let (listed, mut notes) = listed(&paths, unplaced, progress)?;
+        let (listed, mut notes) = listed(&paths, taking, progress)?;
         let mut set = open_listed(&listed, options, progress)?;
         notes.append(&mut set.notes);
         Ok(ScanSet { notes, ..set })
@@ -97,7 +102,11 @@ pub fn recording_of(path: &Path, progress: &Progress<'_>) -> Result<Option<PathB
 /// Things that are opened: a recording's folder, or a file.
 pub(super) enum Listed {
     Recording(frames::Found),
-    File(PathBuf),
+    File {
+        path: PathBuf,
+        /// Whether it is one of many, which go on without it if it is damaged.
+        of_many: bool,
+    },
     /// The list in a folder, and scans of this that it may lack.
     List {
         path: PathBuf,
@@ -108,21 +117,23 @@ pub(super) enum Listed {
 }
 
 /// The things that paths stand for, and notes on what is passed over.
-pub(super) fn listed(paths: &[&Path], unplaced: bool, progress: &Progress<'_>) -> Result<(Vec<Listed>, Vec<String>)> {
+pub(super) fn listed(paths: &[&Path], taking: Taking, progress: &Progress<'_>) -> Result<(Vec<Listed>, Vec<String>)> {
+    let Taking { unplaced, many } = taking;
     let (mut listed, mut all_notes) = (Vec::new(), Vec::new());
     for &path in paths {
         if !file::is_dir(path) {
-            listed.push(Listed::File(path.to_owned()));
+            listed.push(Listed::File { path: path.to_owned(), of_many: many && paths.len() > 1 });
         } else if let Some(found) = frames::find(path, progress)? {
             listed.push(Listed::Recording(found));
         } else {
             let folder::FolderFiles { files, list, mut beside, notes } = folder::files_of(path, unplaced)?;
             all_notes.extend(notes);
+            let of_many = files.len() > 1;
             listed.extend(files.into_iter().map(|path| match &list {
                 Some(list) if *list == path => {
                     Listed::List { path, beside: std::mem::take(&mut beside), with_others: unplaced }
                 }
-                _ => Listed::File(path),
+                _ => Listed::File { path, of_many },
             }));
         }
     }
@@ -141,7 +152,7 @@ pub(super) fn open_listed(listed: &[Listed], options: &ReadOptions, progress: &P
                 opens.push(Opening::Recording(found));
                 continue;
             }
-            Listed::File(path) | Listed::List { path, .. } => path.as_path(),
+            Listed::File { path, .. } | Listed::List { path, .. } => path.as_path(),
         };
         let role = &format_of(path)?.role;
         match role {
@@ -160,12 +171,15 @@ pub(super) fn open_listed(listed: &[Listed], options: &ReadOptions, progress: &P
                     return Err(Error::input(format!("{}: {problem}", known_as(path))));
                 }
             }
-            Role::Scans { .. } | Role::List(_) | Role::Recording(_) => opens.push(Opening::File(path, role)),
+            Role::Scans { .. } | Role::List(_) | Role::Recording(_) => {
+                let of_many = matches!(one, Listed::File { of_many: true, .. });
+                opens.push(Opening::File { path, role, of_many });
+            }
         }
     }
     if opens.is_empty() {
         return Err(Error::input(match listed {
-            [Listed::File(first) | Listed::List { path: first, .. }, ..] => {
+            [Listed::File { path: first, .. } | Listed::List { path: first, .. }, ..] => {
                 format!("{}: this describes scans, so open it together with them", known_as(first))
             }
             _ => "no file was given: give at least one".to_owned(),
@@ -196,7 +210,7 @@ pub(super) fn open_listed(listed: &[Listed], options: &ReadOptions, progress: &P
         }
         let others = with_others.iter().filter(|(path, _)| *path == opening.path());
         for path in others.flat_map(|(_, beside)| unlisted(beside, &set.scans)).collect::<Vec<_>>().into_iter().rev() {
-            opens.push_front(Opening::File(path, &format_of(path)?.role));
+            opens.push_front(Opening::File { path, role: &format_of(path)?.role, of_many: true });
         }
         all.scans.append(&mut set.scans);
         all.notes.append(&mut set.notes);
@@ -293,29 +307,38 @@ fn notes_on_crs(scans: &[FileScan], progress: &Progress<'_>) -> Result<Vec<Strin
 /// Things that hold or list scans.
 enum Opening<'a> {
     Recording(&'a frames::Found),
-    File(&'a Path, &'static Role),
+    File { path: &'a Path, role: &'static Role, of_many: bool },
 }
 
 impl Opening<'_> {
     fn open(&self, options: &Arc<ReadOptions>, progress: &Progress<'_>) -> Result<ScanSet> {
         match self {
             Opening::Recording(found) => found.open(options, progress),
-            Opening::File(path, Role::Scans { open, .. }) => open(path, options),
-            Opening::File(path, Role::List(open)) => open(path, options, open_named, progress),
-            Opening::File(path, Role::Recording(open)) => open(path, options, progress),
-            Opening::File(..) => Ok(ScanSet::default()),
+            Opening::File { path, role: Role::Scans { open, .. }, of_many: false } => open(path, options),
+            Opening::File { path, role: Role::Scans { open, .. }, .. } => {
+                let mut set = match open(path, options) {
+                    // Reading it says the same.
+                    Err(Error::Format { .. }) => file::single(path, options)?,
+                    opened => opened?,
+                };
+                set.scans.iter_mut().for_each(|scan| scan.of_many = true);
+                Ok(set)
+            }
+            Opening::File { path, role: Role::List(open), .. } => open(path, options, open_named, progress),
+            Opening::File { path, role: Role::Recording(open), .. } => open(path, options, progress),
+            Opening::File { .. } => Ok(ScanSet::default()),
         }
     }
 
     fn path(&self) -> &Path {
         match self {
             Opening::Recording(found) => found.path(),
-            Opening::File(path, _) => path,
+            Opening::File { path, .. } => path,
         }
     }
 
     fn is_of(&self, scan: &Path) -> bool {
-        matches!(self, Opening::File(path, _) if *path == scan)
+        matches!(self, Opening::File { path, .. } if *path == scan)
     }
 }
 
@@ -388,6 +411,12 @@ mod tests {
 
     use super::*;
     use crate::import::scan::Content;
+    use image::source::ScanSource;
+
+    fn unplaced_in(folder: &Path) -> Result<ScanSet> {
+        let taking = Taking { unplaced: true, ..Taking::default() };
+        open_as(&[folder], &ReadOptions::default(), taking, &Progress::none())
+    }
 
     const POINT: &str = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n\
         property float z\nend_header\n0 0 0\n";
@@ -432,7 +461,7 @@ mod tests {
         let list = folder.path().join("set.conf");
         std::fs::write(&list, "bmesh ./a.ply 0 0 0 0 0 0 1\nbmesh c.ply 1 0 0 0 0 0 1\n").unwrap();
         let names = |set: &ScanSet| set.scans.iter().map(|scan| scan.name.clone()).collect::<Vec<_>>();
-        let unplaced = || open_unplaced(&[folder.path()], &ReadOptions::default(), &Progress::none()).unwrap();
+        let unplaced = || unplaced_in(folder.path()).unwrap();
         let set = open(folder.path()).unwrap();
         assert_eq!(names(&set), ["a", "c"]);
         let note = "2 files of this folder are not in its list set.conf: b.ply, d.ply";
@@ -483,7 +512,7 @@ mod tests {
         let names = |set: &ScanSet| set.scans.iter().map(|scan| scan.name.clone()).collect::<Vec<_>>();
         let said = "3 files of this folder are surfaces that were merged from scans, and are passed over: merged.glb, \
             merged.obj, merged.ply. To open them too, name the files one by one.";
-        let unplaced = open_unplaced(&[folder.path()], &ReadOptions::default(), &Progress::none()).unwrap();
+        let unplaced = unplaced_in(folder.path()).unwrap();
         for set in [open(folder.path()).unwrap(), unplaced] {
             assert_eq!(names(&set), ["a", "b", "made"]);
             assert!(set.notes.iter().any(|note| note.ends_with(said)), "{:?}", set.notes);
@@ -501,10 +530,10 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let file = |name: &str, content: &str| std::fs::write(folder.path().join(name), content).unwrap();
         let names = |set: &ScanSet| set.scans.iter().map(|scan| scan.name.clone()).collect::<Vec<_>>();
-        let unplaced = || open_unplaced(&[folder.path()], &ReadOptions::default(), &Progress::none());
+        let unplaced = || unplaced_in(folder.path());
         file("README.txt", "Scanned in May 2026.\n3 scans\n");
         // Alone it is what was meant.
-        assert_eq!(names(&open(folder.path()).unwrap()), ["README"]);
+        assert!(open(folder.path()).unwrap_err().to_string().contains("README.txt: line 1: expected numbers"));
         for name in ["a.ply", "b.ply"] {
             file(name, POINT);
         }
@@ -531,6 +560,45 @@ mod tests {
         file("poses.log", "0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 2\n");
         std::fs::remove_file(folder.path().join("poses.txt")).unwrap();
         assert!(open(folder.path()).unwrap_err().to_string().contains("poses.log"));
+    }
+
+    /// Theorem: of a folder, or of many files, one that is damaged is left out where all are read, at any place where it is damaged. By
+    /// itself, or named with others, it is an error.
+    #[test]
+    fn a_damaged_file_of_many_is_left_out() {
+        let folder = tempfile::tempdir().unwrap();
+        let names = ["a.ply", "b.ply", "c.ply"].map(|name| folder.path().join(name));
+        names.iter().for_each(|name| std::fs::write(name, POINT).unwrap());
+        let many = Taking { many: true, ..Taking::default() };
+        let as_many = |paths: &[PathBuf]| open_as(paths, &ReadOptions::default(), many, &Progress::none());
+        for (damaged, said) in
+            [(&POINT[..POINT.len() - 4], "b.ply: "), (&POINT[..50], "the file ends before `end_header`")]
+        {
+            std::fs::write(&names[1], damaged).unwrap();
+            for set in [open(folder.path()).unwrap(), as_many(&names).unwrap()] {
+                assert_eq!(set.scans.len(), 3);
+                let scan: &dyn ScanSource = &set.scans[1];
+                let places = scan.places(&Progress::none()).unwrap();
+                assert!(places.positions.is_empty());
+                let why = scan.damage().unwrap();
+                assert!(why.starts_with("is skipped: ") && why.contains(said), "{why}");
+                assert!(set.scans[1].read().unwrap_err().to_string().contains(said));
+                assert!(set.scans[0].read().is_ok() && set.scans[0].damage().is_none());
+                let kept = set.scans[1].kept().unwrap();
+                let again = FileScan::of_kept(&kept, None, &Progress::none()).unwrap();
+                assert!(again.places(&Progress::none()).is_ok());
+            }
+            let strict = |opened: Result<ScanSet>| {
+                opened.and_then(|set| {
+                    let scan = set.scans.into_iter().find(|scan| scan.path == names[1]).unwrap();
+                    ScanSource::places(&scan, &Progress::none())
+                })
+            };
+            let failed = [strict(open_many(&names)), strict(open(&names[1])), strict(as_many(&names[1..2]))];
+            for outcome in failed {
+                assert!(outcome.unwrap_err().to_string().contains(said));
+            }
+        }
     }
 
     #[test]
