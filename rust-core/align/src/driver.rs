@@ -12,7 +12,7 @@ use crate::stages::{
 };
 use crate::view::{Reduced, View, coarse_cell};
 use crate::{finding, misfit, reach, sequence, snap, solve, summary};
-use base::error::{Error, Result};
+use base::error::{Error, Result, counted};
 use base::magnitude;
 use base::progress::Progress;
 use image::range_image::is_rigid;
@@ -247,9 +247,9 @@ impl Prepared {
     fn local(&self, world_from_scan: &[Option<DAffine3>]) -> Result<Vec<Option<DAffine3>>> {
         if world_from_scan.len() != self.len() {
             return Err(Error::input(format!(
-                "{} poses are given for {} scans: give one per scan",
-                world_from_scan.len(),
-                self.len()
+                "{} given for {}: give a list of as many as there are scans, none at a scan without a pose",
+                counted(world_from_scan.len() as u64, "pose is", "poses are"),
+                counted(self.len() as u64, "scan", "scans")
             )));
         }
         if let Some(scan) = world_from_scan.iter().position(|pose| pose.is_some_and(|pose| !is_rigid(&pose))) {
