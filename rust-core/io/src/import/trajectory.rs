@@ -9,8 +9,10 @@
 //! many            tx ty tz qx qy qz qw
 //! ScanNet         4 x 4 matrix, the only one of the file
 //! ARKitScenes     timestamp rx ry rz tx ty tz: a rotation vector, world to camera; by the ending .traj
+//! tables          timestamp,tx,ty,tz,qx,qy,qz,qw: TUM's, with commas
 //! ```
 
+use std::io::Read;
 use std::path::Path;
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
@@ -26,6 +28,9 @@ use image::frame::TURNED;
 
 /// Most seconds between an image and its pose.
 pub(super) const APART: f64 = 0.02;
+
+/// Bytes by which commas between numbers are known.
+const LOOKED_AT: usize = 4096;
 
 /// Largest difference from 1 of the length of a list's quaternion.
 const UNIT_WITHIN: f64 = 0.02;
@@ -60,6 +65,9 @@ pub(super) fn sniff(start: &[u8]) -> bool {
     let numbers = |line: Option<&str>| -> Vec<f64> {
         line.unwrap_or("").split_ascii_whitespace().map_while(|word| word.parse().ok()).collect()
     };
+    if has_commas(whole_lines(start)) {
+        return true;
+    }
     let first = numbers(lines.next());
     if first.len() == 3 && first.iter().all(|x: &f64| x.fract() == 0.0) {
         let rows: Vec<Vec<f64>> = (0..4).map(|_| numbers(lines.next())).collect();
@@ -75,6 +83,38 @@ pub(super) fn sniff(start: &[u8]) -> bool {
         12 | 16 => is_matrix(&first),
         7 | 9 => are_quaternions(whole_lines(start)),
         _ => false,
+    }
+}
+
+/// Whether all lines are TUM's eight numbers with a comma between each two.
+fn has_commas(text: &[u8]) -> bool {
+    let text = String::from_utf8_lossy(text);
+    let mut lines = lines_of(&text).map(str::trim).filter(|line| !line.is_empty() && !line.starts_with('#')).peekable();
+    let is_pose = |line: &str| {
+        let row: Option<Vec<f64>> = line.split(',').map(|word| word.trim().parse().ok()).collect();
+        row.is_some_and(|row| row.len() == 8 && is_unit(&row[4..]))
+    };
+    lines.peek().is_some() && lines.all(is_pose)
+}
+
+/// A text whose commas read as blanks. Comments keep theirs, which names of scans may have.
+struct WithoutCommas<R> {
+    text: R,
+    in_comment: bool,
+}
+
+impl<R: Read> Read for WithoutCommas<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        let count = self.text.read(buffer)?;
+        for byte in &mut buffer[..count] {
+            match *byte {
+                b'#' => self.in_comment = true,
+                b'\n' | b'\r' => self.in_comment = false,
+                b',' if !self.in_comment => *byte = b' ',
+                _ => {}
+            }
+        }
+        Ok(count)
     }
 }
 
@@ -121,8 +161,13 @@ fn are_quaternions(text: &[u8]) -> bool {
 /// Reads a file of poses.
 pub(super) fn read(path: &Path) -> Result<Trajectory> {
     let (file, length) = file::open(path)?;
-    let lines = Lines::new(file, length, path);
-    if is_axis_angle(path) { parse_axis_angle(lines) } else { parse(lines) }
+    if is_axis_angle(path) {
+        return parse_axis_angle(Lines::new(file, length, path));
+    }
+    if has_commas(whole_lines(&file::read_start(path, LOOKED_AT)?.0)) {
+        return parse(Lines::new(WithoutCommas { text: file, in_comment: false }, length, path));
+    }
+    parse(Lines::new(file, length, path))
 }
 
 /// Whether a file is a list of ARKitScenes', by its name.
@@ -146,6 +191,12 @@ pub(super) fn parse(mut lines: Lines<'_>) -> Result<Trajectory> {
         if lines.rest().starts_with(b"#") {
             named.comment(&lines)?;
             continue;
+        }
+        if lines.rest().contains(&b',') {
+            return Err(lines.fail(
+                "numbers of a list of poses are separated by blanks. Commas may stand between the eight of time, place \
+                    and quaternion (x y z w, of unit length), in all lines of the list.",
+            ));
         }
         let mut row = [0.0; MOST];
         let mut count = 0;
@@ -423,7 +474,7 @@ impl Trajectory {
 mod tests {
     use super::*;
 
-    fn read(text: &str) -> Result<Trajectory> {
+    fn parse_text(text: &str) -> Result<Trajectory> {
         parse(Lines::new(text.as_bytes(), text.len() as u64, Path::new("t")))
     }
 
@@ -434,11 +485,35 @@ mod tests {
     fn both_forms() {
         assert!(sniff(LOG.as_bytes()) && sniff(TUM.as_bytes()));
         assert!(!sniff(b"1 2 3\n1 2 3\n") && !sniff(b"1 2 3 4 5 6 7 8\n") && !sniff(b"") && !sniff(b"ply"));
-        let log = read(LOG).unwrap();
+        let log = parse_text(LOG).unwrap();
         assert_eq!(log.poses[0].translation, DVec3::new(1.0, 2.0, 3.0));
         assert_eq!(log.poses[1].transform_point3(DVec3::X), DVec3::Y);
-        let tum = read(TUM).unwrap();
+        let tum = parse_text(TUM).unwrap();
         assert_eq!(tum.poses[1].transform_point3(DVec3::X), DVec3::new(0.0, 1.0, 1.0));
+    }
+
+    /// Theorem: eight numbers with commas are a list of poses as they are with blanks. Other commas are refused, and say what is allowed.
+    #[test]
+    fn commas_between_the_numbers() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = |name: &str, text: &str| {
+            let path = folder.path().join(name);
+            std::fs::write(&path, text).unwrap();
+            path
+        };
+        let listed =
+            "# scan \"a, b\" of \"a.ply\"\n10.00, 1,2,3, 0,0,0,1\r\n# scan \"c\" of \"c.ply\"\n10.05,1,1,1,0,0,1,0\n";
+        let table = read(&file("a.csv", listed)).unwrap();
+        assert!(sniff(listed.as_bytes()) && !sniff(b"10,1,2,3,0,0,0,1\n11,1,2,3,4,5,6,7\n"));
+        assert_eq!(table.poses, parse_text(TUM).unwrap().poses);
+        assert_eq!(table.scans.unwrap()[0].name, "a, b");
+        for text in ["10,1,2,3,0,0,0\n", "10,1,2,3,0,0,0,1\n11,1,2,3,4,5,6,7\n", "1,5 1 2 3 0 0 0 1\n"] {
+            let refused = read(&file("a.tum", text)).unwrap_err().to_string();
+            assert!(
+                refused.contains("line 1: numbers of a list of poses are separated by blanks. Commas may"),
+                "{refused}"
+            );
+        }
     }
 
     /// Theorem: a list of poses in any form that recordings have is one, and points with as many numbers per line are none.
@@ -454,10 +529,10 @@ mod tests {
         ];
         for list in &lists {
             assert!(sniff(list.as_bytes()), "{list}");
-            let pose = read(list).unwrap_or_else(|error| panic!("{list}: {error}")).poses[0];
+            let pose = parse_text(list).unwrap_or_else(|error| panic!("{list}: {error}")).poses[0];
             assert!(pose.transform_point3(DVec3::X).abs_diff_eq(DVec3::new(5.0, 7.0, 7.0), 1e-6), "{list}: {pose}");
         }
-        assert_eq!(read(&lists[4]).unwrap().of_id(4), Some(read(&lists[4]).unwrap().poses[0]));
+        assert_eq!(parse_text(&lists[4]).unwrap().of_id(4), Some(parse_text(&lists[4]).unwrap().poses[0]));
         for points in [
             "1 2 3 0 0 0.6 0.8\n1 2 4 0 0.6 0 0.8\n",
             "1 2 3 0.6 0 0.8 0\n1 2 3 0.6 0.8 0 0\n",
@@ -479,11 +554,11 @@ mod tests {
     #[test]
     fn poses_are_read_as_told() {
         let told = |poses, axes| {
-            let mut list = read(LOG).unwrap();
+            let mut list = parse_text(LOG).unwrap();
             list.as_told(&ReadOptions { poses, axes, ..ReadOptions::default() });
             list.poses[1]
         };
-        let pose = read(LOG).unwrap().poses[1];
+        let pose = parse_text(LOG).unwrap().poses[1];
         assert_eq!(told(PoseSense::Auto, CameraAxes::YDown), pose);
         assert_eq!(told(PoseSense::CameraToWorld, CameraAxes::Auto), pose);
         assert_eq!(told(PoseSense::WorldToCamera, CameraAxes::Auto), pose.inverse());
@@ -494,15 +569,15 @@ mod tests {
     #[test]
     fn named_lists_need_no_order() {
         let text = "#scan \"a\"\n7 1 0 0 0 0 0 1\n# scan \"b\" of \"x/b\"\n# of a wall\n3 2 0 0 0 0 0 1\n# SCAN \"c\"\n3 3 0 0 0 0 0 1\n";
-        let list = read(text).unwrap();
+        let list = parse_text(text).unwrap();
         let names: Vec<&str> = list.scans().unwrap().iter().map(|scan| scan.name.as_str()).collect();
         assert_eq!(names, ["b", "c", "a"]);
         assert_eq!(list.times(), Some(&[3.0, 3.0, 7.0][..]));
         assert_eq!(list.poses.iter().map(|pose| pose.translation.x).collect::<Vec<_>>(), [2.0, 3.0, 1.0]);
         // Times that count the scans are not those in the names.
         let text = "# scan \"f5\" of \"A\"\n0 0 0 0 0 0 0 1\n# scan \"f5\" of \"B\"\n1 0 0 0 0 0 0 1\n# scan \"f2\" of \"B\"\n2 0 0 0 0 0 0 1\n";
-        assert_eq!(read(text).unwrap().scans().unwrap().len(), 3);
-        assert!(read("# scan 4\n1 0 0 0 0 0 0 1\n").unwrap().scans().is_none());
+        assert_eq!(parse_text(text).unwrap().scans().unwrap().len(), 3);
+        assert!(parse_text("# scan 4\n1 0 0 0 0 0 0 1\n").unwrap().scans().is_none());
     }
 
     #[test]
@@ -534,7 +609,7 @@ mod tests {
             ("2 0 0 0 0 0 0 1\n1 0 0 0 0 0 0 1\n", "line 2: expected finite numbers, times ascending"),
             ("0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1 5\n", "line 5: expected the end of the line"),
         ] {
-            let error = read(text).unwrap_err().to_string();
+            let error = parse_text(text).unwrap_err().to_string();
             assert!(error.contains(problem), "{error}");
         }
     }
