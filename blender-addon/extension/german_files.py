@@ -474,6 +474,7 @@ FILES = {
     "or put a camera.json with fx, fy, cx, cy beside them": "oder eine camera.json mit fx, fy, cx, cy daneben legen",
     "an image of depths must be a PNG, OpenEXR, TIFF, PGM or NumPy file": "ein Tiefenbild muss eine PNG-, OpenEXR-, TIFF-, PGM- oder NumPy-Datei sein",
     "{} x {} pixels, but the camera's images have {} x {}: open it apart from them, with a camera of its own": "{} x {} Pixel, aber die Bilder der Kamera haben {} x {}: es für sich öffnen, mit einer eigenen Kamera",
+    "this camera has images of {} x {} pixels, but {} of {} depth images have {} x {}: write the camera of these images here, with their width and height": "diese Kamera hat Bilder von {} x {} Pixeln, aber {} von {} Tiefenbildern haben {} x {}: hier die Kamera dieser Bilder angeben, mit ihrer Breite und Höhe",
     "{} images of 16 bits may be depth images or height maps, since no camera is given": "{} Bilder mit 16 Bit sind Tiefenbilder oder Höhenkarten, da keine Kamera angegeben ist",
     "if they are height maps, give the distance of their pixels as step": "sind es Höhenkarten, den Abstand ihrer Pixel als Größe eines Pixels angeben",
     "mend it, or take the poses out of the folder": "sie berichtigen, oder die Lagen aus dem Ordner nehmen",

@@ -144,6 +144,7 @@ pub(super) fn open_listed(listed: &[Listed], options: &ReadOptions, progress: &P
     let mut all = ScanSet::default();
     let mut options = options.clone();
     let mut poses: Option<(&Path, trajectory::Trajectory)> = None;
+    let mut of_camera: Option<&Path> = None;
     let mut opens: Vec<Opening<'_>> = Vec::new();
     for one in listed {
         progress.check()?;
@@ -162,6 +163,7 @@ pub(super) fn open_listed(listed: &[Listed], options: &ReadOptions, progress: &P
                     return Err(Error::input(format!("{}: there is another camera already: give one", known_as(path))));
                 }
                 options.camera = Some(camera);
+                of_camera = Some(path);
             }
             Role::Trajectory(read) => {
                 let mut found = read(path)?;
@@ -228,7 +230,7 @@ pub(super) fn open_listed(listed: &[Listed], options: &ReadOptions, progress: &P
     }
     all.notes.iter().filter(|note| is_of_no_poses(note)).for_each(|note| log::tell(Level::Warning, note));
     all.notes.extend(raster::note_without_camera(&mut all.scans)?);
-    give_camera_a_size(&mut all.scans, progress)?;
+    give_camera_a_size(&mut all.scans, of_camera, progress)?;
     make_names_unique(&mut all.scans);
     all.notes.extend(notes_on_crs(&all.scans, progress)?);
     Ok(all)
@@ -247,35 +249,80 @@ fn unlisted<'f>(files: &'f [PathBuf], scans: &[FileScan]) -> Vec<&'f Path> {
     rest.into_iter().filter(|path| !opened.contains(&whole(path))).collect()
 }
 
-/// A camera of unknown size is of the size of the first depth image, by its path: so an image of another size is told from the others.
-fn give_camera_a_size(scans: &mut [FileScan], progress: &Progress<'_>) -> Result<()> {
-    let lacks = |scan: &FileScan| {
-        !scan.is_frame() && scan.is_depth_image() && scan.options.camera.is_some_and(|camera| camera.size.is_none())
-    };
-    let mut order: Vec<usize> = (0..scans.len()).filter(|&k| lacks(&scans[k])).collect();
-    if order.len() < 2 {
+/// Images that are decoded to tell which size they have, where their headers don't.
+const DECODED: usize = 5;
+
+/// A camera of unknown size is of the size of most depth images: so images of another size are told from the others.
+///
+/// # Errors
+/// A camera's file of another size than most images.
+fn give_camera_a_size(scans: &mut [FileScan], of_camera: Option<&Path>, progress: &Progress<'_>) -> Result<()> {
+    let is_image = |scan: &FileScan| !scan.is_frame() && scan.is_depth_image();
+    let mut order: Vec<usize> = (0..scans.len()).filter(|&k| is_image(&scans[k])).collect();
+    let Some(camera) = order.first().and_then(|&k| scans[k].options.camera) else { return Ok(()) };
+    let is_checked = if camera.size.is_some() { of_camera.is_some() } else { order.len() > 1 };
+    if !is_checked {
         return Ok(());
     }
     order.sort_by(|&a, &b| scans[a].path.cmp(&scans[b].path));
-    let mut given: Option<Arc<ReadOptions>> = None;
-    for &k in &order {
-        progress.check()?;
-        let size = match scans[k].read_with(&progress.unseen()) {
-            Ok(Content::RangeImage(image)) if matches!(image.projection(), Projection::Pinhole { .. }) => {
-                [image.cols(), image.rows()]
-            }
-            Ok(_) | Err(Error::Format { .. }) => continue,
-            Err(other) => return Err(other),
-        };
-        let camera = scans[k].options.camera.map(|camera| Camera { size: Some(size), ..camera });
-        given = Some(Arc::new(ReadOptions { camera, ..scans[k].options.as_ref().clone() }));
-        break;
+    let Some((size, count)) = usual_size(scans, &order, progress)? else { return Ok(()) };
+    if let (Some(own), Some(path)) = (camera.size, of_camera) {
+        if own == size || count * 2 <= order.len() {
+            return Ok(());
+        }
+        let problem = format!(
+            "this camera has images of {} x {} pixels, but {count} of {} depth images have {} x {}: write the camera of \
+                these images here, with their width and height",
+            own[0],
+            own[1],
+            order.len(),
+            size[0],
+            size[1]
+        );
+        return Err(Error::format(path, "whole file", problem));
     }
-    let Some(given) = given else { return Ok(()) };
+    let camera = Some(Camera { size: Some(size), ..camera });
+    let given = Arc::new(ReadOptions { camera, ..scans[order[0]].options.as_ref().clone() });
     for k in order {
         scans[k].options = given.clone();
     }
     Ok(())
+}
+
+/// The size that most depth images have, and how many these are. Of as many the size of the first.
+fn usual_size(scans: &[FileScan], order: &[usize], progress: &Progress<'_>) -> Result<Option<([usize; 2], usize)>> {
+    let (mut counts, mut decoded) = (Vec::<([usize; 2], usize)>::new(), 0);
+    for &k in order {
+        progress.check()?;
+        let size = match raster::header_of(&scans[k].path) {
+            Some(header) => header.size,
+            None if decoded == DECODED => continue,
+            None => {
+                let Some(size) = decoded_size(&scans[k], progress)? else { continue };
+                decoded += 1;
+                size
+            }
+        };
+        match counts.iter_mut().find(|(known, _)| *known == size) {
+            Some((_, count)) => *count += 1,
+            None => counts.push((size, 1)),
+        }
+    }
+    let most = counts.iter().map(|(_, count)| *count).max();
+    Ok(counts.into_iter().find(|(_, count)| Some(*count) == most))
+}
+
+/// The size of a depth image, by decoding it. `None` of a damaged one.
+fn decoded_size(scan: &FileScan, progress: &Progress<'_>) -> Result<Option<[usize; 2]>> {
+    let camera = scan.options.camera.map(|camera| Camera { size: None, ..camera });
+    let options = Arc::new(ReadOptions { camera, ..scan.options.as_ref().clone() });
+    match (FileScan { options, ..scan.clone() }).read_with(&progress.unseen()) {
+        Ok(Content::RangeImage(image)) if matches!(image.projection(), Projection::Pinhole { .. }) => {
+            Ok(Some([image.cols(), image.rows()]))
+        }
+        Ok(_) | Err(Error::Format { .. }) => Ok(None),
+        Err(other) => Err(other),
+    }
 }
 
 /// Notes on the coordinate reference systems that the files of scans name, and on those of them that can't be used.
@@ -599,6 +646,44 @@ mod tests {
                 assert!(outcome.unwrap_err().to_string().contains(said));
             }
         }
+    }
+
+    /// A grey map of 16 bits.
+    fn grey(cols: usize, rows: usize) -> Vec<u8> {
+        let pixels = (0..cols * rows).flat_map(|k| (1000 + k as u16).to_be_bytes());
+        format!("P5\n# depths\n{cols} {rows}\n65535\n").into_bytes().into_iter().chain(pixels).collect()
+    }
+
+    /// Theorem: most images say how large the camera's are. A camera's file that says otherwise is refused. The others are skipped by name.
+    #[test]
+    fn most_depth_images_say_the_size_of_the_cameras() {
+        let folder = tempfile::tempdir().unwrap();
+        let camera = |size: &str| {
+            let text = format!(r#"{{"fx": 5, "fy": 5, "cx": 2, "cy": 1.5{size}}}"#);
+            std::fs::write(folder.path().join("camera.json"), text).unwrap();
+        };
+        for (name, cols) in [("a.pgm", 3), ("b.pgm", 6), ("c.pgm", 6)] {
+            std::fs::write(folder.path().join(name), grey(cols, 4)).unwrap();
+        }
+        let told = |set: &ScanSet| -> Vec<Option<String>> {
+            set.scans.iter().map(|scan| scan.read().err().map(|error| error.to_string())).collect()
+        };
+        for size in ["", r#", "width": 6, "height": 4"#] {
+            camera(size);
+            let [first, others @ ..] = &told(&open(folder.path()).unwrap())[..] else { panic!() };
+            let said = "a.pgm: whole image: 3 x 4 pixels, but the camera's images have 6 x 4: open it apart";
+            assert!(first.as_ref().unwrap().contains(said), "{first:?}");
+            assert!(others.len() == 2 && others.iter().all(Option::is_none), "{others:?}");
+        }
+        camera(r#", "width": 640, "height": 480"#);
+        let refused = open(folder.path()).unwrap_err().to_string();
+        let said = "camera.json: whole file: this camera has images of 640 x 480 pixels, but 2 of 3 depth images have 6 x 4: \
+            write the camera of these images here, with their width and height";
+        assert!(refused.ends_with(said), "{refused}");
+        // Of two of which neither is most, the first decides.
+        camera("");
+        std::fs::remove_file(folder.path().join("c.pgm")).unwrap();
+        assert_eq!(told(&open(folder.path()).unwrap()).iter().map(Option::is_none).collect::<Vec<_>>(), [true, false]);
     }
 
     #[test]
