@@ -148,7 +148,7 @@ fn note_merged(folder: &Path, merged: &[PathBuf]) -> Option<String> {
 }
 
 /// The names of files, for a note. `None` of none.
-fn named<P: AsRef<Path>>(files: &[P]) -> Option<String> {
+pub(super) fn named<P: AsRef<Path>>(files: &[P]) -> Option<String> {
     let first: Vec<String> = files.iter().take(MOST_NAMED).map(|path| file::name(path.as_ref())).collect();
     let first = first.join(", ");
     match files.len() {

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use rustc_hash::FxHashMap;
 
-use super::options::ReadOptions;
+use super::options::{PixelMeaning, ReadOptions};
 use super::registry::{Role, format_of};
 use super::scan::{Content, FileScan};
 use super::set::ScanSet;
@@ -217,6 +217,7 @@ pub(super) fn open_listed(listed: &[Listed], options: &ReadOptions, progress: &P
         all.scans.append(&mut set.scans);
         all.notes.append(&mut set.notes);
     }
+    all.notes.extend(leave_out_pictures(&mut all.scans));
     name_within_files(&mut all.scans);
     let is_of_no_poses = |note: &String| note.ends_with(frames::WITHOUT_POSES);
     if let Some((path, poses)) = &poses {
@@ -247,6 +248,40 @@ fn unlisted<'f>(files: &'f [PathBuf], scans: &[FileScan]) -> Vec<&'f Path> {
     let whole = |path: &Path| path.canonicalize().unwrap_or_else(|_| path.to_owned());
     let opened: HashSet<PathBuf> = opened.into_iter().map(whole).collect();
     rest.into_iter().filter(|path| !opened.contains(&whole(path))).collect()
+}
+
+/// Takes images of colours out that lie beside grey depth images, and those of 8 bits beside more of 16. They are pictures and masks, whose
+/// numbers would be taken for depths. Who says what pixels mean has none of them.
+fn leave_out_pictures(scans: &mut Vec<FileScan>) -> Option<String> {
+    let header = |scan: &FileScan| {
+        let is_asked = scan.of_many && scan.is_depth_image() && scan.options.pixels == PixelMeaning::Auto;
+        is_asked.then(|| raster::header_of(&scan.path)).flatten()
+    };
+    let kinds: Vec<Option<(bool, u8)>> =
+        scans.iter().map(|scan| header(scan).map(|header| (header.is_grey, header.bits))).collect();
+    let count = |kind: (bool, u8)| kinds.iter().filter(|own| **own == Some(kind)).count();
+    let (deep, flat) = (count((true, 16)), count((true, 8)));
+    let is_picture = |kind: &Option<(bool, u8)>| match kind {
+        Some((true, 8)) => deep > flat,
+        Some((false, _)) => deep + flat > 0,
+        _ => false,
+    };
+    let mut kept = kinds.iter().map(|kind| !is_picture(kind));
+    let mut pictures = Vec::new();
+    scans.retain(|scan| {
+        let stays = kept.next().unwrap_or(true);
+        if !stays {
+            pictures.push(scan.path.clone());
+        }
+        stays
+    });
+    let named = folder::named(&pictures)?;
+    Some(match pictures.len() {
+        1 => format!("1 image beside depth images holds colours or numbers of 8 bits, and is passed over: {named}"),
+        count => format!(
+            "{count} images beside depth images hold colours or numbers of 8 bits, and are passed over: {named}"
+        ),
+    })
 }
 
 /// Images that are decoded to tell which size they have, where their headers don't.
@@ -684,6 +719,40 @@ mod tests {
         camera("");
         std::fs::remove_file(folder.path().join("c.pgm")).unwrap();
         assert_eq!(told(&open(folder.path()).unwrap()).iter().map(Option::is_none).collect::<Vec<_>>(), [true, false]);
+    }
+
+    /// Theorem: pictures and masks beside depth images are passed over and named. By themselves they are what they were.
+    #[test]
+    fn pictures_beside_depth_images_are_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let png = |bits: u8, colour: u8| {
+            let mut file = b"\x89PNG\r\n\x1a\n\0\0\0\x0dIHDR\0\0\0\x06\0\0\0\x04".to_vec();
+            file.extend([bits, colour, 0, 0, 0]);
+            file
+        };
+        let file = |name: &str, content: Vec<u8>| std::fs::write(folder.path().join(name), content).unwrap();
+        let names = |set: &ScanSet| set.scans.iter().map(|scan| scan.name.clone()).collect::<Vec<_>>();
+        file("camera.json", br#"{"fx": 5, "fy": 5, "cx": 2, "cy": 1.5}"#.to_vec());
+        for name in ["1.pgm", "2.pgm"] {
+            file(name, grey(6, 4));
+        }
+        file("1_rgb.png", png(8, 2));
+        file("2_rgb.png", png(8, 6));
+        file("mask.png", png(8, 0));
+        // A list that is of the depth images alone fits them.
+        file("poses.log", "0 0 1\n1 0 0 1\n0 1 0 2\n0 0 1 3\n0 0 0 1\n".repeat(2).into_bytes());
+        let set = open(folder.path()).unwrap();
+        assert_eq!(names(&set), ["1", "2"]);
+        let said = "3 images beside depth images hold colours or numbers of 8 bits, and are passed over: 1_rgb.png, \
+            2_rgb.png, mask.png";
+        assert!(set.notes.iter().any(|note| note == said), "{:?}", set.notes);
+        // What is named one by one is meant, and says by itself what is wrong.
+        let all = ["1.pgm", "1_rgb.png", "camera.json"].map(|name| folder.path().join(name));
+        assert_eq!(open_many(&all).unwrap().scans.len(), 2);
+        for name in ["1.pgm", "2.pgm", "poses.log", "1_rgb.png", "2_rgb.png"] {
+            std::fs::remove_file(folder.path().join(name)).unwrap();
+        }
+        assert_eq!(names(&open(folder.path()).unwrap()), ["mask"]);
     }
 
     #[test]
