@@ -135,8 +135,7 @@ impl AlignCall {
     /// See [`surfrecon::align::Prepared::align`].
     pub fn run(&self, ready: Arc<Ready>, progress: &Progress<'_>) -> surfrecon::Result<Alignment> {
         let found = ready.prepared.align(&self.params, &self.constraints, progress)?;
-        let followed = ready.prepared.followed(&self.params, &self.constraints);
-        Ok(Alignment { ready, found, followed, report: PyOnceLock::new() })
+        Ok(Alignment { ready, found, report: PyOnceLock::new() })
     }
 }
 
@@ -150,8 +149,6 @@ impl AlignCall {
 pub struct Alignment {
     ready: Arc<Ready>,
     found: Core,
-    /// Words on the order that frames were followed in.
-    followed: Option<String>,
     report: PyOnceLock<Py<PyAny>>,
 }
 
@@ -190,9 +187,7 @@ impl Alignment {
     fn report(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         let made = || {
             let figures = report::of(py, &self.found.report)?;
-            let [first, rest @ ..] = &self.found.report.lines()[..] else { return Ok(figures.unbind()) };
-            let summary: Vec<&String> = [first].into_iter().chain(&self.followed).chain(rest).collect();
-            figures.set_item("summary", summary)?;
+            figures.set_item("summary", self.found.report.lines())?;
             Ok(figures.unbind())
         };
         self.report.get_or_try_init(py, made).map(|report| report.clone_ref(py))

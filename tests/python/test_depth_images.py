@@ -110,8 +110,8 @@ def test_what_is_no_scan_is_named_by_its_type(folder):
 def test_what_gives_the_order_is_said(folder):
     followed = "followed as a sequence, in the order of their recording or of the numbers in their names"
     scans = surfrecon.open(folder, camera=CAMERA)
-    summary = surfrecon.align(scans, fixed=range(4)).report.summary
-    assert followed in summary[1]
+    report = surfrecon.align(scans, fixed=range(4)).report
+    assert followed in report.summary[1] and followed in report.messages[0]
     for start in ("unknown", "sequence"):
         assert followed not in str(surfrecon.align(scans, fixed=range(4), start=start).report.summary)
     (folder / "depth_0003.png").rename(folder / "other_0002.png")

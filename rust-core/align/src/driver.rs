@@ -21,6 +21,10 @@ use image::source::{ScanSource, common_crs};
 /// Bytes that a scan's points and features take, and a pair that is looked at.
 const BYTES_A_SCAN: f64 = 3.2e6;
 
+/// Words on the order that the frames are followed in, where their recording or their numbers say it rather than the caller.
+const FOLLOWED: &str = "the frames are followed as a sequence, in the order of their recording or of the numbers in their names. If that order means \
+    nothing, say start = \"unknown\".";
+
 /// Brings scans to one frame: [`Prepared::read`], then [`Prepared::align`].
 ///
 /// Poses of the scans are used where they are fixed and where `params.start` says that they are rough. Otherwise only that of the
@@ -119,18 +123,6 @@ impl Prepared {
         self.aligned(params, constraints, progress)
     }
 
-    /// Words on the order that the frames are followed in, where their recording or their numbers say it rather than the caller.
-    #[must_use]
-    pub fn followed(&self, params: &AlignParams, constraints: &Constraints) -> Option<String> {
-        let inside = constraints.renumbered(params, &self.order, &self.views, self.in_time.as_deref());
-        let is_followed = inside.sequence.is_some_and(|order| !order.is_told);
-        is_followed.then(|| {
-            "the frames are followed as a sequence, in the order of their recording or of the numbers in their names. If that order means \
-                nothing, say start = \"unknown\"."
-                .to_owned()
-        })
-    }
-
     fn aligned(&self, params: &AlignParams, constraints: &Constraints, progress: &Progress<'_>) -> Result<Alignment> {
         let pool = base::threads::pool(params.threads)?;
         progress.stage(COMPARING, 1);
@@ -138,8 +130,12 @@ impl Prepared {
         constraints.lie_on(&self.order, &self.views)?;
         let alignment = progress.run(&pool, || {
             let inside = constraints.renumbered(params, &self.order, &self.views, self.in_time.as_deref());
+            let is_followed = inside.sequence.as_ref().is_some_and(|order| !order.is_told);
             let solved = solve::solve(&self.views, params, &inside, progress)?;
             let mut found = summary::alignment(&self.names, &self.views, &self.order, solved, progress)?;
+            if is_followed {
+                found.report.messages.insert(0, FOLLOWED.to_owned());
+            }
             let is_by_numbers = params.start == Start::Auto && inside.turned.is_none();
             found.report.messages.extend(self.twice.clone().filter(|_| is_by_numbers));
             found.report.messages.extend(reach::unused(params));
