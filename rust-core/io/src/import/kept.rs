@@ -53,7 +53,6 @@ impl FileScan {
             "pose": bits(&self.world_from_sensor.to_cols_array()),
             "begin": [self.begin.byte, self.begin.line],
             "left_crs": self.left_crs,
-            "of_many": self.of_many,
             "options": options_told(&self.options),
             "edits": self.edits.0.iter().map(edit_told).collect::<Vec<_>>(),
             "frame": print,
@@ -79,7 +78,6 @@ impl FileScan {
             world_from_sensor: pose_of(&told["pose"])?,
             begin: Begin { byte: whole(&told["begin"][0])?, line: whole(&told["begin"][1])? },
             left_crs: told["left_crs"].as_bool().ok_or_else(damaged)?,
-            of_many: told["of_many"].as_bool().ok_or_else(damaged)?,
             edits: Edits(list(&told["edits"])?.iter().map(edit_of).collect::<Result<_>>()?),
             _memory: MemoryFolder::of(&kept.path),
             ..FileScan::with(&kept.path, &options)

@@ -306,8 +306,8 @@ fn give_camera_a_size(scans: &mut [FileScan], of_camera: Option<&Path>, progress
             return Ok(());
         }
         let problem = format!(
-            "this camera has images of {} x {} pixels, but {count} of {} depth images have {} x {}: write the camera of \
-                these images here, with their width and height",
+            "this camera has images of {} x {} pixels, but {count} of {} depth images have {} x {}. Write the camera of \
+                these images here, with their width and height.",
             own[0],
             own[1],
             order.len(),
@@ -666,9 +666,10 @@ mod tests {
                 assert!(why.starts_with("is skipped: ") && why.contains(said), "{why}");
                 assert!(set.scans[1].read().unwrap_err().to_string().contains(said));
                 assert!(set.scans[0].read().is_ok() && set.scans[0].damage().is_none());
+                // A worker would leave it out unseen.
                 let kept = set.scans[1].kept().unwrap();
                 let again = FileScan::of_kept(&kept, None, &Progress::none()).unwrap();
-                assert!(again.places(&Progress::none()).is_ok());
+                assert!(again.places(&Progress::none()).is_err());
             }
             let strict = |opened: Result<ScanSet>| {
                 opened.and_then(|set| {
@@ -712,8 +713,8 @@ mod tests {
         }
         camera(r#", "width": 640, "height": 480"#);
         let refused = open(folder.path()).unwrap_err().to_string();
-        let said = "camera.json: whole file: this camera has images of 640 x 480 pixels, but 2 of 3 depth images have 6 x 4: \
-            write the camera of these images here, with their width and height";
+        let said = "camera.json: whole file: this camera has images of 640 x 480 pixels, but 2 of 3 depth images have 6 x 4. \
+            Write the camera of these images here, with their width and height.";
         assert!(refused.ends_with(said), "{refused}");
         // Of two of which neither is most, the first decides.
         camera("");
@@ -746,7 +747,7 @@ mod tests {
         let said = "3 images beside depth images hold colours or numbers of 8 bits, and are passed over: 1_rgb.png, \
             2_rgb.png, mask.png";
         assert!(set.notes.iter().any(|note| note == said), "{:?}", set.notes);
-        // What is named one by one is meant, and says by itself what is wrong.
+        // Files that are named one by one are meant, and say by themselves what is wrong.
         let all = ["1.pgm", "1_rgb.png", "camera.json"].map(|name| folder.path().join(name));
         assert_eq!(open_many(&all).unwrap().scans.len(), 2);
         for name in ["1.pgm", "2.pgm", "poses.log", "1_rgb.png", "2_rgb.png"] {
