@@ -25,6 +25,10 @@ const BYTES_A_SCAN: f64 = 3.2e6;
 const FOLLOWED: &str = "the frames are followed as a sequence, in the order of their recording or of the numbers in their names. If that order means \
     nothing, say start = \"unknown\".";
 
+/// The same where too few frames were found to overlap the next.
+const NOT_FOLLOWED: &str = "the order of the frames is not used: less than half of them were found to overlap the next. If they follow each other, say \
+    start = \"sequence\".";
+
 /// Brings scans to one frame: [`Prepared::read`], then [`Prepared::align`].
 ///
 /// Poses of the scans are used where they are fixed and where `params.start` says that they are rough. Otherwise only that of the
@@ -130,11 +134,12 @@ impl Prepared {
         constraints.lie_on(&self.order, &self.views)?;
         let alignment = progress.run(&pool, || {
             let inside = constraints.renumbered(params, &self.order, &self.views, self.in_time.as_deref());
-            let is_followed = inside.sequence.as_ref().is_some_and(|order| !order.is_told);
+            let has_order = inside.sequence.as_ref().is_some_and(|order| !order.is_told);
             let solved = solve::solve(&self.views, params, &inside, progress)?;
+            let order = if solved.sequence.is_some() { FOLLOWED } else { NOT_FOLLOWED };
             let mut found = summary::alignment(&self.names, &self.views, &self.order, solved, progress)?;
-            if is_followed {
-                found.report.messages.insert(0, FOLLOWED.to_owned());
+            if has_order {
+                found.report.messages.insert(0, order.to_owned());
             }
             let is_by_numbers = params.start == Start::Auto && inside.turned.is_none();
             found.report.messages.extend(self.twice.clone().filter(|_| is_by_numbers));
