@@ -24,7 +24,7 @@ import table
 HERE = Path(__file__).resolve().parent
 
 OURS, FLAT, SEEN, POISSON, MESHFIX = "surfrecon", "surfrecon-flat", "surfrecon-seen", "poisson-8", "meshfix"
-# Which openings ours closes.
+# The openings that ours closes.
 OPENINGS = {OURS: "all", FLAT: "all", SEEN: "seen"}
 PEERS = [POISSON, "poisson-8-trimmed", "poisson-10", "vcg", "open3d-poisson-8", "meshlab-close-holes", MESHFIX]
 COLUMNS = ["case", "tool", "close", "unseen_pct", "noise", "watertight", "crossings", "components", "in_seen_space_pct"]
@@ -65,15 +65,15 @@ REAL = [
 
 
 @lru_cache(maxsize=1)
-def scanned(shape, unseen, pixels, step, folder):
+def scanned(shape, unseen, pixels, step):
     """The truth and images without noise, which cases that differ in noise share."""
-    return close_shapes.scanned(close_shapes.SHAPES[shape], unseen, pixels, step, folder)
+    return close_shapes.scanned(close_shapes.SHAPES[shape], unseen, pixels, step)
 
 
 def virtual(case, wanted):
     """The files of a case and what is known of it: its folder, truth and images."""
     pixels, step = (close_shapes.SMALL_PIXELS, 8.0) if wanted.smallest else (close_shapes.PIXELS, close_shapes.STEP)
-    truth, shots = scanned(case.shape, case.unseen, pixels, step, wanted.out / "inputs" / "close_clean")
+    truth, shots = scanned(case.shape, case.unseen, pixels, step)
     noisy, _ = noise_scans.with_noise(shots, "white", case.noise)
     folder = new_folder(wanted)
     noise_scans.write(noisy, folder, triangulated=False)

@@ -13,7 +13,7 @@ import noise_figures
 import numpy as np
 from surface import topology
 
-# What lies further from the measured surface was filled, in cells.
+# Cells: all that lies further from the measured surface was filled.
 FILLED_CELLS = 1.5
 # Points of the result that its figures are means of, and of the truth.
 POINTS = 100_000
@@ -90,7 +90,7 @@ def near_pairs(vertices, faces):
 
 
 def crossings(vertices, faces):
-    """How many pairs of triangles cross: an edge of one goes through the inside of the other, and does not touch it."""
+    """How many pairs of triangles cross: an edge of one goes through the other. Touching does not count."""
     keys, count = near_pairs(vertices, faces), 0
     for begin in range(0, len(keys), PART):
         one, other = np.divmod(keys[begin : begin + PART], len(faces))
@@ -99,7 +99,7 @@ def crossings(vertices, faces):
             for k in range(3):
                 left = np.flatnonzero(~cross)
                 edge, corners = faces[a[left]][:, [k, (k + 1) % 3]], faces[b[left]]
-                # An edge with a corner of the triangle does not go through it.
+                # An edge that shares a corner with the triangle cannot go through it.
                 apart = ~(edge[:, :, None] == corners[:, None, :]).any((1, 2))
                 left, edge, corners = left[apart], edge[apart], corners[apart]
                 cross[left] = pierces(
@@ -110,18 +110,18 @@ def crossings(vertices, faces):
 
 
 def pierces(p, q, a, b, c):
-    """Whether the inside of the segment goes through the inside of the triangle."""
+    """Whether the segment goes through the triangle, or through its border, from one side to the other."""
     one, other = side(a, b, c, p), side(a, b, c, q)
     left = np.flatnonzero((one != 0) & (one == -other))
-    # The segment turns the same way around all three edges.
-    turns = [side(p[left], q[left], x[left], y[left]) for x, y in ((a, b), (b, c), (c, a))]
+    # The segment turns around no edge another way than around the others.
+    turns = np.stack([side(p[left], q[left], x[left], y[left]) for x, y in ((a, b), (b, c), (c, a))])
     through = np.zeros(len(p), bool)
-    through[left] = (turns[0] != 0) & (turns[0] == turns[1]) & (turns[1] == turns[2])
+    through[left] = (turns >= 0).all(0) | (turns <= 0).all(0)
     return through
 
 
 def in_seen_space(shots, points, slack):
-    """Which points lie where an image sees past them by more than `slack`, in all of 3 x 3 pixels."""
+    """Whether points lie where an image sees past them by more than `slack`, in all of 3 x 3 pixels."""
     past = np.zeros(len(points), bool)
     camera = shots.camera
     for pose, depth in zip(shots.poses, shots.depth, strict=True):
@@ -138,7 +138,7 @@ def in_seen_space(shots, points, slack):
         behind = np.ones(len(left), bool)
         for down in (-1, 0, 1):
             for right in (-1, 0, 1):
-                # Where nothing came back the depth is 0: that says nothing.
+                # The depth is 0 where nothing came back, which says nothing.
                 behind &= depth[row + down, col + right] > limit
         past[left[behind]] = True
     return past
@@ -176,7 +176,7 @@ def sliced(vertices, faces):
         except measured.Failed:
             return False
     lines = dict(line.split(" = ", 1) for line in told.splitlines() if " = " in line)
-    # What it repairs has a line of its own.
+    # Each kind of repair has a line of its own.
     return lines.get("manifold") == "yes" and not any("fixed" in key or "degenerate" in key for key in lines)
 
 
@@ -199,7 +199,8 @@ def quality(result, merged, truth, shots, cell, slack, mm=1.0):
     figures["watertight"] = len(faces) > 0 and not any(figures[key] for key in open_or_worse)
     figures["crossings"] = crossings(vertices, faces)
     figures["measured_moved"] = moved(merged[0], vertices)
-    figures["slices"] = sliced(vertices, faces)
+    # Open ones are repaired, whatever comes out.
+    figures["slices"] = sliced(vertices, faces) if figures["watertight"] else False
     size = float(np.ptp(vertices, axis=0).max())
     surface, known = noise_figures.Surface(vertices, faces), noise_figures.Surface(*merged)
     points, triangle = surface.sample(POINTS)
@@ -213,7 +214,7 @@ def quality(result, merged, truth, shots, cell, slack, mm=1.0):
         off = mm * truth.distances(points)
         figures["to_truth_rms_mm"] = rms(off)
         figures["filled_to_truth_rms_mm"] = rms(off[filled])
-        # What is left open lies far from the result, and is no part of what was filled.
+        # Places left open lie far from the result, and are no part of what was filled.
         samples, _ = truth.sample(POINTS)
         left = samples[known.distances(samples) > FILLED_CELLS * cell]
         figures["unseen_to_result_rms_mm"] = mm * rms(surface.distances(left))

@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass, field
 
 import close_figures
+import noise_figures
 import noise_scans
 import noise_shapes
 import numpy as np
@@ -11,7 +12,7 @@ import numpy as np
 # The longest side of a shape, and how far away the cameras stand.
 SIZE, DISTANCE = 220.0, 500.0
 PIXELS, SMALL_PIXELS = 260, 60
-# Cell of the merge, about, of PIXELS; noise is told in cells.
+# Cell of the merge, about, of images of PIXELS; noise is told in cells.
 CELL = 1.65
 # Spacing of the triangles.
 STEP = 2.0
@@ -21,8 +22,8 @@ RINGS, INTO = (10, 45), 72
 AROUND = 4
 # Of this share of the way the ring opens from the front to all around; for the rest cameras come below the shape.
 ALL_AROUND = 0.7
-# Points of the truth that tell how much of it is unseen.
-SAMPLES = 20_000
+# So often the way around a shape is halved to leave the wanted share unseen.
+STEPS = 7
 
 # Corners of the six tetrahedra of a cube around its diagonal; bit 0, 1 and 2 of a corner are its x, y and z.
 TETRAHEDRA = np.array([[0, 1, 3, 7], [0, 3, 2, 7], [0, 2, 6, 7], [0, 6, 4, 7], [0, 4, 5, 7], [0, 5, 1, 7]])
@@ -204,9 +205,11 @@ def walled(outline, wall, floor):
     radius, height = np.array(outline, float).T
     heights = np.linspace(height[0], height[-1], 60)
     outside = np.column_stack([smooth(heights, height, radius), heights])
-    heights = np.linspace(height[-1], height[0] + floor, 60)
-    within = np.column_stack([smooth(heights, height, radius) - wall, heights])
-    return [(0, height[0]), *outside, *within[within[:, 0] > wall], (0, height[0] + floor)]
+    along = np.gradient(outside, axis=0)
+    along /= np.linalg.norm(along, axis=1)[:, None]
+    within = (outside + wall * np.column_stack([-along[:, 1], along[:, 0]]))[::-1]
+    within = within[(within[:, 0] > wall) & (within[:, 1] > height[0] + floor)]
+    return [(0, height[0]), *outside, *within, (within[-1, 0], height[0] + floor), (0, height[0] + floor)]
 
 
 def smooth(at, places, values):
@@ -275,27 +278,26 @@ def camera(pixels):
     return noise_scans.Camera(pixels, pixels, (pixels - 1) / 2 * DISTANCE / (0.62 * SIZE))
 
 
-def unseen(truth, shots):
-    """The share of the truth's area that lies far from all samples of the images."""
-    from scipy.spatial import cKDTree
-
-    points, _ = truth.sample(SAMPLES)
-    reach = close_figures.FILLED_CELLS * shots.cell
-    off, _ = cKDTree(np.concatenate(list(shots.points()))).query(points, distance_upper_bound=reach)
-    return float(np.isinf(off).mean())
-
-
-def scanned(shape, share, pixels, step, folder):
-    """Images of a shape such that about a share of it is unseen: as far around it as that takes."""
-    import noise_figures
+def scanned(shape, share, pixels, step):
+    """The truth, and images of it such that a merge leaves a share of it unseen: as far around it as that takes."""
     import surfrecon
 
-    truth = noise_figures.Truth(*shape.mesh(step))
-    mesh = surfrecon.Mesh(truth.vertices, truth.faces)
-    cell = CELL * PIXELS / pixels
+    truth, seen_by = noise_figures.Truth(*shape.mesh(step)), camera(pixels)
+    mesh, cell = surfrecon.Mesh(truth.vertices, truth.faces), CELL * PIXELS / pixels
+
+    def images(way):
+        common = {"focal": (seen_by.focal,) * 2, "centre": seen_by.centre}
+        eyes = [
+            surfrecon.Camera.intrinsic(pixels, pixels, world_from_sensor=pose, **common) for pose in poses(shape, way)
+        ]
+        return surfrecon.virtual_scan(mesh, eyes)
+
     low, high = 0.0, 1.0
-    for _ in range(7):
+    for _ in range(STEPS):
         way = (low + high) / 2
-        shots = noise_scans.scan(mesh, list(poses(shape, way)), camera(pixels), cell, folder)
-        low, high = (way, high) if unseen(truth, shots) > share else (low, way)
-    return truth, shots
+        merged = surfrecon.merge(images(way), max_hole_length=0.0)
+        surface = merged.mesh.positions, merged.mesh.triangles
+        unseen = close_figures.unseen_pct(surface, truth, merged.report.voxel) / 100
+        low, high = (way, high) if unseen > share else (low, way)
+    depth = np.stack([np.nan_to_num(image.values).astype(np.float32) for image in images(way)])
+    return truth, noise_scans.Shots(seen_by, np.stack(list(poses(shape, way))), depth, cell)

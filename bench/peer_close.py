@@ -69,7 +69,7 @@ def meshlab(merged):
 
 
 def made(meshes):
-    """What is in a set of meshes now."""
+    """The current mesh of a set."""
     mesh = meshes.current_mesh()
     return mesh.vertex_matrix(), mesh.face_matrix(), {}
 
