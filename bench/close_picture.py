@@ -41,8 +41,8 @@ def draw(shots, truth, merged, results, cell, out):
     import open3d
 
     known, reach = noise_figures.Surface(*merged), 1.5 * cell
-    camera = noise_scans.Camera(ROWS * FINE, COLS * FINE, 2.7 * ROWS * FINE)
-    pose = noise_shapes.look(eye_of(truth, shots), np.zeros(3))
+    camera = noise_scans.Camera(ROWS * FINE, COLS * FINE, 2.65 * ROWS * FINE)
+    pose = noise_shapes.look(eye_of(truth, shots), np.array([0, 0, -0.04 * truth.size]))
 
     def far(points):
         return known.distances(points) > reach
