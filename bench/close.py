@@ -30,6 +30,8 @@ PEERS = [POISSON, "poisson-8-trimmed", "poisson-10", "vcg", "open3d-poisson-8", 
 COLUMNS = ["case", "tool", "close", "unseen_pct", "noise", "watertight", "crossings", "components", "in_seen_space_pct"]
 COLUMNS += ["measured_moved", "filled_to_truth_rms_mm", "to_truth_rms_mm", "filled_pct", "thinnest_wall_mm", "slices"]
 COLUMNS += ["cpu_s", "merge_cpu_s", "peak_mb"]
+# A run that takes more CPU time is given up.
+LIMIT_S = 300
 # Beyond the merge distance, as of what a scan measured: half a cell of error.
 SLACK_CELLS = 0.5
 
@@ -98,7 +100,7 @@ def tell(folder, files, options, sight):
 
 def tool_run(tool, folder, out):
     """Runs a tool; gives its figures and what it says."""
-    figures, printed = measured.run([sys.executable, HERE / "peer_close.py", tool, folder, out])
+    figures, printed = measured.run([sys.executable, HERE / "peer_close.py", tool, folder, out], cpu_limit=LIMIT_S)
     told = json.loads(printed.strip().splitlines()[-1])
     said = told.pop("said")
     return figures | told, said
