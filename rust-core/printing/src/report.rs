@@ -1,0 +1,79 @@
+//! The result of preparing a print, and its figures.
+
+use base::progress::Seconds;
+use base::report::{FigureValue, Found};
+use mesh::TriMesh;
+
+base::choices! {
+    /// Steps of preparing a print that were not done as they were asked for.
+    pub enum PrepareProblem {
+        /// The plane of the base lies a hair beside the height that was asked for.
+        BaseMoved = "base_moved" "Base moved",
+        /// Nothing lies below the base.
+        NothingBelow = "nothing_below" "Nothing below the base",
+    }
+}
+
+/// A step that was not done as it was asked for, for a person.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PrepareNote {
+    /// Its kind.
+    pub kind: PrepareProblem,
+    /// The reason, with its figures.
+    pub text: String,
+}
+
+impl FigureValue for PrepareNote {
+    fn found(&self) -> Found<'_> {
+        Found::Array(vec![self.kind.found(), self.text.found()])
+    }
+}
+
+base::report! {
+    /// The figures of preparing a print. Lengths are in the unit of the result.
+    #[derive(Default)]
+    pub struct PrepareReport {
+        /// Steps that were not done as they were asked for, with the reason.
+        notes: Vec<PrepareNote> = warning("Notes", PrepareProblem::CHOICES).since("0.2"),
+        /// Factor by which the mesh was scaled. 1 if it was not.
+        scale: f64 = ratio("Scale").since("0.2"),
+        /// Size along x, y and z.
+        size: [f64; 3] = length("Size").parts(&[
+            ("size_x", "Size along x."),
+            ("size_y", "Size along y."),
+            ("size_z", "Size along z."),
+        ]).since("0.2"),
+        /// Volume before all steps, in the cube of the unit of the input.
+        volume_before: f64 = number("Volume before").since("0.2"),
+        /// Volume of the result.
+        volume: f64 = number("Volume").since("0.2"),
+        /// Largest distance by which a vertex that was kept moved, but for scaling.
+        deviation: f64 = length("Deviation").since("0.2"),
+        /// Faces that were added. The attribute added marks them.
+        added_faces: usize = count("Added faces").since("0.2"),
+        /// Height of the base above the lowest point. There is none if no base was asked for.
+        base_height: Option<f64> = length("Height of the base").optional().since("0.2"),
+        /// Faces of the base.
+        base_faces: usize = count("Faces of the base").since("0.2"),
+        /// Area of the base, in the square of the unit.
+        base_area: f64 = number("Area of the base").since("0.2"),
+        /// Wall-clock seconds by the name of the stage.
+        seconds: Seconds = stages().since("0.2"),
+    }
+}
+
+impl PrepareReport {
+    /// Adds a note.
+    pub(super) fn note(&mut self, kind: PrepareProblem, text: String) {
+        self.notes.push(PrepareNote { kind, text });
+    }
+}
+
+/// A mesh that is ready for printing.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PreparedPrint {
+    /// The mesh. Its face attribute `added` marks what was made up.
+    pub mesh: TriMesh,
+    /// The figures.
+    pub report: PrepareReport,
+}
