@@ -17,7 +17,7 @@ use super::section::Section;
 const NONE: u32 = u32::MAX;
 
 /// Closes a surface along the plane that it is open at. Says whether that was possible: it is not if the edges in the plane cross each other
-/// or enclose nothing. The surface is not to be used then.
+/// or enclose nothing. The surface is not to be used then. Vertices keep their numbers, and some may be left without a face.
 ///
 /// # Errors
 /// [`base::Error::Cancelled`].
@@ -133,7 +133,6 @@ fn part(made: &mut Made, places: &Places, first_cap: usize, progress: &Progress<
             made.triangles[t][k] = number;
         }
     }
-    made.compact();
     Ok(true)
 }
 

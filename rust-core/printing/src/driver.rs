@@ -7,23 +7,30 @@ use close::crossing_pairs;
 use mesh::measure::{bounds, enclosed_volume};
 use mesh::{AttributeData, Crs, TriMesh, try_check};
 
+use super::drain::{drain, shut_cavities};
 use super::flat_base::flat_base;
+use super::hollow::hollow;
 use super::made::{ADDED, mark};
 use super::params::PrepareParams;
-use super::report::{PrepareReport, PreparedPrint};
+use super::report::{PrepareProblem, PrepareReport, PreparedPrint};
 use super::scale_to::scale_to;
+use super::split_parts::split_parts;
 
 base::stages! {
     /// Stages with their shares of the time.
     PLAN:
-    CHECKING = "checking", 0.4;
-    BASE = "cutting the base", 0.6;
+    CHECKING = "checking", 0.2;
+    BASE = "cutting the base", 0.15;
+    CAVITY = "hollowing out", 0.4;
+    DRAIN = "draining", 0.1;
+    PARTS = "cutting into parts", 0.15;
 }
 
 /// At the peak. Measured.
 const BYTES_A_TRIANGLE: f64 = 400.0;
 
-/// Makes a closed mesh ready for printing, by the steps whose parameters are given, in this order: scaled, cut off flat.
+/// Makes a closed mesh ready for printing, by the steps whose parameters are given, in this order: scaled, cut off flat, hollowed out, drained,
+/// cut into parts.
 ///
 /// ```
 /// use surfrecon_printing::{PrepareParams, prepare_print};
@@ -36,13 +43,16 @@ const BYTES_A_TRIANGLE: f64 = 400.0;
 /// ```
 ///
 /// # Guarantees
-/// * The result is a closed, oriented manifold, and no two of its faces cross. Both are decided exactly.
+/// * The result is a closed, oriented manifold, and no two of its faces cross. Both are decided exactly. If it is cut into parts, this holds
+///   for each part ([`PreparedPrint::parts`]): caps of neighbours lie on each other.
+/// * A cavity lies as deep as asked for within a cell. The distance is measured.
 /// * Vertices keep their bits, but for scaling. The report says by how much any moved.
 /// * Faces that were made up have the face attribute `added`. Vertices on cuts have the means of their edges' ends.
 /// * The same result for any number of threads.
 ///
 /// # Cost
-/// Time O(n log n) for n faces of which few boxes meet. About 400 bytes per face.
+/// Time O(n log n) for n faces of which few boxes meet. About 400 bytes per face. A cavity takes 12 bytes per node of
+/// its grid.
 ///
 /// # Errors
 /// Parameters out of range. A mesh that is open, no oriented manifold, inside out, or crosses itself: the error says what to do. A base
@@ -69,10 +79,46 @@ fn steps(mesh: &TriMesh, params: &PrepareParams, progress: &Progress<'_>) -> Res
         scale_to(&mut mesh, length, params, &mut report)?;
     }
     progress.stage(BASE, 1);
-    if let Some(height) = params.flat_base {
-        flat_base(&mut mesh, height, params, &mut report, progress)?;
-    }
+    let base = match params.flat_base {
+        Some(height) => Some(flat_base(&mut mesh, height, params, &mut report, progress)?),
+        None => None,
+    };
     progress.lap(PLAN[BASE].0);
+    progress.stage(CAVITY, 1);
+    let cavity = match params.hollow {
+        Some(wall) => {
+            let drained = base.filter(|_| params.drain.is_some() && report.base_faces > 0);
+            hollow(&mut mesh, wall, drained, params, &mut report, progress)?
+        }
+        None => None,
+    };
+    progress.lap(PLAN[CAVITY].0);
+    progress.stage(DRAIN, 1);
+    if let (Some(base), Some(cavity)) = (base, &cavity) {
+        drain(&mut mesh, base, cavity, params, &mut report, progress)?;
+    }
+    if cavity.is_some() {
+        report.shut_cavities = shut_cavities(&mesh, progress)?;
+    } else if params.drain.is_some() {
+        report.note(
+            PrepareProblem::NoDrain,
+            "There is no cavity that a hole could lead into: give thinner walls".to_owned(),
+        );
+    }
+    if report.is_drained && report.shut_cavities > 0 {
+        let count = counted(report.shut_cavities as u64, "cavity", "cavities");
+        report.note(
+            PrepareProblem::ShutCavities,
+            format!("The drain leads into one cavity, and {count} stay shut: give thicker walls"),
+        );
+    }
+    progress.lap(PLAN[DRAIN].0);
+    progress.stage(PARTS, 1);
+    report.parts = 1;
+    if params.has_printer() {
+        split_parts(&mut mesh, params, &mut report, progress)?;
+    }
+    progress.lap(PLAN[PARTS].0);
     let (lo, hi) = bounds(&mesh.positions).unwrap_or_default();
     report.size = (hi - lo).to_array();
     report.volume = enclosed_volume(&mesh);

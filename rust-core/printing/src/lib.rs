@@ -4,6 +4,9 @@
 //! |---|---|---|
 //! | 1 | `scale_to` | mesh -> one of the size that is asked for |
 //! | 2 | `flat_base` | mesh -> one that stands on a flat face |
+//! | 3 | `hollow` | mesh -> one with a cavity |
+//! | 4 | `drain` | cavity, base -> a hole that joins them |
+//! | 5 | `split_parts` | mesh -> parts that the printer holds |
 //! | | `section`, `cut`, `cap`, `slice` | mesh, plane -> the closed part on a side of it |
 //! | | `made` | sources of vertices and faces -> their attributes |
 //!
@@ -28,6 +31,15 @@ mod scale_to;
 
 // 2. its base
 mod flat_base;
+
+// 3. its cavity
+mod hollow;
+
+// 4. a hole in its base
+mod drain;
+
+// 5. its parts
+mod split_parts;
 
 // the steps in their order
 mod driver;

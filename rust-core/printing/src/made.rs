@@ -7,6 +7,8 @@ use mesh::{Attribute, AttributeData, TriMesh};
 
 /// Name of the attribute of faces that no input has.
 pub const ADDED: &str = "added";
+/// Name of the attribute of faces that has the number of their part.
+pub const PART: &str = "part";
 
 /// Source of a vertex, by the numbers of the mesh before.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -90,6 +92,17 @@ impl Made {
             rounding_room: None,
             crs: before.crs.clone(),
         }
+    }
+}
+
+/// Appends the entries of an attribute to those of another of the same kind.
+pub fn append(into: &mut AttributeData, from: AttributeData) {
+    match (into, from) {
+        (AttributeData::F32(into), AttributeData::F32(from)) => into.extend(from),
+        (AttributeData::I32(into), AttributeData::I32(from)) => into.extend(from),
+        (AttributeData::Bool(into), AttributeData::Bool(from)) => into.extend(from),
+        (AttributeData::Colour(into), AttributeData::Colour(from)) => into.extend(from),
+        (into, from) => unreachable!("{into:?} and {from:?} were made of one attribute"),
     }
 }
 

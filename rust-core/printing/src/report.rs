@@ -2,7 +2,9 @@
 
 use base::progress::Seconds;
 use base::report::{FigureValue, Found};
-use mesh::TriMesh;
+use mesh::{AttributeData, TriMesh};
+
+use super::made::{Made, PART};
 
 base::choices! {
     /// Steps of preparing a print that were not done as they were asked for.
@@ -11,6 +13,14 @@ base::choices! {
         BaseMoved = "base_moved" "Base moved",
         /// Nothing lies below the base.
         NothingBelow = "nothing_below" "Nothing below the base",
+        /// The mesh is nowhere thick enough for a cavity.
+        NothingHollow = "nothing_hollow" "Nothing hollow",
+        /// A hole of that diameter finds no room.
+        NoDrain = "no_drain" "No drain",
+        /// Some cavities have no hole.
+        ShutCavities = "shut_cavities" "Shut cavities",
+        /// The plane between two parts lies a hair beside the place that makes them equal.
+        PartMoved = "part_moved" "Part moved",
     }
 }
 
@@ -55,8 +65,23 @@ base::report! {
         base_height: Option<f64> = length("Height of the base").optional().since("0.2"),
         /// Faces of the base.
         base_faces: usize = count("Faces of the base").since("0.2"),
-        /// Area of the base, in the square of the unit.
+        /// Area of the base without a hole in it, in the square of the unit.
         base_area: f64 = number("Area of the base").since("0.2"),
+        /// Cell in which the cavity was made. The walls are as thick as asked for within one.
+        hollow_cell: Option<f64> = length("Cell of the cavity").optional().since("0.2"),
+        /// Least distance of the cavity from the surface. It is measured at the vertices and the centres of the faces of the cavity. There
+        /// is none without a cavity.
+        thinnest_wall: Option<f64> = length("Thinnest wall").optional().since("0.2"),
+        /// Largest distance of the cavity from the surface, measured likewise.
+        thickest_wall: Option<f64> = length("Thickest wall").optional().since("0.2"),
+        /// Cavities that no hole leads into.
+        shut_cavities: usize = count("Shut cavities").since("0.2"),
+        /// Diameter of the largest hole that would find room. There is none if no drain was asked for.
+        drain_room: Option<f64> = length("Room for a drain").optional().since("0.2"),
+        /// Whether a hole was made.
+        is_drained: bool = flag("Drained").since("0.2"),
+        /// Parts that it was cut into. 1 if it was not cut.
+        parts: usize = count("Parts").since("0.2"),
         /// Wall-clock seconds by the name of the stage.
         seconds: Seconds = stages().since("0.2"),
     }
@@ -72,8 +97,22 @@ impl PrepareReport {
 /// A mesh that is ready for printing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PreparedPrint {
-    /// The mesh. Its face attribute `added` marks what was made up.
+    /// The mesh. Its face attribute `added` marks what was made up. If it was cut, `part` has the number of the part of each face.
     pub mesh: TriMesh,
     /// The figures.
     pub report: PrepareReport,
+}
+
+impl PreparedPrint {
+    /// The parts that the printer holds, each as a mesh. The mesh itself if it was not cut.
+    pub fn parts(&self) -> Vec<TriMesh> {
+        let Some(AttributeData::I32(numbers)) = self.mesh.face_attribute(PART) else { return vec![self.mesh.clone()] };
+        let part = |number: usize| {
+            let mut made = Made::of(&self.mesh);
+            made.retain(|t, _| numbers[t] == number as i32);
+            made.compact();
+            made.finish(&self.mesh)
+        };
+        (0..self.report.parts).map(part).collect()
+    }
 }

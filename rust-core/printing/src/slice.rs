@@ -72,6 +72,7 @@ fn kept(mesh: &TriMesh, plane: Section, progress: &Progress<'_>) -> Result<Optio
     if !cap(&mut open, plane, progress)? {
         return Ok(None);
     }
+    open.made.compact();
     Ok(is_sound(&open.made, progress)?.then_some(open.made))
 }
 

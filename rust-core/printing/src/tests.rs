@@ -1,6 +1,8 @@
 //! Preparing as a whole, judged by code that shares nothing with it: topology, exact crossings, exact volumes.
 
 mod bases;
+mod hollows;
+mod parts;
 mod solids;
 
 use glam::DVec3;
@@ -25,7 +27,7 @@ fn params() -> PrepareParams {
 /// Prepares, and holds what is promised of every result.
 fn prepared(mesh: &TriMesh, params: &PrepareParams) -> PreparedPrint {
     let prepared = prepare_print(mesh, params, &Progress::none()).unwrap();
-    sound(&prepared.mesh);
+    prepared.parts().iter().for_each(sound);
     assert_eq!(prepared.report.volume, enclosed_volume(&prepared.mesh));
     let Some(AttributeData::Bool(added)) = prepared.mesh.face_attribute("added") else { panic!("it is marked") };
     assert_eq!(prepared.report.added_faces, added.iter().filter(|added| **added).count());
@@ -72,6 +74,12 @@ fn what_encloses_nothing_is_refused_with_the_remedy() {
         ("flat_base", PrepareParams { flat_base: Some(-0.1), ..params() }),
         ("flat_base", PrepareParams { flat_base: Some(f64::NAN), ..params() }),
         ("flat_base", PrepareParams { flat_base: Some(2.5), ..params() }),
+        ("drain is given without hollow", PrepareParams { drain: Some(0.1), flat_base: Some(0.1), ..params() }),
+        ("drain is given without flat_base", PrepareParams { drain: Some(0.1), hollow: Some(0.1), ..params() }),
+        ("hollow_cell is given without hollow", PrepareParams { hollow_cell: Some(0.1), ..params() }),
+        ("hollow_cell is 0.1", PrepareParams { hollow: Some(0.2), hollow_cell: Some(0.1), ..params() }),
+        ("drain_sides", PrepareParams { drain_sides: 2, ..params() }),
+        ("printer_width is 0.01", PrepareParams { printer_width: Some(0.01), ..params() }),
     ] {
         assert!(refused(&ball, &given).starts_with(name), "{}", refused(&ball, &given));
     }
@@ -103,8 +111,15 @@ fn sides_get_the_length_that_is_asked_for() {
 
 #[test]
 fn cancelling_leaves_nothing_and_threads_change_nothing() {
-    let ball = bumpy(40);
-    let whole = PrepareParams { scale_to: Some(0.1), flat_base: Some(0.02), ..params() };
+    let ball = bumpy(16);
+    let whole = PrepareParams {
+        scale_to: Some(0.1),
+        flat_base: Some(0.02),
+        hollow: Some(0.01),
+        drain: Some(0.01),
+        printer_width: Some(0.06),
+        ..params()
+    };
     let expected = prepare_print(&ball, &whole, &Progress::none()).unwrap();
     for threads in [2, 3] {
         let mut result = prepare_print(&ball, &PrepareParams { threads, ..whole }, &Progress::none()).unwrap();

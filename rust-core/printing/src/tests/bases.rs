@@ -156,7 +156,7 @@ fn grooves_pits_and_floors_may_end_in_the_plane() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(base::tier::cases(300)))]
+    #![proptest_config(ProptestConfig::with_cases(base::tier::cases(200)))]
 
     /// Planes through faces, edges and vertices, at which cells meet in all ways, and planes between them.
     #[test]
