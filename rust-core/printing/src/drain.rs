@@ -54,7 +54,7 @@ pub fn drain(
     report.drain_room = Some(2.0 * radius);
     if radius < (0.5 + MARGIN) * diameter {
         let text = format!(
-            "A hole of {} finds no room in the floor of the cavity, where at most {} fits: give a smaller drain or a higher base",
+            "A hole of {} finds no room in the floor of the cavity, where {} fits: give a smaller drain or a higher base",
             Shown(diameter),
             Shown::digits((radius / (0.5 + MARGIN)).max(0.0), 3)
         );

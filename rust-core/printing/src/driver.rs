@@ -15,12 +15,14 @@ use super::params::PrepareParams;
 use super::report::{PrepareProblem, PrepareReport, PreparedPrint};
 use super::scale_to::scale_to;
 use super::split_parts::split_parts;
+use super::thicken::thicken;
 
 base::stages! {
     /// Stages with their shares of the time.
     PLAN:
     CHECKING = "checking", 0.2;
     BASE = "cutting the base", 0.15;
+    WALLS = "thickening walls", 0.3;
     CAVITY = "hollowing out", 0.4;
     DRAIN = "draining", 0.1;
     PARTS = "cutting into parts", 0.15;
@@ -29,8 +31,8 @@ base::stages! {
 /// At the peak. Measured.
 const BYTES_A_TRIANGLE: f64 = 400.0;
 
-/// Makes a closed mesh ready for printing, by the steps whose parameters are given, in this order: scaled, cut off flat, hollowed out, drained,
-/// cut into parts.
+/// Makes a closed mesh ready for printing, by the steps whose parameters are given, in this order: scaled, cut off flat, thickened,
+/// hollowed out, drained, cut into parts.
 ///
 /// ```
 /// use surfrecon_printing::{PrepareParams, prepare_print};
@@ -46,7 +48,7 @@ const BYTES_A_TRIANGLE: f64 = 400.0;
 /// * The result is a closed, oriented manifold, and no two of its faces cross. Both are decided exactly. If it is cut into parts, this holds
 ///   for each part ([`PreparedPrint::parts`]): caps of neighbours lie on each other.
 /// * A cavity lies as deep as asked for within a cell. The distance is measured.
-/// * Vertices keep their bits, but for scaling. The report says by how much any moved.
+/// * Vertices keep their bits, but for scaling and thin walls. The report says by how much any moved.
 /// * Faces that were made up have the face attribute `added`. Vertices on cuts have the means of their edges' ends.
 /// * The same result for any number of threads.
 ///
@@ -84,6 +86,12 @@ fn steps(mesh: &TriMesh, params: &PrepareParams, progress: &Progress<'_>) -> Res
         None => None,
     };
     progress.lap(PLAN[BASE].0);
+    progress.stage(WALLS, 1);
+    if let Some(min_wall) = params.min_wall {
+        let base = base.filter(|_| report.base_faces > 0);
+        thicken(&mut mesh, min_wall, base, &mut report, progress)?;
+    }
+    progress.lap(PLAN[WALLS].0);
     progress.stage(CAVITY, 1);
     let cavity = match params.hollow {
         Some(wall) => {

@@ -28,6 +28,8 @@ base::params! {
         scale_side: ScaleSide = choice("Scaled side", ScaleSide::CHOICES).since("0.2"),
         /// Height above the lowest point at which the mesh is cut off, so that it stands on a flat face. 0 cuts nothing off.
         flat_base: Option<f64> = length("Flat base").from_data("nothing is cut off").since("0.2"),
+        /// Thinnest wall that the printer makes. Thinner ones are made as thick, where there is room.
+        min_wall: Option<f64> = length("Min wall").from_data("no wall is moved").above(0.0).since("0.2"),
         /// Thickness of the walls around a cavity. Larger ones make smaller cavities.
         hollow: Option<f64> = length("Hollow").from_data("nothing is hollowed out").above(0.0).since("0.2"),
         /// Size of the cells in which the cavity is made, at most a third of the walls. Smaller ones take more memory and time.

@@ -13,6 +13,8 @@ base::choices! {
         BaseMoved = "base_moved" "Base moved",
         /// Nothing lies below the base.
         NothingBelow = "nothing_below" "Nothing below the base",
+        /// Some walls find no room to become thicker.
+        StillThin = "still_thin" "Still thin",
         /// The mesh is nowhere thick enough for a cavity.
         NothingHollow = "nothing_hollow" "Nothing hollow",
         /// A hole of that diameter finds no room.
@@ -67,13 +69,22 @@ base::report! {
         base_faces: usize = count("Faces of the base").since("0.2"),
         /// Area of the base without a hole in it, in the square of the unit.
         base_area: f64 = number("Area of the base").since("0.2"),
+        /// Thickness of the thinnest wall before walls were thickened, measured behind the centres of faces. There is none if that was not
+        /// asked for.
+        wall_before: Option<f64> = length("Thinnest wall before").optional().since("0.2"),
+        /// Thickness of the thinnest wall after that.
+        wall_after: Option<f64> = length("Thinnest wall after").optional().since("0.2"),
+        /// Faces that moved when walls were thickened.
+        moved_faces: usize = count("Moved faces").since("0.2"),
+        /// Faces whose walls stay thinner than asked for. The attribute thin marks them.
+        thin_faces: usize = count("Faces with thin walls").since("0.2"),
         /// Cell in which the cavity was made. The walls are as thick as asked for within one.
         hollow_cell: Option<f64> = length("Cell of the cavity").optional().since("0.2"),
         /// Least distance of the cavity from the surface. It is measured at the vertices and the centres of the faces of the cavity. There
         /// is none without a cavity.
-        thinnest_wall: Option<f64> = length("Thinnest wall").optional().since("0.2"),
+        thinnest_wall: Option<f64> = length("Thinnest wall of the cavity").optional().since("0.2"),
         /// Largest distance of the cavity from the surface, measured likewise.
-        thickest_wall: Option<f64> = length("Thickest wall").optional().since("0.2"),
+        thickest_wall: Option<f64> = length("Thickest wall of the cavity").optional().since("0.2"),
         /// Cavities that no hole leads into.
         shut_cavities: usize = count("Shut cavities").since("0.2"),
         /// Diameter of the largest hole that would find room. There is none if no drain was asked for.

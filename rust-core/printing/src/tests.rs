@@ -4,6 +4,7 @@ mod bases;
 mod hollows;
 mod parts;
 mod solids;
+mod walls;
 
 use glam::DVec3;
 
@@ -115,6 +116,7 @@ fn cancelling_leaves_nothing_and_threads_change_nothing() {
     let whole = PrepareParams {
         scale_to: Some(0.1),
         flat_base: Some(0.02),
+        min_wall: Some(0.03),
         hollow: Some(0.01),
         drain: Some(0.01),
         printer_width: Some(0.06),
