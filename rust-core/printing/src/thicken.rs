@@ -83,7 +83,7 @@ pub fn thicken(
     Ok(())
 }
 
-/// What the walls behind faces lack.
+/// Walls behind faces, by the thickness that is missing.
 #[derive(Clone)]
 struct Lacks {
     /// Of each face. 0 where the wall is thick enough.

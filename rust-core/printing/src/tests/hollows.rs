@@ -62,6 +62,25 @@ fn thin_things_stay_solid_and_say_so() {
     assert!(error.contains("give a larger hollow_cell or thicker walls"), "{error}");
 }
 
+/// Coordinates of surveys, which round places on edges a million times more coarsely.
+#[test]
+fn far_from_the_origin_all_steps_are_as_exact() {
+    for far in [1e3, 1e6] {
+        let solid = mapped(&bumpy(12), |p| p + far * DVec3::new(1.0, 2.0, 3.0));
+        for up in UPS {
+            let given = PrepareParams {
+                flat_base: Some(0.3),
+                drain: Some(0.2),
+                print_up: up,
+                printer_height: Some(1.0),
+                ..thick(0.15)
+            };
+            let report = prepared(&solid, &given).report;
+            assert!(report.is_drained && report.parts > 1 && report.notes.is_empty(), "{report:?}");
+        }
+    }
+}
+
 /// Area of the prism's section.
 fn section(diameter: f64, sides: u32) -> f64 {
     let n = f64::from(sides);
