@@ -28,7 +28,7 @@ base::stages! {
     PARTS = "cutting into parts", 0.15;
 }
 
-/// At the peak. Measured.
+/// At the peak: the mesh twice, its edges, its boxes and a triangulation.
 const BYTES_A_TRIANGLE: f64 = 400.0;
 
 /// Makes a closed mesh ready for printing, by the steps whose parameters are given, in this order: scaled, cut off flat, thickened,

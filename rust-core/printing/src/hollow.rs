@@ -31,7 +31,7 @@ const ALONG: f64 = 256.0;
 const BLOCK: usize = 8;
 /// Times that nodes of crossing faces are given back to the walls.
 const ROUNDS: usize = 20;
-/// A node, and the faces of the level set, which are far fewer. Measured.
+/// A node, and the faces of the level set, which are far fewer.
 const BYTES_A_NODE: f64 = 12.0;
 
 /// A cavity.
