@@ -303,16 +303,14 @@ def test_a_log_of_other_frames_is_refused(tmp_path):
 @pytest.mark.skipif(os.sep == "\\", reason="a backslash separates folders there")
 @pytest.mark.parametrize("ending", ["tum", "conf", "aln"])
 def test_names_with_a_backslash_survive(tmp_path, ending):
-    scan = look()[0]
-    surfrecon.write_scans(tmp_path / "one.conf", [scan])
-    (tmp_path / "one.conf").unlink()
-    (found,) = tmp_path.iterdir()
-    file = found.rename(tmp_path / f"a\\b{found.suffix}")
+    surfrecon.write_scans(tmp_path / "two.conf", look()[:2])
+    (tmp_path / "two.conf").unlink()
+    files = [file.rename(tmp_path / f"a\\b{k}{file.suffix}") for k, file in enumerate(sorted(tmp_path.iterdir()))]
     path = tmp_path / f"placed.{ending}"
-    surfrecon.align(surfrecon.open(file), fixed=[0]).write(path)
-    assert r"a\b" in path.read_text()
-    opened = surfrecon.open([file, path] if ending == "tum" else path)
-    assert [scan.path for scan in opened] == [file]
+    surfrecon.align(surfrecon.open(files), fixed=[0, 1]).write(path)
+    assert r"a\b0" in path.read_text()
+    opened = surfrecon.open([*files, path] if ending == "tum" else path)
+    assert [scan.path for scan in opened] == files
 
 
 def test_two_scans_do_not_take_one_line(tmp_path):

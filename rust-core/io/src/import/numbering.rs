@@ -1,6 +1,8 @@
 //! Numbers of frames, and times, in names. This one rule decides them for the order of a recording, and for lists of poses that are read and
 //! written.
 
+use std::collections::BTreeSet;
+
 /// The number in a name.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Number<'n> {
@@ -69,6 +71,11 @@ impl Key {
         Key { values, are_times: numbers.iter().flatten().any(is_time) }
     }
 
+    /// How many numbers there are, each counted once.
+    fn count(&self) -> usize {
+        self.values.iter().flatten().map(|value| value.to_bits()).collect::<BTreeSet<_>>().len()
+    }
+
     /// The first two names that have one number.
     fn same(&self) -> Option<[usize; 2]> {
         let mut order: Vec<(f64, usize)> =
@@ -118,7 +125,8 @@ pub(super) fn keys_of(names: &[&str]) -> Result<Vec<Key>, String> {
             Key::of(&at_place)
         }));
     }
-    let same = keys.last().and_then(Key::same);
+    // The number that almost all differ by is the one that is meant.
+    let same = keys.iter().max_by_key(|key| key.count()).and_then(Key::same);
     keys.retain(|key| key.same().is_none());
     match same.filter(|_| keys.is_empty()) {
         None => Ok(keys),
@@ -199,6 +207,7 @@ mod tests {
         for (names, problem) in [
             (&["f_0", "f_1", "f_1 (2)"][..], "f_1 and f_1 (2) have the same number"),
             (&["cam1_1", "cam1_2", "cam2_1"], "cam1_1 and cam2_1 have the same number"),
+            (&["0_640x480", "1_640x480", "1_640x480 (2)"], "1_640x480 and 1_640x480 (2) have the same number"),
             (&["f_1", "f_2_v2"], "f_1 has 1, and f_2_v2 has 2"),
             (&["frame3_v2"], "which of the 2 numbers in the name frame3_v2 counts"),
         ] {

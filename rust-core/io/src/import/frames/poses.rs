@@ -62,7 +62,7 @@ pub(super) fn or_without(error: Error) -> Error {
     match error {
         Error::Format { path, at, problem } if !problem.contains("take it out of the folder") => {
             let remedy = "Mend it, or take the poses out of the folder. Then the frames open without poses.";
-            Error::format(&path, at, format!("{problem}. {remedy}"))
+            Error::format(&path, at, format!("{}. {remedy}", problem.trim_end_matches('.')))
         }
         other => other,
     }
