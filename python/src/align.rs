@@ -288,6 +288,11 @@ fn scaled(name: &str) -> PyErr {
     ))
 }
 
+/// A path as lists have it. On Windows alone a backslash separates folders: elsewhere names may have one.
+fn with_slashes(path: &str) -> String {
+    if cfg!(windows) { path.replace('\\', "/") } else { path.to_owned() }
+}
+
 /// A scan as a trajectory has it.
 fn scan_of(number: usize, source: &Source, world_from_scan: DAffine3, list: &Path) -> PyResult<PlacedScan> {
     let (name, file) = match source {
@@ -296,8 +301,7 @@ fn scan_of(number: usize, source: &Source, world_from_scan: DAffine3, list: &Pat
             let file = name_in(list, &scan.path);
             let is_found = MemoryFolder::of(&scan.path).is_none() || file != scan.path;
             // A name that is no text can't be written. The scan's own has to do.
-            let text = file.to_str().filter(|_| is_found).unwrap_or_default().replace('\\', "/");
-            (scan.own_name().to_owned(), text)
+            (scan.own_name().to_owned(), with_slashes(file.to_str().filter(|_| is_found).unwrap_or_default()))
         }
         other => (other.as_source().name().to_owned(), String::new()),
     };
@@ -330,7 +334,7 @@ fn file_of(source: &Source, world_from_file: DAffine3, list: &Path) -> PyResult<
                     inside.display()
                 )));
             };
-            inside.replace('\\', "/")
+            with_slashes(inside)
         }
         other => {
             return Err(input_error(format!(

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use rustc_hash::FxHashMap;
 
 use super::options::{PixelMeaning, ReadOptions};
-use super::registry::{Role, format_of};
+use super::registry::{Role, format_of, is_any_text};
 use super::scan::{Content, FileScan};
 use super::set::ScanSet;
 use super::{file, folder, frames, pose, raster, trajectory};
@@ -220,6 +220,10 @@ pub(super) fn open_listed(listed: &[Listed], options: &ReadOptions, progress: &P
     all.notes.extend(leave_out_pictures(&mut all.scans));
     name_within_files(&mut all.scans);
     let is_of_no_poses = |note: &String| note.ends_with(frames::WITHOUT_POSES);
+    let poses = match poses {
+        Some((path, poses)) => Some((path.to_owned(), poses)),
+        None => list_among(&mut all.scans, &options)?,
+    };
     if let Some((path, poses)) = &poses {
         all.notes.extend(poses.place(&mut all.scans, path)?);
         all.notes.retain(|note| !is_of_no_poses(note));
@@ -235,6 +239,33 @@ pub(super) fn open_listed(listed: &[Listed], options: &ReadOptions, progress: &P
     make_names_unique(&mut all.scans);
     all.notes.extend(notes_on_crs(&all.scans, progress)?);
     Ok(all)
+}
+
+/// The text among scans that is the list of poses of images which have none. A list with a damaged line looks like points: without it the
+/// images would all lie at one place.
+///
+/// # Errors
+/// The list is damaged.
+fn list_among(scans: &mut Vec<FileScan>, options: &ReadOptions) -> Result<Option<(PathBuf, trajectory::Trajectory)>> {
+    let is_bare = |scan: &&FileScan| {
+        !scan.is_frame() && scan.is_depth_image() && scan.world_from_sensor == glam::DAffine3::IDENTITY
+    };
+    let images = scans.iter().filter(is_bare).count();
+    let is_list = |scan: &FileScan| {
+        let is_text = !scan.is_frame() && !scan.is_depth_image() && is_any_text(&scan.path);
+        is_text && trajectory::is_like_one(&scan.path, images)
+    };
+    let Some(place) = (images > 0).then(|| scans.iter().position(is_list)).flatten() else { return Ok(None) };
+    let path = scans.remove(place).path;
+    let mut found = trajectory::read(&path).map_err(|error| match error {
+        Error::Format { path, at, problem } => {
+            let remedy = "Mend this list of poses, which the images beside it lack. If it holds points, open it alone.";
+            Error::format(&path, at, format!("{}. {remedy}", problem.trim_end_matches('.')))
+        }
+        other => other,
+    })?;
+    found.as_told(options);
+    Ok(Some((path, found)))
 }
 
 /// Those files that none of the scans is in.
@@ -754,6 +785,40 @@ mod tests {
             std::fs::remove_file(folder.path().join(name)).unwrap();
         }
         assert_eq!(names(&open(folder.path()).unwrap()), ["mask"]);
+    }
+
+    /// Theorem: a damaged list of poses beside images without poses is refused as a list, at its line. Alone it is points.
+    #[test]
+    fn a_damaged_list_beside_images_is_no_scan() {
+        let folder = tempfile::tempdir().unwrap();
+        let camera = folder.path().join("camera.json");
+        std::fs::write(&camera, br#"{"fx": 5, "fy": 5, "cx": 2, "cy": 1.5}"#).unwrap();
+        let images = ["1.pgm", "2.pgm"].map(|name| folder.path().join(name));
+        images.iter().for_each(|path| std::fs::write(path, grey(6, 4)).unwrap());
+        let list = folder.path().join("poses.txt");
+        let good = "1 0 0 3 0 1 0 0 0 0 1 0\n";
+        for (text, problem) in [
+            ("1 0 0 0 0 1 0 0 0 0 -1 0\n".repeat(2), "line 1: the matrix is not a rigid transform"),
+            ("2 0 0 0 0 2 0 0 0 0 2 0\n".repeat(2), "line 1: the matrix is not a rigid transform"),
+            (format!("1 0 0 nan 0 1 0 0 0 0 1 0\n{good}"), "line 1: "),
+            (format!("1 0 0 3 0 1 0 0 0 0 1\n{good}{good}"), "line 1: expected three whole numbers"),
+            ("1 0 0 0 0 0 0 1.2\n2 0 0 0 0 0 0 1.2\n".to_owned(), "line 1: the quaternion"),
+            ("1 0 0 0 0 0 0 0\n2 0 0 0 0 0 0 0\n".to_owned(), "line 1: the quaternion"),
+        ] {
+            std::fs::write(&list, &text).unwrap();
+            let named = [images[0].clone(), images[1].clone(), camera.clone(), list.clone()];
+            for refused in [open_many(&named), open(folder.path())] {
+                let refused = refused.unwrap_err().to_string();
+                assert!(refused.contains("poses.txt") && refused.contains(problem), "{text}: {refused}");
+                assert!(refused.ends_with("If it holds points, open it alone."), "{refused}");
+            }
+        }
+        // Almost of unit length: a list, though its first line does not say so surely.
+        std::fs::write(&list, "1 0 0 0 0 0 0 1.009\n2 5 0 0 0 0 0 1\n").unwrap();
+        assert_eq!(open(folder.path()).unwrap().scans[1].world_from_sensor.translation.x, 5.0);
+        // Points stay what they are.
+        std::fs::write(&list, "1 0 0\n2 5 0\n").unwrap();
+        assert_eq!(open(folder.path()).unwrap().scans.len(), 3);
     }
 
     #[test]

@@ -253,6 +253,11 @@ const MERGED: [&str; 4] = [
     "\"surfrecon\":{\"command\":\"plan\",",
 ];
 
+/// Whether a file is read as points in text, which any lines of numbers could be.
+pub(super) fn is_any_text(path: &Path) -> bool {
+    format_of(path).is_ok_and(|format| FORMATS.last().is_some_and(|last| std::ptr::eq(last, format)))
+}
+
 /// Whether a file is surely of its format. Texts that only end like points may be notes of people.
 pub(super) fn is_sure(path: &Path) -> bool {
     let is_any = |format: &Format| FORMATS.last().is_some_and(|last| std::ptr::eq(last, format));
