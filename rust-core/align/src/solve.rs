@@ -334,15 +334,13 @@ fn within_reach(known: &Known<'_>, solved: &SolvedGroup, progress: &Progress<'_>
     if outside.is_empty() {
         return Ok(None);
     }
-    let least = outside.iter().map(|(_, moved)| *moved).fold(f64::INFINITY, f64::min);
     let how_far = |scan: usize| outside.iter().find(|other| other.0 == scan).map(|(_, moved)| *moved);
     let (far, near): (Vec<_>, Vec<_>) = solved.members.iter().copied().partition(|(scan, _)| how_far(*scan).is_some());
     let mut all = Vec::new();
     for members in [near, far] {
         for (mut group, links) in held(known, &Group { members }, progress)? {
-            // Those that stay fit the others no nearer.
             let scans = group.members.iter().map(|member| member.0);
-            group.beyond = scans.map(|scan| (scan, how_far(scan).unwrap_or(least))).collect();
+            group.beyond = scans.filter_map(|scan| Some((scan, how_far(scan)?))).collect();
             all.push((group, links));
         }
     }

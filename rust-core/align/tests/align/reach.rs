@@ -144,6 +144,22 @@ fn what_nothing_decides_stays_where_it_was_given_and_is_said() {
     assert_eq!(alignment.report.placed(), 11, "{said}");
 }
 
+/// Theorem: a scan whose given pose is right is not left out for another's that is wrong, even if it fits that one best.
+#[test]
+fn a_wrong_pose_takes_no_other_scan_along() {
+    for (seed, wrong) in [(11, 2), (11, 1), (5, 2), (7, 2)] {
+        let mut given = tour(&room(seed, 14), 26, (60, 80), 0.004)[..4].to_vec();
+        given[wrong] = placed(
+            &given[wrong],
+            DAffine3::from_translation(DVec3::new(0.6, 0.0, 0.0)) * given[wrong].world_from_sensor,
+        );
+        let alignment = rough(&given, Some(0.3), &Constraints::default());
+        for (k, scan) in alignment.report.scans.iter().enumerate().filter(|(k, _)| *k != wrong) {
+            assert!(scan.state != ScanState::Unplaced, "{seed} {wrong} {k}: {}", lines(&alignment));
+        }
+    }
+}
+
 /// Scans whose files have no pose, and say nothing of their sensors.
 #[test]
 fn that_no_file_has_a_pose_is_said() {
