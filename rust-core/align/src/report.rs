@@ -11,8 +11,9 @@ use base::report::{FigureValue, Found, Report as _};
 /// Result of [`run`](crate::run).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Alignment {
-    /// The pose of each scan, in the order given. `None` for those that aren't placed. All are rigid. A fixed scan's is its
-    /// own to the bit, as is that of the largest scan where none is fixed, and those of scans that stay undecided.
+    /// The pose of each scan, in the order given. `None` for those that aren't placed. All are rigid. A fixed scan's is its own to the bit, as
+    /// are those of scans that stay undecided. Where none is fixed one scan's is: the largest's, or with rough poses that of one on which most
+    /// others agree.
     pub world_from_scan: Vec<Option<DAffine3>>,
     /// The report.
     pub report: AlignReport,

@@ -168,6 +168,12 @@ pub(crate) fn solve(views: &[View], params: &AlignParams, inside: &Inside, progr
         has_fixed(y).cmp(&has_fixed(x)).then(count(y).cmp(&count(x))).then(area(y).total_cmp(&area(x)))
     };
     solved.sort_by(rank);
+    if bound.binds() && count(&solved[0]) == 1 && !has_fixed(&solved[0]) {
+        let contradictions = |group: &SolvedGroup| bound.contradictions(views, group.frame);
+        let counts: Vec<usize> = solved.par_iter().map(contradictions).collect();
+        let least = (0..solved.len()).min_by_key(|&k| counts[k]).unwrap_or(0);
+        solved[..=least].rotate_right(1);
+    }
     let links: Vec<Looked> = looked
         .into_iter()
         .map(|(link, verdict)| Looked { link, closest: closest(&verdict, &limits), verdict })
@@ -386,8 +392,7 @@ const ADRIFT: f64 = 3.0;
 fn settle(known: &Known<'_>, group: &Group, progress: &Progress<'_>) -> Result<Settled> {
     let Known { views, inside, limits, table, .. } = *known;
     let has_fixed = group.members.iter().any(|member| inside.is_fixed[member.0]);
-    // Numbers rise as areas fall.
-    let frame = group.members.iter().map(|member| member.0).min().expect("no group is empty");
+    let frame = frame_of(known, group);
     let mut poses = vec![None; views.len()];
     let world_from_group = match group.pose(frame) {
         Some(pose) if !has_fixed => views[frame].reduced.world_from_local() * pose.inverse(),
@@ -432,6 +437,30 @@ fn settle(known: &Known<'_>, group: &Group, progress: &Progress<'_>) -> Result<S
         tied: members.into_iter().filter(|&scan| ties_of(inside, scan) >= HOLDING).collect(),
     };
     Ok((group, links))
+}
+
+/// The scan of a group whose given pose is kept: one beside which the fewest others lie too far from where they were given, then one that the
+/// fewest scans contradict there, then the largest. A wrong pose so takes no right ones along.
+fn frame_of(known: &Known<'_>, group: &Group) -> usize {
+    let Known { views, inside, bound, .. } = *known;
+    // Numbers rise as areas fall.
+    let mut members = group.members.clone();
+    members.sort_unstable_by_key(|member| member.0);
+    let beyond = |&(frame, pose): &(usize, DAffine3)| {
+        let world_from_group = views[frame].reduced.world_from_local() * pose.inverse();
+        let is_beyond = |&&(scan, pose): &&(usize, DAffine3)| {
+            !inside.is_fixed[scan] && bound.beyond(views, scan, &(world_from_group * pose)).is_some()
+        };
+        members.iter().filter(is_beyond).count()
+    };
+    let (largest, _) = members[0];
+    if !bound.binds() || beyond(&members[0]) == 0 {
+        return largest;
+    }
+    let counts: Vec<usize> = members.iter().map(beyond).collect();
+    let least = counts.iter().copied().min().unwrap_or(0);
+    let best = members.iter().zip(counts).filter(|(_, count)| *count == least).map(|(member, _)| member.0);
+    best.min_by_key(|&scan| bound.contradictions(views, scan)).unwrap_or(largest)
 }
 
 /// Whether two scans that points join fit so that shape alone holds them: points choose a place, and shape where in it.
