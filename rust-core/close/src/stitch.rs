@@ -91,7 +91,7 @@ impl Growing {
     /// [`base::Error::Cancelled`].
     pub fn join(&mut self, cell: f64, progress: &Progress<'_>) -> Result<()> {
         let border = self.open_with_triangles(progress)?;
-        let bridges = bridge::gaps(&self.positions, &border, self.measured[0] as u32, cell, progress)?;
+        let bridges = bridge::gaps(&self.positions, &self.triangles, &border, self.measured[0] as u32, cell, progress)?;
         self.triangles.extend(bridges);
         self.close_loops(progress)?;
         self.repair(progress)
