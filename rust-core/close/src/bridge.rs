@@ -238,8 +238,8 @@ impl Loops {
 mod tests {
     use super::*;
 
-    /// A sheet with two triangular holes above each other. Between them a strip dips, whose left end is the edge from 0 to 5. The holes' lower
-    /// and upper sides face each other over the dip, as over a slit.
+    /// A sheet with two triangular holes above each other. Between them a strip dips, whose left end is the edge from 0 to 5. The lower
+    /// side of the one and the upper side of the other face each other over the dip, as over a slit.
     fn dip() -> (Vec<DVec3>, Vec<[u32; 3]>) {
         let places = [
             [0.0, 0.0, 0.0],
