@@ -4,8 +4,7 @@
 //! none of it shares code with closing.
 
 mod params;
-#[doc(hidden)]
-pub mod walls;
+mod walls;
 
 pub use params::{PrintParams, SCHEMA};
 pub use walls::Wall;
