@@ -63,7 +63,7 @@ pub fn gaps(
 ) -> Result<Vec<[u32; 3]>> {
     let edges: Vec<Edge> = border.iter().map(|&(ends, triangle)| edge(positions, ends, triangle, measured)).collect();
     let mut loops = Loops::new(positions.len(), &edges);
-    let taken = between_border_vertices(triangles, &loops, progress)?;
+    let taken = between(triangles, |v| loops.is_on_border(v), progress)?;
     let mut bridges = Vec::new();
     let mut is_used = vec![false; positions.len()];
     let mut pace = Pace::new(progress);
@@ -129,17 +129,20 @@ fn candidates(edges: &[Edge], loops: &Loops, cell: f64, progress: &Progress<'_>)
     Ok(found)
 }
 
-/// Edges that connect two border vertices, the smaller number first.
-fn between_border_vertices(
+/// Edges both of whose ends are asked for, the smaller number first.
+///
+/// # Errors
+/// [`base::Error::Cancelled`].
+pub fn between(
     triangles: &[[u32; 3]],
-    loops: &Loops,
+    is_asked: impl Fn(u32) -> bool,
     progress: &Progress<'_>,
 ) -> Result<FxHashSet<[u32; 2]>> {
     let mut pace = Pace::new(progress);
     let mut found = FxHashSet::default();
     for &[a, b, c] in triangles {
         pace.after(4)?;
-        let both = |&[from, to]: &[u32; 2]| loops.is_on_border(from) && loops.is_on_border(to);
+        let both = |&[from, to]: &[u32; 2]| is_asked(from) && is_asked(to);
         found.extend([[a, b], [b, c], [c, a]].iter().filter(|edge| both(edge)).map(|&[a, b]| [a.min(b), a.max(b)]));
     }
     Ok(found)

@@ -85,6 +85,15 @@ impl Growing {
         }
     }
 
+    /// Takes the filled triangles around marked vertices away.
+    ///
+    /// # Errors
+    /// [`base::Error::Cancelled`].
+    pub fn take_away_around(&mut self, is_marked: &[bool], progress: &Progress<'_>) -> Result<()> {
+        let goes: Vec<bool> = self.triangles.iter().map(|t| t.iter().any(|&v| is_marked[v as usize])).collect();
+        self.take_away(&goes, progress).map(drop)
+    }
+
     /// Bridges the gaps between the measured border and the fill, and closes what is left of them.
     ///
     /// # Errors
@@ -120,8 +129,7 @@ impl Growing {
             let mut is_bad = vec![false; self.positions.len()];
             let bad = crossing.iter().flatten().flat_map(|&t| self.triangles[t as usize]);
             bad.chain(open.iter().flatten().copied()).for_each(|v| is_bad[v as usize] = true);
-            let goes: Vec<bool> = self.triangles.iter().map(|t| t.iter().any(|&v| is_bad[v as usize])).collect();
-            self.take_away(&goes, progress)?;
+            self.take_away_around(&is_bad, progress)?;
             self.close_loops(progress)?;
         }
         let crossing = crossing::pairs(&self.positions, &self.triangles, |t| self.is_filled(t), progress)?;
@@ -141,8 +149,7 @@ impl Growing {
         let mut is_bad = vec![false; self.positions.len()];
         let corners = self.triangles.iter().zip(marked).filter(|(_, marked)| **marked).flat_map(|(t, _)| t);
         corners.for_each(|&v| is_bad[v as usize] = true);
-        let goes: Vec<bool> = self.triangles.iter().map(|t| t.iter().any(|&v| is_bad[v as usize])).collect();
-        self.take_away(&goes, progress)?;
+        self.take_away_around(&is_bad, progress)?;
         self.close_loops(progress).map(drop)
     }
 
