@@ -57,8 +57,7 @@ pub fn close_loops(
         if open.is_empty() {
             break;
         }
-        let [vertices, triangles] = surface.measured;
-        let before = (surface.positions[vertices..].to_vec(), surface.triangles[triangles..].to_vec());
+        let before = surface.filled();
         let mut around = open.clone();
         for _ in 0..rings {
             let mut is_marked = vec![false; surface.positions.len()];
@@ -71,10 +70,7 @@ pub fn close_loops(
         if around.len() < open.len() {
             open = around;
         } else {
-            surface.positions.truncate(vertices);
-            surface.triangles.truncate(triangles);
-            surface.positions.extend(before.0);
-            surface.triangles.extend(before.1);
+            surface.restore(before);
         }
     }
     Ok(())
