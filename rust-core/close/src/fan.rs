@@ -187,8 +187,13 @@ impl Patches<'_, '_> {
         let fan: Vec<[DVec3; 3]> = (0..n).map(|i| [places[i], places[(i + 1) % n], apex]).collect();
         for (i, &triangle) in fan.iter().enumerate() {
             let meets = fan[..i].iter().any(|&other| cross(triangle, other));
+            if meets || !self.is_free(triangle)? {
+                return Ok(false);
+            }
+        }
+        for (i, &triangle) in fan.iter().enumerate() {
             let is_measured = [vertices[i], vertices[(i + 1) % n]].map(|v| self.is_measured(v));
-            if meets || !self.is_clear(triangle, [is_measured[0], is_measured[1], false])? {
+            if !self.is_unseen(triangle, [is_measured[0], is_measured[1], false])? {
                 return Ok(false);
             }
         }
@@ -273,15 +278,24 @@ impl Patches<'_, '_> {
         self.triangles.push(triangle);
     }
 
-    /// Whether a triangle is clear of the surface, of what was added and of seen space. Also of each corner whether it was measured.
+    /// Whether a triangle is free of the surface and of what was added, and out of seen space. Also of each corner whether it was measured.
     fn is_clear(&self, triangle: [DVec3; 3], is_measured: [bool; 3]) -> Result<bool> {
+        Ok(self.is_free(triangle)? && self.is_unseen(triangle, is_measured)?)
+    }
+
+    /// Whether a triangle has an area, and meets neither the surface nor what was added.
+    fn is_free(&self, triangle: [DVec3; 3]) -> Result<bool> {
         let bounds = Bounds::of(triangle);
         let meets = |(other, corners): &(Bounds, [DVec3; 3])| other.meets(&bounds) && cross(triangle, *corners);
-        let is_seen = |envelope| is_in_seen_space(triangle, is_measured, envelope, self.cell);
         Ok(normal(triangle) != DVec3::ZERO
             && !self.corners.iter().any(meets)
-            && !self.crossed.is_met(triangle, self.progress)?
-            && !self.envelope.is_some_and(is_seen))
+            && !self.crossed.is_met(triangle, self.progress)?)
+    }
+
+    /// Whether a triangle lies out of seen space.
+    fn is_unseen(&self, triangle: [DVec3; 3], is_measured: [bool; 3]) -> Result<bool> {
+        self.progress.check()?;
+        Ok(!self.envelope.is_some_and(|envelope| is_in_seen_space(triangle, is_measured, envelope, self.cell)))
     }
 
     fn may_connect(&self, a: u32, b: u32) -> bool {
