@@ -129,7 +129,7 @@ fn close_once(surface: &mut Growing, envelope: Option<Envelope<'_>>, cell: f64, 
     Ok(())
 }
 
-/// What closes loops, beside the surface.
+/// The surface and what closes its loops.
 struct Patches<'a, 'p> {
     measured: usize,
     positions: &'a mut Vec<DVec3>,

@@ -97,7 +97,7 @@ impl Growing {
         self.known.iter_mut().for_each(|known| known.is_clear = true);
     }
 
-    /// What was filled by now.
+    /// The vertices and triangles that are filled by now.
     pub fn filled(&self) -> (Vec<DVec3>, Vec<[u32; 3]>) {
         (self.positions[self.measured[0]..].to_vec(), self.triangles[self.measured[1]..].to_vec())
     }
