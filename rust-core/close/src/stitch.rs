@@ -13,6 +13,9 @@ use super::{bridge, crossing, cut};
 
 /// Times that fills that cross something, or stayed open, are taken away and closed anew.
 const REPAIRS: usize = 4;
+/// A loop of more edges is tried so often as a whole. It takes long, and is cut in parts later.
+const LONG: usize = 64;
+const TRIES: u32 = 2;
 
 /// A surface that grows: measured vertices and triangles first, untouched.
 pub struct Growing {
@@ -24,6 +27,8 @@ pub struct Growing {
     border: Vec<([u32; 2], [u32; 3])>,
     /// Of each triangle, as long as its corners stay. Triangles beyond its end are new.
     known: Vec<Known>,
+    /// Times that each long loop could not be closed, by its smallest vertex and its edges.
+    failed: FxHashMap<(u32, usize), u32>,
 }
 
 /// Facts about a filled triangle that need not be found twice.
@@ -44,7 +49,14 @@ impl Growing {
         let positions = [&measured.positions[..], &fill.positions].concat();
         let shifted = fill.triangles.iter().map(|t| t.map(|v| v + count));
         let triangles = measured.triangles.iter().copied().chain(shifted).collect();
-        Growing { positions, triangles, measured: counts, border: surface.border(), known: Vec::new() }
+        Growing {
+            positions,
+            triangles,
+            measured: counts,
+            border: surface.border(),
+            known: Vec::new(),
+            failed: FxHashMap::default(),
+        }
     }
 
     /// Edges that are open now, in the direction of their triangles: of the measured border and of the fill.
@@ -171,7 +183,16 @@ impl Growing {
     /// [`base::Error::Cancelled`].
     pub fn close_loops(&mut self, progress: &Progress<'_>) -> Result<holes::HoleReport> {
         let border = self.open_edges(progress)?;
-        holes::close(&mut self.positions, &mut self.triangles, &border, |_| f64::INFINITY, 0.0, progress)
+        let is_tried = |vertices: &[u32]| {
+            let times = self.failed.get(&(vertices[0], vertices.len()));
+            vertices.len() > LONG && times.is_some_and(|&times| times >= TRIES)
+        };
+        let limit = |vertices: &[u32]| if is_tried(vertices) { f64::NEG_INFINITY } else { f64::INFINITY };
+        let report = holes::close(&mut self.positions, &mut self.triangles, &border, limit, 0.0, progress)?;
+        for open in &report.open {
+            *self.failed.entry((open.vertex, open.edges)).or_default() += 1;
+        }
+        Ok(report)
     }
 
     /// Takes fills that cross something away, with all around them, and closes the loops anew. The same around loops that stayed open.
