@@ -1,10 +1,11 @@
 //! Bridges over the gap between the measured border and the fill: quadrilaterals from an edge of one to an edge of the other.
 //!
 //! Between two bridges a gap is a short simple loop, which hole filling closes. A bridge between two loops makes them one. A bridge within
-//! a loop makes two of it. Loops are joined once only: a second bridge between loops that were joined would add a handle.
+//! a loop makes two of it. Loops are joined once only: a second bridge between loops that were joined would add a handle. A bridge has no
+//! edge that the surface has already: that edge would have three faces.
 
 use glam::DVec3;
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use base::error::Result;
 use base::progress::{Pace, Progress};
@@ -47,13 +48,14 @@ struct Candidate {
     edges: [u32; 2],
 }
 
-/// Returns triangles that bridge the gaps. `border` are the border's edges, each with its triangle. Vertices below `measured` are those of
-/// the measured surface. Every border vertex has to lie on one loop, once.
+/// Returns triangles that bridge the gaps between `triangles`. `border` are their border's edges, each with its triangle. Vertices below
+/// `measured` are those of the measured surface. Every border vertex has to lie on one loop, once.
 ///
 /// # Errors
 /// [`base::Error::Cancelled`].
 pub fn gaps(
     positions: &[DVec3],
+    triangles: &[[u32; 3]],
     border: &[([u32; 2], [u32; 3])],
     measured: u32,
     cell: f64,
@@ -61,6 +63,7 @@ pub fn gaps(
 ) -> Result<Vec<[u32; 3]>> {
     let edges: Vec<Edge> = border.iter().map(|&(ends, triangle)| edge(positions, ends, triangle, measured)).collect();
     let mut loops = Loops::new(positions.len(), &edges);
+    let taken = between(triangles, |v| loops.is_on_border(v), progress)?;
     let mut bridges = Vec::new();
     let mut is_used = vec![false; positions.len()];
     let mut pace = Pace::new(progress);
@@ -71,7 +74,7 @@ pub fn gaps(
         if ends.iter().any(|&v| is_used[v as usize]) || !loops.may_join(e.from, g.from) {
             continue;
         }
-        let Some(quad) = span(positions, &e, &g) else { continue };
+        let Some(quad) = span(positions, &e, &g, &taken) else { continue };
         ends.iter().for_each(|&v| is_used[v as usize] = true);
         pace.after(loops.bridge(&e, &g))?;
         bridges.extend(quad);
@@ -126,13 +129,40 @@ fn candidates(edges: &[Edge], loops: &Loops, cell: f64, progress: &Progress<'_>)
     Ok(found)
 }
 
-/// The two triangles of a bridge, over the diagonal that bends it less. `None` if it would fold.
-fn span(positions: &[DVec3], e: &Edge, g: &Edge) -> Option<[[u32; 3]; 2]> {
+/// Edges both of whose ends are asked for, the smaller number first.
+///
+/// # Errors
+/// [`base::Error::Cancelled`].
+pub fn between(
+    triangles: &[[u32; 3]],
+    is_asked: impl Fn(u32) -> bool,
+    progress: &Progress<'_>,
+) -> Result<FxHashSet<[u32; 2]>> {
+    let mut pace = Pace::new(progress);
+    let mut found = FxHashSet::default();
+    for &[a, b, c] in triangles {
+        pace.after(4)?;
+        let both = |&[from, to]: &[u32; 2]| is_asked(from) && is_asked(to);
+        found.extend([[a, b], [b, c], [c, a]].iter().filter(|edge| both(edge)).map(|&[a, b]| [a.min(b), a.max(b)]));
+    }
+    Ok(found)
+}
+
+/// The two triangles of a bridge, over the diagonal that bends it less. `None` if it would fold, or had an edge that is taken.
+fn span(positions: &[DVec3], e: &Edge, g: &Edge, taken: &FxHashSet<[u32; 2]>) -> Option<[[u32; 3]; 2]> {
     let [a, b, c, d] = [e.from, e.to, g.from, g.to];
+    let is_taken = |a: u32, b: u32| taken.contains(&[a.min(b), a.max(b)]);
+    if is_taken(a, d) || is_taken(b, c) {
+        return None;
+    }
     let up = e.normal + g.normal;
     let straight = |t: [u32; 3]| normal(t.map(|v| positions[v as usize])).dot(up) / up.length();
     let ways = [[[b, a, d], [b, d, c]], [[b, a, c], [a, d, c]]];
-    let [first, second] = ways.map(|way| straight(way[0]).min(straight(way[1])));
+    let diagonals = [is_taken(b, d), is_taken(a, c)];
+    let [first, second] = [0, 1].map(|i| match diagonals[i] {
+        true => f64::NEG_INFINITY,
+        false => straight(ways[i][0]).min(straight(ways[i][1])),
+    });
     let (way, least) = if first >= second { (ways[0], first) } else { (ways[1], second) };
     (least > SAME_SIDE).then_some(way)
 }
@@ -177,6 +207,10 @@ impl Loops {
         length
     }
 
+    fn is_on_border(&self, vertex: u32) -> bool {
+        self.next[vertex as usize] != NONE
+    }
+
     fn first(&self, vertex: u32) -> u32 {
         self.first[vertex as usize]
     }
@@ -200,5 +234,56 @@ impl Loops {
         self.next[g.from as usize] = e.to;
         let length = self.number(e.from);
         if self.now[g.from as usize] + 1 == self.count { length } else { length + self.number(g.from) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A sheet with two triangular holes above each other. Between them a strip dips, whose left end is the edge from 0 to 5. The lower
+    /// side of the one and the upper side of the other face each other over the dip, as over a slit.
+    fn dip() -> (Vec<DVec3>, Vec<[u32; 3]>) {
+        let places = [
+            [0.0, 0.0, 0.0],
+            [1.0, 0.0, 0.0],
+            [1.0, 0.4, -1.0],
+            [1.0, 0.6, -1.0],
+            [1.0, 1.0, 0.0],
+            [0.0, 1.0, 0.0],
+            [-1.0, -1.0, 0.0],
+            [2.0, -1.0, 0.0],
+            [2.0, 2.0, 0.0],
+            [-1.0, 2.0, 0.0],
+        ];
+        let strip = [[0, 2, 3], [0, 3, 5]];
+        let around = [[0, 5, 9], [0, 9, 6], [1, 0, 6], [1, 6, 7], [2, 1, 7], [3, 2, 7]];
+        let beyond = [[3, 7, 8], [4, 3, 8], [5, 4, 8], [5, 8, 9]];
+        (places.map(DVec3::from).to_vec(), [&strip[..], &around, &beyond].concat())
+    }
+
+    /// The border with its triangles, and the most faces of an edge, counted over all pairs of corners.
+    fn sides(triangles: &[[u32; 3]]) -> (Vec<([u32; 2], [u32; 3])>, usize) {
+        let all: Vec<([u32; 2], [u32; 3])> =
+            triangles.iter().flat_map(|&t| (0..3).map(move |k| ([t[k], t[(k + 1) % 3]], t))).collect();
+        let faces = |edge: [u32; 2]| triangles.iter().filter(|t| edge.iter().all(|v| t.contains(v))).count();
+        let most = all.iter().map(|side| faces(side.0)).max().unwrap_or(0);
+        (all.into_iter().filter(|side| faces(side.0) == 1).collect(), most)
+    }
+
+    #[test]
+    fn a_bridge_has_no_edge_that_the_surface_has() {
+        let (positions, triangles) = dip();
+        let (border, most) = sides(&triangles);
+        assert_eq!((border.len(), most), (10, 2));
+        let with_bridges = |triangles: &[[u32; 3]]| {
+            let (border, _) = sides(triangles);
+            let bridges = gaps(&positions, triangles, &border, 10, 1.0, &Progress::none()).unwrap();
+            (bridges.len(), sides(&[triangles, &bridges].concat()).1)
+        };
+        assert_eq!(with_bridges(&triangles), (0, 2));
+        // Without the strip and the left side the two face each other over an open gap of two parts.
+        let apart: Vec<[u32; 3]> = vec![[1, 0, 6], [5, 4, 8]];
+        assert_eq!(with_bridges(&apart), (2, 2));
     }
 }

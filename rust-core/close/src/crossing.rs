@@ -45,7 +45,7 @@ pub fn pairs(
                     if other != t && !(is_own_asked && other < t) && cross(own, corners(other)) {
                         found.push([t.min(other), t.max(other)]);
                     }
-                    Ok(())
+                    Ok(true)
                 })?;
             }
             Ok(found)
@@ -94,8 +94,8 @@ impl Crossed {
         let (mut met, mut pace) = (false, Pace::new(progress));
         self.tree.meeting(&Bounds::of(triangle), &mut |other| {
             pace.after(16)?;
-            met = met || cross(triangle, self.corners[other as usize]);
-            Ok(())
+            met = cross(triangle, self.corners[other as usize]);
+            Ok(!met)
         })?;
         Ok(met)
     }
@@ -146,7 +146,8 @@ impl Tree {
         self.split(first + half, count - half, pace)
     }
 
-    fn meeting(&self, bounds: &Bounds, each: &mut dyn FnMut(u32) -> Result<()>) -> Result<()> {
+    /// Calls `each` with the numbers of boxes that meet another, as long as it wants more.
+    fn meeting(&self, bounds: &Bounds, each: &mut dyn FnMut(u32) -> Result<bool>) -> Result<()> {
         let mut stack = if self.nodes.is_empty() { Vec::new() } else { vec![0_u32] };
         while let Some(at) = stack.pop() {
             let node = &self.nodes[at as usize];
@@ -158,8 +159,8 @@ impl Tree {
                 continue;
             }
             for (number, own) in &self.boxes[node.first as usize..(node.first + node.count) as usize] {
-                if own.meets(bounds) {
-                    each(*number)?;
+                if own.meets(bounds) && !each(*number)? {
+                    return Ok(());
                 }
             }
         }

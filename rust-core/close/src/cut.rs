@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use rayon::prelude::*;
-use rustc_hash::{FxHashMap, FxHashSet};
+use rustc_hash::{FxBuildHasher, FxHashMap, FxHashSet};
 
 use base::error::Result;
 use base::progress::{Pace, Progress};
@@ -22,8 +22,8 @@ const FEWEST: usize = 8;
 /// # Errors
 /// [`base::Error::Cancelled`].
 pub fn beyond_borders(level: &TriMesh, surface: &Surface<'_>, cell: f64, progress: &Progress<'_>) -> Result<TriMesh> {
-    let is_beyond = |place: &DVec3| {
-        surface.beside(*place).is_some_and(|beside| match beside.is_at_border {
+    let is_beyond = |place: &DVec3, hint: &mut Option<u32>| {
+        surface.beside_from(*place, hint).is_some_and(|beside| match beside.is_at_border {
             true => beside.distance.abs() > GAP * cell,
             false => beside.distance.abs() > NEAR * cell,
         })
@@ -31,7 +31,11 @@ pub fn beyond_borders(level: &TriMesh, surface: &Surface<'_>, cell: f64, progres
     let stays: Vec<Vec<bool>> = level
         .positions
         .par_chunks(1024)
-        .map(|places| progress.check().map(|()| places.iter().map(is_beyond).collect()))
+        .map(|places| {
+            progress.check()?;
+            let mut hint = None;
+            Ok(places.iter().map(|place| is_beyond(place, &mut hint)).collect())
+        })
         .collect::<Result<_>>()?;
     let stays = stays.concat();
     let kept = level.triangles.iter().copied().filter(|t| t.iter().all(|&v| stays[v as usize])).collect();
@@ -75,15 +79,13 @@ pub fn border(triangles: &[[u32; 3]], progress: &Progress<'_>) -> Result<Vec<[u3
 /// # Errors
 /// [`base::Error::Cancelled`].
 pub fn unpaired(edges: Vec<[u32; 2]>, progress: &Progress<'_>) -> Result<Vec<[u32; 2]>> {
-    let mut pace = Pace::new(progress);
-    let mut sorted = edges.clone();
-    progress.sort(&mut sorted, &|a, b| a.cmp(b))?;
+    let mut all: FxHashSet<[u32; 2]> = FxHashSet::with_capacity_and_hasher(edges.len(), FxBuildHasher);
+    for block in progress.blocks(&edges) {
+        all.extend(block?);
+    }
     let mut open = Vec::new();
-    for [from, to] in edges {
-        pace.after(16)?;
-        if sorted.binary_search(&[to, from]).is_err() {
-            open.push([from, to]);
-        }
+    for block in progress.blocks(&edges) {
+        open.extend(block?.iter().filter(|[from, to]| !all.contains(&[*to, *from])));
     }
     Ok(open)
 }

@@ -112,8 +112,10 @@ fn width(
         .par_chunks(256)
         .map(|nodes| {
             progress.check()?;
+            let mut hint = None;
             let places = nodes.iter().map(|&node| grid.place(node)).filter(|place| !envelope.is_seen(*place));
-            Ok(places.filter_map(|place| surface.beside(place)).map(|b| b.distance.abs()).fold(0.0, f64::max))
+            let distances = places.filter_map(|place| surface.beside_from(place, &mut hint)).map(|b| b.distance.abs());
+            Ok(distances.fold(0.0, f64::max))
         })
         .collect::<Result<_>>()?;
     Ok(distances.into_iter().fold(0.0, f64::max))

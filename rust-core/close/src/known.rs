@@ -43,8 +43,9 @@ pub fn near(surface: &Surface<'_>, grid: &Grid, asked: &[bool], progress: &Progr
         .par_chunks(1024)
         .map(|nodes| {
             progress.check()?;
+            let mut hint = None;
             let known = |&node: &u32| {
-                let beside = surface.beside(grid.place(node as usize))?;
+                let beside = surface.beside_from(grid.place(node as usize), &mut hint)?;
                 (!beside.is_at_border && beside.distance.abs() <= reach).then_some((node, beside.distance))
             };
             Ok(nodes.iter().filter_map(known).collect())

@@ -8,7 +8,7 @@
 //! | 3 | `field`, `distance`, `plate` | start -> the smoothest field that keeps what was measured and is not negative in seen space |
 //! | 4 | `level`, `table` | field -> its level set, closed. \[LC87\] |
 //! | 5 | `cut`, `retreat` | level set -> what of it lies beyond the borders, out of seen space |
-//! | 6 | `bridge`, `stitch`, `fan` | fill, border -> one surface |
+//! | 6 | `bridge`, `stitch`, `fan`, `clear` | fill, border -> one surface |
 //! | 7 | `openings` | surface -> the openings that are asked for |
 //! | 8 | `attributes` | the filled part is marked |
 //! | | `print`, `crossing` | checks before printing |
@@ -45,6 +45,7 @@ mod retreat;
 
 // 6. joined to the border
 mod bridge;
+mod clear;
 mod crossing;
 mod fan;
 mod stitch;

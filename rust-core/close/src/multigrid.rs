@@ -26,7 +26,7 @@ struct Level {
     scale: f64,
     /// Added to the Laplacian's diagonal.
     mass: Vec<f64>,
-    /// Nodes of the next level and their weights: up to eight.
+    /// Nodes of the next level and their weights: up to eight, then [`NONE`].
     parents: Vec<[(u32, f32); 8]>,
 }
 
@@ -120,19 +120,15 @@ impl Multigrid {
         coarse_right.fill(0.0);
         for i in 0..x.len() {
             let residual = right[i] - level.apply_at(x, i);
-            for (parent, weight) in level.parents[i] {
-                if parent != NONE {
-                    coarse_right[parent as usize] += f64::from(weight) * residual;
-                }
+            for &(parent, weight) in level.parents[i].iter().take_while(|parent| parent.0 != NONE) {
+                coarse_right[parent as usize] += f64::from(weight) * residual;
             }
         }
         self.descend(depth + 1, coarser, progress)?;
         let coarse_x = &coarser[0][1];
         for i in 0..x.len() {
-            for (parent, weight) in level.parents[i] {
-                if parent != NONE {
-                    x[i] += f64::from(weight) * coarse_x[parent as usize];
-                }
+            for &(parent, weight) in level.parents[i].iter().take_while(|parent| parent.0 != NONE) {
+                x[i] += f64::from(weight) * coarse_x[parent as usize];
             }
         }
         level.backward(right, x);

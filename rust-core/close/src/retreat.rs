@@ -19,7 +19,7 @@ const PITCH: f64 = 0.5;
 const MOST: usize = 64;
 
 /// Whether any place of each filled triangle was seen through, half a cell or more from measured vertices. False for measured ones. Places
-/// lie half a cell apart or nearer.
+/// lie half a cell apart or nearer. The tolerance is at least that of [`retreat`], which knows of most triangles already.
 ///
 /// # Errors
 /// [`base::Error::Cancelled`].
@@ -30,17 +30,17 @@ pub fn in_seen_space(
     progress: &Progress<'_>,
 ) -> Result<Vec<bool>> {
     let mut seen = vec![false; surface.triangles.len()];
-    ask(surface, envelope, cell, &mut seen, |_| true, progress)?;
+    ask(surface, envelope, cell, &mut seen, |t| !surface.is_unseen(t), progress)?;
     Ok(seen)
 }
 
-/// Answers anew for the filled triangles that `changed`.
+/// Answers for the filled triangles that `is_new` says.
 fn ask(
     surface: &Growing,
     envelope: Envelope<'_>,
     cell: f64,
     seen: &mut [bool],
-    changed: impl Fn(usize) -> bool + Sync,
+    is_new: impl Fn(usize) -> bool + Sync,
     progress: &Progress<'_>,
 ) -> Result<()> {
     if envelope.visibility.is_blind() {
@@ -51,7 +51,7 @@ fn ask(
         progress.check()?;
         for (i, seen) in seen.iter_mut().enumerate() {
             let t = first + 64 * chunk + i;
-            if changed(t) {
+            if is_new(t) {
                 let is_measured = surface.triangles[t].map(|v| (v as usize) < surface.measured[0]);
                 *seen = is_in_seen_space(surface.corners(t), is_measured, envelope, cell);
             }
@@ -84,8 +84,9 @@ pub fn retreat(surface: &mut Growing, envelope: Envelope<'_>, cell: f64, progres
     let mut seen = vec![false; surface.triangles.len()];
     let mut is_moved = vec![true; surface.positions.len()];
     for _ in 0..ROUNDS {
-        let changed = |t: usize| surface.triangles[t].iter().any(|&v| is_moved[v as usize]);
-        ask(surface, envelope, cell, &mut seen, changed, progress)?;
+        let is_new = |t: usize| !surface.is_unseen(t) && surface.triangles[t].iter().any(|&v| is_moved[v as usize]);
+        ask(surface, envelope, cell, &mut seen, is_new, progress)?;
+        surface.set_unseen(&seen);
         let filled = surface.measured[1]..surface.triangles.len();
         is_moved.fill(false);
         for t in filled.clone().filter(|&t| seen[t]) {
@@ -102,6 +103,7 @@ pub fn retreat(surface: &mut Growing, envelope: Envelope<'_>, cell: f64, progres
         for v in (surface.measured[0]..surface.positions.len()).filter(|&v| is_moved[v]) {
             surface.positions[v] += STEP * cell * moves[v].normalize_or_zero();
         }
+        surface.forget_around(&is_moved);
     }
     Ok(())
 }

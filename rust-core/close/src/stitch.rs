@@ -13,6 +13,9 @@ use super::{bridge, crossing, cut};
 
 /// Times that fills that cross something, or stayed open, are taken away and closed anew.
 const REPAIRS: usize = 4;
+/// A loop of more edges is tried so often as a whole. It takes long, and is cut in parts later.
+const LONG: usize = 64;
+const TRIES: u32 = 2;
 
 /// A surface that grows: measured vertices and triangles first, untouched.
 pub struct Growing {
@@ -22,6 +25,19 @@ pub struct Growing {
     pub measured: [usize; 2],
     /// Edges of the measured border, each in the direction of its triangle, and that triangle.
     border: Vec<([u32; 2], [u32; 3])>,
+    /// Of each triangle, as long as its corners stay. Triangles beyond its end are new.
+    known: Vec<Known>,
+    /// Times that each long loop could not be closed, by its smallest vertex and its edges.
+    failed: FxHashMap<(u32, usize), u32>,
+}
+
+/// Facts about a filled triangle that need not be found twice.
+#[derive(Clone, Copy, Default)]
+struct Known {
+    /// It crosses no other that it was known beside.
+    is_clear: bool,
+    /// It does not lie in seen space.
+    is_unseen: bool,
 }
 
 impl Growing {
@@ -33,7 +49,14 @@ impl Growing {
         let positions = [&measured.positions[..], &fill.positions].concat();
         let shifted = fill.triangles.iter().map(|t| t.map(|v| v + count));
         let triangles = measured.triangles.iter().copied().chain(shifted).collect();
-        Growing { positions, triangles, measured: counts, border: surface.border() }
+        Growing {
+            positions,
+            triangles,
+            measured: counts,
+            border: surface.border(),
+            known: Vec::new(),
+            failed: FxHashMap::default(),
+        }
     }
 
     /// Edges that are open now, in the direction of their triangles: of the measured border and of the fill.
@@ -52,6 +75,52 @@ impl Growing {
     /// Whether a triangle was filled.
     pub fn is_filled(&self, triangle: usize) -> bool {
         triangle >= self.measured[1]
+    }
+
+    /// Whether a triangle is known to lie out of seen space, with the tolerance of [`super::retreat::retreat`].
+    pub fn is_unseen(&self, triangle: usize) -> bool {
+        self.known.get(triangle).is_some_and(|known| known.is_unseen)
+    }
+
+    /// Takes note of the triangles that lie out of seen space.
+    pub fn set_unseen(&mut self, seen: &[bool]) {
+        self.known.resize(self.triangles.len(), Known::default());
+        self.known.iter_mut().zip(seen).for_each(|(known, seen)| known.is_unseen = !seen);
+    }
+
+    /// Nothing is known any longer of triangles with vertices that moved.
+    pub fn forget_around(&mut self, is_moved: &[bool]) {
+        for (known, t) in self.known.iter_mut().zip(&self.triangles) {
+            if t.iter().any(|&v| is_moved[v as usize]) {
+                *known = Known::default();
+            }
+        }
+    }
+
+    /// Pairs of triangles that cross, with a filled one each.
+    fn crossing(&self, progress: &Progress<'_>) -> Result<Vec<[u32; 2]>> {
+        let is_clear = |t: usize| self.known.get(t).is_some_and(|known| known.is_clear);
+        crossing::pairs(&self.positions, &self.triangles, |t| self.is_filled(t) && !is_clear(t), progress)
+    }
+
+    /// Takes note that no two triangles cross.
+    fn set_clear(&mut self) {
+        self.known.resize(self.triangles.len(), Known::default());
+        self.known.iter_mut().for_each(|known| known.is_clear = true);
+    }
+
+    /// The vertices and triangles that are filled by now.
+    pub fn filled(&self) -> (Vec<DVec3>, Vec<[u32; 3]>) {
+        (self.positions[self.measured[0]..].to_vec(), self.triangles[self.measured[1]..].to_vec())
+    }
+
+    /// Goes back to what was filled before.
+    pub fn restore(&mut self, (positions, triangles): (Vec<DVec3>, Vec<[u32; 3]>)) {
+        self.positions.truncate(self.measured[0]);
+        self.positions.extend(positions);
+        self.triangles.truncate(self.measured[1]);
+        self.triangles.extend(triangles);
+        self.known.truncate(self.measured[1]);
     }
 
     /// Corners of a triangle.
@@ -80,9 +149,20 @@ impl Growing {
             if kept.len() == before {
                 self.triangles.truncate(first);
                 self.triangles.extend(triangles);
-                return Ok((0..first as u32).chain(kept).collect());
+                let kept: Vec<u32> = (0..first as u32).chain(kept).collect();
+                self.known = kept.iter().map(|&t| self.known.get(t as usize).copied().unwrap_or_default()).collect();
+                return Ok(kept);
             }
         }
+    }
+
+    /// Takes the filled triangles around marked vertices away.
+    ///
+    /// # Errors
+    /// [`base::Error::Cancelled`].
+    pub fn take_away_around(&mut self, is_marked: &[bool], progress: &Progress<'_>) -> Result<()> {
+        let goes: Vec<bool> = self.triangles.iter().map(|t| t.iter().any(|&v| is_marked[v as usize])).collect();
+        self.take_away(&goes, progress).map(drop)
     }
 
     /// Bridges the gaps between the measured border and the fill, and closes what is left of them.
@@ -91,7 +171,7 @@ impl Growing {
     /// [`base::Error::Cancelled`].
     pub fn join(&mut self, cell: f64, progress: &Progress<'_>) -> Result<()> {
         let border = self.open_with_triangles(progress)?;
-        let bridges = bridge::gaps(&self.positions, &border, self.measured[0] as u32, cell, progress)?;
+        let bridges = bridge::gaps(&self.positions, &self.triangles, &border, self.measured[0] as u32, cell, progress)?;
         self.triangles.extend(bridges);
         self.close_loops(progress)?;
         self.repair(progress)
@@ -103,7 +183,16 @@ impl Growing {
     /// [`base::Error::Cancelled`].
     pub fn close_loops(&mut self, progress: &Progress<'_>) -> Result<holes::HoleReport> {
         let border = self.open_edges(progress)?;
-        holes::close(&mut self.positions, &mut self.triangles, &border, |_| f64::INFINITY, 0.0, progress)
+        let is_tried = |vertices: &[u32]| {
+            let times = self.failed.get(&(vertices[0], vertices.len()));
+            vertices.len() > LONG && times.is_some_and(|&times| times >= TRIES)
+        };
+        let limit = |vertices: &[u32]| if is_tried(vertices) { f64::NEG_INFINITY } else { f64::INFINITY };
+        let report = holes::close(&mut self.positions, &mut self.triangles, &border, limit, 0.0, progress)?;
+        for open in &report.open {
+            *self.failed.entry((open.vertex, open.edges)).or_default() += 1;
+        }
+        Ok(report)
     }
 
     /// Takes fills that cross something away, with all around them, and closes the loops anew. The same around loops that stayed open.
@@ -112,24 +201,26 @@ impl Growing {
     /// [`base::Error::Cancelled`].
     pub fn repair(&mut self, progress: &Progress<'_>) -> Result<()> {
         for _ in 0..REPAIRS {
-            let crossing = crossing::pairs(&self.positions, &self.triangles, |t| self.is_filled(t), progress)?;
+            let crossing = self.crossing(progress)?;
             let open = self.open_edges(progress)?;
             if crossing.is_empty() && open.is_empty() {
-                break;
+                self.set_clear();
+                return Ok(());
             }
             let mut is_bad = vec![false; self.positions.len()];
             let bad = crossing.iter().flatten().flat_map(|&t| self.triangles[t as usize]);
             bad.chain(open.iter().flatten().copied()).for_each(|v| is_bad[v as usize] = true);
-            let goes: Vec<bool> = self.triangles.iter().map(|t| t.iter().any(|&v| is_bad[v as usize])).collect();
-            self.take_away(&goes, progress)?;
+            self.take_away_around(&is_bad, progress)?;
+            self.set_clear();
             self.close_loops(progress)?;
         }
-        let crossing = crossing::pairs(&self.positions, &self.triangles, |t| self.is_filled(t), progress)?;
+        let crossing = self.crossing(progress)?;
         let mut goes = vec![false; self.triangles.len()];
         crossing.iter().flatten().for_each(|&t| goes[t as usize] = true);
         if !crossing.is_empty() {
             self.take_away(&goes, progress)?;
         }
+        self.set_clear();
         Ok(())
     }
 
@@ -141,8 +232,7 @@ impl Growing {
         let mut is_bad = vec![false; self.positions.len()];
         let corners = self.triangles.iter().zip(marked).filter(|(_, marked)| **marked).flat_map(|(t, _)| t);
         corners.for_each(|&v| is_bad[v as usize] = true);
-        let goes: Vec<bool> = self.triangles.iter().map(|t| t.iter().any(|&v| is_bad[v as usize])).collect();
-        self.take_away(&goes, progress)?;
+        self.take_away_around(&is_bad, progress)?;
         self.close_loops(progress).map(drop)
     }
 

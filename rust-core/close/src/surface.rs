@@ -65,9 +65,13 @@ impl<'a> Surface<'a> {
         Ok(Surface { mesh, bvh, across, vertex_normals, is_on_border })
     }
 
-    /// Side and distance of a place. `None` for a surface without triangles.
-    pub fn beside(&self, place: DVec3) -> Option<Beside> {
-        self.bvh.closest_point(place).map(|closest| self.side_of(place, &closest))
+    /// Side and distance of a place. `None` for a surface without triangles. The nearest triangle of a place near to it, if there is one in
+    /// `hint`, finds the same sooner. It is replaced by that of this place.
+    pub fn beside_from(&self, place: DVec3, hint: &mut Option<u32>) -> Option<Beside> {
+        let known = hint.map(|t| Closest::on_triangle(place, &self.mesh.corners(t as usize), t));
+        let closest = self.bvh.closest_point_from(place, known)?;
+        *hint = Some(closest.triangle);
+        Some(self.side_of(place, &closest))
     }
 
     fn side_of(&self, place: DVec3, closest: &Closest) -> Beside {

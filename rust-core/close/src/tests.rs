@@ -316,6 +316,30 @@ fn small_loops_are_closed_by_fans_out_of_seen_space() {
     assert!(!closes(&Below(1.0)).0);
 }
 
+/// A box whose upper side has a wide opening, through which a spike stands. Each fill without new vertices, and a fan around the middle, meet
+/// the spike, and the loop has more edges than a fan may.
+#[test]
+fn a_long_loop_around_an_obstacle_is_closed_in_parts() {
+    let mut open =
+        part(&Shape::Cuboid { half: DVec3::ONE }.mesh(24), |p| p.z < 0.99 || p.x.abs().max(p.y.abs()) > 0.75);
+    let first = open.positions.len() as u32;
+    let spike = [[0.1, 0.0, 0.8], [-0.1, 0.1, 0.8], [-0.1, -0.1, 0.8], [0.0, 0.0, 1.2]];
+    open.positions.extend(spike.map(DVec3::from));
+    open.triangles.extend([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]].map(|t| t.map(|v: u32| v + first)));
+    let report = check(&open);
+    assert!(report.is_manifold() && report.boundary_loops == 1 && report.boundary_edges > 64, "{report}");
+    let progress = Progress::none();
+    let surface = surface::Surface::new(&open, 1, &progress).unwrap();
+    let mut growing = stitch::Growing::new(&surface, &TriMesh::default());
+    growing.close_loops(&progress).unwrap();
+    assert_eq!(growing.triangles.len(), open.triangles.len());
+    fan::close_loops(&mut growing, None, 0.1, &progress).unwrap();
+    let result = TriMesh::new(growing.positions, growing.triangles);
+    assert!(check(&result).is_closed(), "{}", check(&result));
+    assert!(crossing_pairs(&result, &progress).unwrap().is_empty());
+    assert_eq!(result.triangles[..open.triangles.len()], open.triangles[..]);
+}
+
 /// Says of a ball around the south pole that it is empty, whatever anybody measured.
 struct Contradicting;
 

@@ -16,7 +16,8 @@ const BYTES_A_PIXEL: f64 = 60.0;
 
 /// Lines of sight: they can be asked whether a place is empty.
 pub trait Visibility: Sync {
-    /// Whether nothing is at a place, for sure where what was measured may be off by `tolerance`, in world units.
+    /// Whether nothing is at a place, for sure where what was measured may be off by `tolerance`, in world units. A place that is empty
+    /// with one tolerance is with each smaller one.
     fn is_empty_at(&self, place: DVec3, tolerance: f64) -> bool;
 
     /// Whether nothing can be known anywhere.
