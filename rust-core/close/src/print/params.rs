@@ -8,13 +8,26 @@ base::params! {
     /// How a mesh is checked before it is printed. Lengths are in its unit.
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct PrintParams of "check_print" with threads {
-        /// Weight of a unit of volume: 0.00124 for PLA, in grams and millimetres.
-        density: Option<f64> = ratio("Density").from_data("none, no weight is computed").above(0.0).since("0.2"),
         /// Thinnest wall that the printer makes: 0.8 mm for most.
         min_wall: Option<f64> = length("Min wall").from_data("none, walls are measured only").above(0.0).since("0.2"),
         /// Faces that look down and lean from the vertical by more than this need supports.
         overhang: f64 = angle("Overhang").default(std::f64::consts::FRAC_PI_4).at_most(std::f64::consts::FRAC_PI_2).since("0.2"),
-        /// Direction away from the ground.
-        up: UpAxis = choice("Up", UpAxis::CHOICES).since("0.2"),
+        /// Direction away from the plate that is printed on.
+        print_up: UpAxis = choice("Up of the print", UpAxis::CHOICES).since("0.2"),
+        /// Width of the space that the printer fills.
+        printer_width: Option<f64> = length("Printer width").from_data("any").above(0.0).since("0.2"),
+        /// Depth of the space that the printer fills. The print may also be turned by a quarter.
+        printer_depth: Option<f64> = length("Printer depth").from_data("any").above(0.0).since("0.2"),
+        /// Height of the space that the printer fills.
+        printer_height: Option<f64> = length("Printer height").from_data("any").above(0.0).since("0.2"),
+        /// Weight of a unit of volume: 0.00124 for PLA, in grams and millimetres.
+        density: Option<f64> = ratio("Density").from_data("none, no weight is computed").above(0.0).since("0.2"),
+    }
+}
+
+impl PrintParams {
+    /// Width, depth and height of the printer, as far as they are given.
+    pub(super) const fn printer(&self) -> [Option<f64>; 3] {
+        [self.printer_width, self.printer_depth, self.printer_height]
     }
 }

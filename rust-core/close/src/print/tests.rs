@@ -5,11 +5,16 @@ use proptest::prelude::*;
 
 use super::*;
 use base::error::Error;
+use mesh::AttributeData;
 use mesh::shapes::Shape;
 
 fn checked(mesh: &TriMesh) -> PrintReport {
     let params = PrintParams { density: Some(2.0), min_wall: Some(0.5), threads: 1, ..PrintParams::default() };
-    check_print(mesh, &params, &Progress::none()).unwrap()
+    check_print(mesh, &params, &Progress::none()).unwrap().report
+}
+
+fn kinds(report: &PrintReport) -> Vec<Fault> {
+    report.findings.iter().map(|finding| finding.kind).collect()
 }
 
 fn cuboid(half: DVec3, detail: usize) -> TriMesh {
@@ -26,17 +31,14 @@ fn both(mut a: TriMesh, b: &TriMesh, shift: DVec3) -> TriMesh {
 #[test]
 fn a_box_is_printable() {
     let report = checked(&cuboid(DVec3::new(1.0, 2.0, 0.5), 4));
-    assert!(
-        report.topology.is_closed() && report.crossings.is_empty() && report.findings.is_empty(),
-        "{:?}",
-        report.findings
-    );
+    assert!(report.is_closed && report.crossings.is_empty() && report.findings.is_empty(), "{:?}", report.findings);
     assert!((report.volume.unwrap() - 8.0).abs() < 1e-9 && (report.weight.unwrap() - 16.0).abs() < 1e-9);
-    assert_eq!((report.parts.len(), report.size), (1, DVec3::new(2.0, 4.0, 1.0)));
+    assert_eq!((report.parts, report.bodies.len(), report.size), (1, 1, [2.0, 4.0, 1.0]));
     // Behind the middle of its top a ball fits that is as thick as the box; near its edges smaller ones.
     let top: Vec<&Wall> = report.walls.iter().filter(|wall| (wall.ray - 1.0).abs() < 1e-9).collect();
     assert!(top.iter().any(|wall| (wall.ball - 1.0).abs() < 1e-6));
-    assert!((report.walls[report.thinnest.unwrap() as usize].thickness - 1.0).abs() < 1e-6);
+    let thinnest = report.thinnest_wall.unwrap();
+    assert!((thinnest - 1.0).abs() < 1e-6 && report.walls[report.thinnest_face.unwrap()].thickness == thinnest);
     assert!(report.walls.iter().all(|wall| wall.ball <= wall.ray + 1e-9 && wall.ball > 0.0));
 }
 
@@ -46,10 +48,12 @@ fn walls_of_a_hollow_ball_are_as_thick_as_they_are() {
     let mut inner = Shape::Sphere { radius: 0.8 }.mesh(12);
     inner.triangles.iter_mut().for_each(|t| t.swap(1, 2));
     let report = checked(&both(outer, &inner, DVec3::ZERO));
-    assert_eq!(report.parts.len(), 2);
-    assert!(report.parts[0].volume > 0.0 && report.parts[1].volume < 0.0);
+    assert_eq!(report.parts, 2);
+    assert!(report.bodies[0].volume > 0.0 && report.bodies[1].volume < 0.0);
     assert!(report.walls.iter().all(|wall| (wall.ball - 0.2).abs() < 0.02), "{:?}", report.walls[0]);
-    assert!(report.findings.iter().any(|finding| finding.contains("thinner than 0.5")), "{:?}", report.findings);
+    let thin = report.findings.iter().find(|finding| finding.kind == Fault::Thin).unwrap();
+    assert!(thin.text.contains("thinner than 0.5: ") && thin.text.ends_with("print it larger."), "{thin:?}");
+    assert_eq!(report.thin_faces, report.walls.len());
 }
 
 #[test]
@@ -58,7 +62,7 @@ fn a_wedge_is_thinner_than_its_rays_say() {
     let mut prism = TriMesh::new([a, b, c].iter().flat_map(|&p| [p, p + 4.0 * DVec3::Y]).collect(), Vec::new());
     prism.triangles = vec![[0, 2, 4], [1, 5, 3], [0, 1, 3], [0, 3, 2], [2, 3, 5], [2, 5, 4], [4, 5, 1], [4, 1, 0]];
     let report = checked(&prism);
-    assert!(report.topology.is_closed(), "{}", report.topology);
+    assert!(report.is_closed, "{}", report.topology);
     assert!(report.walls.iter().any(|wall| wall.thickness < 0.9 * wall.ray));
 }
 
@@ -69,9 +73,9 @@ fn overhangs_are_told_by_their_angle() {
     let cap = cuboid(DVec3::new(1.0, 1.0, 0.2), 2);
     let report = checked(&both(foot, &cap, 1.5 * DVec3::Z));
     assert!((report.overhang_area - 4.0).abs() < 1e-9, "{}", report.overhang_area);
-    let params = PrintParams { up: crate::UpAxis::MinusZ, threads: 1, ..PrintParams::default() };
+    let params = PrintParams { print_up: crate::UpAxis::MinusZ, threads: 1, ..PrintParams::default() };
     let turned = check_print(&cuboid(DVec3::ONE, 1), &params, &Progress::none()).unwrap();
-    assert_eq!(turned.overhang_area, 0.0);
+    assert_eq!((turned.report.overhang_area, turned.report.overhang_faces), (0.0, 0));
     // A roof of 40 degrees to the vertical is no overhang of more than 45.
     let lean = |angle: f64| {
         let mut leaning = cuboid(DVec3::ONE, 1);
@@ -128,21 +132,81 @@ proptest! {
 }
 
 #[test]
-fn what_is_wrong_is_said_with_what_to_do() {
+fn faults_are_told_with_what_to_do() {
     let open = checked(&Shape::Plane { half: DVec2::ONE }.mesh(1));
-    assert!(open.findings[0].contains("1 opening. Close"), "{:?}", open.findings);
-    assert_eq!((open.volume, open.thinnest), (None, None));
+    assert_eq!(open.findings[0].kind, Fault::Open);
+    assert_eq!(open.findings[0].text, "Openings of the mesh: 1. Close them.");
+    assert_eq!((open.volume, open.weight, open.thinnest_wall, open.thinnest_face), (None, None, None, None));
     let crossing = checked(&both(cuboid(DVec3::ONE, 1), &cuboid(DVec3::ONE, 1), DVec3::splat(0.5)));
-    assert!(crossing.findings.iter().any(|finding| finding.contains("cross")), "{:?}", crossing.findings);
+    assert!(kinds(&crossing).contains(&Fault::Crossing) && crossing.crossing_pairs == crossing.crossings.len());
     let mut inside_out = cuboid(DVec3::ONE, 1);
     inside_out.triangles.iter_mut().for_each(|t| t.swap(0, 1));
-    assert!(checked(&inside_out).findings.iter().any(|finding| finding.contains("inside out")));
+    assert!(kinds(&checked(&inside_out)).contains(&Fault::InsideOut));
+    let mut twice = cuboid(DVec3::ONE, 1);
+    twice.triangles.push(twice.triangles[0]);
+    assert_eq!(kinds(&checked(&twice))[0], Fault::NotManifold);
     let empty = checked(&TriMesh::default());
-    assert!(empty.parts.is_empty() && empty.thinnest.is_none());
+    assert!(empty.bodies.is_empty() && empty.thinnest_wall.is_none());
     let params = PrintParams { overhang: 2.0, ..PrintParams::default() };
     assert!(matches!(check_print(&cuboid(DVec3::ONE, 1), &params, &Progress::none()), Err(Error::Parameter { .. })));
     for checks in [0, 3, 6] {
         let cancelled = check_print(&cuboid(DVec3::ONE, 4), &PrintParams::default(), &Progress::cancel_after(checks));
         assert!(matches!(cancelled, Err(Error::Cancelled)), "{checks}");
     }
+}
+
+#[test]
+fn it_fits_as_it_is_or_turned_about_the_vertical() {
+    // 2 by 4 by 1.
+    let mesh = cuboid(DVec3::new(1.0, 2.0, 0.5), 1);
+    let report = |size: [f64; 3], print_up| {
+        let [printer_width, printer_depth, printer_height] = size.map(|x| (x > 0.0).then_some(x));
+        let params = PrintParams {
+            printer_width,
+            printer_depth,
+            printer_height,
+            print_up,
+            threads: 1,
+            ..PrintParams::default()
+        };
+        check_print(&mesh, &params, &Progress::none()).unwrap().report
+    };
+    let fits = |size, up| report(size, up).is_fitting;
+    assert!(fits([0.0; 3], UpAxis::Z) && fits([2.0, 4.0, 1.0], UpAxis::Z) && fits([4.0, 2.0, 1.0], UpAxis::MinusZ));
+    assert!(!fits([3.0, 3.0, 3.0], UpAxis::Z) && !fits([4.0, 2.0, 0.9], UpAxis::Z));
+    assert!(fits([1.0, 2.0, 4.0], UpAxis::Y) && !fits([1.0, 2.0, 4.0], UpAxis::X) && fits([1.0, 4.0, 2.0], UpAxis::X));
+    // A length that is not given sets no limit.
+    assert!(fits([0.0, 2.0, 0.0], UpAxis::Z) && !fits([0.0, 1.9, 0.0], UpAxis::Z));
+    let large = report([3.0, 3.0, 0.0], UpAxis::Z);
+    assert_eq!(kinds(&large), [Fault::TooLarge]);
+    assert_eq!(
+        large.findings[0].text,
+        "The mesh is 2 x 4 x 1 and does not fit into the printer of 3 x 3. Scale it, or cut it into parts."
+    );
+}
+
+#[test]
+fn faces_are_marked() {
+    let mut mesh = both(cuboid(DVec3::ONE, 1), &cuboid(DVec3::ONE, 1), DVec3::new(0.5, 0.5, 0.5));
+    mesh.positions.extend([DVec3::new(9.0, 0.0, 0.0), DVec3::new(10.0, 0.0, 0.0), DVec3::new(9.0, 1.0, 0.0)]);
+    let first = mesh.positions.len() as u32 - 3;
+    mesh.triangles.push([first, first + 1, first + 2]);
+    mesh.face_attributes = vec![Attribute::f32("wall", vec![7.0; mesh.triangles.len()])];
+    let Checked { mesh: marked, report } = check_print(&mesh, &PrintParams::default(), &Progress::none()).unwrap();
+    assert_eq!((&marked.positions, &marked.triangles), (&mesh.positions, &mesh.triangles));
+    assert_eq!(marked.face_attributes.len(), 3);
+    let (Some(AttributeData::F32(wall)), Some(AttributeData::Bool(crossing)), Some(AttributeData::Bool(overhang))) =
+        (marked.face_attribute("wall"), marked.face_attribute("crossing"), marked.face_attribute("overhang"))
+    else {
+        panic!("{:?}", marked.face_attributes);
+    };
+    // Nothing lies behind the lone face, and no wall is thicker than the box.
+    let diagonal = DVec3::from(report.size).length() as f32;
+    assert_eq!(*wall.last().unwrap(), diagonal);
+    assert!(wall.iter().all(|wall| wall.is_finite() && *wall > 0.0 && *wall <= diagonal));
+    assert!(wall.iter().zip(&report.walls).all(|(wall, known)| *wall == diagonal || *wall == known.thickness as f32));
+    let marks = |flags: &[bool]| flags.iter().filter(|flag| **flag).count();
+    assert_eq!((marks(crossing), marks(overhang)), (report.crossing_faces, report.overhang_faces));
+    assert!(report.crossings.iter().flatten().all(|&t| crossing[t as usize]) && report.crossing_faces > 0);
+    assert!(!crossing.last().unwrap());
 }
