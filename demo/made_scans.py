@@ -5,7 +5,8 @@ Usage: python demo/made_scans.py [FOLDER]      without FOLDER into the folder it
 Needs the package. The folders and files:
 
     export of a phone/   24 frames of a statue on a table, in metres, with poses and colours, as nerfstudio writes them
-    depths.npy           the depths of 10 frames of the same table as one array, without poses
+    depths of a camera/  the depths of 10 frames of the same table as images of millimetres, without poses
+    depths.npy           the same as one array, in metres
     turn/                8 scans of a statue on a turntable, without poses
     folder/of/scans/     10 scans of a statue from all sides and one of something else, without poses
     placed.conf          12 scans view00.ply and on, with poses
@@ -37,7 +38,7 @@ STONES = [
     ((-0.28, 0.11), (0.06, 0.05, 0.08), (96, 104, 98)),
     ((0.28, 0.12), (0.05, 0.06, 0.07), (132, 112, 104)),
 ]
-# The frames of depths.npy, and degrees between them.
+# The frames without poses, and degrees between them.
 NEAR, STEP = 10, 5
 
 
@@ -134,6 +135,14 @@ def phone(folder):
     (export / "transforms.json").write_text(json.dumps(lens | {"frames": frames}, indent=1), "utf-8")
     near = [seen(subject, np.radians(STEP * k) - 1.35, k)[2] for k in range(NEAR)]
     np.save(folder / "depths.npy", np.stack(near).astype(np.float32))
+    write_depths(folder / "depths of a camera", near)
+
+
+def write_depths(folder, depths):
+    """Depths in metres as images of millimetres, as Kinects write them. Nothing says their camera."""
+    folder.mkdir()
+    for k, depth in enumerate(depths):
+        (folder / f"frame_{k:04}.png").write_bytes(png(np.round(1000 * depth).astype(np.uint16)))
 
 
 def turn(folder):

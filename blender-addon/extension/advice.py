@@ -23,6 +23,8 @@ TABLE = (
         " where they belong",
     ),
     ('Say start = "rough"', "Choose Start: Rough"),
+    ('say start = "sequence"', "choose Start: Sequence"),
+    ('say start = "unknown"', "choose Start: Unknown"),
     ("align the recording as a sequence, give it a rough pose, or ", f"align again with Start: Sequence, {ROUGH}, or "),
     ("give it a rough pose, or pairs of points", ROUGH),
     ("give it a rough pose, or a pair of points that both show", ROUGH),

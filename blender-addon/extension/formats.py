@@ -20,7 +20,7 @@ RECORDINGS = {".r3d", ".sens", ".zip"}
 IMAGES = {".png", ".pgm", ".pfm", ".exr", ".tif", ".tiff", ".npy", ".asc", ".hgt", ".jpg", ".jpeg"}
 
 # Formats that say their unit.
-IN_METRES = {".e57", ".las", ".laz", ".ptx", ".glb", ".gltf"}
+IN_METRES = {".e57", ".las", ".laz", ".ptx", ".glb", ".gltf", ".3mf"}
 
 # Formats with Y up. Recordings of phones have it too, and all others have Z up.
 Y_UP = {".conf", ".glb", ".gltf"}

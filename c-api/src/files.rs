@@ -60,7 +60,7 @@ pub fn path_of<'a>(name: &str, path: *const c_char) -> Result<&'a Path, Failure>
 }
 
 /// Opens files of scans: single scans, lists that place several, or folders. Formats are recognized by content. Scans are read as PLY
-/// (range grids, meshes and points), PTX, E57, PCD, LAS and LAZ, points in text, OBJ, STL and glTF. Height maps and depth images are read
+/// (range grids, meshes and points), PTX, E57, PCD, LAS and LAZ, points in text, OBJ, STL, 3MF and glTF. Height maps and depth images are read
 /// as PNG, PGM, PFM, OpenEXR, TIFF, NumPy arrays, SRTM tiles and ESRI grids. Lists are read as .conf, .mlp and .aln. Folders, zip archives,
 /// .r3d and .sens of recordings of depth cameras and phones give their frames as images with colours. Of the files, a camera makes the
 /// images depth images, a trajectory places them. How the files were understood goes to the log too. It reads headers. Of a .conf whose

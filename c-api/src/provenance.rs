@@ -26,7 +26,7 @@ pub fn provenance_of(json: *const c_char) -> Result<Option<Provenance>, Failure>
 /// path        UTF-8. Not NULL
 /// options     NULL for the defaults
 /// provenance  an object in JSON, as program, parameters and hashes of what was read: .ply and .obj have it as comments, .glb in
-///             asset.extras.surfrecon, .stl has no place for it. NULL for none
+///             asset.extras.surfrecon, .stl and .3mf have no place for it. NULL for none
 /// progress    NULL for none
 /// returns     SRF_OK, SRF_ERR_IO, SRF_ERR_INPUT for another ending and for what is no such object, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED,
 ///             SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.2.

@@ -27,8 +27,8 @@ fn encoding_of(given: u32) -> Result<Encoding, Failure> {
 }
 
 /// Writes a mesh by the ending of the file's name, the writer to take unless another is needed. .ply has all attributes. .glb (binary glTF)
-/// has those of vertices, and its node is named as the file without the ending. .obj has colours. .stl has none. A file of that name is
-/// replaced once all is written, or stays as it is.
+/// has those of vertices, and its node is named as the file without the ending. .obj has colours. .stl has none. .3mf has the unit
+/// and colours, for slicers. A file of that name is replaced once all is written, or stays as it is.
 /// mesh       not NULL
 /// path       UTF-8. Not NULL
 /// options    NULL for the defaults

@@ -17,6 +17,9 @@ const std::set<std::string> left_out = {
 #if SRF_MESHLAB >= 202100
     "e57", "glb", "gltf",
 #endif
+#if SRF_MESHLAB >= 202500
+    "3mf",
+#endif
 };
 
 // The others that the library knows: name for people, ending.

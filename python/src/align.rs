@@ -9,7 +9,7 @@ use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyDict, PyList};
 use surfrecon::Progress;
 use surfrecon::align::{AlignParams, Alignment as Core, Constraints};
-use surfrecon::export::{PlacedFile, write_poses};
+use surfrecon::export::{PlacedFile, PlacedScan, write_poses, write_trajectory};
 use surfrecon::memory_folder::MemoryFolder;
 
 use crate::arrays;
@@ -135,7 +135,8 @@ impl AlignCall {
     /// See [`surfrecon::align::Prepared::align`].
     pub fn run(&self, ready: Arc<Ready>, progress: &Progress<'_>) -> surfrecon::Result<Alignment> {
         let found = ready.prepared.align(&self.params, &self.constraints, progress)?;
-        Ok(Alignment { ready, found, report: PyOnceLock::new() })
+        let followed = ready.prepared.followed(&self.params, &self.constraints);
+        Ok(Alignment { ready, found, followed, report: PyOnceLock::new() })
     }
 }
 
@@ -149,14 +150,21 @@ impl AlignCall {
 pub struct Alignment {
     ready: Arc<Ready>,
     found: Core,
+    /// Words on the order that frames were followed in.
+    followed: Option<String>,
     report: PyOnceLock<Py<PyAny>>,
 }
 
 impl Alignment {
     /// The scans that have a pose, with it.
     fn placed(&self) -> impl Iterator<Item = (&Source, DAffine3)> {
-        let poses = self.ready.sources.iter().zip(&self.found.world_from_scan);
-        poses.filter_map(|(source, pose)| pose.map(|pose| (source, pose)))
+        self.numbered().map(|(_, source, pose)| (source, pose))
+    }
+
+    /// The scans that have a pose, with their numbers and it.
+    fn numbered(&self) -> impl Iterator<Item = (usize, &Source, DAffine3)> {
+        let poses = self.ready.sources.iter().zip(&self.found.world_from_scan).enumerate();
+        poses.filter_map(|(number, (source, pose))| pose.map(|pose| (number, source, pose)))
     }
 }
 
@@ -182,7 +190,9 @@ impl Alignment {
     fn report(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         let made = || {
             let figures = report::of(py, &self.found.report)?;
-            figures.set_item("summary", self.found.report.lines())?;
+            let [first, rest @ ..] = &self.found.report.lines()[..] else { return Ok(figures.unbind()) };
+            let summary: Vec<&String> = [first].into_iter().chain(&self.followed).chain(rest).collect();
+            figures.set_item("summary", summary)?;
             Ok(figures.unbind())
         };
         self.report.get_or_try_init(py, made).map(|report| report.clone_ref(py))
@@ -232,11 +242,11 @@ impl Alignment {
         self.ready.misfit(py, scan, &self.found.world_from_scan, points, progress)
     }
 
-    /// Writes where the files of the placed scans lie: ``.conf`` (VRIP), ``.mlp`` or ``.aln`` (MeshLab), or ``.tum`` (TUM's trajectory,
-    /// without names: a line a placed scan).
+    /// Writes where the files of the placed scans lie: ``.conf`` (VRIP), ``.mlp`` or ``.aln`` (MeshLab), or ``.tum`` (TUM's trajectory:
+    /// a line a placed scan, and before it a comment that names the scan).
     ///
     /// Read them with ``surfrecon.open(path)``, with ``allow_outside=True`` where files lie outside of its folder. Read a ``.tum`` with its
-    /// scans, in the order given here: ``surfrecon.open([*files, path])``.
+    /// scans, in any order: ``surfrecon.open([*files, path])``. Scans that have no line are passed over.
     ///
     /// >>> surfrecon.align(scans).write("aligned.conf")
     /// >>> len(surfrecon.open("aligned.conf"))
@@ -246,11 +256,15 @@ impl Alignment {
     ///     path: the list. Names in it are relative to its folder, absolute for files outside of it.
     ///
     /// Raises:
-    ///     InputError: another ending, or a scan that is no file of its own.
+    ///     InputError: another ending, or a scan that is no file of its own. Of a ``.tum`` two scans that have the same name.
     ///     FileError: writing failed. No file is left, and one that was there is untouched.
     fn write(&self, py: Python<'_>, path: Place) -> PyResult<()> {
-        let is_list = path.extension().is_none_or(|ending| !ending.eq_ignore_ascii_case("tum"));
-        let files = self.placed().map(|(source, pose)| file_of(source, pose, &path, is_list));
+        if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("tum")) {
+            let scans = self.numbered().map(|(number, source, pose)| scan_of(number, source, pose, &path));
+            let placed: Vec<PlacedScan> = scans.collect::<PyResult<_>>()?;
+            return py.detach(|| write_trajectory(&path, &placed)).map_err(|error| to_python(&error));
+        }
+        let files = self.placed().map(|(source, pose)| file_of(source, pose, &path));
         let placed: Vec<PlacedFile> = files.collect::<PyResult<_>>()?;
         py.detach(|| write_poses(&path, &placed)).map_err(|error| to_python(&error))
     }
@@ -272,15 +286,35 @@ fn name_in(list: &Path, file: &Path) -> PathBuf {
     inside.map_or_else(|| file.clone(), Path::to_owned)
 }
 
-fn file_of(source: &Source, world_from_file: DAffine3, list: &Path, is_list: bool) -> PyResult<PlacedFile> {
-    let file = match source {
-        Source::Read(scan) if scan.scale() != 1.0 => {
-            return Err(input_error(format!(
-                "{:?} has another size than its file, which a list of poses can't say: write it to a file with surfrecon.write() and align that",
-                scan.name
-            )));
+/// The error of a scan that has another size than its file.
+fn scaled(name: &str) -> PyErr {
+    input_error(format!(
+        "{name:?} has another size than its file, which a list of poses can't say: write it to a file with surfrecon.write() and align that"
+    ))
+}
+
+/// A scan as a trajectory has it.
+fn scan_of(number: usize, source: &Source, world_from_scan: DAffine3, list: &Path) -> PyResult<PlacedScan> {
+    let (name, file) = match source {
+        Source::Read(scan) if scan.scale() != 1.0 => return Err(scaled(&scan.name)),
+        Source::Read(scan) => {
+            let file = name_in(list, &scan.path);
+            let is_found = MemoryFolder::of(&scan.path).is_none() || file != scan.path;
+            // A name that is no text can't be written. The scan's own has to do.
+            let text = file.to_str().filter(|_| is_found).unwrap_or_default().replace('\\', "/");
+            (scan.own_name().to_owned(), text)
         }
-        Source::Read(scan) if is_list && scan.is_depth_image() => {
+        other => (other.as_source().name().to_owned(), String::new()),
+    };
+    let name = if name.is_empty() { format!("scan {number}") } else { name };
+    Ok(PlacedScan { name, file, number, world_from_scan })
+}
+
+/// A scan as a list of files has it.
+fn file_of(source: &Source, world_from_file: DAffine3, list: &Path) -> PyResult<PlacedFile> {
+    let file = match source {
+        Source::Read(scan) if scan.scale() != 1.0 => return Err(scaled(&scan.name)),
+        Source::Read(scan) if scan.is_depth_image() => {
             return Err(input_error(format!(
                 "{:?} is a depth image, and a list of this kind does not say its camera. Write the poses as .tum, \
                     and open the images with it and the camera.",
@@ -289,7 +323,7 @@ fn file_of(source: &Source, world_from_file: DAffine3, list: &Path, is_list: boo
         }
         Source::Read(scan) if scan.part == 0 => {
             let inside = name_in(list, &scan.path);
-            if is_list && inside == scan.path && MemoryFolder::of(&scan.path).is_some() {
+            if inside == scan.path && MemoryFolder::of(&scan.path).is_some() {
                 return Err(input_error(format!(
                     "{:?} lies in memory, where only a list in its own folder finds it: write the list there, or the poses as .tum",
                     scan.name
@@ -303,7 +337,6 @@ fn file_of(source: &Source, world_from_file: DAffine3, list: &Path, is_list: boo
             };
             inside.replace('\\', "/")
         }
-        other if !is_list => other.as_source().name().to_owned(),
         other => {
             return Err(input_error(format!(
                 "{:?} is no file of its own, so that no list can place it. Write each scan to a file with \

@@ -211,17 +211,18 @@ impl Mesh {
     }
 
     /// Writes the mesh: ``.ply`` (with all attributes), ``.glb`` (binary glTF, with the attributes of vertices), ``.obj`` (with
-    /// colours) or ``.stl`` (binary). Options that are ``None`` take their defaults.
+    /// colours), ``.stl`` (binary) or ``.3mf`` (with the unit and colours, for printing). Options that are ``None`` take their defaults.
     ///
     /// >>> mesh.write("part.ply", provenance={"part": "ring"})
     /// >>> mesh.write("part.glb", metres_per_unit=0.001, up="z")  # it is in millimetres, and z points up
+    /// >>> mesh.write("part.3mf", metres_per_unit=0.001, up="z")  # the same, for a slicer
     ///
     /// Args:
     ///     path: its ending decides on the format.
     #[doc = include_str!("params/write.txt")]
     ///     provenance: what the file says of where it is from, what ``json.dumps`` takes with keys of its own: ``.ply`` and ``.obj``
-    ///         have it as comments, ``.glb`` in ``asset.extras.surfrecon``, ``.stl`` has no place for it. The first three also
-    ///         say the mesh's ``crs``.
+    ///         have it as comments, ``.glb`` in ``asset.extras.surfrecon``, ``.stl`` and ``.3mf`` have no place for it. The first
+    ///         three also say the mesh's ``crs``.
     ///     coarser: the same surface as meshes of fewer and fewer triangles, written into the ``.glb`` as its levels of detail
     ///         (``MSFT_lod``). Programs that don't know the extension show the finest.
     ///     progress: called with the stage's name and the share of the call that is done. ``False`` cancels.

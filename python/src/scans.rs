@@ -202,7 +202,7 @@ pub fn write_scans(
     write_together(py, path, ending, &images, provenance_of(provenance)?, progress)
 }
 
-/// Writes what ``read`` gives, by the ending of the name: a ``Mesh`` (``.ply``, ``.glb``, ``.obj``, ``.stl``), a
+/// Writes what ``read`` gives, by the ending of the name: a ``Mesh`` (``.ply``, ``.glb``, ``.obj``, ``.stl``, ``.3mf``), a
 /// ``RangeImage`` (``.ply``, ``.conf``, ``.ptx``, ``.e57``) or a list of them (the last three), a ``PointCloud`` (``.ply``, with
 /// normals, colours and intensities).
 ///

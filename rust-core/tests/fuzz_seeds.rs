@@ -106,6 +106,9 @@ fn scan_seeds() -> BTreeMap<String, Vec<u8>> {
     keep("continued.obj", b"v 0 0 \\\r\n0\rv 1 0 0\nv 0 1 0\nf 1 \\\n\\\n2 3\n".to_vec());
     export::write_stl(&path, &mesh, &none).unwrap();
     keep("mesh.stl", std::fs::read(&path).unwrap());
+    export::write_3mf(&path, "a", &mesh, &export::GlbOptions::default(), &none).unwrap();
+    keep("mesh.3mf", std::fs::read(&path).unwrap());
+    keep("objects.3mf", stored_3mf());
     let node = export::GlbNode { name: "a", mesh: &mesh, world_from_mesh: DAffine3::IDENTITY, coarser: &[] };
     export::write_glb(&path, &[node], &export::GlbOptions::default(), &none).unwrap();
     keep("mesh.glb", std::fs::read(&path).unwrap());
@@ -229,6 +232,38 @@ fn side_seeds() -> BTreeMap<String, Vec<u8>> {
     .into()
 }
 
+/// A 3MF file with objects in objects and in another part, materials and colours. It is stored, so that a fuzzer meets its text.
+fn stored_3mf() -> Vec<u8> {
+    let relations = "<Relationships><Relationship Type=\"a/3dmodel\" Target=\"/3D/a.model\"/></Relationships>";
+    let mesh = |property: &str| {
+        format!(
+            "<mesh><vertices><vertex x=\"0\" y=\"0\" z=\"0\"/><vertex x=\"1\" y=\"0\" z=\"0\"/><vertex x=\"0\" y=\"1e1\" z=\"-.5\"/>\
+             </vertices><triangles><triangle v1=\"0\" v2=\"1\" v3=\"2\"{property}/></triangles></mesh>"
+        )
+    };
+    let model = format!(
+        "<model unit=\"inch\" xmlns:p=\"a\"><resources><m:colorgroup id=\"5\"><m:color color=\"#010203\"/><m:color color=\"#0A0b0C80\"/>\
+         </m:colorgroup><basematerials id=\"6\"><base displaycolor=\"#F00000\"/></basematerials>\
+         <object id=\"1\" pid=\"6\" pindex=\"0\">{}</object><object id=\"2\"><components><component objectid=\"1\"/>\
+         <component p:path=\"/b.model\" objectid=\"3\" transform=\"1 0 0 0 1 0 0 0 -2 3 0 0\"/></components></object></resources>\
+         <build><item objectid=\"2\"/></build></model>",
+        mesh(" pid=\"5\" p1=\"0\" p2=\"1\" p3=\"0\"")
+    );
+    let other = format!("<model><resources><object id=\"3\">{}</object></resources></model>", mesh(""));
+    let mut zip = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
+    for (name, text) in [("_rels/.rels", relations), ("3D/a.model", &model), ("b.model", &other)] {
+        zip.start_file(name, zipped().compression_method(zip::CompressionMethod::Stored)).unwrap();
+        std::io::Write::write_all(&mut zip, text.as_bytes()).unwrap();
+    }
+    zip.finish().unwrap().into_inner()
+}
+
+/// Without a time and as on Unix, so that the same bytes come out each day and everywhere.
+fn zipped() -> zip::write::SimpleFileOptions {
+    let options = zip::write::SimpleFileOptions::default().last_modified_time(zip::DateTime::default());
+    options.system(zip::System::Unix)
+}
+
 /// Recordings of two frames of 2 x 2 pixels.
 fn frame_seeds() -> BTreeMap<String, Vec<u8>> {
     let depths = [1.0_f32, 1.5, 0.0, 7.0].map(f32::to_le_bytes).concat();
@@ -238,13 +273,8 @@ fn frame_seeds() -> BTreeMap<String, Vec<u8>> {
     let metadata = r#"{"K": [2, 0, 0, 0, 2, 0, 0.5, 0.5, 1], "w": 2, "h": 2, "dw": 2, "dh": 2,
         "poses": [[0, 0, 0, 1, 0, 0, 0], [0, 0.6, 0, 0.8, 1, 0, 0]]}"#;
     let mut zip = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
-    // Without a time and as on Unix, so that the same bytes come out each day and everywhere.
-    let options = || {
-        let options = zip::write::SimpleFileOptions::default().last_modified_time(zip::DateTime::default());
-        options.system(zip::System::Unix)
-    };
     let mut put = |name: String, content: &[u8]| {
-        zip.start_file(name, options()).unwrap();
+        zip.start_file(name, zipped()).unwrap();
         std::io::Write::write_all(&mut zip, content).unwrap();
     };
     put("metadata".to_owned(), metadata.as_bytes());

@@ -2,10 +2,11 @@
 #![allow(unsafe_code, clippy::unwrap_used)]
 
 use std::alloc::{GlobalAlloc, Layout, System};
+use std::io::Write as _;
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
-use surfrecon::export::{PlyEncoding, write_ply, write_range_grid_ply};
+use surfrecon::export::{GlbOptions, PlyEncoding, Up, write_3mf, write_ply, write_range_grid_ply};
 use surfrecon::import::{Content, FileScan, ReadOptions, open_with};
 use surfrecon::range_image::Viewing;
 use surfrecon::{Progress, RangeImage, TriMesh};
@@ -48,6 +49,7 @@ fn memory_follows_the_file_and_the_result() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("scan.ply");
     hostile(&path);
+    bomb(&folder.path().join("bomb.3mf"));
     claims(folder.path());
     reading(&path);
     writing(&path);
@@ -97,6 +99,23 @@ fn hostile(path: &Path) {
     std::fs::write(path, &text).unwrap();
     let (bytes, outcome) = peak(|| scan.read());
     assert!(outcome.is_err() && bytes < 8 * text.len(), "{bytes} bytes for a header of {}", text.len());
+}
+
+/// Theorem: half a gigabyte of zeros in half a megabyte takes no memory of that size.
+fn bomb(path: &Path) {
+    let mut zip = zip::ZipWriter::new(std::fs::File::create(path).unwrap());
+    let options = zip::write::SimpleFileOptions::default();
+    zip.start_file("_rels/.rels", options).unwrap();
+    let relation = "<Relationships><Relationship Target=\"/a.model\" Id=\"0\" Type=\"a/3dmodel\"/></Relationships>";
+    zip.write_all(relation.as_bytes()).unwrap();
+    zip.start_file("a.model", options).unwrap();
+    let zeros = vec![b'0'; MIB];
+    (0..512).for_each(|_| zip.write_all(&zeros).unwrap());
+    zip.finish().unwrap();
+    assert!(std::fs::metadata(path).unwrap().len() < MIB as u64);
+    let (bytes, outcome) = peak(|| FileScan::new(path).read().map(drop));
+    let error = outcome.unwrap_err().to_string();
+    assert!(error.contains("a tag or a text is longer than 16 MiB") && bytes < 64 * MIB, "{bytes} bytes: {error}");
 }
 
 /// Theorem: in no format do numbers that are too large, wherever they stand, make reading take more than 64 MiB and sixteen
@@ -166,6 +185,14 @@ fn reading(path: &Path) {
         let (bytes, _) = peak(|| scan.preview_points(1000).unwrap());
         assert!(bytes < MIB / 4, "{encoding:?}: a preview took {bytes} bytes");
     }
+    // The objects, whose lists grow, and the result. The text, of about 35 bytes a triangle, is not kept.
+    let path = path.with_extension("3mf");
+    let options = GlbOptions { up: Up::Z, ..GlbOptions::default() };
+    write_3mf(&path, "mesh", &mesh, &options, &Progress::none()).unwrap();
+    let (bytes, read) = peak(|| FileScan::new(&path).read());
+    assert!(matches!(read.unwrap(), Content::Mesh(read) if read == mesh));
+    let needed = mesh.positions.len() * 24 + mesh.triangles.len() * 12;
+    assert!(bytes < 3 * needed + MIB, "3MF: {bytes} bytes, needed {needed}");
 }
 
 /// Theorem: writing takes a fixed amount.
@@ -175,4 +202,6 @@ fn writing(path: &Path) {
         let (bytes, outcome) = peak(|| write_ply(path, &mesh, encoding, &Progress::none()));
         assert!(outcome.is_ok() && bytes < 2 * MIB, "{encoding:?}: {bytes} bytes");
     }
+    let (bytes, outcome) = peak(|| write_3mf(path, "mesh", &mesh, &GlbOptions::default(), &Progress::none()));
+    assert!(outcome.is_ok() && bytes < 2 * MIB, "3MF: {bytes} bytes");
 }

@@ -249,7 +249,7 @@ fn writers(folder: &Path) {
     let path = folder.join("written");
     let node = GlbNode { name: "sphere", mesh: &sphere, world_from_mesh: DAffine3::IDENTITY, coarser: &[] };
     let cloud = PointCloud { positions: sphere.positions.clone(), ..Default::default() };
-    let written: [(&str, Write<'_>); 8] = [
+    let written: [(&str, Write<'_>); 9] = [
         ("write_ply", Box::new(|| export::write_ply(&path, &sphere, export::PlyOptions::default(), &progress))),
         (
             "write_points_ply",
@@ -257,6 +257,7 @@ fn writers(folder: &Path) {
         ),
         ("write_obj", Box::new(|| export::write_obj(&path, &sphere, None, &progress))),
         ("write_stl", Box::new(|| export::write_stl(&path, &sphere, &progress))),
+        ("write_3mf", Box::new(|| export::write_3mf(&path, "sphere", &sphere, &GlbOptions::default(), &progress))),
         ("write_glb", Box::new(|| export::write_glb(&path, &[node], &GlbOptions::default(), &progress))),
         ("write_e57", Box::new(|| export::write_e57(&path, &[&seen], None, &progress))),
         ("write_ptx", Box::new(|| export::write_ptx(&path, &[&seen], &progress))),
@@ -294,6 +295,7 @@ fn seeds(written: &Path) -> Vec<PathBuf> {
     }
     export::write_obj(&written.join("large.obj"), &sphere, None, &progress).unwrap();
     export::write_stl(&written.join("large.stl"), &sphere, &progress).unwrap();
+    export::write_3mf(&written.join("large.3mf"), "sphere", &sphere, &GlbOptions::default(), &progress).unwrap();
     let node = GlbNode { name: "sphere", mesh: &sphere, world_from_mesh: DAffine3::IDENTITY, coarser: &[] };
     export::write_glb(&written.join("large.glb"), &[node], &GlbOptions::default(), &progress).unwrap();
     let kinds = ["import_ply", "import_points", "import_scan"];

@@ -116,3 +116,43 @@ def test_a_glb_has_the_selected_surface_alone_under_its_name_beside_the_scans(tm
 def test_without_a_surface_there_is_no_glb():
     bpy.ops.object.camera_add()
     assert not bpy.ops.surfrecon.export_glb.poll()
+    assert not bpy.ops.surfrecon.export_for_printing.poll()
+
+
+@pytest.mark.parametrize("ending", ["3mf", "stl"])
+def test_a_print_is_in_millimetres(tmp_path, ending, capfd):
+    bpy.context.scene.unit_settings.scale_length = 0.5
+    bpy.ops.mesh.primitive_uv_sphere_add(radius=0.02)
+    ball = bpy.context.object
+    ball.scale = (1, 1, -2)
+    bpy.ops.mesh.primitive_cube_add()
+    bpy.context.object.select_set(False)
+    ball.select_set(True)
+    path = tmp_path / "ball.blend"
+    assert bpy.ops.surfrecon.export_for_printing(filepath=str(path), file_format=ending.upper()) == {"FINISHED"}
+    assert f"ball.{ending}: 20.0 × 20.0 × 40.0 mm" in capfd.readouterr().out
+    found = surfrecon.read(path.with_suffix(f".{ending}"))
+    # Metres, if read of 3MF.
+    size = np.ptp(found.positions, axis=0) * (1000 if ending == "3mf" else 1)
+    assert np.allclose(size, [20, 20, 40], rtol=1e-3)
+    assert found.check().is_closed
+    corners = found.positions[found.triangles]
+    assert np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum() > 0
+
+
+def test_a_print_has_colours_and_its_holes_are_told(tmp_path, capfd):
+    bpy.ops.surfrecon.import_scans(filepath=str(write_set(tmp_path, torus_scans(pixels=40)[:2])))
+    bpy.ops.surfrecon.merge(measure=False)
+    merged = bpy.context.object
+    layer = merged.data.attributes.new("colour", "BYTE_COLOR", "POINT")
+    layer.data.foreach_set("color_srgb", np.tile([1.0, 0.0, 0.0, 1.0], len(layer.data)))
+    path = tmp_path / "torus.3mf"
+    assert bpy.ops.surfrecon.export_for_printing(filepath=str(path)) == {"FINISHED"}
+    assert "which slicers close in their own way" in capfd.readouterr().out
+    assert (surfrecon.read(path).vertex_attributes["colour"] == [255, 0, 0, 255]).all()
+
+
+def test_a_print_that_cannot_be_written_is_said(tmp_path):
+    bpy.ops.mesh.primitive_cube_add()
+    with pytest.raises(RuntimeError, match="no folder"):
+        bpy.ops.surfrecon.export_for_printing(filepath=str(tmp_path / "no folder" / "a.3mf"))

@@ -83,8 +83,10 @@ NOT_GIVEN_TEXTS = (
     "the hierarchy has",
     "there is no scan {scan}: there are",
     "there is no task",
+    "too few points are picked",
     "two scans have the version",
     "{:?} and {:?} are trusted",
+    "{:?} and {:?} were said to touch",
     "{} poses are given for",
     "{} versions for",
     "do not touch",
@@ -190,6 +192,15 @@ PARTS = {
         " camera = (fx, fy, cx, cy). Or put a camera.json with fx, fy, cx, cy beside them.",
         "the clocks of depth images and poses differ. Each image takes the pose 0.2 s later. So overlapping frames lie"
         " 0.01 apart, not 0.2, and 3 of 20 frames have no pose and are skipped.",
+        'fixed scans contradict each other: "a" and "b" are off by 0.3, "c" and "d" are off by 0.2 and 2 more. Check'
+        " their poses, or fix one of them alone.",
+        'it fits "a", but fixed scans contradict each other, "a" and "b" are off by 0.3: check their poses, or fix one'
+        " of them alone",
+        "tolerance, 1e-5, is smaller than the noise: 3 pairs of scans were refused that noise alone puts up to 1 apart."
+        " Raise it, or leave it out.",
+        '2 groups of scans hold the same samples each, leave all but one of each out: ("a", "b"), ("c") and others',
+        '3 scans hold the same samples, leave all but one out: "a", "b", "c"',
+        'track was lost between "a" and "b": the pair is rejected, and they are not in one group',
         '2 scans fit the placed ones in 3 places, 0.2 and a turn of 90 degrees apart, and nothing decides: "a", "b"',
         "3 pixels are left out, with values up to 9e9: all others lie within 5, so these stand for no measurement",
         "2 rows of control points: order 4 over 9 rows of vertices needs 4 to 9",

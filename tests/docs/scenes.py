@@ -81,10 +81,11 @@ class Scenes:
         return {}
 
     def recording(self, folder):
-        """A phone's recording, and its depths as one array."""
+        """A phone's recording, and its depths as one array and as images."""
         shutil.copytree(self.phone, folder / "export of a phone")
         depths = [frame.image.points[..., 2] for frame in surfrecon.open(self.phone)]
         np.save(folder / "depths.npy", np.nan_to_num(np.stack(depths)))
+        made_scans.write_depths(folder / "depths of a camera", np.nan_to_num(depths))
         return {}
 
     def large(self, folder):

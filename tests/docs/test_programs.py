@@ -78,14 +78,14 @@ SHOWN
 # Files that commands of a page find, and the files that they make. A guide may declare them itself.
 SHELL = {
     "README.md": ("heap", {"surface.glb"}),
-    "docs/site/guide/heaps.md": ("made", {"placed.conf", "surface.ply"}),
+    "docs/site/guide/heaps.md": ("made", {"aligned.conf", "surface.ply"}),
     "docs/site/guide/large.md": ("made", {"surface.ply"}),
     "docs/site/guide/merging.md": ("made", {"surface.ply"}),
     "docs/site/guide/points.md": ("made", {"surface.ply"}),
-    "docs/site/guide/recordings.md": ("recording", {"model.glb", "poses.tum", "surface.ply"}),
+    "docs/site/guide/recordings.md": ("recording", {"model.glb", "poses.tum", "surface.ply", "table.tum", "table.ply"}),
     "docs/site/guide/surveys.md": ("made", {"survey.ply"}),
     "docs/site/guide/terrain.md": ("heights", {"terrain.glb"}),
-    "docs/site/guide/turntable.md": ("made", {"placed.conf", "surface.glb"}),
+    "docs/site/guide/turntable.md": ("made", {"turned.conf", "surface.glb"}),
     "docs/site/guide/command_line.md": (
         "jobs",
         {"placed.conf", "surface.ply", "surface.glb", "light.stl", "merged.ply", "merged.ply.json", "distance.json"},

@@ -103,11 +103,9 @@ def test_a_reach_that_bounds_nothing_is_told(heap, caplog):
     for options, said in (({}, False), ({"reach": 0.5}, True), ({"reach": 0.5, "start": "rough"}, False)):
         caplog.clear()
         with caplog.at_level(logging.WARNING, "surfrecon"):
-            surfrecon.align(heap[:2], **options)
-        assert (
-            'reach, 0.5, is not used: it bounds rough poses, and start is not rough. Say start = "rough".'
-            in caplog.messages
-        ) == said
+            report = surfrecon.align(heap[:2], **options).report
+        told = 'reach, 0.5, is not used: it bounds rough poses, and start is not rough. Say start = "rough".'
+        assert (told in caplog.messages) == (told in report.messages) == said
 
 
 def test_scans_that_nothing_decides_stay_and_are_named(truth):
@@ -136,7 +134,7 @@ def test_poses_are_written(truth, heap, tmp_path):
         for scan, pose in zip(again, result.world_from_scan, strict=True):
             assert np.allclose(scan.world_from_sensor, pose, atol=1e-6), ending
     result.write(tmp_path / "placed.tum")
-    assert len((tmp_path / "placed.tum").read_text().splitlines()) == len(heap) + 1
+    assert len((tmp_path / "placed.tum").read_text().splitlines()) == 2 * len(heap) + 1
     with pytest.raises(surfrecon.InputError, match=r"\.conf"):
         result.write(tmp_path / "placed.txt")
     with pytest.raises(surfrecon.InputError, match="no file of its own"):

@@ -113,7 +113,7 @@ def test_a_mesh_written_and_read_again_is_the_same(tmp_path):
     again = surfrecon.read(tmp_path / "torus.ply")
     assert np.array_equal(again.triangles, mesh.triangles)
     assert np.array_equal(again.positions, mesh.positions.astype(np.float32))
-    with pytest.raises(surfrecon.InputError, match=r"must end in \.ply, \.glb, \.stl or \.obj"):
+    with pytest.raises(surfrecon.InputError, match=r"must end in \.ply, \.glb, \.stl, \.3mf or \.obj"):
         mesh.write(tmp_path / "torus.3ds")
     with pytest.raises(surfrecon.SurfreconError, match="missing"):
         mesh.write(tmp_path / "missing" / "torus.ply")
@@ -132,10 +132,11 @@ def test_a_mesh_is_written_as_gltf(tmp_path):
     assert not (tmp_path / "other.glb").exists()
 
 
-@pytest.mark.parametrize("ending", ["obj", "stl", "glb", "ply"])
+@pytest.mark.parametrize("ending", ["obj", "stl", "glb", "3mf", "ply"])
 def test_write_and_read_meshes(tmp_path, ending):
     mesh = torus()
-    surfrecon.write(tmp_path / f"torus.{ending}", mesh)
+    # Z is up in 3MF: what is said to be up so is not turned.
+    surfrecon.write(tmp_path / f"torus.{ending}", mesh, **({"up": "z"} if ending == "3mf" else {}))
     again = surfrecon.read(tmp_path / f"torus.{ending}")
     assert again.check()["is_closed"] and len(again.triangles) == len(mesh.triangles)
     corners = [m.positions[m.triangles].mean(axis=1) for m in (mesh, again)]

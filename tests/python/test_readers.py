@@ -1,4 +1,4 @@
-"""Programs of others read what we write: Open3D, trimesh and MeshLab, in the environment of the benchmarks."""
+"""Programs of others read what we write: Open3D, trimesh, MeshLab and lib3mf, in the environment of the benchmarks."""
 
 import json
 import os
@@ -22,6 +22,25 @@ def read(path):
         import open3d
         mesh = open3d.io.read_triangle_mesh(path)
         return np.asarray(mesh.vertices), np.asarray(mesh.triangles), np.asarray(mesh.vertex_colors)
+    if tool == "lib3mf":
+        import lib3mf
+        model = lib3mf.get_wrapper().CreateModel()
+        reader = model.QueryReader("3mf")
+        reader.SetStrictModeActive(True)
+        reader.ReadFromFile(path)
+        assert reader.GetWarningCount() == 0
+        objects = model.GetMeshObjects()
+        objects.MoveNext()
+        mesh = objects.GetCurrentMeshObject()
+        assert mesh.IsManifoldAndOriented() and mesh.IsValid()
+        assert model.GetUnit() == lib3mf.ModelUnit.Meter
+        groups = model.GetColorGroups()
+        groups.MoveNext()
+        group = groups.GetCurrentColorGroup()
+        colours = [group.GetColor(number) for number in group.GetAllPropertyIDs()]
+        colours = np.array([[colour.Red, colour.Green, colour.Blue] for colour in colours]) / 255
+        vertices = [tuple(vertex.Coordinates) for vertex in mesh.GetVertices()]
+        return vertices, [tuple(triangle.Indices) for triangle in mesh.GetTriangleIndices()], colours
     if tool == "trimesh":
         import trimesh
         mesh = trimesh.load(path, process=False, force="mesh")
@@ -47,8 +66,12 @@ for path in paths:
 FORMATS = {
     "open3d": ["ply", "text.ply", "obj", "stl", "glb"],
     "trimesh": ["ply", "text.ply", "obj", "stl", "glb"],
+    "lib3mf": ["3mf"],
     "pymeshlab": ["ply", "text.ply", "obj", "stl"],
 }
+
+# Z is up in 3MF.
+OPTIONS = {"text.ply": {"encoding": "ascii"}, "3mf": {"up": "z"}}
 
 
 @pytest.mark.skipif(not PEERS, reason="SURFRECON_PEERS does not name a Python with the peers")
@@ -61,7 +84,7 @@ def test_others_read_our_meshes(tmp_path, tool):
     paths = []
     for ending in FORMATS[tool]:
         paths.append(str(tmp_path / f"torus.{ending}"))
-        mesh.write(paths[-1], **({"encoding": "ascii"} if ending == "text.ply" else {}))
+        mesh.write(paths[-1], **OPTIONS.get(ending, {}))
     run = subprocess.run([PEERS, "-c", PROGRAM, tool, *paths], check=True, capture_output=True, text=True, cwd=tmp_path)
     answers = [json.loads(line) for line in run.stdout.splitlines() if line.startswith("{")]
     corners = mesh.positions[mesh.triangles]
@@ -70,7 +93,7 @@ def test_others_read_our_meshes(tmp_path, tool):
         assert answer["faces"] == len(mesh.triangles), path
         assert np.isclose(answer["area"], area, rtol=1e-5), path
         assert np.allclose(answer["bounds"], [mesh.positions.min(axis=0), mesh.positions.max(axis=0)], atol=1e-6), path
-        if path.endswith(("ply", "obj")):
+        if path.endswith(("ply", "obj", "3mf")):
             assert np.allclose(answer["colour"], np.array([200, 100, 50]) / 255, atol=0.005), path
 
 

@@ -1,5 +1,7 @@
 //! Knowledge of the caller about the scans.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use glam::DVec3;
 
 use crate::params::{AlignParams, Start, Turntable};
@@ -19,12 +21,26 @@ pub struct Pick {
     pub weight: f64,
 }
 
+impl Pick {
+    /// The same, the scan with the smaller number first.
+    fn sorted(mut self) -> Self {
+        if self.scans[0] > self.scans[1] {
+            self.scans.reverse();
+            self.points.reverse();
+            self.normals = self.normals.map(|[a, b]| [b, a]);
+        }
+        self
+    }
+}
+
 /// Weights of picks that make a difference and leave numbers sound.
 const WEIGHTS: std::ops::RangeInclusive<f64> = 1e-6..=1e6;
 /// Most that a turntable may have been turned, in radians: degrees by mistake are more.
 const MOST_TURNED: f64 = 100.0;
 /// A pick lies no further from a scan, by its size.
 const ASTRAY: f64 = 2.0;
+/// Picks lie in a line if none is further from it than this share of their distance along it. The sine of a normal beside that line.
+const LINE: f64 = 0.02;
 
 /// The axis of a turntable, in the frame that all scans were taken in.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,7 +74,8 @@ impl Constraints {
     ///
     /// # Errors
     /// A number of a scan that isn't there. A pair of a scan with itself, or both trusted and rejected. Numbers that are not finite, a
-    /// weight that is not positive, a normal or an axis without direction. Angles for another number of scans.
+    /// weight that is not positive, a normal or an axis without direction. Picks of two scans that are the same point of one of them, or
+    /// three and more that lie in a line. Angles for another number of scans.
     pub fn validate(&self, count: usize) -> Result<()> {
         let known = |what: &str, scan: usize| match scan < count {
             true => Ok(()),
@@ -102,6 +119,7 @@ impl Constraints {
                 return Err(Error::input(format!("{what}: a normal must be finite and not 0")));
             }
         }
+        self.picks_tell_poses()?;
         if let Some(axis) = &self.axis
             && !(axis.point.is_finite() && axis.direction.is_finite() && axis.direction.length() > 0.0)
         {
@@ -118,6 +136,39 @@ impl Constraints {
             return Err(Error::input(format!(
                 "the turntable's angle of scan {place} must be a number of radians up to {MOST_TURNED}, got {angle}"
             )));
+        }
+        Ok(())
+    }
+
+    /// Refuses picks that are equal, and three or more that lie in a line, about which the scans may turn: a fit of them is one of many.
+    fn picks_tell_poses(&self) -> Result<()> {
+        let mut of_pair: BTreeMap<[usize; 2], Vec<(usize, Pick)>> = BTreeMap::new();
+        for (number, &pick) in self.picks.iter().enumerate() {
+            let pick = pick.sorted();
+            of_pair.entry(pick.scans).or_default().push((number, pick));
+        }
+        for (scans, picks) in &of_pair {
+            for (side, scan) in scans.iter().enumerate() {
+                let points: Vec<DVec3> = picks.iter().map(|(_, pick)| pick.points[side]).collect();
+                let mut known: BTreeMap<[u64; 3], usize> = BTreeMap::new();
+                for ((number, _), point) in picks.iter().zip(&points) {
+                    if let Some(first) = known.insert(point.to_array().map(|x| (x + 0.0).to_bits()), *number) {
+                        return Err(Error::input(format!(
+                            "picks {first} and {number} are the same point of scan {scan}: pick points that lie apart in both scans"
+                        )));
+                    }
+                }
+                let normals: Vec<DVec3> =
+                    picks.iter().filter_map(|(_, pick)| Some(pick.normals?[side].normalize())).collect();
+                if is_enough(points.len(), normals.len()) && lie_in_line(&points, &normals) {
+                    return Err(Error::input(format!(
+                        "the {} picks of scans {} and {} lie in a line in scan {scan}. The scans may turn about it: pick a point beside it.",
+                        points.len(),
+                        scans[0],
+                        scans[1]
+                    )));
+                }
+            }
         }
         Ok(())
     }
@@ -167,13 +218,8 @@ impl Constraints {
         self.fixed.iter().for_each(|&scan| is_fixed[inside_of[scan]] = true);
         let mut picks: Vec<Pick> = Vec::new();
         for pick in &self.picks {
-            let mut pick = *pick;
-            if inside_of[pick.scans[0]] > inside_of[pick.scans[1]] {
-                pick.scans.reverse();
-                pick.points.reverse();
-                pick.normals = pick.normals.map(|[a, b]| [b, a]);
-            }
-            pick.scans = pick.scans.map(|scan| inside_of[scan]);
+            let scans = pick.scans.map(|scan| inside_of[scan]);
+            let mut pick = Pick { scans, ..*pick }.sorted();
             for side in 0..2 {
                 pick.points[side] -= views[pick.scans[side]].reduced.middle;
             }
@@ -214,7 +260,26 @@ impl Constraints {
     }
 }
 
+/// Whether so many picks, some of them with normals, give the pose of one scan beside another.
+pub(crate) fn is_enough(picks: usize, with_normals: usize) -> bool {
+    picks >= 3 || (picks == 2 && with_normals == 2)
+}
+
+/// Whether points lie in a line, and normals there along it.
+fn lie_in_line(points: &[DVec3], normals: &[DVec3]) -> bool {
+    let farthest = |from: DVec3| {
+        points.iter().copied().max_by(|a, b| a.distance(from).total_cmp(&b.distance(from))).unwrap_or(from)
+    };
+    let one = farthest(points[0]);
+    let along = farthest(one) - one;
+    let direction = along.normalize_or_zero();
+    let beside = |v: DVec3| v.cross(direction).length();
+    points.iter().all(|p| beside(*p - one) <= LINE * along.length())
+        && normals.iter().all(|normal| beside(*normal) <= LINE)
+}
+
 /// [`Constraints`] by the numbers inside. Of each pair the smaller first.
+#[derive(Clone)]
 pub(crate) struct Inside {
     pub is_fixed: Vec<bool>,
     pub picks: Vec<Pick>,
@@ -226,6 +291,7 @@ pub(crate) struct Inside {
 }
 
 /// Scans in the order they were taken in.
+#[derive(Clone)]
 pub(crate) struct Ordered {
     pub frames: Vec<usize>,
     /// Their places in the recording, which count frames that are missing.
@@ -235,6 +301,7 @@ pub(crate) struct Ordered {
 }
 
 /// Knowledge of a turntable.
+#[derive(Clone)]
 pub(crate) struct Told {
     pub axis: Option<Axis>,
     pub angles: Option<Vec<f64>>,
@@ -247,5 +314,13 @@ impl Inside {
 
     pub fn picks_of(&self, a: usize, b: usize) -> impl Iterator<Item = &Pick> {
         self.picks.iter().filter(move |pick| pick.scans == [a, b])
+    }
+
+    /// The same without what the caller says of some pairs.
+    pub fn without(&self, pairs: &BTreeSet<[usize; 2]>) -> Self {
+        let mut inside = self.clone();
+        inside.trusted.retain(|pair| !pairs.contains(pair));
+        inside.picks.retain(|pick| !pairs.contains(&pick.scans));
+        inside
     }
 }

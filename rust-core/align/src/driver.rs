@@ -4,7 +4,7 @@ use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 
 use crate::constraints::Constraints;
-use crate::params::AlignParams;
+use crate::params::{AlignParams, Start};
 use crate::report::Alignment;
 use crate::snap::Snap;
 use crate::stages::{
@@ -50,6 +50,8 @@ pub struct Prepared {
     names: Vec<String>,
     /// The numbers in the order of the recording that the scans are frames of.
     in_time: Option<Vec<(usize, u64)>>,
+    /// The words on two scans of one number, where these would give the order.
+    twice: Option<String>,
     threads: usize,
 }
 
@@ -82,7 +84,15 @@ impl Prepared {
             name => name.to_owned(),
         };
         let in_time = sequence::in_time(sources);
-        Ok(Prepared { names: order.iter().map(name).collect(), views, order, in_time, threads })
+        let twice = sequence::twice(sources).map(|[a, b]| {
+            format!(
+                "{:?} and {:?} have the same number in their names, so the scans are not followed in the order of these. If each \
+                    follows the one before, say start = \"sequence\".",
+                name(&a),
+                name(&b)
+            )
+        });
+        Ok(Prepared { names: order.iter().map(name).collect(), views, order, in_time, twice, threads })
     }
 
     /// How many scans there are.
@@ -109,6 +119,18 @@ impl Prepared {
         self.aligned(params, constraints, progress)
     }
 
+    /// Words on the order that the frames are followed in, where their recording or their numbers say it rather than the caller.
+    #[must_use]
+    pub fn followed(&self, params: &AlignParams, constraints: &Constraints) -> Option<String> {
+        let inside = constraints.renumbered(params, &self.order, &self.views, self.in_time.as_deref());
+        let is_followed = inside.sequence.is_some_and(|order| !order.is_told);
+        is_followed.then(|| {
+            "the frames are followed as a sequence, in the order of their recording or of the numbers in their names. If that order means \
+                nothing, say start = \"unknown\"."
+                .to_owned()
+        })
+    }
+
     fn aligned(&self, params: &AlignParams, constraints: &Constraints, progress: &Progress<'_>) -> Result<Alignment> {
         let pool = base::threads::pool(params.threads)?;
         progress.stage(COMPARING, 1);
@@ -116,7 +138,11 @@ impl Prepared {
         let alignment = progress.run(&pool, || {
             let inside = constraints.renumbered(params, &self.order, &self.views, self.in_time.as_deref());
             let solved = solve::solve(&self.views, params, &inside, progress)?;
-            summary::alignment(&self.names, &self.views, &self.order, solved, progress)
+            let mut found = summary::alignment(&self.names, &self.views, &self.order, solved, progress)?;
+            let is_by_numbers = params.start == Start::Auto && inside.turned.is_none();
+            found.report.messages.extend(self.twice.clone().filter(|_| is_by_numbers));
+            found.report.messages.extend(reach::unused(params));
+            Ok(found)
         });
         progress.check().and(alignment)
     }

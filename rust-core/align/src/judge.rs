@@ -108,16 +108,16 @@ pub(crate) fn glance(views: [&View; 2], samples: [&[u32]; 2], a_from_b: &DAffine
 /// Samples that tell whether two scans may touch at all.
 const GLANCE: usize = 150;
 
-/// Share of a few samples of one that lie near the other.
-pub(crate) fn touching_share([a, b]: [&View; 2], motion: &DAffine3) -> f64 {
-    if motion.translation.length() >= a.reduced.radius + b.reduced.radius {
+/// Share of a few samples of the second that lie near the first, or no further from there than `margin`.
+pub(crate) fn touching_share([a, b]: [&View; 2], motion: &DAffine3, margin: f64) -> f64 {
+    if motion.translation.length() >= a.reduced.radius + b.reduced.radius + margin {
         return 0.0;
     }
     let cell = a.coarse.cell.max(b.coarse.cell);
     let samples = b.coarse.spread(GLANCE);
     let touches = |k: &&u32| {
         let at = motion.transform_point3(b.coarse.points[**k as usize]);
-        a.coarse.near.nearest_within(at, 3.0 * cell).is_some()
+        a.coarse.near.nearest_within(at, 3.0 * cell + margin).is_some()
     };
     samples.iter().filter(touches).count() as f64 / samples.len().max(1) as f64
 }

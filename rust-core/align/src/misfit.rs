@@ -95,7 +95,8 @@ pub(crate) fn cause(scan: &Placed<'_>, others: &[Placed<'_>], limits: &Limits) -
     if (LEAST..PART).contains(&share) && rest.sqrt() < closest && width < TOGETHER * whole {
         return Some(Cause::Moved { middle, share });
     }
-    (before.sqrt() > closest).then_some(Cause::Warp)
+    // Noise explains so much, whatever is asked for.
+    (before.sqrt() > closest.max(APART * expected)).then_some(Cause::Warp)
 }
 
 /// The middle of pieces, and how far from it they lie, as a root mean square.

@@ -30,6 +30,15 @@ pub(crate) struct Bound {
 const NO_POSES: &str = "no scan has a pose, and start = \"rough\" looks near poses alone. Say \"unknown\" instead, \
     or \"sequence\" for frames in their order, or give the poses.";
 
+/// Says that a reach was given where it bounds nothing.
+pub(crate) fn unused(params: &AlignParams) -> Option<String> {
+    let reach = params.reach.filter(|_| params.start != Start::Rough)?;
+    Some(format!(
+        "reach, {}, is not used: it bounds rough poses, and start is not rough. Say start = \"rough\".",
+        Shown(reach)
+    ))
+}
+
 /// How far a scan lies from where it was given, by the corner of its box that moves most.
 pub(crate) fn moved(view: &View, world_from_local: &DAffine3) -> f64 {
     let given = view.reduced.world_from_local();
@@ -48,11 +57,7 @@ impl Bound {
             false => params.reach.unwrap_or(ROUGH_REACH * view.reduced.radius),
         };
         let is_rough = params.start == Start::Rough;
-        if let Some(reach) = params.reach.filter(|_| !is_rough) {
-            let words = format!(
-                "reach, {}, is not used: it bounds rough poses, and start is not rough. Say start = \"rough\".",
-                Shown(reach)
-            );
+        if let Some(words) = unused(params) {
             log::tell(Level::Warning, &words);
         }
         let is_unplaced =
@@ -61,6 +66,11 @@ impl Bound {
             reaches: is_rough.then(|| views.iter().enumerate().map(reach).collect()),
             is_without_poses: is_rough && !inside.is_fixed.contains(&true) && views.iter().all(is_unplaced),
         }
+    }
+
+    /// None.
+    pub fn unbound() -> Self {
+        Bound { reaches: None, is_without_poses: false }
     }
 
     /// Says that no scan has a pose, where rough poses were said to be there.
@@ -87,6 +97,11 @@ impl Bound {
         (moved > self.reach(scan)).then_some(moved)
     }
 
+    /// How far a point of one of two scans may lie from where it was given beside the other.
+    pub fn apart(&self, a: usize, b: usize) -> f64 {
+        LEVER * (self.reach(a) + self.reach(b))
+    }
+
     /// Whether two scans may lie so beside each other: both may be off, either way.
     pub fn allows(&self, views: &[View], [a, b]: [usize; 2], a_from_b: &DAffine3) -> bool {
         if !self.binds() {
@@ -94,7 +109,7 @@ impl Bound {
         }
         let [given_a, given_b] = [a, b].map(|k| views[k].reduced.world_from_local());
         let off = moved(&views[b], &(given_a * *a_from_b)).min(moved(&views[a], &(given_b * a_from_b.inverse())));
-        off <= LEVER * (self.reach(a) + self.reach(b))
+        off <= self.apart(a, b)
     }
 
     /// Whether the scans of a group that is not settled yet may lie as they do, to `slack`: without fixed scans the group's frame is that

@@ -4,6 +4,7 @@ use glam::{DAffine3, DVec3};
 
 use crate::constraints::Axis;
 use crate::judge::Hold;
+use crate::summary::told_apart;
 use base::error::{Shown, counted};
 use base::report::{FigureValue, Found, Report as _};
 
@@ -187,8 +188,9 @@ impl AlignReport {
             counted(self.compared as u64, "pair was", "pairs were"),
         )];
         lines.extend(self.messages.iter().cloned());
-        for scan in &self.scans {
-            let name = &scan.name;
+        let names: Vec<String> = self.scans.iter().map(|scan| scan.name.clone()).collect();
+        let numbers: Vec<usize> = (0..names.len()).collect();
+        for (scan, name) in self.scans.iter().zip(told_apart(&names, &numbers)) {
             lines.push(match scan.state {
                 ScanState::Kept => format!("{name}: stays where it is"),
                 ScanState::Placed => format!(

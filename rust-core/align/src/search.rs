@@ -7,15 +7,17 @@ use std::sync::OnceLock;
 use glam::DAffine3;
 use rayon::prelude::*;
 
-use crate::assemble::{Limit, Standing, apart_at_first, assemble};
-use crate::constraints::{Inside, Ordered, Told};
+use crate::assemble::{AGREE, Limit, Standing, apart_at_first, assemble};
+use crate::constraints::{Inside, Ordered, Told, is_enough};
 use crate::doubts::{Doubted, take_out};
-use crate::finding::{Finding, Limits};
+use crate::finding::{Finding, Limits, find};
 use crate::group::Group;
 use crate::hypothesise::Effort;
+use crate::judge::touching_share;
+use crate::linear::apart;
 use crate::pair::Pair;
 use crate::params::AlignParams;
-use crate::reach::{Bound, ROUGH_REACH};
+use crate::reach::{Bound, ROUGH_REACH, moved};
 use crate::retrieve::likeness;
 use crate::sequence::{Steps, followed};
 use crate::stages::COMPARING;
@@ -30,6 +32,9 @@ const FIRST: usize = 5;
 const OF_GROUP: usize = 24;
 /// Partners of each piece of a recording: the frames of one show the same.
 const OF_PIECE: usize = 6;
+/// Partners of each scan with a rough pose, those that share most where they were given: looked at near there, and wherever they fit.
+const NEAREST: usize = 24;
+const BESIDE: usize = 8;
 /// Up to so many scans all pairs between groups are searched in the end, if need be.
 const FEW_SCANS: usize = 40;
 /// Rounds of joining groups.
@@ -49,7 +54,33 @@ pub(crate) struct Found {
     pub table: Option<Table>,
     /// The scans in the order of the recording, where they were followed.
     pub sequence: Option<Vec<usize>>,
+    /// Pairs that the caller names, but against which others speak: how many more of these hold without it.
+    pub outvoted: BTreeMap<[usize; 2], usize>,
+    /// Fixed scans that contradict each other.
+    pub at_odds: Vec<AtOdds>,
 }
+
+/// Two fixed scans that do not lie beside each other as scans that fit both have them, and how far the second is off.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct AtOdds {
+    pub scans: [usize; 2],
+    pub far: f64,
+}
+
+impl AtOdds {
+    /// Of two fixed scans, if they do not lie as a motion that fits has them. `slack` is how far they may be off.
+    pub fn of(views: &[View], scans: [usize; 2], a_from_b: &DAffine3, slack: f64) -> Option<Self> {
+        let both = scans.map(|scan| &views[scan]);
+        let [given_a, given_b] = both.map(|view| view.reduced.world_from_local());
+        let far = apart(&(given_a.inverse() * given_b), a_from_b, both[0].reduced.radius.min(both[1].reduced.radius));
+        (far > slack).then(|| AtOdds { scans, far: moved(both[1], &(given_a * *a_from_b)) })
+    }
+}
+
+/// So many pairs that are sure must be lost to one that the caller names, so that they win: twice as many if that fits by itself.
+const OUTVOTED: usize = 3;
+/// Pairs that the caller names, of which it is tried whether others hold without it.
+const SUSPECTED: usize = 16;
 
 struct Search<'a, 'p> {
     views: &'a [View],
@@ -65,6 +96,9 @@ struct Search<'a, 'p> {
     table: Option<Table>,
     /// How far the sensor moves from frame to frame, of a recording.
     steps: Option<Steps>,
+    outvoted: BTreeMap<[usize; 2], usize>,
+    /// Pairs of scans with rough poses that are looked at wherever they fit.
+    beside: BTreeSet<[usize; 2]>,
 }
 
 /// Finds pairs and joins them to groups.
@@ -87,6 +121,8 @@ pub(crate) fn search(
         thorough: BTreeSet::new(),
         table: None,
         steps: None,
+        outvoted: BTreeMap::new(),
+        beside: BTreeSet::new(),
     };
     let count = views.len();
     progress.stage(COMPARING, (count * (count - 1) / 2).min(count * OF_GROUP) as u64);
@@ -115,7 +151,9 @@ pub(crate) fn search(
             };
             let group_of = numbers(&found.0, count);
             let wanted = likeliest(search.likeness()?, &group_of, most, |pair| {
-                search.is_open(*pair) && search.is_new(*pair, effort)
+                search.is_open(*pair)
+                    && search.is_new(*pair, effort)
+                    && (!bound.binds() || search.beside.contains(pair))
             });
             if wanted.is_empty() {
                 break;
@@ -130,6 +168,8 @@ pub(crate) fn search(
         }
     }
     let (mut groups, mut standings) = found;
+    let at_odds = search.at_odds(&standings);
+    let outvoted = std::mem::take(&mut search.outvoted);
     let pairs: Vec<Pair> = search.pairs.into_values().collect();
     let is_heap = search.steps.is_none() && search.table.is_none() && !bound.binds();
     let doubted = match is_heap {
@@ -137,7 +177,7 @@ pub(crate) fn search(
         false => Doubted::default(),
     };
     let sequence = search.steps.and(inside.sequence.as_ref()).map(|order| order.frames.clone());
-    Ok(Found { pairs, standings, groups, doubted, table: search.table, sequence })
+    Ok(Found { pairs, standings, groups, doubted, table: search.table, sequence, outvoted, at_odds })
 }
 
 /// Pairs of scans of different groups: of each group the likeliest with any other.
@@ -165,6 +205,20 @@ fn likeliest(
     wanted.sort_unstable();
     wanted.dedup();
     wanted
+}
+
+/// Of each scan the pairs of the largest value.
+fn most_of_each(pairs: &[(f64, [usize; 2])], most: usize) -> BTreeSet<[usize; 2]> {
+    let mut of_scan: BTreeMap<usize, Vec<(f64, [usize; 2])>> = BTreeMap::new();
+    for &(value, pair) in pairs {
+        pair.iter().for_each(|scan| of_scan.entry(*scan).or_default().push((value, pair)));
+    }
+    let mut kept = BTreeSet::new();
+    for mut pairs in of_scan.into_values() {
+        pairs.sort_by(|x, y| y.0.total_cmp(&x.0).then(x.1.cmp(&y.1)));
+        kept.extend(pairs.into_iter().take(most).map(|(_, pair)| pair));
+    }
+    kept
 }
 
 /// Of each scan on a turntable those that were taken just before and after.
@@ -254,24 +308,127 @@ impl Search<'_, '_> {
 
     fn joined(&mut self) -> (Vec<Group>, Vec<Standing>) {
         let pairs: Vec<Pair> = self.pairs.values().cloned().collect();
-        let is_trusted = |pair: &Pair| self.inside.is_trusted(pair.a, pair.b);
-        let assemble = |steps: Option<&Steps>| {
-            let groups = apart_at_first(self.views, &self.inside.is_fixed);
-            let limit = Limit { bound: self.bound, steps, is_fixed: &self.inside.is_fixed };
-            assemble(self.views, &pairs, groups, limit, is_trusted)
-        };
-        let (groups, standings) = assemble(self.steps.as_ref());
+        let (groups, standings) = self.beside_told(&pairs);
         let is_wrong = |(pair, standing): (&Pair, &Standing)| {
-            pair.finding == Finding::Sure && *standing == Standing::Disagrees && !is_trusted(pair)
+            pair.finding == Finding::Sure && *standing == Standing::Disagrees && !self.is_trusted(pair)
         };
         let repeats = pairs.iter().zip(&standings).any(is_wrong);
         match &mut self.steps {
             Some(steps) if repeats && !steps.repeats => {
                 steps.repeats = true;
-                assemble(self.steps.as_ref())
+                self.beside_told(&pairs)
             }
             _ => (groups, standings),
         }
+    }
+
+    fn is_trusted(&self, pair: &Pair) -> bool {
+        self.inside.is_trusted(pair.a, pair.b) && !self.outvoted.contains_key(&[pair.a, pair.b])
+    }
+
+    /// The pairs joined, but for those that are outvoted.
+    fn assembled(&self, pairs: &[Pair], outvoted: &BTreeMap<[usize; 2], usize>) -> (Vec<Group>, Vec<Standing>) {
+        let groups = apart_at_first(self.views, &self.inside.is_fixed);
+        let limit = Limit { bound: self.bound, steps: self.steps.as_ref(), is_fixed: &self.inside.is_fixed };
+        let is_out = |pair: &Pair| outvoted.contains_key(&[pair.a, pair.b]);
+        let is_trusted = |pair: &Pair| self.inside.is_trusted(pair.a, pair.b) && !is_out(pair);
+        if outvoted.is_empty() {
+            return assemble(self.views, pairs, groups, limit, is_trusted);
+        }
+        let mut left = pairs.to_vec();
+        left.iter_mut().filter(|pair| is_out(pair)).for_each(|pair| pair.finding = Finding::Nothing);
+        let (groups, mut standings) = assemble(self.views, &left, groups, limit, is_trusted);
+        let out = pairs.iter().zip(&mut standings).filter(|(pair, _)| is_out(pair) && !pair.modes.is_empty());
+        out.for_each(|(_, standing)| *standing = Standing::Disagrees);
+        (groups, standings)
+    }
+
+    /// The pairs joined. A pair that the caller names is left out if that lets many more hold that are sure: what it joins is then against
+    /// all that these say. Pairs of rooms that fit by themselves are not, since a room may repeat itself and only the caller know where.
+    fn beside_told(&mut self, pairs: &[Pair]) -> (Vec<Group>, Vec<Standing>) {
+        let mut out = BTreeMap::new();
+        let mut found = self.assembled(pairs, &out);
+        self.outvoted.clear();
+        if self.inside.trusted.is_empty() && self.inside.picks.is_empty() {
+            return found;
+        }
+        let is_untold = |pair: &Pair| pair.finding == Finding::Sure && !self.inside.is_trusted(pair.a, pair.b);
+        let count = |standings: &[Standing], wanted: fn(&Standing) -> bool| {
+            pairs.iter().zip(standings).filter(|(pair, standing)| is_untold(pair) && wanted(standing)).count()
+        };
+        let holds = |standing: &Standing| matches!(standing, Standing::Joins | Standing::Agrees);
+        let is_refused = |standing: &Standing| matches!(standing, Standing::Disagrees | Standing::SeenThrough);
+        let needed = |pair: &Pair| match pair.finding {
+            Finding::Sure if [pair.a, pair.b].iter().all(|&scan| self.views[scan].is_of_room()) => usize::MAX,
+            Finding::Sure => 2 * OUTVOTED,
+            _ => OUTVOTED,
+        };
+        while count(&found.1, is_refused) >= OUTVOTED {
+            let mut refused = vec![0; self.views.len()];
+            for (pair, _) in
+                pairs.iter().zip(&found.1).filter(|(pair, standing)| is_untold(pair) && is_refused(standing))
+            {
+                refused[pair.a] += 1;
+                refused[pair.b] += 1;
+            }
+            let mut suspected: Vec<(usize, &Pair)> = pairs
+                .iter()
+                .zip(&found.1)
+                .filter(|(pair, standing)| **standing == Standing::Joins && self.inside.is_trusted(pair.a, pair.b))
+                .map(|(pair, _)| (refused[pair.a] + refused[pair.b], pair))
+                .filter(|(against, pair)| *against > 0 && needed(pair) < usize::MAX)
+                .collect();
+            suspected.sort_by_key(|(against, pair)| (std::cmp::Reverse(*against), pair.a, pair.b));
+            suspected.truncate(SUSPECTED);
+            let held = count(&found.1, holds);
+            let mut best: Option<(usize, [usize; 2], _)> = None;
+            for (_, pair) in suspected {
+                let mut fewer = out.clone();
+                fewer.insert([pair.a, pair.b], 0);
+                let without = self.assembled(pairs, &fewer);
+                let more = count(&without.1, holds).saturating_sub(held);
+                if more >= needed(pair) && best.as_ref().is_none_or(|best| more > best.0) {
+                    best = Some((more, [pair.a, pair.b], without));
+                }
+            }
+            let Some((more, pair, without)) = best else { break };
+            out.insert(pair, more);
+            found = without;
+        }
+        self.outvoted = out;
+        found
+    }
+
+    /// Fixed scans that contradict each other: those that lie elsewhere beside each other where all scans are joined as if none was fixed.
+    /// That is looked at if pairs that are sure are refused.
+    fn at_odds(&self, standings: &[Standing]) -> Vec<AtOdds> {
+        let fixed = self.inside.is_fixed.iter().filter(|is_fixed| **is_fixed).count();
+        let is_refused = |(pair, standing): (&Pair, &Standing)| {
+            pair.finding == Finding::Sure && matches!(standing, Standing::Disagrees | Standing::SeenThrough)
+        };
+        if fixed < 2 || !self.pairs.values().zip(standings).any(is_refused) {
+            return Vec::new();
+        }
+        let mut pairs: Vec<Pair> = self.pairs.values().cloned().collect();
+        let is_out = |pair: &Pair| self.outvoted.contains_key(&[pair.a, pair.b]);
+        pairs.iter_mut().filter(|pair| is_out(pair)).for_each(|pair| pair.finding = Finding::Nothing);
+        let (free, unbound) = (vec![false; self.views.len()], Bound::unbound());
+        let limit = Limit { bound: &unbound, steps: self.steps.as_ref(), is_fixed: &free };
+        let (groups, _) =
+            assemble(self.views, &pairs, apart_at_first(self.views, &free), limit, |pair| self.is_trusted(pair));
+        let mut found = Vec::new();
+        for group in &groups {
+            let mut members: Vec<(usize, DAffine3)> =
+                group.members.iter().copied().filter(|member| self.inside.is_fixed[member.0]).collect();
+            members.sort_by_key(|member| member.0);
+            for (k, &(a, of_a)) in members.iter().enumerate() {
+                for &(b, of_b) in &members[k + 1..] {
+                    let slack = AGREE * self.views[a].coarse.cell.max(self.views[b].coarse.cell);
+                    found.extend(AtOdds::of(self.views, [a, b], &(of_a.inverse() * of_b), slack));
+                }
+            }
+        }
+        found
     }
 
     /// Pairs that the caller names.
@@ -335,7 +492,23 @@ impl Search<'_, '_> {
             far < views[a].reduced.radius + views[b].reduced.radius + reach(a, b)
         };
         let all = (0..views.len()).flat_map(|a| (a + 1..views.len()).map(move |b| [a, b]));
-        let wanted: Vec<[usize; 2]> = all.filter(touch).filter(|pair| !self.pairs.contains_key(pair)).collect();
+        let near: Vec<[usize; 2]> = all.filter(touch).collect();
+        let shares = near.par_iter().map(|&[a, b]| {
+            self.progress.check()?;
+            let both = [&views[a], &views[b]];
+            let given = motion(a, b);
+            let share = |margin: f64| {
+                touching_share(both, &given, margin) + touching_share([both[1], both[0]], &given.inverse(), margin)
+            };
+            // Surfaces that touch may not do so yet, as poses are off.
+            let far = share(self.bound.apart(a, b));
+            Ok((if far > 0.0 { far + share(0.0) } else { 0.0 }, [a, b]))
+        });
+        let mut shares: Vec<(f64, [usize; 2])> = shares.collect::<Result<_>>()?;
+        shares.retain(|(share, _)| *share > 0.0);
+        self.beside = most_of_each(&shares, BESIDE);
+        let nearest = most_of_each(&shares, NEAREST);
+        let wanted: Vec<[usize; 2]> = nearest.into_iter().filter(|pair| !self.pairs.contains_key(pair)).collect();
         let (bound, limits) = (self.bound, self.limits);
         self.add(&wanted, |a, b| {
             let start = motion(a, b);
@@ -356,8 +529,8 @@ fn picked(views: &[View], inside: &Inside, a: usize, b: usize, bound: &Bound, li
     let off = |motion: &DAffine3| {
         picks.iter().map(|pick| motion.transform_point3(pick.points[1]).distance(pick.points[0])).fold(0.0, f64::max)
     };
-    let has_normals = picks.iter().filter(|pick| pick.normals.is_some()).count();
-    if picks.len() >= 3 || (picks.len() == 2 && has_normals == 2) {
+    let with_normals = picks.iter().filter(|pick| pick.normals.is_some()).count();
+    if is_enough(picks.len(), with_normals) {
         let mut fit = RigidFit::new();
         for pick in &picks {
             fit.point(pick.points[1], pick.points[0], pick.weight);
@@ -376,6 +549,13 @@ fn picked(views: &[View], inside: &Inside, a: usize, b: usize, bound: &Bound, li
     }
     let mut pair = Pair::search(views, a, b, Effort::Thorough, bound, limits);
     pair.modes.retain(|mode| picks.is_empty() || off(&mode.a_from_b) < PICKED * cell);
+    // Fewer picks choose among the places that shape gives, and must leave one.
+    if !picks.is_empty() && !inside.trusted.contains(&[a, b]) {
+        pair.finding = find([&views[a], &views[b]], &pair.modes, limits);
+        if !matches!(pair.finding, Finding::Sure | Finding::Weak) {
+            pair.modes.clear();
+        }
+    }
     if pair.modes.is_empty() {
         pair.finding = Finding::Nothing;
     }

@@ -36,6 +36,16 @@ pub(crate) fn in_time(sources: &[&dyn ScanSource]) -> Option<Vec<(usize, u64)>> 
     order.windows(2).all(follow).then(|| order.into_iter().zip(places(&at)).collect())
 }
 
+/// The first two scans, of all that are frames of one recording, that have the same place in it.
+pub(crate) fn twice(sources: &[&dyn ScanSource]) -> Option<[usize; 2]> {
+    let moments: Vec<Moment<'_>> = sources.iter().map(|source| source.moment()).collect::<Option<_>>()?;
+    let mut order: Vec<usize> = (0..moments.len()).collect();
+    order.sort_by(|&a, &b| moments[a].at.total_cmp(&moments[b].at));
+    let is_one = moments.iter().all(|moment| moment.recording == moments[0].recording);
+    let same = order.windows(2).find(|two| is_one && moments[two[0]].at == moments[two[1]].at)?;
+    Some([same[0], same[1]])
+}
+
 /// Places of frames in their recording, counted in usual steps from the first: in a gap of numbers or times frames are missing.
 fn places(at: &[f64]) -> Vec<u64> {
     let steps = || at.windows(2).map(|two| two[1] - two[0]);
@@ -247,7 +257,7 @@ impl Steps {
             let both = [&views[a.1], &views[b.1]];
             let steps = self.place[b.1] - self.place[a.1];
             apart(&from, &to, both[0].reduced.radius) > self.longest * steps as f64
-                || (steps < (b.0 - a.0) as u64 + MISSING && touching_share(both, &(a.3.inverse() * b.3)) < OVERLAP)
+                || (steps < (b.0 - a.0) as u64 + MISSING && touching_share(both, &(a.3.inverse() * b.3), 0.0) < OVERLAP)
         };
         // Pieces come together in their order: what was followed between two of them says where these are.
         let is_next = |a: &Frame, b: &Frame| {

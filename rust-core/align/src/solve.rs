@@ -16,10 +16,10 @@ use crate::linear::{Matrix6, eigen};
 use crate::misfit::Placed;
 use crate::pair::Pair;
 use crate::params::AlignParams;
-use crate::reach::Bound;
+use crate::reach::{Bound, ROUGH_REACH};
 use crate::refine::Both;
 use crate::relax::{Link, Net, Start, Tie, contacts};
-use crate::search::{Found, search};
+use crate::search::{AtOdds, Found, search};
 use crate::stages::FITTING;
 use crate::turntable::Table;
 use crate::uncertainty::covariances;
@@ -42,6 +42,10 @@ pub(crate) struct Solved {
     pub picks: Vec<Pick>,
     /// The scans in the order of the recording, where they were followed.
     pub sequence: Option<Vec<usize>>,
+    /// Pairs that the caller names, but against which others speak, and how many.
+    pub outvoted: BTreeMap<[usize; 2], usize>,
+    /// Fixed scans that contradict each other.
+    pub at_odds: Vec<AtOdds>,
     pub bound: Bound,
     /// Whether there was a turntable, and where, if it was found.
     pub is_turned: bool,
@@ -133,7 +137,9 @@ const MANY: usize = 1000;
 
 pub(crate) fn solve(views: &[View], params: &AlignParams, inside: &Inside, progress: &Progress<'_>) -> Result<Solved> {
     let bound = Bound::of(views, params, inside);
-    let Found { pairs, standings, groups, doubted, table, sequence } = search(views, params, inside, &bound, progress)?;
+    let Found { pairs, standings, groups, doubted, table, sequence, outvoted, at_odds } =
+        search(views, params, inside, &bound, progress)?;
+    let inside = &inside.without(&outvoted.keys().copied().collect());
     let limits = Limits::of(params);
     let is_followed = sequence.is_some();
     let known = Known { views, inside, bound: &bound, limits: &limits, table: table.as_ref(), is_followed };
@@ -155,25 +161,55 @@ pub(crate) fn solve(views: &[View], params: &AlignParams, inside: &Inside, progr
         has_fixed(y).cmp(&has_fixed(x)).then(count(y).cmp(&count(x))).then(area(y).total_cmp(&area(x)))
     };
     solved.sort_by(rank);
+    let links: Vec<Looked> = looked
+        .into_iter()
+        .map(|(link, verdict)| Looked { link, closest: closest(&verdict, &limits), verdict })
+        .collect();
+    let at_odds = with_near(views, inside, &links, at_odds, &limits, progress)?;
     Ok(Solved {
         groups: solved,
         pairs,
         standings,
         doubted,
-        links: looked
-            .into_iter()
-            .map(|(link, verdict)| Looked { link, closest: closest(&verdict, &limits), verdict })
-            .collect(),
+        links,
         limits,
         inside: inside.is_fixed.clone(),
         rejected: inside.rejected.clone(),
         trusted: inside.trusted.clone(),
         picks: inside.picks.clone(),
         sequence,
+        outvoted,
+        at_odds,
         bound,
         is_turned: inside.turned.is_some(),
         table,
     })
+}
+
+/// Fixed scans that contradict each other, and those that touch and do not lie on each other but would near by.
+fn with_near(
+    views: &[View],
+    inside: &Inside,
+    links: &[Looked],
+    mut at_odds: Vec<AtOdds>,
+    limits: &Limits,
+    progress: &Progress<'_>,
+) -> Result<Vec<AtOdds>> {
+    let is_new = |link: &Link| at_odds.iter().all(|known| known.scans != [link.a, link.b]);
+    let both_fixed = |link: &Link| inside.is_fixed[link.a] && inside.is_fixed[link.b];
+    let off: Vec<Link> =
+        links.iter().filter(|looked| looked.is_off()).map(|l| l.link).filter(|l| both_fixed(l) && is_new(l)).collect();
+    let near = off.par_iter().map(|&Link { a, b }| {
+        progress.check()?;
+        let given = views[a].reduced.world_from_local().inverse() * views[b].reduced.world_from_local();
+        let reach = ROUGH_REACH * views[a].reduced.radius.min(views[b].reduced.radius);
+        let pair = Pair::near(views, a, b, &given, reach, limits);
+        let motion = pair.modes.first().filter(|_| pair.finding == Finding::Sure);
+        let cell = views[a].fine().cell.max(views[b].fine().cell);
+        Ok(motion.and_then(|mode| AtOdds::of(views, [a, b], &mode.a_from_b, cell)))
+    });
+    at_odds.extend(near.collect::<Result<Vec<_>>>()?.into_iter().flatten());
+    Ok(at_odds)
 }
 
 /// A group settled. It becomes several if it falls apart because pairs that joined it don't fit beside the others.
@@ -385,7 +421,8 @@ fn touching(net: &Net<'_>, members: &[usize], inside: &Inside, progress: &Progre
         .collect();
     let shares = pairs.par_iter().map(|&link| {
         progress.check()?;
-        Ok(motion(net, link).map_or(0.0, |motion| touching_share([&net.views[link.a], &net.views[link.b]], &motion)))
+        Ok(motion(net, link)
+            .map_or(0.0, |motion| touching_share([&net.views[link.a], &net.views[link.b]], &motion, 0.0)))
     });
     let shares: Vec<f64> = shares.collect::<Result<_>>()?;
     let touching = pairs.into_iter().zip(shares).filter(|(_, share)| *share > 0.0);

@@ -1,5 +1,7 @@
 //! The report's figures, by the caller's numbers.
 
+use std::collections::BTreeMap;
+
 use glam::DAffine3;
 use rayon::prelude::*;
 
@@ -27,9 +29,10 @@ pub(crate) fn alignment(
     solved: Solved,
     progress: &Progress<'_>,
 ) -> Result<Alignment> {
-    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let told_apart = told_apart(names, order);
+    let shown: Vec<&str> = told_apart.iter().map(String::as_str).collect();
     let mut report = AlignReport { compared: solved.pairs.len(), ..AlignReport::default() };
-    let mut scans: Vec<AlignedScan> = (0..views.len()).map(|k| scan(views, k, names[k])).collect();
+    let mut scans: Vec<AlignedScan> = (0..views.len()).map(|k| scan(views, k, &names[k])).collect();
     for (number, group) in solved.groups.iter().enumerate() {
         let is_first = number == 0;
         if group.members.len() == 1 && !is_first {
@@ -74,7 +77,7 @@ pub(crate) fn alignment(
         if matches!(scans[k].state, ScanState::Unplaced | ScanState::Apart) {
             let why = match solved.bound.no_poses().filter(|_| views[k].reduced.area > 0.0) {
                 Some(text) => Reason { text: text.to_owned(), is_open: false },
-                None => reason(views, &solved, &names, &scans, k, progress)?,
+                None => reason(views, &solved, &shown, &scans, k, progress)?,
             };
             scans[k].reason = why.text;
             if solved.bound.binds() && why.is_open {
@@ -82,7 +85,7 @@ pub(crate) fn alignment(
             }
         }
     }
-    say(&mut report, views, order, &names, &scans, &solved, progress)?;
+    say(&mut report, views, order, &shown, &scans, &solved, progress)?;
     let mut by_number: Vec<AlignedScan> = vec![AlignedScan::default(); scans.len()];
     for (entry, &number) in scans.into_iter().zip(order) {
         by_number[number] = entry;
@@ -95,6 +98,17 @@ pub(crate) fn alignment(
         angles: table.turns(&world_from_scan),
     });
     Ok(Alignment { world_from_scan, report: AlignReport { scans: by_number, turntable, ..report } })
+}
+
+/// Names as messages have them: those that several scans have come with the scan's number.
+pub(crate) fn told_apart(names: &[String], numbers: &[usize]) -> Vec<String> {
+    let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
+    names.iter().for_each(|name| *counts.entry(name).or_default() += 1);
+    let shown = |(name, number): (&String, &usize)| match counts[name.as_str()] {
+        1 => name.clone(),
+        _ => format!("{name} (scan {number})"),
+    };
+    names.iter().zip(numbers).map(shown).collect()
 }
 
 /// Points of a scan that tell how far it lies from the others.
@@ -197,7 +211,7 @@ fn state_of(pair: &Pair, standing: Standing) -> PairState {
 }
 
 fn pair_table(views: &[View], solved: &Solved, order: &[usize], scans: &[AlignedScan]) -> Vec<AlignedPair> {
-    let mut table: std::collections::BTreeMap<[usize; 2], AlignedPair> = std::collections::BTreeMap::new();
+    let mut table: BTreeMap<[usize; 2], AlignedPair> = BTreeMap::new();
     let mut put =
         |a: usize, b: usize, state: PairState, verdict: Option<&Verdict>, places: usize, free: Vec<Freedom>| {
             let flipped = order[a] > order[b];

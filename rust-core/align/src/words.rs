@@ -1,21 +1,24 @@
 //! Why scans are not placed, and what the user should know, in sentences.
 
+use std::collections::BTreeMap;
+
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 
 use crate::assemble::{Standing, contradict};
-use crate::constraints::Pick;
+use crate::constraints::{Pick, is_enough};
 use crate::doubts::Doubt;
-use crate::finding::Finding;
-use crate::judge::Mode;
+use crate::finding::{APART, Finding, closest};
+use crate::judge::{Mode, Verdict};
 use crate::misfit::{Cause, Placed, cause};
 use crate::pair::Pair;
 use crate::report::{AlignReport, AlignedScan, Freedom, ScanState, freedoms};
 use crate::rivals::{Rivals, rivals};
+use crate::search::AtOdds;
 use crate::snap::{Snap, Stays, snap};
 use crate::solve::Solved;
 use crate::view::View;
-use base::error::{Result, Shown};
+use base::error::{Result, Shown, counted};
 use base::progress::Progress;
 
 /// A scan so many times larger or smaller than the median is in another unit.
@@ -98,6 +101,12 @@ pub(crate) fn reason(
         let there = too_far(*moved, solved.bound.reach(k));
         return closed(format!("it fits other scans {there}: check its pose, or raise reach"));
     }
+    if let Some((pair, which)) = sure.zip(fixed_at_odds(names, solved)) {
+        return open(joined(format!(
+            "it fits {:?}, but fixed scans contradict each other, {which}: check their poses, or fix one of them alone",
+            other(pair)
+        )));
+    }
     // A scan of a room that nearly lies on others may be anywhere.
     if !views[k].is_of_room()
         && let Some(text) = nearly(views, solved, names, k, progress)?
@@ -124,15 +133,41 @@ pub(crate) fn reason(
         return open(joined(format!("it fits {:?}, but other scans saw through where that would put it", other(pair))));
     }
     if let Some(pair) = sure_one().filter(|_| apart) {
+        let first = solved.groups.first().map_or(&[][..], |group| &group.members[..]);
+        let own = group.map_or(&[][..], |group| &group.members[..]);
+        if own.iter().all(|(x, _)| first.iter().all(|(y, _)| is_rejected(solved, *x, *y))) {
+            return open(format!(
+                "it fits {:?}, but all pairs of these with the first group are rejected: allow one that touches",
+                other(pair)
+            ));
+        }
         return open(format!(
             "it fits {:?}, but nothing joins these with the first group: they are of something else, or share too little with it",
             other(pair)
+        ));
+    }
+    let others = (0..views.len()).filter(|&other| other != k && views[other].reduced.area > 0.0);
+    if others.clone().next().is_none() {
+        return open("no other scan has a surface that it could fit".to_owned());
+    }
+    if others.clone().all(|other| is_rejected(solved, k, other)) {
+        return open("all its pairs with other scans are rejected: allow one that touches it".to_owned());
+    }
+    if solved.table.is_some() {
+        return open(joined(
+            "no turn about the turntable's axis was found by which it fits another scan. Check the axis and the angles, or leave \
+                it out if it did not stand on the table."
+                .to_owned(),
         ));
     }
     let remedy = if solved.bound.binds() { "pairs of points" } else { "a rough pose, or pairs of points" };
     open(joined(format!(
         "no place was found where it fits another scan: it is of something else, or shares less than a third: give it {remedy}"
     )))
+}
+
+fn is_rejected(solved: &Solved, a: usize, b: usize) -> bool {
+    solved.rejected.contains(&[a.min(b), a.max(b)])
 }
 
 /// Why a scan that fits others has no place all the same.
@@ -218,6 +253,11 @@ fn why_not(views: &[View], solved: &Solved, pair: &Pair, other: &str) -> Option<
                 ways(&free)
             ))
         }
+        Finding::Loose if is_noise(verdict) => Some(format!(
+            "it fits {other:?}, but lies {} apart there, which noise explains, and tolerance allows {}: raise it, or leave it out",
+            Shown::digits(verdict.mean_square.sqrt(), 2),
+            Shown::digits(closest(verdict, &solved.limits), 2)
+        )),
         Finding::Background => Some(format!(
             "most of what it shares with {other:?} stands still before the sensor while the rest moved: remove the background or the stage"
         )),
@@ -355,15 +395,15 @@ pub(crate) fn say(
     }
     report.messages.extend(several_places(views, order, names, solved, progress)?);
     report.messages.extend(in_doubt(order, names, solved));
-    let same = (0..views.len()).flat_map(|a| (a + 1..views.len()).map(move |b| (a, b)));
-    for (a, b) in
-        same.filter(|&(a, b)| views[a].reduced.content == views[b].reduced.content && views[a].reduced.area > 0.0)
-    {
-        report.messages.push(format!("{:?} and {:?} hold the same samples: leave one out", names[a], names[b]));
-    }
-    report.messages.extend(lost(names, scans, solved));
+    report.messages.extend(equal(views, order, names));
+    report.messages.extend(lost(views, names, scans, solved));
     report.messages.extend(told(views, names, solved));
-    if let Some(group) = solved.groups.first() {
+    report.messages.extend(fixed_at_odds(names, solved).map(|which| {
+        format!("fixed scans contradict each other: {which}. Check their poses, or fix one of them alone.")
+    }));
+    report.messages.extend(too_exact(solved));
+    // Beside scans that contradict each other nothing is bent, or of another size.
+    if let Some(group) = solved.groups.first().filter(|_| solved.at_odds.is_empty()) {
         let causes = group.members.par_iter().map(|&(k, pose)| {
             progress.check()?;
             let scan = Placed { view: &views[k], world_from_local: pose };
@@ -376,6 +416,39 @@ pub(crate) fn say(
         }
     }
     Ok(())
+}
+
+/// Scans that hold the same samples, by groups.
+fn equal(views: &[View], order: &[usize], names: &[&str]) -> Option<String> {
+    let mut of_content: BTreeMap<u64, Vec<usize>> = BTreeMap::new();
+    for (k, view) in views.iter().enumerate().filter(|(_, view)| view.reduced.area > 0.0) {
+        of_content.entry(view.reduced.content).or_default().push(k);
+    }
+    let mut groups: Vec<Vec<usize>> = of_content.into_values().filter(|scans| scans.len() > 1).collect();
+    groups.iter_mut().for_each(|scans| scans.sort_by_key(|&k| order[k]));
+    groups.sort_by_key(|scans| order[scans[0]]);
+    let named = |scans: &Vec<usize>| scans.iter().map(|&k| names[k]).collect::<Vec<&str>>();
+    match &groups[..] {
+        [] => None,
+        [scans] if scans.len() == 2 => {
+            Some(format!("{:?} and {:?} hold the same samples: leave one out", names[scans[0]], names[scans[1]]))
+        }
+        [scans] => Some(format!(
+            "{} scans hold the same samples, leave all but one out: {}",
+            scans.len(),
+            quoted(&named(scans))
+        )),
+        several => {
+            let shown: Vec<String> =
+                several.iter().take(MOST_NAMED).map(|scans| format!("({})", quoted(&named(scans)))).collect();
+            Some(format!(
+                "{} groups of scans hold the same samples each, leave all but one of each out: {}{}",
+                several.len(),
+                shown.join(", "),
+                if several.len() > MOST_NAMED { " and others" } else { "" }
+            ))
+        }
+    }
 }
 
 /// Groups that fit the placed scans in several places.
@@ -420,18 +493,31 @@ fn in_doubt(order: &[usize], names: &[&str], solved: &Solved) -> Option<String> 
 }
 
 /// Places where track of a recording was lost, and whether it was found again.
-fn lost(names: &[&str], scans: &[AlignedScan], solved: &Solved) -> Vec<String> {
+fn lost(views: &[View], names: &[&str], scans: &[AlignedScan], solved: &Solved) -> Vec<String> {
     let frames = solved.sequence.as_deref().unwrap_or_default();
     let mut said: Vec<String> = Vec::new();
     for [before, after] in frames.windows(2).map(|two| [two[0], two[1]]) {
         let is_of_both = |pair: &&Pair| [pair.a, pair.b] == [before.min(after), before.max(after)];
         let is_found = scans[before].group.is_some() && scans[before].group == scans[after].group;
-        let why = match solved.pairs.iter().find(is_of_both).map(|pair| pair.finding) {
+        // Fixed scans are not compared.
+        if solved.inside[before] && solved.inside[after] {
+            continue;
+        }
+        let found = solved.pairs.iter().find(is_of_both);
+        let why = match found.map(|pair| pair.finding) {
             Some(Finding::Sure | Finding::Weak) if is_found => continue,
+            _ if [before, after].iter().any(|&k| views[k].reduced.area <= 0.0) => "one of them has no surface",
+            _ if is_rejected(solved, before, after) => "the pair is rejected",
+            Some(Finding::Loose) if found.is_some_and(|pair| is_noise(&pair.modes[0].verdict)) => {
+                "noise puts what both show further apart than tolerance allows"
+            }
+            Some(Finding::Ambiguous) => "they fit in several places",
+            Some(Finding::Walls) => "they share hardly more than walls, which fit elsewhere as well",
             Some(Finding::Sure | Finding::Weak) => "other frames do not confirm how they fit",
             Some(Finding::Slides) => "what both show can turn or slide",
             Some(Finding::Loose) => "what both show lies further apart than noise explains",
             Some(Finding::SeenThrough | Finding::Background) => "something moved, or one shows another place",
+            _ if solved.table.is_some() => "no turn about the turntable's axis makes them fit",
             _ => "they share too little",
         };
         let then = if is_found { "other frames say how they lie" } else { "they are not in one group" };
@@ -477,13 +563,21 @@ fn told(views: &[View], names: &[&str], solved: &Solved) -> Vec<String> {
     picked.dedup();
     for [a, b] in picked {
         let picks = || solved.picks.iter().filter(|pick| pick.scans == [a, b]);
-        if pair_of(a, b).is_some_and(|pair| pair.modes.is_empty()) {
+        let (count, with_normals) = (picks().count(), picks().filter(|pick| pick.normals.is_some()).count());
+        let is_open = pair_of(a, b).is_some_and(|pair| pair.modes.is_empty());
+        if is_open && !is_enough(count, with_normals) {
+            said.push(format!(
+                "too few points are picked in {:?} and {:?} to tell how they lie: {count}. Their shape does not tell it either. Pick three that \
+                    lie in no line, or two with the normals there.",
+                names[a], names[b]
+            ));
+            continue;
+        }
+        if is_open {
             said.push(format!(
                 "no place was found for the {} points picked in {:?} and {:?}. Check that each is the same point of \
                     the surface, and that they lie equally far apart in both.",
-                picks().count(),
-                names[a],
-                names[b]
+                count, names[a], names[b]
             ));
             continue;
         }
@@ -518,7 +612,14 @@ fn told(views: &[View], names: &[&str], solved: &Solved) -> Vec<String> {
         };
         said.push(format!("{:?} and {:?} are trusted to touch, but {what}", names[a], names[b]));
     }
-    if solved.inside.iter().filter(|fixed| **fixed).count() > 1 {
+    for ([a, b], more) in &solved.outvoted {
+        said.push(format!(
+            "{:?} and {:?} were said to touch, and were not held together: {more} more pairs that fit by themselves hold without that. \
+                Check the pair and its points, or reject those pairs.",
+            names[*a], names[*b]
+        ));
+    }
+    if solved.at_odds.is_empty() && solved.inside.iter().filter(|fixed| **fixed).count() > 1 {
         let others = solved
             .pairs
             .iter()
@@ -535,12 +636,52 @@ fn told(views: &[View], names: &[&str], solved: &Solved) -> Vec<String> {
     said
 }
 
+/// Fixed scans that contradict each other, the worst first.
+fn fixed_at_odds(names: &[&str], solved: &Solved) -> Option<String> {
+    let mut worst: Vec<&AtOdds> = solved.at_odds.iter().collect();
+    worst.sort_by(|x, y| y.far.total_cmp(&x.far).then(x.scans.cmp(&y.scans)));
+    let shown = worst.iter().take(MOST_NAMED).map(|at_odds| {
+        let [a, b] = at_odds.scans;
+        format!("{:?} and {:?} are off by {}", names[a], names[b], Shown::digits(at_odds.far, 2))
+    });
+    let shown: Vec<String> = shown.collect();
+    match worst.len().saturating_sub(MOST_NAMED) {
+        _ if worst.is_empty() => None,
+        0 => Some(shown.join(", ")),
+        more => Some(format!("{} and {more} more", shown.join(", "))),
+    }
+}
+
+/// Pairs of which more is asked for than noise allows.
+fn too_exact(solved: &Solved) -> Option<String> {
+    let tolerance = solved.limits.tolerance?;
+    let refused = solved.pairs.iter().filter(|pair| pair.finding == Finding::Loose);
+    let refused = refused.map(|pair| &pair.modes[0].verdict).filter(|verdict| is_noise(verdict));
+    let far: Vec<f64> = refused.map(|verdict| verdict.mean_square.sqrt()).collect();
+    let most = far.iter().copied().fold(0.0, f64::max);
+    (!far.is_empty()).then(|| {
+        format!(
+            "tolerance, {}, is smaller than the noise: {} refused that noise alone puts up to {} apart. Raise it, or leave it out.",
+            Shown::digits(tolerance, 2),
+            counted(far.len() as u64, "pair of scans was", "pairs of scans were"),
+            Shown::digits(most, 2)
+        )
+    })
+}
+
+/// Whether surfaces lie no further apart than noise explains.
+fn is_noise(verdict: &Verdict) -> bool {
+    verdict.mean_square.sqrt() <= APART * verdict.expected
+}
+
 /// Picked points that lie so many coarse cells apart in the end are not the same.
 const FAR_PICK: f64 = 3.0;
 
-/// At most five names.
+/// Names in a message.
+const MOST_NAMED: usize = 5;
+
 fn quoted(names: &[&str]) -> String {
-    let shown: Vec<String> = names.iter().take(5).map(|name| format!("{name:?}")).collect();
-    let rest = names.len().saturating_sub(5);
+    let shown: Vec<String> = names.iter().take(MOST_NAMED).map(|name| format!("{name:?}")).collect();
+    let rest = names.len().saturating_sub(MOST_NAMED);
     if rest > 0 { format!("{} and {rest} more", shown.join(", ")) } else { shown.join(", ") }
 }

@@ -67,7 +67,9 @@ fn a_wrong_use_of_the_examples_is_told() {
     // Before it looks for the scans.
     let said = merge.command(&[]).args(["out.xyz", "nowhere.ply"]).output().unwrap();
     assert_eq!(said.status.code(), Some(1));
-    assert!(String::from_utf8_lossy(&said.stderr).contains("out.xyz: the name must end in .ply, .glb, .stl or .obj"));
+    assert!(
+        String::from_utf8_lossy(&said.stderr).contains("out.xyz: the name must end in .ply, .glb, .stl, .3mf or .obj")
+    );
     let camera = threaded("tracked_camera.cpp", &["-O1"]);
     let said = camera.command(&[]).args(["out.ply", "0"]).output().unwrap();
     assert!(said.status.code() == Some(2) && said.stderr.starts_with(b"usage: "));
@@ -93,7 +95,7 @@ fn a_tracked_camera_previews_and_leaks_nothing() {
     assert!(std::fs::metadata(program.folder.path().join("out.ply")).unwrap().len() > 1_000_000);
     let failed = program.command(&[]).args(["out.xyz", "1"]).output().unwrap();
     assert_eq!(failed.status.code(), Some(1));
-    assert!(String::from_utf8_lossy(&failed.stderr).contains("the name must end in .ply, .glb, .stl or .obj"));
+    assert!(String::from_utf8_lossy(&failed.stderr).contains("the name must end in .ply, .glb, .stl, .3mf or .obj"));
 }
 
 mod thorough {

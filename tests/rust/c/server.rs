@@ -165,7 +165,10 @@ fn bad_requests_are_told_what_is_wrong() {
         |name: &str| Request { files: vec![(name.to_owned(), request.files[0].1.clone())], ..request.clone() };
     assert!(server.refused(&renamed("../scan.ply").bytes()).contains("../scan.ply"));
     let other = server.refused(&Request { ending: "xyz", ..request.clone() }.bytes());
-    assert!(other.ends_with("result.xyz: the name must end in .ply, .glb, .stl or .obj to hold a mesh"), "{other}");
+    assert!(
+        other.ends_with("result.xyz: the name must end in .ply, .glb, .stl, .3mf or .obj to hold a mesh"),
+        "{other}"
+    );
     let cut = Request { files: vec![("scan.ply".to_owned(), request.files[0].1[..300].to_vec())], ..request.clone() };
     assert!(server.refused(&cut.bytes()).contains("scan.ply: "));
     server.merged(&request);

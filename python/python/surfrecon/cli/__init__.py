@@ -14,6 +14,7 @@
 ``inputs``, ``members``  files that are read, their hashes, and files that files name
 ``record``               what is kept of a run: its report and the provenance of its result
 ``files``                text files that appear whole
+``advice``               what to do about errors, in options of the command line
 ``streams``              closed pipes, full disks, names that are not UTF-8
 ``stops``                Ctrl-C
 ``progress``             bars

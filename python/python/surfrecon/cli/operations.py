@@ -123,7 +123,9 @@ def align(work: Work) -> Made:
         found.write(path)
         _tell_outside(work, path, found.scans)
 
-    return Made(found.report, list(found.report.summary), write)
+    # The log may have told some already.
+    lines = [line for line in found.report.summary if line not in work.notes]
+    return Made(found.report, lines, write)
 
 
 def _refuse_unlisted(work: Work, scans: _native.ScanSet) -> None:
@@ -148,7 +150,7 @@ def _tell_outside(work: Work, path: str, scans: Sequence[_native.Scan]) -> None:
     if outside:
         lie = "1 scan lies" if outside == 1 else f"{outside} scans lie"
         work.note(
-            f"{path}: {lie} outside of its folder, so merge refuses this list without --allow-outside (allow_outside). "
+            f"{path}: {lie} outside of its folder, so merge refuses this list without --allow-outside. "
             "Or write it into a folder that all scans are in or below."
         )
 

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from .. import _native
 from .._errors import ParameterError, SurfreconError
 from . import progress, streams
+from .advice import advised
 from .files import is_same, refuse_unwritable
 from .parser import BadCommandLine, parser, requested
 from .performing import CLOSED_PIPE, DONE, FAILED, WRONG_USE, perform, problem_of, show
@@ -129,6 +130,7 @@ def _dispatch(given: argparse.Namespace, stops: Stops) -> int:
     _tell_notes(given, work)
     if not given.quiet and not given.json:
         for k, line in enumerate(made.lines):
+            line = advised(line)
             streams.say(f"{request.output}: {line}" if k == 0 and request.output else line)
     return DONE
 

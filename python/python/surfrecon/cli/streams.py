@@ -9,6 +9,8 @@ import os
 import sys
 from collections.abc import Iterator
 
+from .advice import advised
+
 __all__ = ["ClosedPipe", "OutputError", "drop", "finish", "prepare", "say", "tell"]
 
 
@@ -59,7 +61,7 @@ def say(text: str) -> None:
 def tell(text: str) -> None:
     """A line on standard error, where that can be written: there is nowhere to say that it can't."""
     with contextlib.suppress(OSError, ValueError, AttributeError):
-        sys.stderr.write(text + "\n")
+        sys.stderr.write(advised(text) + "\n")
         sys.stderr.flush()
 
 

@@ -239,3 +239,26 @@ proptest! {
         }
     }
 }
+
+/// Theorem: of frames with rough poses that all lie in one room, each is compared with so many others, however many there are.
+#[test]
+fn frames_of_a_cube_are_compared_with_few_others_each() {
+    let mut cube = TriMesh::default();
+    add(&mut cube, &Shape::Cuboid { half: DVec3::splat(1.0) }.mesh(4), 0.0, DVec3::ZERO, true);
+    let compared = |count: usize| {
+        let place = |k: usize| {
+            let turn = std::f64::consts::TAU * k as f64 / count as f64;
+            let eye = DVec3::new(0.3 * turn.cos(), 0.3 * turn.sin(), 0.1 * (2.0 * turn).sin());
+            let ahead = turn + 0.5;
+            (eye, eye + DVec3::new(ahead.cos(), ahead.sin(), 0.5 * (3.0 * turn).sin()))
+        };
+        let images = film(&cube, &(0..count).map(place).collect::<Vec<_>>(), (30, 40), 0.0);
+        let alignment = rough(&images, None, &Constraints::default());
+        for (image, found) in images.iter().zip(&alignment.world_from_scan) {
+            assert!(found.is_none_or(|found| displaced(image, &found) < 0.06), "{}", lines(&alignment));
+        }
+        alignment.report.compared
+    };
+    let counts = [12, 24].map(compared);
+    assert!(counts[0] <= 12 * 7 && counts[1] <= 24 * 7, "{counts:?}");
+}

@@ -5,7 +5,7 @@ use glam::{DAffine3, DVec3};
 use image::RangeImage;
 use image::source::ScanSource as _;
 use mesh::shapes::Shape;
-use surfrecon_align::{AlignParams, Alignment, Constraints, Pick, Turntable, run};
+use surfrecon_align::{AlignParams, Alignment, Constraints, Pick, ScanState, Start, Turntable, run};
 
 use crate::scans::{aligned, around, errors, look, placed, sources, statue, without_poses};
 
@@ -74,7 +74,7 @@ fn fixed_scans_that_contradict_each_other_are_named() {
         given[k] = placed(&images[k], by * images[k].world_from_sensor);
     }
     let alignment = aligned(&given, &Constraints { fixed: vec![0, 3], ..Constraints::default() });
-    assert!(lines(&alignment).contains("fixed may not lie where they belong"), "{}", lines(&alignment));
+    assert!(lines(&alignment).contains("fixed scans contradict each other"), "{}", lines(&alignment));
 }
 
 #[test]
@@ -84,4 +84,157 @@ fn angles_beside_equal_steps_are_refused() {
     let constraints = Constraints { angles: vec![0.0, 1.0, 2.0], ..Constraints::default() };
     let error = run(&sources(&images), &params, &constraints, &Progress::none()).unwrap_err();
     assert!(error.to_string().contains("choose one"), "{error}");
+}
+
+/// Theorem: pairs that are sure, and that say the same, win against one that the caller names, whether trusted or by points.
+#[test]
+fn a_wrong_pair_does_not_win_against_right_neighbours() {
+    let images = around(statue(), 8, 0.0);
+    let given = without_poses(&images);
+    // Opposite sides of the statue share nothing.
+    let own = |k: usize| given[k].oriented_points(&Progress::none()).unwrap().positions;
+    let [first, second] =
+        [own(0), own(4)].map(|points| points.into_iter().filter(|p| p.is_finite()).collect::<Vec<_>>());
+    let middle = |points: &[DVec3]| points.iter().sum::<DVec3>() / points.len() as f64;
+    let nearest = |points: &[DVec3], to: DVec3| {
+        points.iter().copied().min_by(|a, b| a.distance(to).total_cmp(&b.distance(to))).unwrap()
+    };
+    // Points of both that lie alike in front of the sensors, as somebody picks them who takes one side for the other.
+    let off = [DVec3::new(0.2, 0.0, 0.0), DVec3::new(-0.2, 0.1, 0.0), DVec3::new(0.0, -0.25, 0.0)];
+    let picks = off.map(|off| {
+        let points = [nearest(&first, middle(&first) + off), nearest(&second, middle(&second) + off)];
+        Pick { scans: [0, 4], points, normals: None, weight: 1.0 }
+    });
+    let trusted = Constraints { trusted: vec![[0, 4]], ..Constraints::default() };
+    let picked = Constraints { picks: picks.to_vec(), ..Constraints::default() };
+    for constraints in [trusted, picked] {
+        let alignment = aligned(&given, &constraints);
+        let off = errors(&images, &alignment);
+        assert!(off.iter().all(|off| off.is_some_and(|off| off < 1.0)), "{off:?} {}", lines(&alignment));
+        let wrong = [&images[0].name, &images[4].name];
+        let said = alignment.report.messages.iter().find(|text| wrong.iter().all(|name| text.contains(*name)));
+        assert!(said.is_some(), "{}", lines(&alignment));
+    }
+}
+
+/// Theorem: fixed scans that contradict each other are named, and by how much. Nothing is taken for bent or of another size for that.
+#[test]
+fn fixed_scans_that_contradict_each_other_are_named_with_how_far_they_are_off() {
+    let images = around(statue(), 8, 0.0);
+    for shift in [0.03, 0.12, 0.4] {
+        let mut given = without_poses(&images);
+        for (k, by) in [(0, 0.0), (1, shift), (5, 0.0)] {
+            let by = DAffine3::from_translation(DVec3::new(0.0, 0.0, by));
+            given[k] = placed(&images[k], by * images[k].world_from_sensor);
+        }
+        let alignment = aligned(&given, &Constraints { fixed: vec![0, 1, 5], ..Constraints::default() });
+        let text = lines(&alignment);
+        let said = alignment.report.messages.iter().find(|text| text.starts_with("fixed scans contradict each other"));
+        let said = said.unwrap_or_else(|| panic!("{shift}: {text}"));
+        assert!(said.contains(&format!("{:?}", images[1].name)), "{shift}: {text}");
+        for wrong in ["times as large", "is bent", "has moved"] {
+            assert!(!text.contains(wrong), "{shift}: {text}");
+        }
+        let far = said.split(" by ").nth(1).unwrap().split([',', '.']).take(2).collect::<Vec<_>>().join(".");
+        let far: f64 = far.trim().parse().unwrap_or_else(|_| panic!("{said}"));
+        assert!((far - shift).abs() < 0.3 * shift, "{shift}: {said}");
+    }
+    // Right ones are not.
+    let alignment = aligned(&images, &Constraints { fixed: vec![0, 1, 5], ..Constraints::default() });
+    assert!(!lines(&alignment).contains("contradict"), "{}", lines(&alignment));
+}
+
+/// The reason of a scan is the true one where its pairs are rejected, and where a turntable's axis is wrong.
+#[test]
+fn what_was_not_compared_does_not_share_too_little() {
+    let images = around(statue(), 4, 0.0);
+    let rejected = vec![[0, 3], [1, 3], [2, 3]];
+    let alignment = aligned(&without_poses(&images), &Constraints { rejected, ..Constraints::default() });
+    assert!(
+        alignment.report.scans[3].reason.contains("all its pairs with other scans are rejected"),
+        "{}",
+        lines(&alignment)
+    );
+    let params = AlignParams { start: Start::Sequence, ..AlignParams::default() };
+    let rejected = Constraints { rejected: vec![[0, 1]], ..Constraints::default() };
+    let images = around(statue(), 5, 0.0);
+    let mut given = without_poses(&images);
+    let nothing = image::range_image::Samples::Values(vec![f64::NAN; given[2].rows() * given[2].cols()]);
+    let image::range_image::Samples::Values(nothing) = nothing else { panic!("these are values") };
+    given[2] = RangeImage::from_values(given[2].rows(), given[2].cols(), nothing, *given[2].projection()).unwrap();
+    let alignment = run(&sources(&given), &params, &rejected, &Progress::none()).unwrap();
+    let text = alignment.report.messages.join("\n");
+    assert!(text.contains("the pair is rejected"), "{text}");
+    assert!(text.contains("one of them has no surface"), "{text}");
+}
+
+/// A tolerance below the noise is named, and what noise does is not taken for warp.
+#[test]
+fn a_tolerance_below_the_noise_is_named() {
+    let images = around(statue(), 5, 0.5);
+    let by = |tolerance| {
+        let params = AlignParams { tolerance, ..AlignParams::default() };
+        lines(&run(&sources(&without_poses(&images)), &params, &Constraints::default(), &Progress::none()).unwrap())
+    };
+    let text = by(Some(1e-5));
+    assert!(
+        text.contains("tolerance, 1.0e-5, is smaller than the noise") || text.contains("tolerance, 0.00001"),
+        "{text}"
+    );
+    assert!(text.contains("which noise explains") && !text.contains("shares less than a third"), "{text}");
+    assert!(!by(None).contains("tolerance") && !by(Some(0.1)).contains("tolerance"));
+}
+
+/// Picks about which scans may turn are refused, and fewer than three where shape does not choose either.
+#[test]
+fn picks_that_give_no_pose_are_refused() {
+    let images = around(statue(), 5, 0.0)[..2].to_vec();
+    let picks = common(&images, 0, 1, 3);
+    let refusal = |picks: Vec<Pick>| {
+        let constraints = Constraints { picks, ..Constraints::default() };
+        run(&sources(&images), &AlignParams::default(), &constraints, &Progress::none()).err().map(|e| e.to_string())
+    };
+    let mut in_line = picks.clone();
+    for side in 0..2 {
+        in_line[2].points[side] = in_line[0].points[side].lerp(in_line[1].points[side], 0.4);
+    }
+    let text = refusal(in_line.clone()).unwrap();
+    assert!(text.contains("the 3 picks of scans 0 and 1 lie in a line in scan 0."), "{text}");
+    // In one of the two scans, named the other way round.
+    in_line[2].points[0] = picks[2].points[0];
+    for pick in &mut in_line {
+        pick.scans.reverse();
+        pick.points.reverse();
+    }
+    assert!(refusal(in_line).unwrap().contains("lie in a line in scan 1"));
+    let mut equal = picks.clone();
+    equal[1].points[1] = equal[0].points[1];
+    assert!(refusal(equal).unwrap().contains("picks 0 and 1 are the same point of scan 1"));
+    assert_eq!(refusal(picks), None);
+    let ball = Shape::Sphere { radius: 1.0 }.mesh(64);
+    let images = [look(&ball, DVec3::new(1.0, 0.3, 0.5), 0.2, 0.0), look(&ball, DVec3::new(0.7, 0.8, 0.45), 1.3, 0.0)];
+    for count in [1, 2] {
+        let picks = common(&images, 0, 1, 3)[..count].to_vec();
+        let alignment = aligned(&without_poses(&images), &Constraints { picks, ..Constraints::default() });
+        let text = lines(&alignment);
+        assert!(alignment.report.placed() == 0 && text.contains("too few points are picked"), "{text}");
+    }
+}
+
+/// Scans that are there several times are named once, by groups, and those of one name with their numbers.
+#[test]
+fn equal_scans_are_named_in_one_message() {
+    let images = around(statue(), 3, 0.0);
+    let given: Vec<RangeImage> = [0, 1, 2, 0, 1, 0, 0].map(|k: usize| without_poses(&images[k..=k]).remove(0)).into();
+    let alignment = aligned(&given, &Constraints::default());
+    let said: Vec<&String> =
+        alignment.report.messages.iter().filter(|text| text.contains("hold the same samples")).collect();
+    assert_eq!(said.len(), 1, "{}", lines(&alignment));
+    for number in [0, 1, 3, 4, 5, 6] {
+        assert!(said[0].contains(&format!("(scan {number})")), "{}", said[0]);
+    }
+    assert!(said[0].starts_with("2 groups of scans hold the same samples"), "{}", said[0]);
+    assert!(alignment.report.scans.iter().all(|scan| !scan.name.contains("(scan")));
+    assert!(lines(&alignment).contains("(scan 6): "), "{}", lines(&alignment));
+    assert!(alignment.report.scans.iter().all(|scan| scan.state != ScanState::Undecided));
 }

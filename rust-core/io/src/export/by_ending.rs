@@ -5,8 +5,8 @@ use std::path::Path;
 use glam::DAffine3;
 
 use super::{
-    GlbNode, GlbOptions, Holding, PlyEncoding, PlyOptions, PositionType, Provenance, Up, ending_for, write_glb,
-    write_obj, write_ply, write_ply_in_pieces, write_stl,
+    GlbNode, GlbOptions, Holding, PlyEncoding, PlyOptions, PositionType, Provenance, Up, ending_for, write_3mf,
+    write_glb, write_obj, write_ply, write_ply_in_pieces, write_stl,
 };
 use base::error::{Error, Result, known_as};
 use base::params::{choice, count, ratio};
@@ -41,9 +41,10 @@ base::params! {
     /// How a mesh is written.
     #[derive(Clone, Debug, PartialEq)]
     pub struct WriteOptions of "write" {
-        /// Metres a unit of the mesh, for glTF, which is in metres: 0.001 for millimetres. Other formats keep the unit.
+        /// Metres a unit of the mesh, for glTF, which is in metres, and 3MF, which says its unit: 0.001 for millimetres. Other formats keep the
+        /// unit.
         metres_per_unit: f64 = ratio("Metres per unit").default(1.0).above(0.0),
-        /// Axis of the mesh that points up, for glTF, where y does.
+        /// Axis of the mesh that points up, for glTF, where y does, and 3MF, where z does.
         up: Up = choice("Up", Up::CHOICES),
         /// Form of the numbers in PLY files. Other formats have one way.
         encoding: Encoding = choice("Encoding", Encoding::CHOICES),
@@ -94,8 +95,8 @@ pub fn check_mesh_file(path: &Path, options: &WriteOptions) -> Result<&'static s
     Ok(ending)
 }
 
-/// Writes a mesh by the ending of the file's name: PLY with all attributes, binary glTF with those of vertices, OBJ with
-/// colours, STL. `coarser` are meshes of the same surface with fewer and fewer triangles, glTF's levels of detail.
+/// Writes a mesh by the ending of the file's name: PLY with all attributes, binary glTF with those of vertices, OBJ and
+/// 3MF with colours, STL. `coarser` are meshes of the same surface with fewer and fewer triangles, glTF's levels of detail.
 ///
 /// # Errors
 /// [`Error::Parameter`]. [`Error::Input`] for another ending, and for what the format has no place for. Those of the writer.
@@ -117,6 +118,11 @@ pub fn write_mesh(
             let node = GlbNode { name: &name, mesh, world_from_mesh: DAffine3::IDENTITY, coarser };
             let WriteOptions { up, metres_per_unit, provenance, .. } = options.clone();
             write_glb(path, &[node], &GlbOptions { up, metres_per_unit, provenance }, progress)
+        }
+        "3mf" => {
+            let name = path.file_stem().unwrap_or_default().to_string_lossy();
+            let WriteOptions { up, metres_per_unit, .. } = *options;
+            write_3mf(path, &name, mesh, &GlbOptions { up, metres_per_unit, provenance: None }, progress)
         }
         "obj" => write_obj(path, mesh, options.provenance.as_ref(), progress),
         "stl" => write_stl(path, mesh, progress),

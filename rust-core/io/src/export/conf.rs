@@ -93,10 +93,15 @@ pub(super) fn check_placed(scan: &PlacedFile) -> Result<()> {
         let remedy = "a list can't hold a name that is empty, starts or ends with a blank or spans lines";
         return Err(Error::input(format!("scan {name:?}: {remedy}")));
     }
-    let rotation = scan.world_from_file.matrix3;
+    check_pose(name, &scan.world_from_file)
+}
+
+/// Refuses a pose that isn't rigid.
+pub(super) fn check_pose(name: &str, world_from_scan: &DAffine3) -> Result<()> {
+    let rotation = world_from_scan.matrix3;
     if !(rotation * rotation.transpose()).abs_diff_eq(DMat3::IDENTITY, RIGID)
         || rotation.determinant() < 0.0
-        || !scan.world_from_file.translation.is_finite()
+        || !world_from_scan.translation.is_finite()
     {
         return Err(Error::input(format!("scan {name}: its pose is not a rotation and a translation")));
     }

@@ -99,6 +99,11 @@ pub(crate) fn writers() -> Vec<(&'static str, Write)> {
     let (first, second) = (mesh.clone(), mesh.clone());
     writers.push(("mesh.obj", Box::new(move |path, progress| write_obj(path, &first, None, progress))));
     writers.push(("mesh.stl", Box::new(move |path, progress| write_stl(path, &second, progress))));
+    let third = mesh.clone();
+    writers.push((
+        "mesh.3mf",
+        Box::new(move |path, progress| write_3mf(path, "a", &third, &GlbOptions::default(), progress)),
+    ));
     writers.push((
         "mesh.glb",
         Box::new(move |path, progress| {

@@ -235,7 +235,7 @@ impl<'a> Part<'a> {
 /// The origin of the node's own coordinates: zero unless the mesh is far from it. Along an axis it is a number of single precision between
 /// half and twice of all coordinates. Differences of such numbers are exact, so that taking it off never rounds further than single
 /// precision does without it.
-fn origin(positions: &[DVec3]) -> DVec3 {
+pub(super) fn origin(positions: &[DVec3]) -> DVec3 {
     let Some((lo, hi)) = mesh::measure::bounds(positions) else { return DVec3::ZERO };
     let (size, far) = ((hi - lo).max_element(), lo.abs().max(hi.abs()).max_element());
     if far <= FAR * size {

@@ -6,16 +6,19 @@
 //! | `conf` | VRIP's lists of placed scans |
 //! | `poses` | MeshLab's and TUM's |
 //! | `glb` | binary glTF: meshes with colours and custom attributes |
+//! | `three_mf` | 3MF: meshes with their unit and colours, for printing |
 //! | `obj`, `stl` | meshes for programs that read nothing else |
 //! | `by_ending` | any of these by the ending of the file's name |
 //! | `scans` | PTX and E57: range images seen from a point |
 //! | `import::registry` | content of formats, and their endings |
 //! | `crs` | coordinate reference systems that files can't tell |
 //! | `provenance` | provenance that results tell |
+//! | `archive` | zip archives, for 3MF |
 //! | `atomic` | every file appears whole or not at all |
 //! | `temporary`, `crate::memory_folder` | the file until then, and files that killed writers have left |
 //! | `names` | names that Windows calls no file |
 
+mod archive;
 pub(crate) mod atomic;
 mod by_ending;
 mod conf;
@@ -32,6 +35,7 @@ mod provenance;
 mod scans;
 mod stl;
 mod temporary;
+mod three_mf;
 
 pub use crate::import::registry::{Holding, ending_for, written_endings};
 pub use by_ending::{
@@ -46,8 +50,9 @@ pub use ply::{
     PlyEncoding, PlyOptions, PositionType, part_path, range_grid_frame, write_ply, write_ply_in_pieces,
     write_points_ply, write_quads_ply, write_range_grid_ply,
 };
-pub use poses::write_poses;
+pub use poses::{PlacedScan, write_poses, write_trajectory};
 pub(crate) use provenance::{CRS_COMMENT, CRS_EXTRA};
 pub use provenance::{E57_NAMESPACE, LONGEST, Provenance};
 pub use scans::{write_e57, write_ptx};
 pub use stl::write_stl;
+pub use three_mf::write_3mf;

@@ -4,6 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use base::error::Error;
+use base::progress::Progress;
 
 /// Checks what a PLY file in memory reads as.
 pub fn ply(bytes: &[u8]) {
@@ -39,6 +40,16 @@ pub fn scan(bytes: &[u8]) {
     for (sniff, parse) in formats {
         if sniff(bytes) {
             damage::sound(&damage::read(parse, bytes, &scan), &scan);
+        }
+    }
+    if three_mf::sniff(bytes) {
+        let folder = crate::memory_folder::MemoryFolder::new();
+        let path = folder.put("scan.3mf", bytes.to_vec()).expect("the folder is empty");
+        let scan = FileScan { path, ..scan };
+        match three_mf::read(&scan, &Progress::none()) {
+            // The path of a damaged member is its place in the archive.
+            Err(Error::Format { path, at, .. }) => assert!(path.starts_with(&scan.path) && !at.is_empty(), "{at}"),
+            outcome => damage::sound(&outcome, &scan),
         }
     }
     named(bytes);

@@ -48,6 +48,7 @@ impl FileScan {
         let print = self.recording.as_ref().and_then(|recording| recording.print_of(self.part));
         let told = json!({
             "name": self.name,
+            "within": self.within,
             "part": self.part,
             "pose": bits(&self.world_from_sensor.to_cols_array()),
             "begin": [self.begin.byte, self.begin.line],
@@ -72,6 +73,7 @@ impl FileScan {
         let options = Arc::new(options_of(&told["options"])?);
         let mut scan = FileScan {
             name: told["name"].as_str().ok_or_else(damaged)?.to_owned(),
+            within: told["within"].as_str().map(str::to_owned),
             part: whole(&told["part"])? as usize,
             world_from_sensor: pose_of(&told["pose"])?,
             begin: Begin { byte: whole(&told["begin"][0])?, line: whole(&told["begin"][1])? },

@@ -12,7 +12,7 @@
 //! | `points` | scattered points in text: XYZ, PTS, ASC |
 //! | `las` | scattered points of aerial scanners: LAS, LAZ |
 //! | `ptx`, `e57`, `pcd` | grids of points of scanners and depth cameras |
-//! | `obj`, `stl`, `gltf` | meshes |
+//! | `obj`, `stl`, `gltf`, `three_mf` | meshes |
 //! | `project` | MeshLab's projects and alignments |
 //! | `folder` | a folder: its only list, or all of its scans |
 //! | `frames` | recordings of depth cameras and phones: a module a layout |
@@ -23,13 +23,16 @@
 //! | `geo_keys` | the keys of GeoTIFF, which LAS has too |
 //! | `crs` | the coordinate reference system that a file names, and what else our own say of where they are from |
 //! | `camera`, `trajectory`, `pose` | side files: intrinsics, poses of a sequence, the pose of one scan |
+//! | `numbering` | numbers of frames, and times, in names |
 //! | `options` | options that tell what the files don't say |
 //! | `edits`, `editing` | selections of a scan, and its true size and place |
+//! | `archive` | zip archives, read where they lie |
 //! | `kept` | a scan as text, from which another process makes it again |
 //! | `file`, `window`, `text` | regular files, whole or in part; a window that moves along one; its lines |
 //!
 //! A file is recognized by its content. The ending of its name decides only where the content could be anything.
 
+mod archive;
 mod camera;
 mod colour;
 pub(crate) mod conf;
@@ -49,6 +52,7 @@ mod las;
 #[cfg(not(feature = "las"))]
 #[path = "las_absent.rs"]
 mod las;
+pub(crate) mod numbering;
 mod obj;
 mod opening;
 mod operation;
@@ -68,7 +72,8 @@ mod scan;
 mod set;
 mod stl;
 mod text;
-mod trajectory;
+mod three_mf;
+pub(crate) mod trajectory;
 mod window;
 
 #[cfg(any(test, fuzzing))]

@@ -4,14 +4,18 @@ use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use rustc_hash::FxHashMap;
+
 use super::options::ReadOptions;
 use super::registry::{Role, format_of};
-use super::scan::FileScan;
+use super::scan::{Content, FileScan};
 use super::set::ScanSet;
 use super::{file, folder, frames, pose, raster, trajectory};
 use base::error::{Error, Result, known_as};
 use base::log::{self, Level};
 use base::progress::Progress;
+use image::frame::Camera;
+use image::range_image::Projection;
 use mesh::Crs;
 
 /// Opens a file: a single scan or a side file that places several (`.conf`). Reads headers and, for a side file, some
@@ -147,16 +151,49 @@ pub(super) fn open_listed(listed: &[Listed], options: &ReadOptions, progress: &P
         all.scans.append(&mut set.scans);
         all.notes.append(&mut set.notes);
     }
+    name_within_files(&mut all.scans);
     let is_of_no_poses = |note: &String| note.ends_with(frames::WITHOUT_POSES);
     if let Some((path, poses)) = &poses {
         all.notes.extend(poses.place(&mut all.scans, path)?);
         all.notes.retain(|note| !is_of_no_poses(note));
     }
     all.notes.iter().filter(|note| is_of_no_poses(note)).for_each(|note| log::tell(Level::Warning, note));
-    all.notes.extend(raster::note_without_camera(&all.scans)?);
+    all.notes.extend(raster::note_without_camera(&mut all.scans)?);
+    give_camera_a_size(&mut all.scans, progress)?;
     make_names_unique(&mut all.scans);
     all.notes.extend(notes_on_crs(&all.scans, progress)?);
     Ok(all)
+}
+
+/// A camera of unknown size is of the size of the first depth image, by its path: so an image of another size is told from the others.
+fn give_camera_a_size(scans: &mut [FileScan], progress: &Progress<'_>) -> Result<()> {
+    let lacks = |scan: &FileScan| {
+        !scan.is_frame() && scan.is_depth_image() && scan.options.camera.is_some_and(|camera| camera.size.is_none())
+    };
+    let mut order: Vec<usize> = (0..scans.len()).filter(|&k| lacks(&scans[k])).collect();
+    if order.len() < 2 {
+        return Ok(());
+    }
+    order.sort_by(|&a, &b| scans[a].path.cmp(&scans[b].path));
+    let mut given: Option<Arc<ReadOptions>> = None;
+    for &k in &order {
+        progress.check()?;
+        let size = match scans[k].read_with(&progress.unseen()) {
+            Ok(Content::RangeImage(image)) if matches!(image.projection(), Projection::Pinhole { .. }) => {
+                [image.cols(), image.rows()]
+            }
+            Ok(_) | Err(Error::Format { .. }) => continue,
+            Err(other) => return Err(other),
+        };
+        let camera = scans[k].options.camera.map(|camera| Camera { size: Some(size), ..camera });
+        given = Some(Arc::new(ReadOptions { camera, ..scans[k].options.as_ref().clone() }));
+        break;
+    }
+    let Some(given) = given else { return Ok(()) };
+    for k in order {
+        scans[k].options = given.clone();
+    }
+    Ok(())
 }
 
 /// Notes on the coordinate reference systems that the files of scans name, and on those of them that can't be used.
@@ -236,6 +273,22 @@ fn open_named(
     }
 }
 
+/// Gives scans of one file that have the same name one of their own within it.
+fn name_within_files(scans: &mut [FileScan]) {
+    let mut parts: FxHashMap<(&Path, &str), Vec<usize>> = FxHashMap::default();
+    for (number, scan) in scans.iter().enumerate() {
+        parts.entry((&scan.path, &scan.name)).or_default().push(number);
+    }
+    let mut again: Vec<(usize, usize)> = Vec::new();
+    for mut same in parts.into_values().filter(|same| same.len() > 1) {
+        same.sort_by_key(|&number| scans[number].part);
+        again.extend(same.into_iter().enumerate().skip(1));
+    }
+    for (place, number) in again {
+        scans[number].within = Some(format!("{} ({})", scans[number].name, place + 1));
+    }
+}
+
 /// Numbers scans of the same name. The order is that of their paths and places, not of their arrival: a name is the same
 /// whatever order the files are opened in.
 fn make_names_unique(scans: &mut [FileScan]) {
@@ -254,6 +307,7 @@ fn make_names_unique(scans: &mut [FileScan]) {
         }
         while !taken.insert(scans[i].name.clone()) {
             same.1 += 1;
+            scans[i].within.get_or_insert_with(|| same.0.clone());
             scans[i].name = format!("{} ({})", same.0, same.1);
         }
     }

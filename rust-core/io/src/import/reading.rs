@@ -9,9 +9,11 @@ use rustc_hash::FxHasher;
 
 use super::crs;
 use super::edits::Edits;
+use super::numbering::number_in;
 use super::registry::{Role, format_of};
 use super::scan::{Content, FileScan};
 use base::error::{Error, Result, known_as};
+use base::log::{self, Level};
 use base::progress::Progress;
 use image::frame::{ColourImage, ConfidenceImage, Frame};
 use image::oriented::OrientedPoints;
@@ -89,13 +91,33 @@ impl FileScan {
         progress.plan(&[("reading", 1.0)]);
         let outcome = progress.watch(|| read(self, progress));
         // A reader may take the end of reading for the end of the file.
-        match progress.check().and(outcome)? {
+        let read = match progress.check().and(outcome) {
+            Err(error @ Error::Format { .. }) if damage == Damage::LeftOut && self.is_depth_image() => {
+                return self.nothing(&error);
+            }
+            other => other?,
+        };
+        match read {
             Content::Mesh(mesh) if mesh.triangles.is_empty() => {
                 let problem = "the mesh has no triangles: export it with its faces, or as points";
                 Err(Error::format(&self.path, "whole file", problem))
             }
             content => Ok(content),
         }
+    }
+
+    /// The image without a sample that stands for one that is damaged. The log is told once.
+    fn nothing(&self, why: &Error) -> Result<Content> {
+        let damage = format!("is skipped: {why}");
+        if self.damage.set(damage.clone()).is_ok() {
+            log::tell(Level::Warning, &format!("{} {damage}", self.name));
+        }
+        let camera = self.options.camera.ok_or_else(|| self.is_no_scan())?;
+        let [cols, rows] = camera.size.unwrap_or([1; 2]);
+        let projection = camera.projection(self.options.depth);
+        let mut image = RangeImage::from_values(rows, cols, vec![f64::NAN; rows * cols], projection)?;
+        image.name = self.name.clone();
+        Ok(Content::RangeImage(image))
     }
 
     /// The colour image of a frame, with its own camera. `None` if it has none, and for other scans.
@@ -176,8 +198,8 @@ impl FileScan {
     }
 }
 
-/// Treatment of damaged images of a frame.
-#[derive(Clone, Copy)]
+/// Treatment of damaged images of a frame, and of depth images.
+#[derive(Clone, Copy, PartialEq, Eq)]
 enum Damage {
     /// They are an error.
     Refused,
@@ -235,6 +257,9 @@ impl ScanSource for FileScan {
 
     fn oriented_points(&self, progress: &Progress<'_>) -> Result<OrientedPoints> {
         let (name, place) = (self.name.clone(), self.world_from_sensor);
+        if let Some(doubt) = &self.doubt {
+            return Err(Error::input(doubt.as_ref()));
+        }
         match self.read_as(Damage::LeftOut, &progress.unseen())? {
             Content::RangeImage(image) => image.oriented_points(progress),
             Content::Mesh(mesh) => PlacedMesh { name, mesh: &mesh, world_from_mesh: place }.oriented_points(progress),
@@ -251,7 +276,7 @@ impl ScanSource for FileScan {
             }
             None => self.is_depth_image().then_some(Moment {
                 recording: self.path.parent()?,
-                at: last_number(self.path.file_stem()?.to_str()?)?,
+                at: number_in(self.path.file_stem()?.to_str()?)?.value,
             }),
         }
     }
@@ -261,7 +286,10 @@ impl ScanSource for FileScan {
     }
 
     fn damage(&self) -> Option<String> {
-        self.recording.as_ref()?.damage(self.part)
+        match &self.recording {
+            Some(recording) => recording.damage(self.part),
+            None => self.damage.get().cloned(),
+        }
     }
 
     fn places(&self, progress: &Progress<'_>) -> Result<Places> {
@@ -287,13 +315,6 @@ impl ScanSource for FileScan {
         self.world_from_sensor.to_cols_array().map(f64::to_bits).hash(&mut hasher);
         Ok(hasher.finish())
     }
-}
-
-/// The last number in a name, of a frame or a time in seconds.
-fn last_number(name: &str) -> Option<f64> {
-    let end = name.rfind(|c: char| c.is_ascii_digit())? + 1;
-    let begin = name[..end].rfind(|c: char| !c.is_ascii_digit() && c != '.').map_or(0, |other| other + 1);
-    name[begin..end].trim_start_matches('.').parse().ok()
 }
 
 /// Endings of files that have all of a scan but its pose: of others more files may tell what it is.

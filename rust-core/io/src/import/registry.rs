@@ -9,7 +9,10 @@ use glam::DVec3;
 use super::options::ReadOptions;
 use super::scan::{Content, FileScan};
 use super::set::{OpenNamed, ScanSet};
-use super::{camera, conf, e57, file, frames, gltf, las, obj, pcd, ply, points, project, ptx, raster, stl, trajectory};
+use super::{
+    archive, camera, conf, e57, file, frames, gltf, las, obj, pcd, ply, points, project, ptx, raster, stl, three_mf,
+    trajectory,
+};
 use base::error::{Error, Result, known_as};
 use base::nearest::nearest;
 use base::progress::Progress;
@@ -131,6 +134,7 @@ static FORMATS: &[Format] = &[
     whole!("LAS or LAZ (aerial and mobile scans)", ["las", "laz"], las),
     whole!("glTF mesh", ["glb", "gltf"], gltf).written("glb", &[Holding::Mesh]),
     whole!("STL mesh", ["stl"], stl).written("stl", &[Holding::Mesh]),
+    own!("3MF mesh", ["3mf"], three_mf).written("3mf", &[Holding::Mesh]),
     Format::of("MeshLab project", &["mlp"], project::sniff_mlp, Role::List(project::open_mlp)),
     Format::of("MeshLab alignment", &["aln"], project::sniff_aln, Role::List(project::open_aln)),
     whole!("PNG (height map, terrain RGB or depth)", ["png"], raster::png),
@@ -143,7 +147,7 @@ static FORMATS: &[Format] = &[
     Format::of(
         "recording of frames (Record3D, or a zipped folder)",
         &["r3d"],
-        frames::archive::sniff,
+        archive::sniff,
         Role::Recording(frames::open_archive),
     ),
     Format::of("frames of nerfstudio", &["json"], frames::sniff_transforms, Role::List(frames::open_transforms)),

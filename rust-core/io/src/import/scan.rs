@@ -2,7 +2,7 @@
 
 use std::fmt::Debug;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use glam::{DAffine3, DVec3};
 
@@ -31,12 +31,18 @@ pub struct FileScan {
     pub options: Arc<ReadOptions>,
     /// Beginning of the part, for formats whose parts lie one after the other.
     pub(crate) begin: Begin,
+    /// Name among the scans of its file, where `name` is another one.
+    pub(crate) within: Option<String>,
     /// The recording that it is a frame of.
     pub(crate) recording: Option<Arc<dyn Frames>>,
     /// The path under which that was opened.
     pub(crate) opened: Option<Arc<Path>>,
     /// Edits of its samples after they are read.
     pub(crate) edits: Edits,
+    /// Damage of its image, which reading it with others has met.
+    pub(crate) damage: Arc<OnceLock<String>>,
+    /// Reason why nobody can tell whether its numbers are heights or depths.
+    pub(crate) doubt: Option<Arc<str>>,
     /// Whether it was taken out of the system that its file names.
     pub(crate) left_crs: bool,
     /// The folder in memory that it lies in: stays there as long as the scan.
@@ -137,9 +143,12 @@ impl FileScan {
             world_from_sensor: DAffine3::IDENTITY,
             options: Arc::default(),
             begin: Begin::default(),
+            within: None,
             recording: None,
             opened: None,
             edits: Edits::default(),
+            damage: Arc::default(),
+            doubt: None,
             left_crs: false,
             _memory: MemoryFolder::of(path),
         }
@@ -154,6 +163,11 @@ impl FileScan {
     pub fn set_crs(&mut self, crs: Option<Crs>) {
         self.left_crs = crs.is_none();
         Arc::make_mut(&mut self.options).crs = crs;
+    }
+
+    /// Its name among the scans of its file, whatever else is opened with it.
+    pub fn own_name(&self) -> &str {
+        self.within.as_deref().unwrap_or(&self.name)
     }
 
     /// Whether it is a frame of a recording.

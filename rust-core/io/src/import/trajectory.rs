@@ -10,18 +10,27 @@
 //! ScanNet         4 x 4 matrix, the only one of the file
 //! ARKitScenes     timestamp rx ry rz tx ty tz: a rotation vector, world to camera; by the ending .traj
 //! ```
+//!
+//! | file | what |
+//! |---|---|
+//! | `listed` | the scan that a pose is of, as a comment before it: lists of our own have that |
+//! | `place` | the pose of each scan |
+
+pub(crate) mod listed;
+mod place;
 
 use std::path::Path;
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
+use rustc_hash::FxHashSet;
 
 use super::options::ReadOptions;
 use super::options::{CameraAxes, PoseSense};
-use super::scan::FileScan;
 use super::text::{Lines, lines_of, whole_lines};
 use super::{file, pose};
-use base::error::{Error, Result};
+use base::error::Result;
 use image::frame::TURNED;
+use listed::ListedScan;
 
 /// Most seconds between an image and its pose.
 pub(super) const APART: f64 = 0.02;
@@ -43,6 +52,8 @@ pub(super) struct Trajectory {
     times: Option<Vec<f64>>,
     /// Numbers of the images, where lines end with them.
     ids: Vec<i64>,
+    /// The scans that they are of, where comments say it. Each is another one.
+    scans: Option<Vec<ListedScan>>,
     /// Whether the file has them world to camera. Here they are inverted.
     is_world_to_camera: bool,
 }
@@ -130,8 +141,11 @@ pub(super) fn parse(mut lines: Lines<'_>) -> Result<Trajectory> {
     let mut times: Vec<f64> = Vec::new();
     let mut numbers: Vec<f64> = Vec::new();
     let mut widths = None;
+    let mut named: Option<ListedScan> = None;
+    let mut scans: Vec<ListedScan> = Vec::new();
     while lines.next_content()? {
         if lines.rest().starts_with(b"#") {
+            named = ListedScan::of_comment(lines.rest()).or(named);
             continue;
         }
         let mut row = [0.0; MOST];
@@ -170,6 +184,12 @@ pub(super) fn parse(mut lines: Lines<'_>) -> Result<Trajectory> {
             },
         };
         trajectory.poses.push(pose);
+        scans.extend(named.take());
+        if !scans.is_empty() && scans.len() != trajectory.poses.len() {
+            return Err(lines.fail(
+                "the scan of this pose is missing: put a line # scan \"NAME\" before each pose, or before none",
+            ));
+        }
         if *widths.get_or_insert(count) != count {
             return Err(lines.fail("all poses must have a time or none, and all lines one form"));
         }
@@ -184,6 +204,11 @@ pub(super) fn parse(mut lines: Lines<'_>) -> Result<Trajectory> {
         trajectory.poses = order.into_iter().map(|k| trajectory.poses[k]).collect();
     }
     trajectory.times = (!times.is_empty()).then_some(times);
+    let mut known = FxHashSet::default();
+    if let Some(twice) = scans.iter().find(|scan| !known.insert(*scan)) {
+        return Err(lines.fail(format!("{} has two poses: take one of them out", twice.comment())));
+    }
+    trajectory.scans = (!scans.is_empty() && numbers.is_empty()).then_some(scans);
     Ok(trajectory)
 }
 
@@ -253,11 +278,16 @@ impl Trajectory {
 
     /// The pose nearest in time, within so many seconds.
     pub(super) fn within(&self, time: f64, apart: f64) -> Option<DAffine3> {
+        self.nearest(time, apart).map(|k| self.poses[k])
+    }
+
+    /// The place in the list of the pose nearest in time, within so many seconds.
+    fn nearest(&self, time: f64, apart: f64) -> Option<usize> {
         let times = self.times.as_ref()?;
         let after = times.partition_point(|t| *t < time);
         let near = [after.wrapping_sub(1), after].into_iter().filter(|&i| i < times.len());
         let nearest = near.min_by(|&a, &b| (times[a] - time).abs().total_cmp(&(times[b] - time).abs()))?;
-        ((times[nearest] - time).abs() <= apart).then(|| self.poses[nearest])
+        ((times[nearest] - time).abs() <= apart).then_some(nearest)
     }
 
     /// The pose of the image of that number.
@@ -286,45 +316,11 @@ impl Trajectory {
             }
         }
     }
-
-    /// Places scans, by the times in their names or in their order. A note that says so. Scans without a pose are passed over.
-    pub(super) fn place(&self, scans: &mut Vec<FileScan>, path: &Path) -> Result<Option<String>> {
-        let (name, count, all) = (file::name(path), self.poses.len(), scans.len());
-        if self.times.is_some()
-            && let Some(taken) = scans.iter().map(|scan| scan.name.parse::<f64>().ok()).collect::<Option<Vec<f64>>>()
-        {
-            let mut poses = taken.iter().map(|time| self.at(*time));
-            if poses.clone().flatten().next().is_none() {
-                let problem = format!("a pose must lie within {APART} s of {}, but none does", scans[0].name);
-                return Err(Error::format(path, "whole file", problem));
-            }
-            scans.retain_mut(|scan| {
-                let pose = poses.next().flatten();
-                scan.world_from_sensor = pose.unwrap_or_default();
-                pose.is_some()
-            });
-            let placed = format!("{name}: placed {} scans by the times in their names", scans.len());
-            return Ok(Some(match all - scans.len() {
-                0 => placed,
-                lost => format!("{placed}, and {lost} of {all} have no pose within {APART} s and are passed over"),
-            }));
-        }
-        if scans.len() != count {
-            let problem = format!(
-                "{count} poses for {} scans, whose names are not times: open as many scans as there are poses, in order",
-                scans.len()
-            );
-            return Err(Error::format(path, "whole file", problem));
-        }
-        for (scan, pose) in scans.iter_mut().zip(&self.poses) {
-            scan.world_from_sensor = *pose;
-        }
-        Ok(Some(format!("{name}: placed {count} scans in their order")))
-    }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::scan::FileScan;
     use super::*;
 
     fn read(text: &str) -> Result<Trajectory> {
@@ -344,24 +340,26 @@ mod tests {
         let tum = read(TUM).unwrap();
         assert_eq!(tum.poses[1].transform_point3(DVec3::X), DVec3::new(0.0, 1.0, 1.0));
         let scan = |name: &str| FileScan { name: name.to_owned(), ..FileScan::new(Path::new("x")) };
-        let mut scans = vec![scan("10.049"), scan("10.011"), scan("10.04")];
-        assert!(tum.place(&mut scans, Path::new("t")).unwrap().unwrap().contains("placed 3 scans by the times"));
+        let twice = tum.place(&mut vec![scan("10.049"), scan("10.011"), scan("10.04")], Path::new("t")).unwrap_err();
+        assert!(twice.to_string().contains("10.049 and 10.04 both take the pose of time 10.05"), "{twice}");
+        let mut scans = vec![scan("10.049"), scan("10.011")];
+        assert!(tum.place(&mut scans, Path::new("t")).unwrap()[0].contains("placed 2 scans by the times"));
         let are_second =
             |scans: &[FileScan]| scans.iter().map(|s| s.world_from_sensor == tum.poses[1]).collect::<Vec<_>>();
-        assert_eq!(are_second(&scans), [true, false, true]);
+        assert_eq!(are_second(&scans), [true, false]);
         scans.insert(1, scan("12"));
-        let note = tum.place(&mut scans, Path::new("t")).unwrap().unwrap();
+        let note = tum.place(&mut scans, Path::new("t")).unwrap().remove(0);
         assert!(note.ends_with(
-            "placed 3 scans by the times in their names, and 1 of 4 have no pose within 0.02 s and are passed over"
+            "placed 2 scans by the times in their names, and 1 of 3 has no pose within 0.02 s and is passed over"
         ));
-        assert_eq!(are_second(&scans), [true, false, true]);
+        assert_eq!(are_second(&scans), [true, false]);
         let refused = tum.place(&mut vec![scan("12")], Path::new("t")).unwrap_err().to_string();
         assert!(refused.contains("within 0.02 s of 12"), "{refused}");
         let mut named = vec![scan("a"), scan("b")];
         log.place(&mut named, Path::new("t")).unwrap();
         assert_eq!(named[1].world_from_sensor, log.poses[1]);
         named.pop();
-        assert!(log.place(&mut named, Path::new("t")).unwrap_err().to_string().contains("2 poses for 1 scans"));
+        assert!(log.place(&mut named, Path::new("t")).unwrap_err().to_string().contains("2 poses for 1 scan"));
     }
 
     /// Theorem: a list of poses in any form that recordings have is one, and points with as many numbers per line are none.
@@ -424,6 +422,9 @@ mod tests {
             ("1 0 0 0 0 1 0 0 0 0 1 0\n0 0 0 0 0 0 1\n", "line 2: all poses must have a time or none"),
             ("1 2 3 4 5 6 7 8\n", "line 1: the quaternion"),
             ("1 x\n", "line 1: expected a number, found `x`"),
+            ("# scan \"a\"\n1 0 0 0 0 0 0 1\n2 0 0 0 0 0 0 1\n", "line 3: the scan of this pose is missing"),
+            ("1 0 0 0 0 0 0 1\n# scan \"a\"\n2 0 0 0 0 0 0 1\n", "line 3: the scan of this pose is missing"),
+            ("# scan \"a\"\n1 0 0 0 0 0 0 1\n# scan \"a\"\n2 0 0 0 0 0 0 1\n", "# scan \"a\" has two poses"),
             ("2 0 0 0 0 0 0 1\n1 0 0 0 0 0 0 1\n", "line 2: expected finite numbers, times ascending"),
             ("0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1 5\n", "line 5: expected the end of the line"),
         ] {

@@ -169,7 +169,7 @@ pub(super) fn everything_is_written_and_comes_back() {
         let none = std::ptr::null();
         let mut options = WriteOptions::ZERO;
         api.ok((api.srf_write_options_init_sized)(&mut options, size_of_val(&options)));
-        for ending in ["ply", "glb", "obj", "stl"] {
+        for ending in ["ply", "glb", "obj", "stl", "3mf"] {
             api.ok((api.srf_mesh_write)(mesh, c(&format!("any.{ending}")).as_ptr(), &options, none));
             let (content, read) = opened(&path(&format!("any.{ending}")), defaults);
             assert_eq!(content, 2, "{ending}");
@@ -180,9 +180,9 @@ pub(super) fn everything_is_written_and_comes_back() {
             assert!(!folder.path().join(name).exists());
         }
         let answer = (api.srf_check_mesh_file)(c("any.las").as_ptr(), std::ptr::null());
-        api.refused(answer, INPUT, "any.las: the name must end in .ply, .glb, .stl or .obj");
+        api.refused(answer, INPUT, "any.las: the name must end in .ply, .glb, .stl, .3mf or .obj");
         let answer = (api.srf_mesh_write)(mesh, c("any.las").as_ptr(), std::ptr::null(), none);
-        api.refused(answer, INPUT, "the name must end in .ply, .glb, .stl or .obj");
+        api.refused(answer, INPUT, "the name must end in .ply, .glb, .stl, .3mf or .obj");
         options.numbers[1] = 3;
         let answer = (api.srf_mesh_write)(mesh, c("any.glb").as_ptr(), &options, none);
         api.refused(answer, PARAMETER, "up must be one of 1 (y), 2 (z), got 3");

@@ -202,8 +202,15 @@ impl<T: 'static> Right for *const T {
                 }
             },
             (_, "path") => {
-                let ending =
-                    [("conf", "conf"), ("ptx", "ptx"), ("e57", "e57"), ("glb", "glb"), ("stl", "stl"), ("obj", "obj")];
+                let ending = [
+                    ("conf", "conf"),
+                    ("ptx", "ptx"),
+                    ("e57", "e57"),
+                    ("glb", "glb"),
+                    ("stl", "stl"),
+                    ("3mf", "3mf"),
+                    ("obj", "obj"),
+                ];
                 let ending =
                     ending.iter().find(|(of, _)| kit.function().contains(of)).map_or("ply", |(_, ending)| ending);
                 let folder = if kit.is(Fault::Path) { "missing/" } else { "" };

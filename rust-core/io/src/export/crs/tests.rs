@@ -61,7 +61,7 @@ fn meshes_keep_place_and_system() {
 #[test]
 fn nothing_is_said_of_nothing() {
     let folder = tempfile::tempdir().unwrap();
-    for ending in ["ply", "glb", "obj", "stl"] {
+    for ending in ["ply", "glb", "obj", "stl", "3mf"] {
         let path = folder.path().join(format!("mesh.{ending}"));
         let mesh = mesh::shapes::Shape::Cuboid { half: DVec3::ONE }.mesh(1);
         write_mesh(&path, &mesh, &[], &WriteOptions::default(), &Progress::none()).unwrap();

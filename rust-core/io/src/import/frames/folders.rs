@@ -40,7 +40,7 @@ pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) ->
     };
     let depths = images(&store, DEPTHS, asked)?;
     let (poses, is_sure) = match poses_of(&store) {
-        Some(list) => poses::listed(&store, list, asked)?,
+        Some(list) => poses::listed(&store, list, asked).map_err(poses::or_without)?,
         None => (vec![Some(DAffine3::IDENTITY); depths.len()], true),
     };
     let folder = COLOURS.into_iter().find(|folder| store.has(folder));

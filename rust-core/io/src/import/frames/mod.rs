@@ -8,7 +8,7 @@
 //! | `nerfstudio`, `colmap`, `sens` | `transforms.json`; dense workspaces; ScanNet's and BundleFusion's one file |
 //! | `asked` | what the caller asked for, as layouts need it |
 //! | `recording` | a recording: its frames listed, each read as its layout says |
-//! | `store`, `archive` | storage of its files: a folder, a zip archive, one file |
+//! | `store` | storage of its files: a folder, a zip archive, one file |
 //! | `decode` | images to numbers and colours |
 //! | `poses` | lists of poses, and a pose a file |
 //! | `whole` | depth images that are gone or damaged |
@@ -19,7 +19,6 @@
 //! to see how they overlap. Frames without a pose are passed over. The notes say how many. Of a recording without any list of poses all
 //! frames are there, and the notes say that they are to be aligned.
 
-pub(super) mod archive;
 mod arkit_scenes;
 mod asked;
 mod axes;

@@ -53,6 +53,17 @@ pub(super) fn listed(store: &Store, name: &str, asked: &Asked<'_, '_>) -> Result
     Ok((poses, false))
 }
 
+/// The error of poses that frames also open without.
+pub(super) fn or_without(error: Error) -> Error {
+    match error {
+        Error::Format { path, at, problem } if !problem.contains("take it out of the folder") => {
+            let remedy = "Mend it, or take the poses out of the folder. Then the frames open without poses.";
+            Error::format(&path, at, format!("{problem}. {remedy}"))
+        }
+        other => other,
+    }
+}
+
 /// The pose of a line: seven numbers, or the rows of a matrix with or without the last.
 fn one_line(numbers: &[f64]) -> Result<Option<DAffine3>, String> {
     match *numbers {

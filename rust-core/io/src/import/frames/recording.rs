@@ -327,19 +327,48 @@ fn in_units(raster: Raster, unit: f64, options: &ReadOptions) -> Vec<f64> {
     values
 }
 
-/// Reads JSON.
+/// Reads JSON. Python writes NaN and Infinity, which JSON has not: they are read as `null`.
 pub(super) fn json(store: &Store, name: &str, progress: &Progress<'_>) -> Result<serde_json::Value> {
     let text = store.text(name, progress)?;
-    serde_json::from_str(&text).map_err(|error| no_json(&store.path_of(name), &error))
+    serde_json::from_str(&text).or_else(|error| {
+        let finite = with_null(&text).and_then(|text| serde_json::from_str(&text).ok());
+        finite.ok_or_else(|| no_json(&store.path_of(name), &error))
+    })
 }
 
-/// The numbers of an array, which may be nested once. `None` if it holds anything else.
+/// JSON with `null` for each number that is none. `None` if there is no such number.
+fn with_null(text: &str) -> Option<String> {
+    let mut found = String::new();
+    let (mut rest, mut is_inside) = (text, false);
+    while let Some(c) = rest.chars().next() {
+        let none = ["-Infinity", "Infinity", "NaN"].into_iter().find(|none| !is_inside && rest.starts_with(none));
+        let taken = match (none, c) {
+            (Some(none), _) => {
+                found.push_str("null");
+                none.len()
+            }
+            (None, '\\') if is_inside => 1 + rest[1..].chars().next().map_or(0, char::len_utf8),
+            (None, c) => {
+                is_inside ^= c == '"';
+                c.len_utf8()
+            }
+        };
+        if none.is_none() {
+            found.push_str(&rest[..taken]);
+        }
+        rest = &rest[taken..];
+    }
+    (found != text).then_some(found)
+}
+
+/// The numbers of an array, which may be nested once. NaN for `null`. `None` if it holds anything else.
 pub(super) fn flat(value: &serde_json::Value) -> Option<Vec<f64>> {
+    let number = |value: &serde_json::Value| if value.is_null() { Some(f64::NAN) } else { value.as_f64() };
     let mut all = Vec::new();
     for entry in value.as_array()? {
         match entry.as_array() {
-            Some(inner) => inner.iter().try_for_each(|n| n.as_f64().map(|n| all.push(n)))?,
-            None => all.push(entry.as_f64()?),
+            Some(inner) => inner.iter().try_for_each(|n| number(n).map(|n| all.push(n)))?,
+            None => all.push(number(entry)?),
         }
     }
     Some(all)

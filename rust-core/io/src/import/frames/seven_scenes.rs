@@ -34,7 +34,7 @@ pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) ->
         let name = format!("{frame}{POSE}");
         let pose = match (has_poses, store.has(&name)) {
             (false, _) => Some(DAffine3::IDENTITY),
-            (true, true) => poses::of_file(&store, &name, asked)?,
+            (true, true) => poses::of_file(&store, &name, asked).map_err(poses::or_without)?,
             (true, false) => None,
         };
         let Some(world_from_sensor) = pose else {

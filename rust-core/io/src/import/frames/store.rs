@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::super::options::ReadOptions;
 use super::super::{conf, file};
-use super::archive::Archive;
+use crate::import::archive::Archive;
 use base::error::{Error, Result};
 use base::progress::Progress;
 

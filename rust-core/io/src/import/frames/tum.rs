@@ -5,6 +5,7 @@
 use glam::DAffine3;
 
 use super::asked::{Asked, counted};
+use super::poses;
 use super::recording::{Entry, Recording, Timed};
 use super::store::{Place, Store};
 use crate::import::text::{Lines, lines_of};
@@ -44,7 +45,8 @@ pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) ->
         false => None,
         true => {
             let text = store.text(POSES, asked.progress)?;
-            Some(trajectory::parse(Lines::new(text.as_bytes(), text.len() as u64, &path))?)
+            let lines = Lines::new(text.as_bytes(), text.len() as u64, &path);
+            Some(trajectory::parse(lines).map_err(poses::or_without)?)
         }
     };
     let (mut entries, mut times, mut lost) = (Vec::new(), Vec::new(), 0);

@@ -64,7 +64,10 @@ impl Raster {
         let projection = if let Some(camera) = options.camera {
             if camera.size.is_some_and(|size| size != [cols, rows]) {
                 let [width, height] = camera.size.unwrap_or_default();
-                return fail(format!("{cols} x {rows} pixels, but the camera's images have {width} x {height}"));
+                return fail(format!(
+                    "{cols} x {rows} pixels, but the camera's images have {width} x {height}: open it apart from them, \
+                        with a camera of its own"
+                ));
             }
             camera.projection(options.depth)
         } else {

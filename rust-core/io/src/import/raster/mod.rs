@@ -33,6 +33,7 @@ pub(super) mod png;
 pub(super) mod tiff;
 
 use std::io::Cursor;
+use std::sync::Arc;
 
 use super::file::{self, watched};
 use super::scan::FileScan;
@@ -46,23 +47,28 @@ pub(super) use content::{Numbers, Raster};
 const HEADER: usize = 256;
 
 /// A note where images of 16 bits, as depth cameras write them, were opened without a camera. One alone is a height map more often.
-pub(super) fn note_without_camera(scans: &[FileScan]) -> Result<Option<String>> {
-    let of_kind = |ending: &str| -> Vec<&FileScan> {
-        let is_one = |scan: &&FileScan| {
-            let own = scan.path.extension().is_some_and(|own| own.eq_ignore_ascii_case(ending));
-            own && scan.options.camera.is_none() && !scan.is_frame()
-        };
-        scans.iter().filter(is_one).collect()
+/// Whoever gives the distance of their pixels knows that they are height maps. Otherwise they can't be aligned.
+pub(super) fn note_without_camera(scans: &mut [FileScan]) -> Result<Option<String>> {
+    let is_of = |scan: &FileScan, ending: &str| {
+        let own = scan.path.extension().is_some_and(|own| own.eq_ignore_ascii_case(ending));
+        own && scan.options.camera.is_none() && scan.options.step.is_none() && !scan.is_frame()
     };
     for ending in ["png", "pgm"] {
-        let images = of_kind(ending);
-        if let [first, _, ..] = images.as_slice()
-            && has_sixteen_bits(&file::read_start(&first.path, HEADER)?.0)
+        let images: Vec<usize> = (0..scans.len()).filter(|&k| is_of(&scans[k], ending)).collect();
+        if let [first, _, ..] = *images
+            && has_sixteen_bits(&file::read_start(&scans[first].path, HEADER)?.0)
         {
+            let count = images.len();
+            let remedy = "If they are depth images, give it as camera = (fx, fy, cx, cy). Or put a camera.json with fx, \
+                fy, cx, cy beside them";
+            let doubt: Arc<str> = format!(
+                "{count} images of 16 bits may be depth images or height maps, since no camera is given. {remedy}. If \
+                    they are height maps, give the distance of their pixels as step."
+            )
+            .into();
+            images.into_iter().for_each(|k| scans[k].doubt = Some(doubt.clone()));
             return Ok(Some(format!(
-                "{} images of 16 bits are read as height maps, since no camera is given. If they are depth images, \
-                    give it as camera = (fx, fy, cx, cy). Or put a camera.json with fx, fy, cx, cy beside them.",
-                images.len()
+                "{count} images of 16 bits are read as height maps, since no camera is given. {remedy}."
             )));
         }
     }

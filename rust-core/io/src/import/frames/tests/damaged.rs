@@ -54,10 +54,61 @@ fn what_is_missing_is_named_with_the_remedy() {
         files.change(list, |text| *text = b"# nothing\n".to_vec());
         refused(&files, problem);
     }
+    for (mut files, list, line, problem) in [
+        (
+            writers::redwood(&twin),
+            "trajectory.log",
+            "0 0 1\n2 0 0 0\n0 2 0 0\n0 0 2 0\n0 0 0 1\n",
+            "Then the frames open without poses.",
+        ),
+        (
+            writers::tum(&twin),
+            "groundtruth.txt",
+            "1 0 0 0 0 0 0 9\n",
+            "must have unit length. Mend it, or take the poses out",
+        ),
+        (
+            writers::seven_scenes(&twin),
+            "frame-000002.pose.txt",
+            "1 0 0 0 1",
+            "a pose must be a 4 x 4 matrix. Mend it, or take the poses out",
+        ),
+    ] {
+        files.change(list, |text| *text = line.as_bytes().to_vec());
+        refused(&files, problem);
+    }
     let (_keep, path) = writers::redwood(&twin).without("camera_").folder();
     let camera = image::frame::Camera::new([525.0, 525.0], [319.5, 239.5]);
     let options = ReadOptions { camera: Some(camera), ..ReadOptions::default() };
     assert_eq!(open_with(&[&path], &options, &Progress::none()).unwrap().scans.len(), FRAMES);
+}
+
+/// Theorem: a pose with numbers that are none, as Python writes them into JSON, is that of a frame whose track was lost.
+#[test]
+fn poses_of_no_numbers_are_lost_ones() {
+    let lost = |mut files: Files, name: &str, key: &str| {
+        files.change(name, |json| {
+            let text = String::from_utf8_lossy(json).into_owned();
+            let at = text.find(key).unwrap() + key.len();
+            let at = at + text[at..].find(|c: char| c.is_ascii_digit()).unwrap();
+            let end = at + text[at..].find([',', ']']).unwrap();
+            *json = format!("{}NaN{}", &text[..at], &text[end..]).into_bytes();
+        });
+        let (_keep, path) = files.folder();
+        let set = open(&path).unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(set.scans.len(), FRAMES - 1);
+        assert!(
+            set.notes.iter().any(|note| note.contains("1 of ") && note.ends_with("have no pose and are passed over")),
+            "{:?}",
+            set.notes
+        );
+    };
+    lost(writers::nerfstudio(&phone()), "transforms.json", "\"transform_matrix\"");
+    let mut files = writers::nerfstudio(&phone());
+    files.change("transforms.json", |json| {
+        *json = [b"{\"a\": \"NaN \\\" NaN\", \"b\": NaN, ".to_vec(), b"]".to_vec()].concat()
+    });
+    refused(&files, "this is not JSON");
 }
 
 #[test]

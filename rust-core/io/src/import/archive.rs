@@ -4,7 +4,7 @@
 //! that a member says it unpacks to is checked before it is unpacked, and kept to while it is.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::io::{Read, Seek, SeekFrom};
+use std::io::{BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use flate2::Crc;
@@ -12,7 +12,7 @@ use flate2::read::DeflateDecoder;
 use zip::result::ZipError;
 use zip::{CompressionMethod, ZipArchive};
 
-use super::super::file;
+use super::file;
 use base::error::{Error, Result};
 use base::progress::Progress;
 
@@ -51,7 +51,7 @@ enum Method {
 }
 
 /// Whether a file that starts like this is an archive.
-pub(in super::super) fn sniff(start: &[u8]) -> bool {
+pub(super) fn sniff(start: &[u8]) -> bool {
     start.starts_with(b"PK\x03\x04")
 }
 
@@ -136,9 +136,68 @@ impl Archive {
 
     /// Unpacks a file that becomes at most `most` bytes.
     pub(super) fn read(&self, name: &str, most: u64, progress: &Progress<'_>) -> Result<Vec<u8>> {
-        let path = self.path.join(&self.inner).join(name);
-        let fail = |problem: String| Err(Error::format(&path, "whole file", problem));
-        let Some(member) = self.members.get(name) else {
+        let member = self.member(name, most)?;
+        let mut bytes = file::reserve(member.unpacked as usize, &self.place(name))?;
+        self.unpack(name, most, progress, |input| {
+            // A failure is told by what unpacks.
+            _ = input.read_to_end(&mut bytes);
+            Ok(())
+        })?;
+        Ok(bytes)
+    }
+
+    /// Lets `take` read a file while it is unpacked, to at most `most` bytes. Bytes that `take` leaves are looked at, too.
+    pub(super) fn unpack<T>(
+        &self,
+        name: &str,
+        most: u64,
+        progress: &Progress<'_>,
+        take: impl FnOnce(&mut dyn BufRead) -> Result<T>,
+    ) -> Result<T> {
+        let member = self.member(name, most)?;
+        let fail = |problem: String| Error::format(&self.place(name), "whole file", problem);
+        let (mut file, _) = file::open_bytes(&self.path)?;
+        file.seek(SeekFrom::Start(member.at)).map_err(|e| Error::io(&self.path, e))?;
+        file::watched(&mut file, &self.path, |input| {
+            let packed = input.take(member.packed);
+            let mut deflated;
+            let mut stored;
+            let from: &mut dyn Read = match member.method {
+                Method::Deflated => {
+                    deflated = DeflateDecoder::new(packed);
+                    &mut deflated
+                }
+                _ => {
+                    stored = packed;
+                    &mut stored
+                }
+            };
+            let mut unpacking = Unpacking { from, left: member.unpacked, crc: Crc::new(), failed: None, progress };
+            let mut input = BufReader::with_capacity(PIECE, &mut unpacking);
+            let taken = take(&mut input);
+            let rest = if taken.is_ok() { std::io::copy(&mut input, &mut std::io::sink()) } else { Ok(0) };
+            drop(input);
+            progress.check()?;
+            if let (Some(problem), _) | (None, Err(problem)) = (unpacking.failed, rest.map_err(|e| e.to_string())) {
+                return Err(fail(format!("it can't be unpacked: {problem}")));
+            }
+            let taken = taken?;
+            if unpacking.left > 0 || unpacking.crc.sum() != member.crc {
+                let problem = "it unpacks to something else than was packed: the archive is damaged";
+                return Err(fail(problem.to_owned()));
+            }
+            Ok(taken)
+        })
+    }
+
+    fn place(&self, name: &str) -> PathBuf {
+        self.path.join(&self.inner).join(name)
+    }
+
+    /// A file that can become at most `most` bytes.
+    fn member(&self, name: &str, most: u64) -> Result<Member> {
+        let fail = |problem: String| Err(Error::format(&self.place(name), "whole file", problem));
+        let Some(&member) = self.members.get(name) else {
             return fail("there is no such file in the archive".to_owned());
         };
         let possible = match member.method {
@@ -154,35 +213,33 @@ impl Archive {
                 member.packed, member.unpacked
             ));
         }
-        let (mut file, _) = file::open_bytes(&self.path)?;
-        file.seek(SeekFrom::Start(member.at)).map_err(|e| Error::io(&self.path, e))?;
-        let mut bytes = file::reserve(member.unpacked as usize, &path)?;
-        file::watched(&mut file, &self.path, |input| {
-            let packed = input.take(member.packed);
-            let filled = match member.method {
-                Method::Deflated => fill(&mut bytes, DeflateDecoder::new(packed), member.unpacked, progress),
-                _ => fill(&mut bytes, packed, member.unpacked, progress),
-            };
-            filled.map_err(|error| Error::format(&path, "whole file", format!("it can't be unpacked: {error}")))
-        })?;
-        progress.check()?;
-        let mut crc = Crc::new();
-        crc.update(&bytes);
-        if bytes.len() as u64 != member.unpacked || crc.sum() != member.crc {
-            return fail("it unpacks to something else than was packed: the archive is damaged".to_owned());
-        }
-        Ok(bytes)
+        Ok(member)
     }
 }
 
-/// Fills `bytes` with at most `length`, a piece at a time. Bytes beyond are not read.
-fn fill(bytes: &mut Vec<u8>, from: impl Read, length: u64, progress: &Progress<'_>) -> std::io::Result<()> {
-    let mut from = from.take(length);
-    while (bytes.len() as u64) < length && progress.check().is_ok() {
-        let piece = (length - bytes.len() as u64).min(PIECE as u64);
-        if from.by_ref().take(piece).read_to_end(bytes)? == 0 {
-            break;
+/// A file while it is unpacked.
+struct Unpacking<'a, 'p> {
+    from: &'a mut dyn Read,
+    /// Bytes of it that are still to come. Bytes beyond are not read.
+    left: u64,
+    crc: Crc,
+    /// The first failure, which readers may pass over.
+    failed: Option<String>,
+    progress: &'a Progress<'p>,
+}
+
+impl Read for Unpacking<'_, '_> {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        self.progress.check().map_err(std::io::Error::other)?;
+        let most = (buffer.len() as u64).min(self.left).min(PIECE as u64) as usize;
+        let read = self.from.read(&mut buffer[..most]);
+        match &read {
+            Ok(count) => {
+                self.crc.update(&buffer[..*count]);
+                self.left -= *count as u64;
+            }
+            Err(error) => self.failed = Some(error.to_string()),
         }
+        read
     }
-    Ok(())
 }

@@ -1,0 +1,87 @@
+"""Depth images of a plain folder, opened with a camera: damaged ones, ones of another size, ones without a camera."""
+
+import numpy as np
+import pytest
+import surfrecon
+from command_line import run
+from images import png
+
+CAMERA = (60, 60, 25, 20)
+TOLD = ("--camera", ",".join(map(str, CAMERA)))
+
+
+def depths(number):
+    """A corner with a wave on it, seen from ever further away, in millimetres."""
+    row, col = np.mgrid[0:40, 0:50]
+    return 2000 + 20 * number + 10 * np.abs(col - 25) + 4 * row + 30 * np.sin(col * row / 50)
+
+
+@pytest.fixture
+def folder(tmp_path):
+    for number in range(4):
+        (tmp_path / f"depth_{number:04}.png").write_bytes(png(depths(number).astype(np.uint16)))
+    return tmp_path
+
+
+def test_a_damaged_image_is_skipped_and_named(folder, tmp_path_factory):
+    """As in a recording: in the report, in the log once, and on the command line."""
+    damaged = folder / "depth_0001.png"
+    whole = damaged.read_bytes()
+    for content in (b"", whole[:60], whole[:-30], b"garbage" * 20):
+        damaged.write_bytes(content)
+        scans = surfrecon.open(folder, camera=CAMERA)
+        report = surfrecon.align(scans, fixed=[0, 2, 3]).report
+        assert [scan.state for scan in report.scans] == ["kept", "unplaced", "kept", "kept"]
+        assert report.scans[1].reason.startswith("it is skipped: ") and "depth_0001.png" in report.scans[1].reason
+        [(kind, text)] = [one for one in surfrecon.merge(scans).report.warnings if one[0] == "damaged"]
+        assert kind == "damaged" and "depth_0001 is skipped: " in text
+        with pytest.raises(surfrecon.FormatError, match="depth_0001"):
+            scans[1].read()
+    done = run("align", folder, *TOLD, "--fixed", "0,2,3")
+    assert done.returncode == 0 and done.stderr.count("depth_0001 is skipped: ") == 1, done.stderr
+    assert "depth_0001: not placed: it is skipped: " in done.stdout
+    done = run("merge", folder, *TOLD, "-o", tmp_path_factory.mktemp("out") / "out.ply")
+    assert done.returncode == 0 and done.stderr.count("depth_0001 is skipped: ") == 1, done.stderr
+
+
+def test_an_image_of_another_size_is_skipped_and_named(folder):
+    """The first, by its path, says the size of the camera's images, if the camera does not."""
+    (folder / "depth_0002.png").write_bytes(png(depths(2)[:20].astype(np.uint16)))
+    files = sorted(folder.glob("*.png"))
+    for given in (files, files[::-1]):
+        scans = surfrecon.open(given, camera=CAMERA)
+        fixed = [k for k, scan in enumerate(scans) if scan.name != "depth_0002"]
+        report = surfrecon.align(scans, fixed=fixed).report
+        [reason] = [scan.reason for scan in report.scans if scan.state == "unplaced"]
+        assert "50 x 20 pixels, but the camera's images have 50 x 40: open it apart" in reason
+    # By itself it is the first.
+    assert surfrecon.open(folder / "depth_0002.png", camera=CAMERA)[0].read().valid.shape == (20, 50)
+
+
+def test_images_without_a_camera_are_not_aligned(folder, tmp_path):
+    """Of 16 bits they may be depths or heights. The distance of pixels says that they are heights."""
+    scans = surfrecon.open(folder)
+    with pytest.raises(surfrecon.InputError, match="4 images of 16 bits may be depth images or height maps"):
+        surfrecon.align(scans)
+    done = run("align", folder, "-o", "placed.tum", cwd=tmp_path)
+    assert done.returncode == 1 and not (tmp_path / "placed.tum").exists()
+    assert "give it as --camera fx,fy,cx,cy. Or put a camera.json" in done.stderr
+    assert "give the distance of their pixels as --step" in done.stderr and "camera = (" not in done.stderr
+    heights = surfrecon.open(folder, step=10)
+    assert surfrecon.align(heights, fixed=range(4)).report.placed == 4
+    surfrecon.merge(scans[:1])
+
+
+def test_what_gives_the_order_is_said(folder):
+    followed = "followed as a sequence, in the order of their recording or of the numbers in their names"
+    scans = surfrecon.open(folder, camera=CAMERA)
+    summary = surfrecon.align(scans, fixed=range(4)).report.summary
+    assert followed in summary[1]
+    for start in ("unknown", "sequence"):
+        assert followed not in str(surfrecon.align(scans, fixed=range(4), start=start).report.summary)
+    (folder / "depth_0003.png").rename(folder / "other_0002.png")
+    scans = surfrecon.open(folder, camera=CAMERA)
+    report = surfrecon.align(scans, fixed=range(4)).report
+    assert followed not in str(report.summary)
+    assert any('"depth_0002" and "other_0002" have the same number' in text for text in report.messages)
+    assert not any("the same number" in text for text in surfrecon.align(scans, start="sequence").report.messages)
