@@ -16,8 +16,9 @@ use crate::surface;
 
 /// Steps of a ball, which shrinks in each.
 const STEPS: usize = 40;
-/// A ball has shrunk to its end where nothing lies deeper in it than this share of its radius.
-const END: f64 = 1e-9;
+/// A ball has shrunk to its end where nothing lies deeper in it than this share of its radius. So a wall may be thinner than said by this share.
+/// In round bodies many faces are nearly as far from the ball's middle, and each would be looked at for the last digits.
+const END: f64 = 1e-3;
 /// Most cosine between the normals of the two sides of a wall.
 const TURNED: f64 = -0.5;
 
@@ -60,10 +61,10 @@ fn behind(mesh: &TriMesh, bvh: &Bvh<'_>, t: usize) -> Wall {
     let (mut radius, mut met) = (0.5 * hit.t, hit.triangle);
     for _ in 0..STEPS {
         let middle = centre - radius * normal;
-        let Some(nearest) = bvh.closest_point(middle) else { break };
+        let Some(nearest) = bvh.closest_point_within(middle, radius * (1.0 - END)) else { break };
         let way = centre - nearest.point;
         let across = way.dot(normal);
-        if nearest.distance() >= radius * (1.0 - END) || across <= 0.0 {
+        if across <= 0.0 {
             break;
         }
         (radius, met) = (radius.min(0.5 * way.length_squared() / across), nearest.triangle);
