@@ -36,6 +36,7 @@
 | formats | formats in the dialog of an import |
 | views | views and the sidebar after an import |
 | false_colours | distances in colours, put on a surface for looking and taken off again |
+| by_format | exports whose format is chosen in the dialog |
 | gltf | what Blender's export of glTF leaves out |
 | words | lengths, numbers, times and errors as people read them |
 | advice | what to do about errors in Blender |

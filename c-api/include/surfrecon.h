@@ -721,8 +721,8 @@ typedef struct {
   uint32_t struct_size;
   // 0.
   uint32_t reserved;
-  // Metres a unit of the mesh, for glTF, which is in metres: 0.001 for millimetres. Other formats keep the unit. > 0,
-  // default 1.
+  // Metres a unit of the mesh, for glTF, which is in metres, and 3MF, which says its unit: 0.001 for millimetres. Other
+  // formats keep the unit. > 0, default 1.
   double metres_per_unit;
   // Axis of the mesh that points up, for glTF, where y does. A value of srf_up, default SRF_UP_Y.
   uint64_t up;
@@ -2892,7 +2892,7 @@ srf_status srf_read_options_init_sized(srf_read_options *options, size_t size);
 #define srf_read_options_init(options) srf_read_options_init_sized((options), sizeof(srf_read_options))
 
 // Opens files of scans: single scans, lists that place several, or folders. Formats are recognized by content. Scans are read as PLY
-// (range grids, meshes and points), PTX, E57, PCD, LAS and LAZ, points in text, OBJ, STL and glTF. Height maps and depth images are read
+// (range grids, meshes and points), PTX, E57, PCD, LAS and LAZ, points in text, OBJ, STL, 3MF and glTF. Height maps and depth images are read
 // as PNG, PGM, PFM, OpenEXR, TIFF, NumPy arrays, SRTM tiles and ESRI grids. Lists are read as .conf, .mlp and .aln. Folders, zip archives,
 // .r3d and .sens of recordings of depth cameras and phones give their frames as images with colours. Of the files, a camera makes the
 // images depth images, a trajectory places them. How the files were understood goes to the log too. It reads headers. Of a .conf whose
@@ -3077,8 +3077,8 @@ srf_status srf_write_options_init_sized(srf_write_options *options, size_t size)
 #define srf_write_options_init(options) srf_write_options_init_sized((options), sizeof(srf_write_options))
 
 // Writes a mesh by the ending of the file's name, the writer to take unless another is needed. .ply has all attributes. .glb (binary glTF)
-// has those of vertices, and its node is named as the file without the ending. .obj has colours. .stl has none. A file of that name is
-// replaced once all is written, or stays as it is.
+// has those of vertices, and its node is named as the file without the ending. .obj has colours. .stl has none. .3mf has the unit
+// and colours, for slicers. A file of that name is replaced once all is written, or stays as it is.
 // mesh       not NULL
 // path       UTF-8. Not NULL
 // options    NULL for the defaults
@@ -3292,7 +3292,7 @@ srf_status srf_mesh_set_crs(srf_mesh *mesh, const char *text);
 // path        UTF-8. Not NULL
 // options     NULL for the defaults
 // provenance  an object in JSON, as program, parameters and hashes of what was read: .ply and .obj have it as comments, .glb in
-//             asset.extras.surfrecon, .stl has no place for it. NULL for none
+//             asset.extras.surfrecon, .stl and .3mf have no place for it. NULL for none
 // progress    NULL for none
 // returns     SRF_OK, SRF_ERR_IO, SRF_ERR_INPUT for another ending and for what is no such object, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED,
 //             SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.2.

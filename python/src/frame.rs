@@ -75,6 +75,12 @@ impl Scan {
         Ok(crs::text_of(self.scan.crs().map_err(|error| to_python(&error))?.as_ref()))
     }
 
+    /// Whether it is one of many images of a depth camera: one that is damaged is left out.
+    #[getter]
+    fn _is_depth_image(&self) -> bool {
+        self.scan.is_frame() || self.scan.is_depth_image()
+    }
+
     /// Reads the samples: a ``RangeImage`` (placed in the world), a ``Mesh`` or a ``PointCloud`` (in their own frames).
     ///
     /// >>> images = [scan.read() for scan in scans]
@@ -279,9 +285,7 @@ impl Job {
         let scans: Vec<_> = scans.iter().map(|scan| scan.get().scan.clone()).collect();
         Job::of(Background::start(move |progress| {
             progress.plan(&[("reading", 1.0)]);
-            let read = |(index, scan): (usize, &import::FileScan)| {
-                scan.read_with(&part(progress, index, scans.len()))
-            };
+            let read = |(index, scan): (usize, &import::FileScan)| scan.read_with(&part(progress, index, scans.len()));
             let contents = scans.iter().enumerate().map(read).collect::<surfrecon::Result<Vec<_>>>()?;
             made(contents, |py, contents| {
                 let objects = contents.into_iter().map(|content| content_object(py, content));

@@ -18,7 +18,7 @@
 //! | `forks` | Forks of the interpreter's process, which the core has to be told of |
 //! | `frame` | `Scan`: one of a set, still in its file |
 //! | `incremental` | A merge of scans that were merged before |
-//! | `job` | Long calls in the background, for hosts whose main thread must stay free: an entry an operation, that starts it and says what Python's object of its value is |
+//! | `job` | Long calls in the background, for hosts whose main thread must stay free |
 //! | `log` | Messages of calls to Python: to the logger `surfrecon`, or to the function of a context |
 //! | `measure` | Distances of points, and of a whole surface, to a mesh |
 //! | `memory_folder` | Files that are no files of the system: folders in memory, and Python's file objects where a path is expected |
@@ -163,7 +163,9 @@ mod _native {
     #[pymodule_export]
     use crate::scan::{Camera, sculpture, turntable, virtual_scan};
     #[pymodule_export]
-    use crate::scans::{ScanSet, crs_note, formats, open, provenance, read, recording_of, write, write_scans};
+    use crate::scans::{
+        _open_unplaced, ScanSet, crs_note, formats, open, provenance, read, recording_of, write, write_scans,
+    };
     #[pymodule_export]
     use crate::sculpt::{Sculpted, Sculptor, sculpt};
     #[pymodule_export]

@@ -10,11 +10,8 @@ use surfrecon::merge::{MergeParams, Merged, Run, Store};
 use surfrecon::mesh::measure::Side;
 use surfrecon::{Error, Progress, memory};
 
-use crate::background::{Background, made};
 use crate::errors::{input_error, to_python};
 use crate::incremental::Incremental;
-use crate::job::Job;
-use crate::merger::Merger;
 use crate::mesh::Mesh;
 use crate::params::params;
 use crate::paths::FsPath;
@@ -251,36 +248,5 @@ impl MergeResult {
 impl MergeResult {
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         Ok(format!("<MergeResult {}>", self.mesh.bind(py).repr()?))
-    }
-}
-
-#[pymethods]
-impl Job {
-    /// Starts ``surfrecon.merge`` with the same arguments but ``progress``, or ``Merger.merge``, of a ``Merger`` in the place of scans.
-    ///
-    /// Raises:
-    ///     ParameterError, TypeError: like ``merge``, at once. Other errors are raised by ``result``.
-    #[staticmethod]
-    // options: merge
-    #[pyo3(signature = (scans, *, measure = false, files = None, max_memory = None, workspace = None, **options), text_signature = "(scans, *, voxel=None, merge_distance=None, max_hole_length=None, min_component_share=0.0, match_exposure=True, edge_limit=None, grazing_limit=1.5707963267948966, threads=0, measure=False, files=None, max_memory=None, workspace=None)")]
-    fn merge(
-        scans: &Bound<'_, PyAny>,
-        measure: bool,
-        files: Option<&str>,
-        max_memory: Option<&Bound<'_, PyAny>>,
-        workspace: Option<FsPath>,
-        options: Option<&Bound<'_, PyDict>>,
-    ) -> PyResult<Self> {
-        let store = store(files, max_memory, workspace)?;
-        let call = match scans.cast::<Merger>() {
-            Ok(merger) => MergeCall::incremental(merger.get().call(), measure, store, options),
-            Err(_) => MergeCall::new(scans, measure, store, options),
-        }?;
-        Job::of(Background::start_calls(&[call.merging(), 1.0 - call.merging()], move |calls| {
-            let merged = call.run(calls.begin(0))?;
-            made(call.measured(merged, calls.begin(1))?, |py, merged| {
-                Ok(Bound::new(py, MergeResult::new(py, merged)?)?.into_any())
-            })
-        }))
     }
 }

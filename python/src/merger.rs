@@ -9,7 +9,9 @@ use surfrecon::error::counted;
 use surfrecon::merge::incremental::{self, Renewed};
 use surfrecon::threads::Exclusive;
 
+use crate::background::{Background, made};
 use crate::incremental::Incremental;
+use crate::job::Job;
 use crate::merge::{MergeCall, MergeResult, store};
 use crate::paths::FsPath;
 use crate::sources::{Clouds, Source, object, source, sources};
@@ -217,5 +219,36 @@ impl Merger {
 
     fn __repr__(&self) -> String {
         format!("<Merger of {}>", counted(self.__len__() as u64, "scan", "scans"))
+    }
+}
+
+#[pymethods]
+impl Job {
+    /// Starts ``surfrecon.merge`` with the same arguments but ``progress``, or ``Merger.merge``, of a ``Merger`` in the place of scans.
+    ///
+    /// Raises:
+    ///     ParameterError, TypeError: like ``merge``, at once. Other errors are raised by ``result``.
+    #[staticmethod]
+    // options: merge
+    #[pyo3(signature = (scans, *, measure = false, files = None, max_memory = None, workspace = None, **options), text_signature = "(scans, *, voxel=None, merge_distance=None, max_hole_length=None, min_component_share=0.0, match_exposure=True, edge_limit=None, grazing_limit=1.5707963267948966, threads=0, measure=False, files=None, max_memory=None, workspace=None)")]
+    fn merge(
+        scans: &Bound<'_, PyAny>,
+        measure: bool,
+        files: Option<&str>,
+        max_memory: Option<&Bound<'_, PyAny>>,
+        workspace: Option<FsPath>,
+        options: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
+        let store = store(files, max_memory, workspace)?;
+        let call = match scans.cast::<Merger>() {
+            Ok(merger) => MergeCall::incremental(merger.get().call(), measure, store, options),
+            Err(_) => MergeCall::new(scans, measure, store, options),
+        }?;
+        Job::of(Background::start_calls(&[call.merging(), 1.0 - call.merging()], move |calls| {
+            let merged = call.run(calls.begin(0))?;
+            made(call.measured(merged, calls.begin(1))?, |py, merged| {
+                Ok(Bound::new(py, MergeResult::new(py, merged)?)?.into_any())
+            })
+        }))
     }
 }

@@ -31,7 +31,9 @@ use crate::similarity::Given;
 ///
 /// Scans are PLY, height maps and depth images (PNG, PGM, PFM, TIFF, NPY, ESRI grids, SRTM tiles), points in text and
 /// more: ``formats`` lists all. A camera's file among the paths makes the images depth images. A trajectory among them,
-/// or a file ``NAME.xf``, ``NAME.tf`` or ``NAME.pose.txt`` beside a scan, places them.
+/// or a file ``NAME.xf``, ``NAME.tf`` or ``NAME.pose.txt`` beside a scan, places them. Scans that a trajectory has no pose of are passed
+/// over, if it names them or their names have numbers that are its times. A folder that has one list opens as the scans of that, and
+/// ``notes`` name the others in it.
 ///
 /// Recordings of depth cameras and phones open as ``Frame`` objects, which merge and align as other scans do: folders or zip
 /// archives of 7-Scenes, TUM RGB-D, ICL-NUIM, Open3D, Redwood, nerfstudio, Polycam (raw data), Record3D (also ``.r3d``), 3D
@@ -72,10 +74,27 @@ pub fn open(
     ScanSet::new(py, set)
 }
 
+/// Opens scans as ``open`` does, to be aligned: of a folder all scans, whatever list of poses lies in it.
+#[pyfunction]
+#[pyo3(signature = (paths, *, camera = None, crs = None, **options))]
+pub fn _open_unplaced(
+    py: Python<'_>,
+    paths: &Bound<'_, PyAny>,
+    camera: Option<&Bound<'_, PyAny>>,
+    crs: Option<CrsText>,
+    options: Option<&Bound<'_, PyDict>>,
+) -> PyResult<ScanSet> {
+    let call = OpenCall { unplaced: true, ..OpenCall::new(paths, camera, crs, options)? };
+    let set = Watch::new(None).run(py, |progress| call.run(progress))?;
+    ScanSet::new(py, set)
+}
+
 /// The scans to be opened, free of Python.
 pub struct OpenCall {
     paths: Vec<Place>,
     options: ReadOptions,
+    /// Whether lists of poses in folders keep no scan out.
+    unplaced: bool,
 }
 
 impl OpenCall {
@@ -97,7 +116,7 @@ impl OpenCall {
         };
         let camera = camera.map(of_four).transpose()?;
         let crs = crs::told(crs)?;
-        Ok(OpenCall { paths, options: ReadOptions { camera, crs, ..params("open", options)? } })
+        Ok(OpenCall { paths, options: ReadOptions { camera, crs, ..params("open", options)? }, unplaced: false })
     }
 
     /// Opens them.
@@ -105,7 +124,11 @@ impl OpenCall {
     /// # Errors
     /// See [`import::open_with`].
     pub fn run(&self, progress: &Progress<'_>) -> surfrecon::Result<import::ScanSet> {
-        let set = import::open_with(&self.paths, &self.options, progress)?;
+        let set = if self.unplaced {
+            import::open_unplaced(&self.paths, &self.options, progress)?
+        } else {
+            import::open_with(&self.paths, &self.options, progress)?
+        };
         set.tell();
         Ok(set)
     }

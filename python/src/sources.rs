@@ -6,6 +6,7 @@ use std::sync::Arc;
 use glam::DAffine3;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
+use pyo3::types::PyString;
 use surfrecon::align::PlacedCloud;
 use surfrecon::merge::{PlacedMesh, ScanSource};
 use surfrecon::source::Scan as HandedScan;
@@ -72,14 +73,21 @@ pub fn placed<'py>(py: Python<'py>, source: &Source, world_from_scan: DAffine3) 
     })
 }
 
+/// The name of an object's type.
+fn kind_of(item: &Bound<'_, PyAny>) -> String {
+    item.get_type().name().map_or_else(|_| item.get_type().to_string(), |name| name.to_string())
+}
+
 /// The scans of a Python argument.
 ///
 /// # Errors
 /// `TypeError` naming what is no scan.
 pub fn sources(scans: &Bound<'_, PyAny>, clouds: Clouds) -> PyResult<Vec<Source>> {
-    let iterator = scans.try_iter().map_err(|error| {
-        reworded(error, || PyTypeError::new_err(format!("scans must be a ScanSet or a list, got {}", scans.get_type())))
-    })?;
+    let wrong = || format!("scans must be a ScanSet or a list, got {}", kind_of(scans));
+    if scans.is_instance_of::<PyString>() || scans.hasattr("__fspath__")? {
+        return Err(PyTypeError::new_err(format!("{}: open files with surfrecon.open()", wrong())));
+    }
+    let iterator = scans.try_iter().map_err(|error| reworded(error, || PyTypeError::new_err(wrong())))?;
     iterator.enumerate().map(|(i, item)| source(i, &item?, clouds)).collect()
 }
 
@@ -114,8 +122,9 @@ pub fn source(index: usize, item: &Bound<'_, PyAny>, clouds: Clouds) -> PyResult
     if let Ok((mesh, pose, name)) = item.extract::<(Bound<'_, Mesh>, Bound<'_, PyAny>, String)>() {
         return Ok(mesh_source(&mesh, arrays::affine(&pose, "world_from_mesh")?, Some(name)));
     }
+    let cloud = if clouds == Clouds::Taken { " PointCloud," } else { "" };
     Err(PyTypeError::new_err(format!(
-        "scan {index} must be a Scan, RangeImage, Mesh, (Mesh, matrix) or (Mesh, matrix, name), got {}",
-        item.get_type()
+        "scan {index} must be a Scan, RangeImage,{cloud} Mesh, (Mesh, matrix) or (Mesh, matrix, name), got {}",
+        kind_of(item)
     )))
 }

@@ -139,11 +139,11 @@ def test_depth_images_keep_their_times_and_their_camera(tmp_path):
     (tmp_path / "placed.tum").write_text("\n".join(lines[:3]) + "\n")
     done = run("info", *names, "placed.tum", "--camera", camera, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
-    assert "placed 1 scan by their names, and 1 of 2 has no pose and is passed over" in done.stderr
+    assert "placed 1 scan by name, and 1 of 2 has no pose and is passed over" in done.stderr
     # Lists of others have times alone.
     (tmp_path / "placed.tum").write_text(lines[2] + "\n")
     done = run("info", *names, "placed.tum", "--camera", camera, cwd=tmp_path)
-    assert "placed 1 scan by the times in their names, and 1 of 2 has no pose within 0.02 s" in done.stderr
+    assert "placed 1 scan by the times in their names, and 1 of 2 has no pose of its own within 0.02 s" in done.stderr
 
 
 def test_align_tells_that_a_list_leads_out_of_its_folder(tmp_path):

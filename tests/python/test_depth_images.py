@@ -44,6 +44,26 @@ def test_a_damaged_image_is_skipped_and_named(folder, tmp_path_factory):
     assert done.returncode == 0 and done.stderr.count("depth_0001 is skipped: ") == 1, done.stderr
 
 
+def test_commands_that_read_images_one_by_one_skip_a_damaged_one(folder, tmp_path_factory):
+    out = tmp_path_factory.mktemp("out")
+    (folder / "depth_0001.png").write_bytes(b"garbage" * 20)
+    done = run("info", folder, *TOLD)
+    assert done.returncode == 0 and done.stderr.count("depth_0001 is skipped: ") == 1, done.stderr
+    assert [line.split(":")[0] for line in done.stdout.splitlines()] == ["depth_0000", "depth_0002", "depth_0003"]
+    done = run("convert", folder, *TOLD, "-o", out / "all.e57")
+    assert done.returncode == 0 and done.stderr.count("depth_0001 is skipped: ") == 1, done.stderr
+    assert len(surfrecon.open(out / "all.e57")) == 3
+    done = run("merge", folder, *TOLD, "-o", out / "out.ply")
+    assert done.returncode == 0 and "3 of 4 scans, cells of" in done.stdout, done.stdout
+    for path in folder.glob("*.png"):
+        path.write_bytes(b"garbage" * 20)
+    for arguments in (["info"], ["convert", "-o", out / "none.e57"], ["align", "-o", out / "none.tum"]):
+        done = run(arguments[0], folder, *TOLD, *arguments[1:])
+        assert done.returncode == 1 and "depth_0000" in done.stderr, done.stderr
+    assert not (out / "none.tum").exists() and not (out / "none.e57").exists()
+    assert 'none of the 4 scans has a surface: "depth_0000" is skipped: ' in done.stderr
+
+
 def test_an_image_of_another_size_is_skipped_and_named(folder):
     """The first, by its path, says the size of the camera's images, if the camera does not."""
     (folder / "depth_0002.png").write_bytes(png(depths(2)[:20].astype(np.uint16)))
@@ -70,6 +90,21 @@ def test_images_without_a_camera_are_not_aligned(folder, tmp_path):
     heights = surfrecon.open(folder, step=10)
     assert surfrecon.align(heights, fixed=range(4)).report.placed == 4
     surfrecon.merge(scans[:1])
+
+
+def test_scans_of_a_few_samples_say_so(folder):
+    """Whatever their size: they are not in another unit."""
+    whole = [scan.read() for scan in surfrecon.open(folder, camera=CAMERA)][:2]
+    for shape, said in (((0, 0), "no surface"), ((1, 1), "no surface"), ((2, 2), "too little surface: ")):
+        few = surfrecon.RangeImage.pinhole(np.full(shape, 2.0), focal=(60, 60), centre=(25, 20), name="few")
+        assert said in surfrecon.align([*whole, few], fixed=[0, 1]).report.scans[2].reason
+
+
+def test_what_is_no_scan_is_named_by_its_type(folder):
+    with pytest.raises(TypeError, match=r"got str: open files with surfrecon\.open\(\)"):
+        surfrecon.align(str(folder))
+    with pytest.raises(TypeError, match=r"scan 0 must be a Scan, RangeImage, PointCloud, Mesh, .*, got int$"):
+        surfrecon.align([3, 4])
 
 
 def test_what_gives_the_order_is_said(folder):

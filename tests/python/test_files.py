@@ -135,8 +135,7 @@ def test_a_mesh_is_written_as_gltf(tmp_path):
 @pytest.mark.parametrize("ending", ["obj", "stl", "glb", "3mf", "ply"])
 def test_write_and_read_meshes(tmp_path, ending):
     mesh = torus()
-    # Z is up in 3MF: what is said to be up so is not turned.
-    surfrecon.write(tmp_path / f"torus.{ending}", mesh, **({"up": "z"} if ending == "3mf" else {}))
+    surfrecon.write(tmp_path / f"torus.{ending}", mesh)
     again = surfrecon.read(tmp_path / f"torus.{ending}")
     assert again.check()["is_closed"] and len(again.triangles) == len(mesh.triangles)
     corners = [m.positions[m.triangles].mean(axis=1) for m in (mesh, again)]

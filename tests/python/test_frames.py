@@ -196,7 +196,7 @@ def test_damage_is_said_on_the_command_line(recording, tmp_path):
     found = json.loads(report.read_text())
     assert [kind for kind, _ in found["report"]["warnings"]] == ["damaged"]
     done = run("align", folder, "-o", listed, "--start", "unknown", "--reach", "0.1")
-    assert done.returncode == 0 and done.stderr.count("surfrecon: align: reach, 0.1, is not used") == 1, done.stderr
+    assert done.returncode == 0 and done.stderr.count("surfrecon: align: --reach, 0.1, is not used") == 1, done.stderr
     done = run("align", folder, "-o", tmp_path / "aligned.conf")
     assert done.returncode == 2 and "shares its file or its recording" in done.stderr and ".tum" in done.stderr
     done = run("info", folder)

@@ -70,8 +70,7 @@ FORMATS = {
     "pymeshlab": ["ply", "text.ply", "obj", "stl"],
 }
 
-# Z is up in 3MF.
-OPTIONS = {"text.ply": {"encoding": "ascii"}, "3mf": {"up": "z"}}
+OPTIONS = {"text.ply": {"encoding": "ascii"}}
 
 
 @pytest.mark.skipif(not PEERS, reason="SURFRECON_PEERS does not name a Python with the peers")

@@ -7,8 +7,8 @@ import bpy
 import numpy as np
 import surfrecon
 from bpy.props import EnumProperty, StringProperty
-from bpy_extras.io_utils import ExportHelper
 
+from ..by_format import ExportByFormat
 from ..running import Refused
 from ..surfaces import surface_of
 from ..telling import tell, told
@@ -24,7 +24,7 @@ FORMATS = (
 MILLIMETRES = 1000.0
 
 
-class SURFRECON_OT_export_for_printing(bpy.types.Operator, ExportHelper):
+class SURFRECON_OT_export_for_printing(bpy.types.Operator, ExportByFormat):
     """Write the selected surfaces, and nothing else, into a file for a slicer, in millimetres"""
 
     bl_idname = "surfrecon.export_for_printing"
@@ -48,19 +48,6 @@ class SURFRECON_OT_export_for_printing(bpy.types.Operator, ExportHelper):
         self.filepath = os.path.splitext(proposed(context))[0] + self.ending
         return super().invoke(context, event)
 
-    @property
-    def ending(self):
-        """The ending of the file's name."""
-        return "." + self.file_format.lower()
-
-    def check(self, context):
-        """The ending of the name follows the format."""
-        self.filename_ext = self.ending
-        wanted = os.path.splitext(self.filepath)[0] + self.ending
-        changed = self.filepath != wanted
-        self.filepath = wanted
-        return changed
-
     def draw(self, context):
         """The options beside the file browser."""
         self.layout.use_property_split = True
@@ -70,11 +57,11 @@ class SURFRECON_OT_export_for_printing(bpy.types.Operator, ExportHelper):
         """Writes the file, and says its size and whether it is closed."""
         surfaces = [obj for obj in context.selected_objects if is_surface(obj)]
         scale = MILLIMETRES * context.scene.unit_settings.scale_length
-        path = os.path.splitext(self.filepath)[0] + self.ending
+        path = self.path()
         try:
             mesh = surface_of(surfaces, context.evaluated_depsgraph_get())
             mesh = mesh.transformed(surfrecon.Similarity(np.diag([scale, scale, scale, 1.0])))
-            mesh.write(path, metres_per_unit=1 / MILLIMETRES, up="z")
+            mesh.write(path, metres_per_unit=1 / MILLIMETRES)
             report = mesh.check()
         except (Refused, surfrecon.SurfreconError) as problem:
             tell(self, {"ERROR"}, sentence(problem))

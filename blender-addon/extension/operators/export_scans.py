@@ -7,9 +7,9 @@ import bpy
 import numpy as np
 import surfrecon
 from bpy.props import EnumProperty, FloatProperty, StringProperty
-from bpy_extras.io_utils import ExportHelper
 
 from .. import declared, scan_objects
+from ..by_format import ExportByFormat
 from ..job import refuse_no_numbers
 from ..running import Refused
 from ..telling import tell
@@ -29,7 +29,7 @@ FORMATS = tuple(
 
 
 @declared.operator("write")
-class SURFRECON_OT_export_scans(bpy.types.Operator, ExportHelper):
+class SURFRECON_OT_export_scans(bpy.types.Operator, ExportByFormat):
     """Runs the operation `write`."""
 
     bl_options = {"PRESET"}
@@ -40,14 +40,6 @@ class SURFRECON_OT_export_scans(bpy.types.Operator, ExportHelper):
     scale: FloatProperty(
         name="Scale", description="Units of the file a unit of the scene", default=1.0, min=1e-9, max=1e9
     )
-
-    def check(self, context):
-        """The ending of the name follows the format."""
-        self.filename_ext = "." + self.file_format.lower()
-        wanted = bpy.path.ensure_ext(os.path.splitext(self.filepath)[0], self.filename_ext)
-        changed = self.filepath != wanted
-        self.filepath = wanted
-        return changed
 
     def draw(self, context):
         """The options beside the file browser."""
@@ -63,7 +55,7 @@ class SURFRECON_OT_export_scans(bpy.types.Operator, ExportHelper):
             if not objects:
                 raise Refused("No range scan is selected: select objects that File > Import > Range Scans has made")
             depsgraph = context.evaluated_depsgraph_get()
-            path = os.path.splitext(self.filepath)[0] + "." + self.file_format.lower()
+            path = self.path()
             images = [self.image(obj, depsgraph) for obj in objects]
             surfrecon.write_scans(path, images)
             note = surfrecon.crs_note(path, "images", next((image.crs for image in images if image.crs), None))

@@ -134,6 +134,7 @@ impl Prepared {
     fn aligned(&self, params: &AlignParams, constraints: &Constraints, progress: &Progress<'_>) -> Result<Alignment> {
         let pool = base::threads::pool(params.threads)?;
         progress.stage(COMPARING, 1);
+        self.refuse_empty()?;
         constraints.lie_on(&self.order, &self.views)?;
         let alignment = progress.run(&pool, || {
             let inside = constraints.renumbered(params, &self.order, &self.views, self.in_time.as_deref());
@@ -145,6 +146,24 @@ impl Prepared {
             Ok(found)
         });
         progress.check().and(alignment)
+    }
+
+    /// Refuses scans of which none has a surface.
+    fn refuse_empty(&self) -> Result<()> {
+        if self.views.iter().any(|view| view.reduced.area > 0.0) {
+            return Ok(());
+        }
+        let damage = self.order.iter().zip(&self.names).zip(&self.views);
+        let first =
+            damage.filter_map(|((number, name), view)| Some((number, name, view.reduced.damage.as_ref()?))).min();
+        Err(Error::input(match first {
+            Some((_, name, damage)) => {
+                format!("none of the {} scans has a surface: {name:?} {damage}. Check the files.", self.len())
+            }
+            None => {
+                format!("none of the {} scans has a surface: no sample has neighbours. Check the files.", self.len())
+            }
+        }))
     }
 
     /// Draws one scan, from a rough pose, to others, which stay: for placing by hand. `world_from_scan` has a pose for each scan that it

@@ -49,6 +49,9 @@ impl Limits {
 
 /// Root mean square distance of surfaces that coincide, at most, by that of a scan's own neighbours.
 pub(crate) const APART: f64 = 0.82;
+/// Least share of a scan that lies on others if it nearly fits them, and most of what sensors can tell that may speak against it.
+pub(crate) const NEARLY: f64 = 0.3;
+pub(crate) const THROUGH_NEARLY: f64 = 0.25;
 /// Share of what sensors can tell that may speak against a motion.
 const THROUGH: f64 = 0.03;
 /// Least eigenvalue of what holds a scan, where six equal ones are 1: enough by itself, and with another pair that says the same.

@@ -13,7 +13,7 @@
 //! | `doubts` | groups that the heap as a whole speaks against |
 //! | `assemble`, `relax`, `uncertainty` | groups, all poses at once, and how far they may be off |
 //! | `misfit` | differences that no pose explains |
-//! | `report`, `summary`, `rivals`, `words` | the report |
+//! | `report`, `summary`, `rivals`, `words`, `names` | the report |
 //! | `snap` | one scan alone, by hand |
 //!
 //! A scan is placed only if overlap, balance and uniqueness pass: never guessed. Nothing is drawn at random, and scans are
@@ -39,6 +39,7 @@ mod level;
 mod linear;
 mod misfit;
 mod modes;
+mod names;
 mod near;
 mod neighbours;
 mod operation;

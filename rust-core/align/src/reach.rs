@@ -22,8 +22,10 @@ const LEVER: f64 = 1.5;
 pub(crate) struct Bound {
     /// By the numbers inside, 0 for scans that are fixed. `None` where nothing is known of poses.
     reaches: Option<Vec<f64>>,
-    /// Whether poses are said to be rough, but all sensors stand at the origin and look the same way: nobody has placed the scans.
+    /// Whether poses are said to be rough, but no scan has one.
     is_without_poses: bool,
+    /// Whether all sensors then stand at one place as well: nobody has placed the scans. Else they may be in the world already.
+    is_at_one_place: bool,
 }
 
 /// Why scans have no place where rough poses were said to be there.
@@ -60,22 +62,26 @@ impl Bound {
         if let Some(words) = unused(params) {
             log::tell(Level::Warning, &words);
         }
-        let is_unplaced =
-            |view: &View| view.reduced.eye == Some(DVec3::ZERO) && view.reduced.world_from_scan == DAffine3::IDENTITY;
+        let is_unplaced = |view: &View| view.reduced.world_from_scan == DAffine3::IDENTITY;
+        let is_without_poses = is_rough && !inside.is_fixed.contains(&true) && views.iter().all(is_unplaced);
+        let eye = |view: &View| view.reduced.eye;
+        let first = views.first().and_then(eye);
         Bound {
             reaches: is_rough.then(|| views.iter().enumerate().map(reach).collect()),
-            is_without_poses: is_rough && !inside.is_fixed.contains(&true) && views.iter().all(is_unplaced),
+            is_without_poses,
+            is_at_one_place: is_without_poses && first.is_some() && views.iter().all(|view| eye(view) == first),
         }
     }
 
     /// None.
     pub fn unbound() -> Self {
-        Bound { reaches: None, is_without_poses: false }
+        Bound { reaches: None, is_without_poses: false, is_at_one_place: false }
     }
 
-    /// Says that no scan has a pose, where rough poses were said to be there.
-    pub fn no_poses(&self) -> Option<&'static str> {
-        self.is_without_poses.then_some(NO_POSES)
+    /// Says that no scan has a pose, where rough poses were said to be there. Scans that are in the world already fit there, and some of them
+    /// are placed.
+    pub fn no_poses(&self, is_any_placed: bool) -> Option<&'static str> {
+        (self.is_at_one_place || (self.is_without_poses && !is_any_placed)).then_some(NO_POSES)
     }
 
     /// Whether there is one.

@@ -4,7 +4,7 @@ use glam::{DAffine3, DVec3};
 
 use crate::constraints::Axis;
 use crate::judge::Hold;
-use crate::summary::told_apart;
+use crate::names::told_apart;
 use base::error::{Shown, counted};
 use base::report::{FigureValue, Found, Report as _};
 
@@ -192,6 +192,9 @@ impl AlignReport {
         let numbers: Vec<usize> = (0..names.len()).collect();
         for (scan, name) in self.scans.iter().zip(told_apart(&names, &numbers)) {
             lines.push(match scan.state {
+                ScanState::Kept if self.placed() == 0 => {
+                    format!("{name}: stays where it is, and no other scan has a place beside it")
+                }
                 ScanState::Kept => format!("{name}: stays where it is"),
                 ScanState::Placed => format!(
                     "{name}: placed, to {}, shares {:.0} % with another, {} apart",

@@ -8,9 +8,10 @@ use glam::DAffine3;
 use rayon::prelude::*;
 
 use crate::assemble::{AGREE, Limit, Standing, apart_at_first, assemble};
-use crate::constraints::{Inside, Ordered, Told, is_enough};
+use crate::constraints::{Inside, Ordered, Pick, Told, is_enough};
 use crate::doubts::{Doubted, take_out};
 use crate::finding::{Finding, Limits, find};
+use crate::gravity::keeps_up;
 use crate::group::Group;
 use crate::hypothesise::Effort;
 use crate::judge::touching_share;
@@ -37,6 +38,8 @@ const NEAREST: usize = 24;
 const BESIDE: usize = 8;
 /// Up to so many scans all pairs between groups are searched in the end, if need be.
 const FEW_SCANS: usize = 40;
+/// Partners of each fixed scan: those that share most with it where it stands, and those that look most like it.
+const FIXED: usize = 4;
 /// Rounds of joining groups.
 const ROUNDS: usize = 6;
 
@@ -168,7 +171,7 @@ pub(crate) fn search(
         }
     }
     let (mut groups, mut standings) = found;
-    let at_odds = search.at_odds(&standings);
+    let at_odds = search.at_odds(&standings)?;
     let outvoted = std::mem::take(&mut search.outvoted);
     let pairs: Vec<Pair> = search.pairs.into_values().collect();
     let is_heap = search.steps.is_none() && search.table.is_none() && !bound.binds();
@@ -399,17 +402,60 @@ impl Search<'_, '_> {
         found
     }
 
+    /// Pairs of fixed scans that are sure: as they stand if they fit there, else wherever they fit. They join nothing.
+    fn fixed_pairs(&self) -> Result<Vec<Pair>> {
+        let (views, limits, unbound) = (self.views, self.limits, Bound::unbound());
+        let fixed: Vec<usize> = (0..views.len()).filter(|&k| self.inside.is_fixed[k] && !views[k].is_empty()).collect();
+        let pairs = fixed.iter().flat_map(|&a| fixed.iter().filter(move |&&b| b > a).map(move |&b| [a, b]));
+        let all: Vec<[usize; 2]> = pairs.filter(|pair| !self.inside.rejected.contains(pair)).collect();
+        if all.is_empty() {
+            return Ok(Vec::new());
+        }
+        let given =
+            |a: usize, b: usize| views[a].reduced.world_from_local().inverse() * views[b].reduced.world_from_local();
+        let shares = all.par_iter().map(|&[a, b]| {
+            self.progress.check()?;
+            let (both, there) = ([&views[a], &views[b]], given(a, b));
+            let back = touching_share([both[1], both[0]], &there.inverse(), 0.0);
+            Ok((touching_share(both, &there, 0.0) + back, [a, b]))
+        });
+        let mut shares: Vec<(f64, [usize; 2])> = shares.collect::<Result<_>>()?;
+        shares.retain(|(share, _)| *share > 0.0);
+        let likeness = self.likeness()?;
+        // Rooms repeat themselves: frames that do not touch may fit all the same.
+        let is_of_rooms = |pair: &[usize; 2]| pair.iter().all(|&scan| views[scan].is_of_room());
+        let like: Vec<(f64, [usize; 2])> =
+            all.into_iter().filter(|pair| !is_of_rooms(pair)).map(|[a, b]| (likeness[a][b], [a, b])).collect();
+        let mut wanted = most_of_each(&shares, FIXED);
+        wanted.extend(most_of_each(&like, FIXED));
+        let found = wanted.into_par_iter().map(|[a, b]| {
+            self.progress.check()?;
+            let there = Pair::given(views, a, b, &given(a, b), &limits);
+            let fits_there = matches!(there.finding, Finding::Sure | Finding::Weak | Finding::Slides);
+            Ok(if fits_there { there } else { Pair::search(views, a, b, Effort::Quick, &unbound, &limits) })
+        });
+        let mut found: Vec<Pair> = found.collect::<Result<_>>()?;
+        found.retain(|pair| pair.finding == Finding::Sure);
+        Ok(found)
+    }
+
     /// Fixed scans that contradict each other: those that lie elsewhere beside each other where all scans are joined as if none was fixed.
-    /// That is looked at if pairs that are sure are refused.
-    fn at_odds(&self, standings: &[Standing]) -> Vec<AtOdds> {
-        let fixed = self.inside.is_fixed.iter().filter(|is_fixed| **is_fixed).count();
+    /// That is looked at if pairs that are sure are refused, or say that fixed scans belong elsewhere.
+    fn at_odds(&self, standings: &[Standing]) -> Result<Vec<AtOdds>> {
+        let slack = |a: usize, b: usize| AGREE * self.views[a].coarse.cell.max(self.views[b].coarse.cell);
+        let of_fixed = self.fixed_pairs()?;
+        let is_elsewhere = |pair: &Pair| {
+            AtOdds::of(self.views, [pair.a, pair.b], &pair.modes[0].a_from_b, slack(pair.a, pair.b)).is_some()
+        };
         let is_refused = |(pair, standing): (&Pair, &Standing)| {
             pair.finding == Finding::Sure && matches!(standing, Standing::Disagrees | Standing::SeenThrough)
         };
-        if fixed < 2 || !self.pairs.values().zip(standings).any(is_refused) {
-            return Vec::new();
+        let fixed = self.inside.is_fixed.iter().filter(|is_fixed| **is_fixed).count();
+        let is_in_doubt = of_fixed.iter().any(is_elsewhere) || self.pairs.values().zip(standings).any(is_refused);
+        if fixed < 2 || !is_in_doubt {
+            return Ok(Vec::new());
         }
-        let mut pairs: Vec<Pair> = self.pairs.values().cloned().collect();
+        let mut pairs: Vec<Pair> = self.pairs.values().cloned().chain(of_fixed).collect();
         let is_out = |pair: &Pair| self.outvoted.contains_key(&[pair.a, pair.b]);
         pairs.iter_mut().filter(|pair| is_out(pair)).for_each(|pair| pair.finding = Finding::Nothing);
         let (free, unbound) = (vec![false; self.views.len()], Bound::unbound());
@@ -423,12 +469,11 @@ impl Search<'_, '_> {
             members.sort_by_key(|member| member.0);
             for (k, &(a, of_a)) in members.iter().enumerate() {
                 for &(b, of_b) in &members[k + 1..] {
-                    let slack = AGREE * self.views[a].coarse.cell.max(self.views[b].coarse.cell);
-                    found.extend(AtOdds::of(self.views, [a, b], &(of_a.inverse() * of_b), slack));
+                    found.extend(AtOdds::of(self.views, [a, b], &(of_a.inverse() * of_b), slack(a, b)));
                 }
             }
         }
-        found
+        Ok(found)
     }
 
     /// Pairs that the caller names.
@@ -522,30 +567,45 @@ impl Search<'_, '_> {
 /// Picks are exact to so many coarse cells.
 pub(crate) const PICKED: f64 = 6.0;
 
+/// How far apart a motion of two scans leaves the points of a pick, at most.
+pub(crate) fn furthest(picks: &[&Pick], a_from_b: &DAffine3) -> f64 {
+    picks.iter().map(|pick| a_from_b.transform_point3(pick.points[1]).distance(pick.points[0])).fold(0.0, f64::max)
+}
+
+/// The motion of two scans that their picks give, by coarse cells of a width. `None` where they are too few.
+pub(crate) fn motion_of(picks: &[&Pick], cell: f64) -> Option<DAffine3> {
+    let with_normals = picks.iter().filter(|pick| pick.normals.is_some()).count();
+    if !is_enough(picks.len(), with_normals) {
+        return None;
+    }
+    let mut fit = RigidFit::new();
+    for pick in picks {
+        fit.point(pick.points[1], pick.points[0], pick.weight);
+        if let Some(normals) = pick.normals {
+            fit.direction(normals[1], normals[0], pick.weight * (4.0 * cell) * (4.0 * cell));
+        }
+    }
+    fit.solve()
+}
+
 /// The motion of two scans that the caller joins: by picks where they give one, else the likeliest that agrees with them.
 fn picked(views: &[View], inside: &Inside, a: usize, b: usize, bound: &Bound, limits: &Limits) -> Pair {
-    let picks: Vec<_> = inside.picks_of(a, b).collect();
-    let cell = views[a].coarse.cell.max(views[b].coarse.cell);
-    let off = |motion: &DAffine3| {
-        picks.iter().map(|pick| motion.transform_point3(pick.points[1]).distance(pick.points[0])).fold(0.0, f64::max)
-    };
-    let with_normals = picks.iter().filter(|pick| pick.normals.is_some()).count();
-    if is_enough(picks.len(), with_normals) {
-        let mut fit = RigidFit::new();
-        for pick in &picks {
-            fit.point(pick.points[1], pick.points[0], pick.weight);
-            if let Some(normals) = pick.normals {
-                fit.direction(normals[1], normals[0], pick.weight * (4.0 * cell) * (4.0 * cell));
-            }
+    let picks: Vec<&Pick> = inside.picks_of(a, b).collect();
+    let both = [&views[a], &views[b]];
+    let cell = both[0].coarse.cell.max(both[1].coarse.cell);
+    let off = |motion: &DAffine3| furthest(&picks, motion);
+    if let Some(start) = motion_of(&picks, cell) {
+        let nothing = Pair { a, b, modes: Vec::new(), finding: Finding::Nothing, beyond: None };
+        if off(&start) > PICKED * cell {
+            return nothing;
         }
-        if let Some(start) = fit.solve() {
-            if off(&start) > PICKED * cell {
-                return Pair { a, b, modes: Vec::new(), finding: Finding::Nothing, beyond: None };
-            }
-            let mut pair = Pair::near(views, a, b, &start, PICKED * cell, limits);
-            pair.modes.retain(|mode| off(&mode.a_from_b) < PICKED * cell);
-            return if pair.modes.is_empty() { Pair::given(views, a, b, &start, limits) } else { pair };
-        }
+        let mut pair = Pair::near(views, a, b, &start, PICKED * cell, limits);
+        pair.modes.retain(|mode| off(&mode.a_from_b) < PICKED * cell && keeps_up(both, &mode.a_from_b));
+        return match pair.modes.is_empty() {
+            false => pair,
+            true if keeps_up(both, &start) => Pair::given(views, a, b, &start, limits),
+            true => nothing,
+        };
     }
     let mut pair = Pair::search(views, a, b, Effort::Thorough, bound, limits);
     pair.modes.retain(|mode| picks.is_empty() || off(&mode.a_from_b) < PICKED * cell);

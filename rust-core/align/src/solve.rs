@@ -9,7 +9,7 @@ use crate::assemble::Standing;
 use crate::coloured;
 use crate::constraints::{Inside, Pick};
 use crate::doubts::Doubted;
-use crate::finding::{BALANCE, Finding, Limits, closest, fits};
+use crate::finding::{BALANCE, Finding, Limits, NEARLY, THROUGH_NEARLY, closest, fits};
 use crate::group::Group;
 use crate::judge::{Verdict, judge, tolerance, touching_share};
 use crate::linear::{Matrix6, eigen};
@@ -139,7 +139,14 @@ pub(crate) fn solve(views: &[View], params: &AlignParams, inside: &Inside, progr
     let bound = Bound::of(views, params, inside);
     let Found { pairs, standings, groups, doubted, table, sequence, outvoted, at_odds } =
         search(views, params, inside, &bound, progress)?;
-    let inside = &inside.without(&outvoted.keys().copied().collect());
+    let told = inside.without(&outvoted.keys().copied().collect());
+    // Points of pairs that hold nothing together would pull the scans apart that others hold.
+    let is_held = |(_, standing): &(&Pair, &Standing)| matches!(standing, Standing::Joins | Standing::Agrees);
+    let joined: BTreeSet<[usize; 2]> =
+        pairs.iter().zip(&standings).filter(is_held).map(|(pair, _)| [pair.a, pair.b]).collect();
+    let mut inside = told.clone();
+    inside.picks.retain(|pick| joined.contains(&pick.scans));
+    let inside = &inside;
     let limits = Limits::of(params);
     let is_followed = sequence.is_some();
     let known = Known { views, inside, bound: &bound, limits: &limits, table: table.as_ref(), is_followed };
@@ -176,7 +183,7 @@ pub(crate) fn solve(views: &[View], params: &AlignParams, inside: &Inside, progr
         inside: inside.is_fixed.clone(),
         rejected: inside.rejected.clone(),
         trusted: inside.trusted.clone(),
-        picks: inside.picks.clone(),
+        picks: told.picks,
         sequence,
         outvoted,
         at_odds,
@@ -231,21 +238,30 @@ fn held(known: &Known<'_>, group: &Group, progress: &Progress<'_>) -> Result<Vec
             Finding::Slides => !known.bound.binds(),
             other => matches!(other, Finding::Sure | Finding::Weak),
         };
-        holds || inside.is_trusted(link.a, link.b)
+        holds || inside.trusted.contains(&[link.a, link.b])
     };
     let mut part: Vec<usize> = (0..views.len()).collect();
-    let mut join = |a: usize, b: usize| {
+    let join = |part: &mut Vec<usize>, [a, b]: [usize; 2]| {
         let (keep, gone) = (part[a].min(part[b]), part[a].max(part[b]));
         part.iter_mut().filter(|p| **p == gone).for_each(|p| *p = keep);
     };
-    links.iter().filter(holds).for_each(|(link, _)| join(link.a, link.b));
+    links.iter().filter(holds).for_each(|(link, _)| join(&mut part, [link.a, link.b]));
     let fixed: Vec<usize> = solved.members.iter().map(|member| member.0).filter(|&k| inside.is_fixed[k]).collect();
-    fixed.windows(2).for_each(|two| join(two[0], two[1]));
-    inside.trusted.iter().copied().chain(inside.picks.iter().map(|pick| pick.scans)).for_each(|[a, b]| {
-        if group.pose(a).is_some() && group.pose(b).is_some() {
-            join(a, b);
-        }
-    });
+    fixed.windows(2).for_each(|two| join(&mut part, [two[0], two[1]]));
+    let is_here = |[a, b]: &[usize; 2]| group.pose(*a).is_some() && group.pose(*b).is_some();
+    inside.trusted.iter().filter(|pair| is_here(pair)).for_each(|pair| join(&mut part, *pair));
+    let mut picked: Vec<[usize; 2]> = inside.picks.iter().map(|pick| pick.scans).filter(is_here).collect();
+    picked.dedup();
+    loop {
+        let ends = |[a, b]: [usize; 2]| [part[a].min(part[b]), part[a].max(part[b])];
+        let bears_out = |pair: [usize; 2]| {
+            let between = links.iter().filter(|(link, _)| ends([link.a, link.b]) == ends(pair));
+            between.into_iter().any(|(_, verdict)| may_lie_so(verdict, limits))
+        };
+        let apart = |pair: &&[usize; 2]| part[pair[0]] != part[pair[1]];
+        let Some(&pair) = picked.iter().filter(apart).find(|pair| bears_out(**pair)) else { break };
+        join(&mut part, pair);
+    }
     let mut parts: BTreeMap<usize, Vec<(usize, DAffine3)>> = BTreeMap::new();
     for &(scan, pose) in &solved.members {
         parts.entry(part[scan]).or_default().push((scan, pose));
@@ -258,6 +274,15 @@ fn held(known: &Known<'_>, group: &Group, progress: &Progress<'_>) -> Result<Vec
         all.extend(held(known, &Group { members }, progress)?);
     }
     Ok(all)
+}
+
+/// Whether two scans that touch may lie so if the caller's points say it: their surfaces lie on each other, or much of one lies nearly on the
+/// other, as a scan that is bent does, or one of which something moved.
+fn may_lie_so(verdict: &Verdict, limits: &Limits) -> bool {
+    let overlap = verdict.overlap();
+    let is_close = verdict.mean_square.sqrt() <= closest(verdict, limits) || verdict.closeness() > 0.0;
+    let is_near = overlap[0].max(overlap[1]) >= NEARLY && verdict.contradiction() <= THROUGH_NEARLY;
+    (is_close && verdict.contradiction() <= SEEN_THROUGH) || is_near
 }
 
 /// A group without the frame that the others see through most, and that frame by itself. `None` where none is seen through by much.

@@ -11,6 +11,7 @@ use crate::finding::{FREE, Finding};
 use crate::judge::Verdict;
 use crate::linear::{Matrix6, eigen};
 use crate::misfit::{Map, Placed};
+use crate::names::told_apart;
 use crate::pair::Pair;
 use crate::report::{
     AlignReport, AlignedPair, AlignedScan, Alignment, Freedom, PairState, ScanState, TurntableFound, freedoms,
@@ -73,9 +74,10 @@ pub(crate) fn alignment(
     for (scan, misfit) in scans.iter_mut().zip(misfits_of(views, &solved, progress)?) {
         scan.misfit = misfit;
     }
+    let no_poses = solved.bound.no_poses(solved.groups.first().is_some_and(|group| group.members.len() > 1));
     for k in 0..scans.len() {
         if matches!(scans[k].state, ScanState::Unplaced | ScanState::Apart) {
-            let why = match solved.bound.no_poses().filter(|_| views[k].reduced.area > 0.0) {
+            let why = match no_poses.filter(|_| views[k].reduced.area > 0.0) {
                 Some(text) => Reason { text: text.to_owned(), is_open: false },
                 None => reason(views, &solved, &shown, &scans, k, progress)?,
             };
@@ -98,17 +100,6 @@ pub(crate) fn alignment(
         angles: table.turns(&world_from_scan),
     });
     Ok(Alignment { world_from_scan, report: AlignReport { scans: by_number, turntable, ..report } })
-}
-
-/// Names as messages have them: those that several scans have come with the scan's number.
-pub(crate) fn told_apart(names: &[String], numbers: &[usize]) -> Vec<String> {
-    let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
-    names.iter().for_each(|name| *counts.entry(name).or_default() += 1);
-    let shown = |(name, number): (&String, &usize)| match counts[name.as_str()] {
-        1 => name.clone(),
-        _ => format!("{name} (scan {number})"),
-    };
-    names.iter().zip(numbers).map(shown).collect()
 }
 
 /// Points of a scan that tell how far it lies from the others.
@@ -233,8 +224,16 @@ fn pair_table(views: &[View], solved: &Solved, order: &[usize], scans: &[Aligned
             };
             table.insert(numbers, entry);
         };
+    let is_beyond = |k: usize| solved.groups.iter().any(|group| group.beyond.iter().any(|(scan, _)| *scan == k));
+    let are_together = |a: usize, b: usize| solved.groups.iter().any(|group| group.has(a) && group.has(b));
     for (pair, &standing) in solved.pairs.iter().zip(&solved.standings) {
-        let state = state_of(pair, standing);
+        let state = match state_of(pair, standing) {
+            // They fit, but not where rough poses have them.
+            PairState::Fits if (is_beyond(pair.a) || is_beyond(pair.b)) && !are_together(pair.a, pair.b) => {
+                PairState::Disagrees
+            }
+            state => state,
+        };
         if state != PairState::Nothing {
             let first = &pair.modes[0].verdict;
             let world_from_first = scans[pair.a].world_from_scan.unwrap_or(views[pair.a].reduced.world_from_scan)

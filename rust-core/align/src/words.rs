@@ -8,13 +8,15 @@ use rayon::prelude::*;
 use crate::assemble::{Standing, contradict};
 use crate::constraints::{Pick, is_enough};
 use crate::doubts::Doubt;
-use crate::finding::{APART, Finding, closest};
+use crate::finding::{APART, Finding, Limits, NEARLY, THROUGH_NEARLY, closest, fits};
+use crate::gravity::{most_tipped, tipped};
 use crate::judge::{Mode, Verdict};
 use crate::misfit::{Cause, Placed, cause};
 use crate::pair::Pair;
+use crate::params::AlignParams;
 use crate::report::{AlignReport, AlignedScan, Freedom, ScanState, freedoms};
 use crate::rivals::{Rivals, rivals};
-use crate::search::AtOdds;
+use crate::search::{AtOdds, motion_of};
 use crate::snap::{Snap, Stays, snap};
 use crate::solve::Solved;
 use crate::view::View;
@@ -61,17 +63,19 @@ pub(crate) fn reason(
             None => "it has no surface: no sample has neighbours".to_owned(),
         });
     }
+    // Few samples lie near each other, whatever their unit.
+    match views[k].fine().len() {
+        1 => return open("it has too little surface: 1 point of it is left where samples are averaged".to_owned()),
+        few if few < TOO_FEW => {
+            return open(format!("it has too little surface: {few} points of it are left where samples are averaged"));
+        }
+        _ => {}
+    }
     let median = median_radius(views);
     if reduced.radius > OTHER_UNIT * median || OTHER_UNIT * reduced.radius < median {
         let [own, usual] = [2.0 * reduced.radius, 2.0 * median].map(|size| Shown::digits(size, 2));
         return closed(format!(
             "it is {own} large where others are {usual}: is it in another unit? Scale it, or say its unit when it is read"
-        ));
-    }
-    if views[k].fine().len() < TOO_FEW {
-        return open(format!(
-            "it has too little surface: {} points of it are left where samples are averaged",
-            views[k].fine().len()
         ));
     }
     if let Some(text) = doubted(solved, names, k) {
@@ -100,6 +104,9 @@ pub(crate) fn reason(
     if let Some((_, moved)) = group.and_then(|group| group.beyond.iter().find(|(scan, _)| *scan == k)) {
         let there = too_far(*moved, solved.bound.reach(k));
         return closed(format!("it fits other scans {there}: check its pose, or raise reach"));
+    }
+    if let Some(text) = misplaced(views, solved, names, k) {
+        return open(text);
     }
     if let Some((pair, which)) = sure.zip(fixed_at_odds(names, solved)) {
         return open(joined(format!(
@@ -168,6 +175,38 @@ pub(crate) fn reason(
 
 fn is_rejected(solved: &Solved, a: usize, b: usize) -> bool {
     solved.rejected.contains(&[a.min(b), a.max(b)])
+}
+
+/// Picks of two scans, by their numbers.
+fn picks_of(solved: &Solved, [a, b]: [usize; 2]) -> Vec<&Pick> {
+    solved.picks.iter().filter(|pick| pick.scans == [a, b]).collect()
+}
+
+/// By how many degrees the picks of two scans tip one of them, where gravity does not allow that.
+fn tipped_by(views: &[View], solved: &Solved, [a, b]: [usize; 2]) -> Option<f64> {
+    let cell = views[a].coarse.cell.max(views[b].coarse.cell);
+    tipped([&views[a], &views[b]], &motion_of(&picks_of(solved, [a, b]), cell)?)
+}
+
+/// Why a scan that the caller's points join with another has no place beside it.
+fn misplaced(views: &[View], solved: &Solved, names: &[&str], k: usize) -> Option<String> {
+    let mut picked: Vec<[usize; 2]> = solved.picks.iter().map(|pick| pick.scans).filter(|s| s.contains(&k)).collect();
+    picked.dedup();
+    let group = solved.groups.iter().find(|group| group.has(k))?;
+    picked.into_iter().find_map(|pair| {
+        let other = if pair[0] == k { pair[1] } else { pair[0] };
+        let found = solved.pairs.iter().position(|found| [found.a, found.b] == pair)?;
+        if solved.pairs[found].modes.is_empty() {
+            let degrees = tipped_by(views, solved, pair)?;
+            return Some(format!(
+                "your points would tip it by {degrees:.0} degrees beside {:?}, and gravity allows {}: check them",
+                names[other],
+                most_tipped()
+            ));
+        }
+        let is_lost = solved.standings[found] == Standing::Joins && !group.has(other);
+        is_lost.then(|| "your points place it where it overlaps no other scan: check them".to_owned())
+    })
 }
 
 /// Why a scan that fits others has no place all the same.
@@ -258,11 +297,30 @@ fn why_not(views: &[View], solved: &Solved, pair: &Pair, other: &str) -> Option<
             Shown::digits(verdict.mean_square.sqrt(), 2),
             Shown::digits(closest(verdict, &solved.limits), 2)
         )),
+        Finding::Little if would_fit(views, solved, pair) => {
+            let [share, least] = [overlap(verdict), solved.limits.min_overlap].map(|share| 100.0 * share);
+            Some(format!(
+                "it fits {other:?}, but shares {share:.0} % with it there, and min_overlap asks for {least:.0} %: lower it"
+            ))
+        }
         Finding::Background => Some(format!(
             "most of what it shares with {other:?} stands still before the sensor while the rest moved: remove the background or the stage"
         )),
         _ => None,
     }
+}
+
+/// Share of a scan on the other, of the two that shares more.
+fn overlap(verdict: &Verdict) -> f64 {
+    verdict.overlap().into_iter().fold(0.0, f64::max)
+}
+
+/// Whether two scans that share less than the caller asks for fit by the overlap that is asked for by default.
+fn would_fit(views: &[View], solved: &Solved, pair: &Pair) -> bool {
+    let limits = Limits { min_overlap: AlignParams::default().min_overlap, ..solved.limits };
+    let verdict = &pair.modes[0].verdict;
+    let finding = fits([&views[pair.a], &views[pair.b]], verdict, &limits);
+    overlap(verdict) < solved.limits.min_overlap && matches!(finding, Finding::Sure | Finding::Weak)
 }
 
 /// The reason that keeps a scan `k`, which nearly fits the first group, from fitting it. `None` where it isn't near, or nothing does.
@@ -293,13 +351,13 @@ fn nearly(
         snap(&views[k], start, &others, reach, &solved.limits, progress)
     };
     let snaps: Vec<Snap> = starts.par_iter().map(drawn).collect::<Result<_>>()?;
-    let score = |snap: &Snap| snap.overlap * (1.0 - snap.seen_through / THROUGH);
+    let score = |snap: &Snap| snap.overlap * (1.0 - snap.seen_through / THROUGH_NEARLY);
     let is_within = |snap: &Snap| {
         let world_from_local = snap.world_from_scan * DAffine3::from_translation(views[k].reduced.middle);
         solved.bound.beyond(views, k, &world_from_local).is_none()
     };
     let best = snaps.into_iter().filter(is_within).max_by(|x, y| score(x).total_cmp(&score(y)));
-    let Some(best) = best.filter(|best| best.overlap >= NEARLY && best.seen_through <= THROUGH) else {
+    let Some(best) = best.filter(|best| best.overlap >= NEARLY && best.seen_through <= THROUGH_NEARLY) else {
         return Ok(None);
     };
     let scan = Placed {
@@ -325,9 +383,6 @@ fn nearly(
 
 /// Motions of which a scan's may be the one.
 const TRIED: usize = 12;
-/// Least share of a scan that lies on the others if it nearly fits them, and most that may speak against it.
-const NEARLY: f64 = 0.3;
-const THROUGH: f64 = 0.25;
 
 fn because(cause: Cause) -> String {
     match cause {
@@ -526,7 +581,10 @@ fn lost(views: &[View], names: &[&str], scans: &[AlignedScan], solved: &Solved) 
     let more = said.len().saturating_sub(MOST_LOST);
     said.truncate(MOST_LOST);
     if more > 0 {
-        said.push(format!("track was lost {more} more times"));
+        said.push(match more {
+            1 => "track was lost once more".to_owned(),
+            _ => format!("track was lost {more} more times"),
+        });
     }
     said
 }
@@ -570,6 +628,16 @@ fn told(views: &[View], names: &[&str], solved: &Solved) -> Vec<String> {
                 "too few points are picked in {:?} and {:?} to tell how they lie: {count}. Their shape does not tell it either. Pick three that \
                     lie in no line, or two with the normals there.",
                 names[a], names[b]
+            ));
+            continue;
+        }
+        if let Some(degrees) = tipped_by(views, solved, [a, b]).filter(|_| is_open) {
+            said.push(format!(
+                "the {count} points picked in {:?} and {:?} would tip one of them by {degrees:.0} degrees, and gravity allows {}. Check that \
+                    each is the same point of the surface.",
+                names[a],
+                names[b],
+                most_tipped()
             ));
             continue;
         }

@@ -50,16 +50,17 @@ def run_batch(given: argparse.Namespace, shown: Shown, stops: Stops) -> int:
         found.append(entry)
         if not given.quiet:
             rest = entry.get("error") or entry.get("reason")
-            streams.tell(f"surfrecon: batch: {job.name}: {entry['state']}{f': {rest}' if rest else ''}")
+            streams.tell(f"surfrecon: batch: {job.name}: {entry['state']}{f': {rest}' if rest else ''}", "batch")
         elif "error" in entry:
-            streams.tell(f"surfrecon: batch: {job.name}: {entry['error']}")
+            streams.tell(f"surfrecon: batch: {job.name}: {entry['error']}", "batch")
         if given.stop and entry["state"] == "failed":
             break
     counts = Counter(entry["state"] for entry in found)
     seconds = round(time.monotonic() - began, 3)
     show(given, {"program": "surfrecon", "version": _native.__version__, "jobs": found, "seconds": seconds})
     if not given.quiet and not given.json:
-        streams.say(f"{len(found)} jobs: {', '.join(f'{count} {state}' for state, count in counts.items())}")
+        jobs = "1 job" if len(found) == 1 else f"{len(found)} jobs"
+        streams.say(f"{jobs}: {', '.join(f'{count} {state}' for state, count in counts.items())}")
     return FAILED if counts["failed"] else DONE
 
 

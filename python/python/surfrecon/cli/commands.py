@@ -12,7 +12,7 @@ from .. import _native
 from .._arguments import is_url
 from .._errors import InputError
 from ..distributed.checks import MOST_TASKS
-from . import operations
+from . import advice, operations
 from .options import Own, Row, rows
 from .requests import Request, UsageError
 from .work import Made, Work
@@ -291,3 +291,6 @@ COMMANDS = {
         ),
     )
 }
+
+for _command in COMMANDS.values():
+    advice.know(_command.name, {name: row.kind for name, row in _command.options().items()})

@@ -40,17 +40,19 @@ def read(scan: _native.Scan, work: Work) -> Content:
 
 
 def undamaged(scans: Iterable[_native.Scan], work: Work) -> Iterator[tuple[_native.Scan, Content | None]]:
-    """Reads scans, one after the other. Frames of a recording that are damaged are noted, and have no content.
+    """Reads scans, one after the other. Damaged frames of a recording and images of a depth camera have no content.
+
+    They are noted.
 
     Raises:
-        FormatError: a file that is no frame's is damaged, or all frames are.
+        FormatError: a file that is none of these is damaged, or all of them are.
     """
     problem, found = None, 0
     for scan in scans:
         try:
             content = read(scan, work)
         except FormatError as error:
-            if not isinstance(scan, _native.Frame):
+            if not scan._is_depth_image:
                 raise
             problem = error
             work.note(f"{scan.name} is skipped: {error}")

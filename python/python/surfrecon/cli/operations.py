@@ -114,7 +114,8 @@ def _converted(work: Work, scan: _native.Scan, content: contents.Content) -> con
 
 def align(work: Work) -> Made:
     """Finds where scans lie."""
-    scans = work.open()
+    # Rough poses may be those of a list.
+    scans = work.open(unplaced=work.request.parameters.get("start") != "rough")
     _refuse_unlisted(work, scans)
     with work.showing() as shown:
         found = _native.align(scans, progress=shown, **work.given("align"), **work.request.of("fixed", "angles"))
@@ -160,7 +161,7 @@ _IN_FILES = "--workspace DIR (workspace) merges in files, into a .ply file, with
 
 def merge(work: Work) -> Made:
     """Merges scans to one surface. Those without poses are aligned first, where that is asked for."""
-    scans: Iterable[_native.Scan] = work.open()
+    scans: Iterable[_native.Scan] = work.open(unplaced=bool(work.request.parameters.get("align")))
     aligned = None
     if work.request.parameters.get("align"):
         with work.showing() as shown:
@@ -188,7 +189,7 @@ def _merged(work: Work, scans: Iterable[_native.Scan]) -> Made:
     if result.report.voxel_reason == "memory":
         work.note(f"the cells were made coarser, to fit into memory: {_IN_FILES}")
     _warn(work, report)
-    lines = [_counts(result.mesh), _cells(report)]
+    lines = [_counts(result.mesh), _cells(work, report)]
     if result.distances is not None:
         distances = _summary(result.distances)
         report = Report(report | {"distances": distances})
@@ -248,7 +249,7 @@ def _merged_to_file(work: Work, scans: Iterable[_native.Scan]) -> Made:
             scans, str(work.request.output), provenance=provenance, progress=shown, **options
         )
     _warn(work, report)
-    lines = [f"{sum(report.faces):,} triangles", _cells(report)]
+    lines = [f"{sum(report.faces):,} triangles", _cells(work, report)]
     return Made(report, lines, lambda *_: None, _parts(work, sum(report.faces)))
 
 
@@ -275,8 +276,10 @@ def _refuse_scans_like_parts(work: Work, scans: Iterable[_native.Scan]) -> None:
             raise InputError(f"{scan.path} is a scan, and called as a part of {output} may be: write to another name")
 
 
-def _cells(report: Report) -> str:
-    scans = "1 scan" if report.scans == 1 else f"{report.scans} scans"
+def _cells(work: Work, report: Report) -> str:
+    skipped = sum(any(note.startswith(f"{name} is skipped: ") for note in work.notes) for name in report.scan_names)
+    used = report.scans - skipped
+    scans = f"{used} of {report.scans} scans" if skipped else "1 scan" if used == 1 else f"{used} scans"
     return f"{scans}, cells of {report.voxel:.4g}: {_label('merge', 'voxel_reason', report.voxel_reason)}"
 
 

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from .. import _native
 from .._errors import ParameterError, SurfreconError
 from . import progress, streams
-from .advice import advised
+from .advice import advised, advised_all
 from .files import is_same, refuse_unwritable
 from .parser import BadCommandLine, parser, requested
 from .performing import CLOSED_PIPE, DONE, FAILED, WRONG_USE, perform, problem_of, show
@@ -59,10 +59,10 @@ def _guarded(given: argparse.Namespace, stops: Stops) -> int:
         stops.resume()
         return _dispatch(given, stops)
     except (UsageError, ParameterError) as problem:
-        streams.tell(_line(command, problem))
+        streams.tell(_line(command, problem), given.command)
         return WRONG_USE
     except (SurfreconError, OSError, MemoryError) as problem:
-        streams.tell(_line(command, problem_of(problem)))
+        streams.tell(_line(command, problem_of(problem)), given.command)
         return FAILED
     except Exception:
         # Python makes errors of its own of what is raised while it makes a class of a module that is loaded late.
@@ -126,11 +126,11 @@ def _dispatch(given: argparse.Namespace, stops: Stops) -> int:
         # The error may follow from it.
         _tell_notes(given, work)
         raise
-    show(given, document)
+    show(given, advised_all(document, request.command))
     _tell_notes(given, work)
     if not given.quiet and not given.json:
         for k, line in enumerate(made.lines):
-            line = advised(line)
+            line = advised(line, request.command)
             streams.say(f"{request.output}: {line}" if k == 0 and request.output else line)
     return DONE
 
@@ -138,4 +138,4 @@ def _dispatch(given: argparse.Namespace, stops: Stops) -> int:
 def _tell_notes(given: argparse.Namespace, work: Work) -> None:
     if not given.quiet:
         for note in work.notes:
-            streams.tell(f"surfrecon: {given.command}: {note}")
+            streams.tell(f"surfrecon: {given.command}: {note}", given.command)

@@ -58,10 +58,10 @@ def say(text: str) -> None:
         sys.stdout.write(text + "\n")
 
 
-def tell(text: str) -> None:
+def tell(text: str, command: str = "") -> None:
     """A line on standard error, where that can be written: there is nowhere to say that it can't."""
     with contextlib.suppress(OSError, ValueError, AttributeError):
-        sys.stderr.write(advised(text) + "\n")
+        sys.stderr.write(advised(text, command) + "\n")
         sys.stderr.flush()
 
 

@@ -55,8 +55,12 @@ class Work:
     files: list[str] = field(default_factory=list)
     known: list[dict[str, Any]] = field(default_factory=list)
 
-    def open(self, paths: Sequence[str] | None = None) -> _native.ScanSet:
+    def open(self, paths: Sequence[str] | None = None, *, unplaced: bool = False) -> _native.ScanSet:
         """The scans of files, not read yet: of all that were given, or of some.
+
+        Args:
+            paths: the files and folders. Default: all that were given.
+            unplaced: the scans are to be aligned, so that lists of poses in folders keep none of them out.
 
         Raises:
             UsageError: a file would be read and written.
@@ -66,7 +70,8 @@ class Work:
         given = self.request.of("camera", "crs")
         if "crs" in given:
             given["crs"] = inputs.system(given["crs"])
-        scans = _native.open(paths, **self.given("open"), **given)
+        opener = _native._open_unplaced if unplaced else _native.open
+        scans = opener(paths, **self.given("open"), **given)
         self.note(*scans.notes)
         read, written = inputs.of_scans(paths, scans), [*filter(None, [self.request.output]), *self.also]
         self.refuse(written, read)

@@ -144,6 +144,28 @@ fn what_nothing_decides_stays_where_it_was_given_and_is_said() {
     assert_eq!(alignment.report.placed(), 11, "{said}");
 }
 
+/// Scans whose files have no pose, and say nothing of their sensors.
+#[test]
+fn that_no_file_has_a_pose_is_said() {
+    let mesh = statue();
+    let seen = |from: DVec3, k: usize| {
+        let camera = VirtualCamera::orthographic(90, 90, 0.014, DVec3::ZERO, -from, DVec3::Z).unwrap();
+        let bvh = Bvh::build(&mesh.positions, &mesh.triangles, 0).unwrap();
+        let params = ScanParams { threads: 1, ..ScanParams::default() };
+        let mut image = scan(mesh, &bvh, &camera, &params, &Progress::none()).unwrap();
+        image.name = format!("scan {k}");
+        placed(&image, DAffine3::IDENTITY)
+    };
+    let from = |k: usize| DVec3::new((1.3 * k as f64).cos(), (1.3 * k as f64).sin(), 0.3);
+    let images: Vec<RangeImage> = (0..4).map(|k| seen(from(k), k)).collect();
+    let alignment = rough(&images, Some(0.01), &Constraints::default());
+    let said = lines(&alignment);
+    assert!(said.contains("no scan has a pose, and start = \"rough\""), "{said}");
+    assert!(!said.contains("check its pose"), "{said}");
+    assert!(said.starts_with("0 of 4 scans placed. 0 pairs of scans overlap there and fit."), "{said}");
+    assert!(said.contains(": stays where it is, and no other scan has a place beside it"), "{said}");
+}
+
 /// Frames that nobody has placed, and said to be near their poses.
 #[test]
 fn that_no_scan_has_a_pose_is_said() {

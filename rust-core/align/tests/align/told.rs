@@ -1,13 +1,12 @@
 //! Constraints of the caller that are wrong.
 
 use base::progress::Progress;
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DQuat, DVec3};
 use image::RangeImage;
-use image::source::ScanSource as _;
 use mesh::shapes::Shape;
-use surfrecon_align::{AlignParams, Alignment, Constraints, Pick, ScanState, Start, Turntable, run};
+use surfrecon_align::{AlignParams, Alignment, Constraints, Pick, ScanSource, ScanState, Start, Turntable, run};
 
-use crate::scans::{aligned, around, errors, look, placed, sources, statue, without_poses};
+use crate::scans::{Known, aligned, around, errors, look, placed, sources, statue, without_poses};
 
 fn lines(alignment: &Alignment) -> String {
     alignment.report.lines().join("\n")
@@ -41,6 +40,18 @@ fn picks_that_do_not_belong_together_place_nothing() {
     let alignment = aligned(&without_poses(&images), &Constraints { picks, ..Constraints::default() });
     assert_eq!(alignment.report.placed(), 0, "{}", lines(&alignment));
     assert!(lines(&alignment).contains("3 points picked"), "{}", lines(&alignment));
+}
+
+/// Picks that were refused do not pull scans from where others hold them.
+#[test]
+fn picks_that_do_not_belong_together_pull_nothing() {
+    let images = around(statue(), 8, 0.0);
+    let mut picks = common(&images, 0, 1, 3);
+    picks[2].points[1] += DVec3::new(0.4, 0.2, 0.0);
+    let alignment = aligned(&without_poses(&images), &Constraints { picks, ..Constraints::default() });
+    let off = errors(&images, &alignment);
+    assert!(off.iter().all(|off| off.is_some_and(|off| off < 1.0)), "{off:?} {}", lines(&alignment));
+    assert!(lines(&alignment).contains("no place was found for the 3 points picked"), "{}", lines(&alignment));
 }
 
 #[test]
@@ -237,4 +248,119 @@ fn equal_scans_are_named_in_one_message() {
     assert!(alignment.report.scans.iter().all(|scan| !scan.name.contains("(scan")));
     assert!(lines(&alignment).contains("(scan 6): "), "{}", lines(&alignment));
     assert!(alignment.report.scans.iter().all(|scan| scan.state != ScanState::Undecided));
+}
+
+/// Theorem: among fixed scans alone, too, those that contradict each other are named, and right ones are not.
+#[test]
+fn fixed_scans_alone_that_contradict_each_other_are_named() {
+    let images = around(statue(), 8, 0.0);
+    let fixed = |given: &[RangeImage]| {
+        aligned(given, &Constraints { fixed: (0..given.len()).collect(), ..Constraints::default() })
+    };
+    let half_turn = DAffine3::from_rotation_z(std::f64::consts::PI);
+    let far = DAffine3::from_translation(DVec3::new(3.0, 1.0, 0.0));
+    for (count, wrong) in [(2, half_turn), (2, far), (8, half_turn), (8, far)] {
+        let mut given = images[..count].to_vec();
+        given[1] = placed(&images[1], wrong * images[1].world_from_sensor);
+        let alignment = fixed(&given);
+        let said = alignment.report.messages.iter().find(|text| text.starts_with("fixed scans contradict each other"));
+        let name = format!("{:?}", images[1].name);
+        assert!(said.is_some_and(|said| said.contains(&name)), "{count}: {}", lines(&alignment));
+        let given: Vec<_> = given.iter().map(|image| Some(image.world_from_sensor)).collect();
+        assert_eq!(alignment.world_from_scan, given);
+    }
+    for count in [2, 8] {
+        let alignment = fixed(&images[..count]);
+        assert!(!lines(&alignment).contains("contradict"), "{count}: {}", lines(&alignment));
+    }
+}
+
+/// Points of one scan, and where a motion takes them, as somebody picks them who is wrong.
+fn picked_wrongly(image: &RangeImage, other_from_own: &DAffine3) -> Vec<Pick> {
+    let own = image.oriented_points(&Progress::none()).unwrap().positions;
+    let own: Vec<DVec3> = own.into_iter().filter(|p| p.is_finite()).collect();
+    let points = [own.len() / 9, own.len() / 2, own.len() - own.len() / 7].map(|k| own[k]);
+    let pick =
+        |p: DVec3| Pick { scans: [0, 1], points: [p, other_from_own.transform_point3(p)], normals: None, weight: 1.0 };
+    points.map(pick).to_vec()
+}
+
+/// Theorem: points that agree with each other place no scan where its surface lies on no other, and the reason says so.
+#[test]
+fn points_that_put_a_scan_where_nothing_is_place_it_nowhere() {
+    let images = around(statue(), 5, 0.0)[..2].to_vec();
+    let given = without_poses(&images);
+    let shift = |x: f64| DAffine3::from_translation(DVec3::new(x, 0.0, 0.0));
+    let turned = DAffine3::from_rotation_z(std::f64::consts::FRAC_PI_2);
+    for wrong in [DAffine3::IDENTITY, turned, shift(1.2), shift(1.6) * turned] {
+        let picks = picked_wrongly(&given[0], &wrong);
+        let alignment = aligned(&given, &Constraints { picks, ..Constraints::default() });
+        let text = lines(&alignment);
+        assert_eq!(alignment.report.placed(), 0, "{text}");
+        assert!(
+            text.contains("not placed: your points place it where it overlaps no other scan: check them"),
+            "{wrong}: {text}"
+        );
+        assert!(text.contains(": stays where it is, and no other scan has a place beside it"), "{text}");
+    }
+}
+
+/// Theorem: points that tip a scan further than gravity allows are refused, with the reason.
+#[test]
+fn points_that_tip_a_scan_over_are_refused() {
+    let images = around(statue(), 6, 0.0)[..2].to_vec();
+    let known: Vec<Known> = images
+        .iter()
+        .zip(without_poses(&images))
+        .map(|(image, given)| {
+            let up = image.world_from_sensor.inverse().transform_vector3(DVec3::Z);
+            Known { image: given, moment: None, up: Some(up) }
+        })
+        .collect();
+    let sources: Vec<&dyn ScanSource> = known.iter().map(|scan| scan as &dyn ScanSource).collect();
+    let by = |picks: Vec<Pick>| {
+        let constraints = Constraints { picks, ..Constraints::default() };
+        run(&sources, &AlignParams::default(), &constraints, &Progress::none()).unwrap()
+    };
+    let right = common(&images, 0, 1, 3);
+    let off = errors(&images, &by(right.clone()));
+    assert!(off.iter().all(|off| off.is_some_and(|off| off < 1.0)), "{off:?}");
+    let middle = right.iter().map(|pick| pick.points[1]).sum::<DVec3>() / right.len() as f64;
+    let tip = DQuat::from_axis_angle((known[1].up.unwrap()).any_orthonormal_vector(), 0.9);
+    let wrong = right.into_iter().map(|mut pick| {
+        pick.points[1] = middle + tip * (pick.points[1] - middle);
+        pick
+    });
+    let alignment = by(wrong.collect());
+    let text = lines(&alignment);
+    assert_eq!(alignment.report.placed(), 0, "{text}");
+    assert!(text.contains("not placed: your points would tip it by 53 degrees beside"), "{text}");
+    assert!(text.contains("would tip one of them by 53 degrees, and gravity allows 10."), "{text}");
+}
+
+/// Theorem: where scans share less than the caller asks for, that is the reason.
+#[test]
+fn a_least_overlap_that_no_pair_has_is_named() {
+    let images = without_poses(&around(statue(), 6, 0.0)[..2]);
+    let params = AlignParams { min_overlap: 1.0, ..AlignParams::default() };
+    let alignment = run(&sources(&images), &params, &Constraints::default(), &Progress::none()).unwrap();
+    let text = lines(&alignment);
+    assert!(text.contains("and min_overlap asks for 100 %: lower it"), "{text}");
+}
+
+/// Theorem: scans of which none has a surface are refused.
+#[test]
+fn scans_without_a_surface_are_refused() {
+    let image = &around(statue(), 2, 0.0)[0];
+    let of = |rows: usize, cols: usize, value: f64| {
+        RangeImage::from_values(rows, cols, vec![value; rows * cols], *image.projection()).unwrap()
+    };
+    for nothing in [of(4, 4, f64::NAN), of(1, 1, 2.0)] {
+        let given = [nothing.clone(), nothing];
+        let error = run(&sources(&given), &AlignParams::default(), &Constraints::default(), &Progress::none());
+        let text = error.unwrap_err().to_string();
+        assert!(text.contains("none of the 2 scans has a surface: no sample has neighbours"), "{text}");
+        let some = [given[0].clone(), image.clone()];
+        run(&sources(&some), &AlignParams::default(), &Constraints::default(), &Progress::none()).unwrap();
+    }
 }

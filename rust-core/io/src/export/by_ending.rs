@@ -44,7 +44,7 @@ base::params! {
         /// Metres a unit of the mesh, for glTF, which is in metres, and 3MF, which says its unit: 0.001 for millimetres. Other formats keep the
         /// unit.
         metres_per_unit: f64 = ratio("Metres per unit").default(1.0).above(0.0),
-        /// Axis of the mesh that points up, for glTF, where y does, and 3MF, where z does.
+        /// Axis of the mesh that points up, for glTF, where y does.
         up: Up = choice("Up", Up::CHOICES),
         /// Form of the numbers in PLY files. Other formats have one way.
         encoding: Encoding = choice("Encoding", Encoding::CHOICES),

@@ -1,6 +1,5 @@
 //! Lists that place files: VRIP's `.conf`, MeshLab's projects and alignments, TUM's trajectories.
 
-use std::collections::HashSet;
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::Path;
@@ -9,8 +8,8 @@ use glam::{DAffine3, DMat4, DQuat};
 
 use super::atomic::stage;
 use super::conf::{PlacedFile, check_placed, check_pose, write_conf};
+use crate::import::listed_scan::ListedScan;
 use crate::import::numbering::number_in;
-use crate::import::trajectory::listed::ListedScan;
 use base::error::{Error, Result, known_as};
 use base::progress::Progress;
 
@@ -47,21 +46,27 @@ pub struct PlacedScan {
     pub world_from_scan: DAffine3,
 }
 
+impl PlacedScan {
+    fn listed(&self) -> ListedScan {
+        ListedScan { name: self.name.clone(), file: self.file.clone() }
+    }
+}
+
 /// Writes the poses of scans as TUM's trajectory. A comment before each pose says which scan it is of, so that the list opens with the
 /// scans in any order. Times are the numbers in the names, where each scan has one of its own, else the numbers of the scans.
 ///
 /// # Errors
 /// Two scans of one name and file. A pose that isn't rigid. [`Error::Io`]. No file is left then.
 pub fn write_trajectory(path: &Path, placed: &[PlacedScan]) -> Result<()> {
-    let mut known = HashSet::new();
+    let listed: Vec<ListedScan> = placed.iter().map(PlacedScan::listed).collect();
+    if let Some(place) = ListedScan::twice(listed.iter()) {
+        return Err(Error::input(format!(
+            "{:?} is the name of two scans, which a list of poses must tell apart. Give each a name of its own, or \
+                open their files together.",
+            listed[place].name
+        )));
+    }
     for scan in placed {
-        if !known.insert((&scan.name, &scan.file)) {
-            return Err(Error::input(format!(
-                "{:?} is the name of two scans, which a list of poses must tell apart. Give each a name of its own, or \
-                    open their files together.",
-                scan.name
-            )));
-        }
         check_pose(&scan.name, &scan.world_from_scan)?;
     }
     let text = trajectory(placed);
@@ -108,8 +113,7 @@ fn trajectory(placed: &[PlacedScan]) -> String {
     let mut text = "# timestamp tx ty tz qx qy qz qw\n".to_owned();
     for (time, scan) in timed(placed) {
         let (t, q) = (scan.world_from_scan.translation, DQuat::from_mat3(&scan.world_from_scan.matrix3).normalize());
-        let listed = ListedScan { name: scan.name.clone(), file: scan.file.clone() };
-        let _ = writeln!(text, "{}", listed.comment());
+        let _ = writeln!(text, "{}", scan.listed().comment());
         let _ = writeln!(text, "{time} {} {} {} {} {} {} {}", t.x, t.y, t.z, q.x, q.y, q.z, q.w);
     }
     text
@@ -199,6 +203,8 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.tum");
         let refused = write_trajectory(&path, &[scan("a", "b.ply", 0), scan("a", "b.ply", 1)]).unwrap_err().to_string();
+        assert!(refused.contains("\"a\" is the name of two scans") && !path.exists(), "{refused}");
+        let refused = write_trajectory(&path, &[scan("a", "", 0), scan("a", "b.ply", 1)]).unwrap_err().to_string();
         assert!(refused.contains("\"a\" is the name of two scans") && !path.exists(), "{refused}");
         let mut scaled = scan("a", "", 0);
         scaled.world_from_scan = DAffine3::from_scale(DVec3::splat(2.0));

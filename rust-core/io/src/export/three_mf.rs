@@ -13,7 +13,7 @@ use rustc_hash::FxHashMap;
 
 use super::archive::Archive;
 use super::atomic::{Output, write_atomically};
-use super::glb::{GlbOptions, Up, origin};
+use super::glb::{GlbOptions, origin};
 use base::error::{Error, Result};
 use base::memory;
 use base::progress::Progress;
@@ -46,7 +46,7 @@ const RELATIONS: &str = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n\
     <Relationship Target=\"/3D/3dmodel.model\" Id=\"model\" Type=\"http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel\"/>\
     </Relationships>\n";
 
-/// Writes a mesh as 3MF, which z is up in. `name` is the object's and the title.
+/// Writes a mesh as 3MF. `name` is the object's and the title. Vertices stay as they are, whatever axis of `options` is up: slicers print along z.
 ///
 /// Positions have single precision, relative to an origin in the item's transform if they are far from zero. The unit is the format's where
 /// it has one of that size, else millimetres, with a scale in the transform. `colour` is written as colours of the triangles' corners. More
@@ -196,16 +196,11 @@ impl Model<'_> {
     }
 }
 
-/// The transform that puts vertices relative to an origin in their place, in the format's unit, with z up.
+/// The transform that puts vertices relative to an origin in their place, in the format's unit.
 fn transform(origin: DVec3, options: &GlbOptions) -> [f64; 12] {
-    let [x, y, z] = match options.up {
-        Up::Z => [DVec3::X, DVec3::Y, DVec3::Z],
-        Up::Y => [DVec3::X, DVec3::Z, -DVec3::Y],
-    };
-    let moved = x * origin.x + y * origin.y + z * origin.z;
     let scale = unit(options.metres_per_unit).1;
     let mut numbers = [0.0; 12];
-    for (numbers, row) in numbers.as_chunks_mut::<3>().0.iter_mut().zip([x, y, z, moved]) {
+    for (numbers, row) in numbers.as_chunks_mut::<3>().0.iter_mut().zip([DVec3::X, DVec3::Y, DVec3::Z, origin]) {
         // + 0: no negative zero.
         *numbers = (row * scale + 0.0).to_array();
     }

@@ -22,6 +22,9 @@ const DEFLATED: u64 = 1032;
 /// Bytes that are unpacked between two looks at the progress.
 const PIECE: usize = 1 << 20;
 
+/// Bytes after a reader's error that are unpacked, to tell damage.
+const LOOKED_AT: u64 = 1 << 26;
+
 /// The files of an archive.
 #[derive(Debug)]
 pub(super) struct Archive {
@@ -64,7 +67,10 @@ impl Archive {
 
     fn read_list(input: impl Read + Seek, length: u64, path: &Path, progress: &Progress<'_>) -> Result<Archive> {
         let wrong = |at: &str, error: ZipError| Error::format(path, at, error.to_string());
-        let mut zip = ZipArchive::new(input).map_err(|e| wrong("list of files", e))?;
+        let mut zip = ZipArchive::new(input).map_err(|e| {
+            let remedy = "the archive was cut off or is damaged, so copy or export it again";
+            Error::format(path, "list of files", format!("it can't be read ({e}): {remedy}"))
+        })?;
         let (mut members, mut encrypted) = (BTreeMap::new(), 0);
         for index in 0..zip.len() {
             progress.check()?;
@@ -175,18 +181,22 @@ impl Archive {
             let mut unpacking = Unpacking { from, left: member.unpacked, crc: Crc::new(), failed: None, progress };
             let mut input = BufReader::with_capacity(PIECE, &mut unpacking);
             let taken = take(&mut input);
-            let rest = if taken.is_ok() { std::io::copy(&mut input, &mut std::io::sink()) } else { Ok(0) };
+            let rest = if taken.is_ok() { u64::MAX } else { LOOKED_AT };
+            let rest = std::io::copy(&mut input.by_ref().take(rest), &mut std::io::sink());
             drop(input);
             progress.check()?;
             if let (Some(problem), _) | (None, Err(problem)) = (unpacking.failed, rest.map_err(|e| e.to_string())) {
                 return Err(fail(format!("it can't be unpacked: {problem}")));
             }
-            let taken = taken?;
-            if unpacking.left > 0 || unpacking.crc.sum() != member.crc {
+            let is_whole = unpacking.left == 0;
+            let is_other = unpacking.crc.sum() != member.crc;
+            // Damage is the reason for what a reader finds wrong.
+            let is_damaged = if taken.is_ok() { !is_whole || is_other } else { is_whole && is_other };
+            if is_damaged {
                 let problem = "it unpacks to something else than was packed: the archive is damaged";
                 return Err(fail(problem.to_owned()));
             }
-            Ok(taken)
+            taken
         })
     }
 

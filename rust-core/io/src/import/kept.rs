@@ -89,8 +89,8 @@ impl FileScan {
         let frame = match known.filter(|known| is_it(known)) {
             Some(known) => known.clone(),
             None => {
-                let set =
-                    progress.watch(|| open_listed(&listed(&[opened.as_path()], progress)?, &options, progress))?;
+                let set = progress
+                    .watch(|| open_listed(&listed(&[opened.as_path()], false, progress)?, &options, progress))?;
                 set.scans.into_iter().find(|frame| frame.part == scan.part && is_it(frame)).ok_or_else(|| {
                     Error::input(format!(
                         "frame {} of {} is no longer listed as it was when it was handed over: open the recording again",

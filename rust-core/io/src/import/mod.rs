@@ -23,6 +23,7 @@
 //! | `geo_keys` | the keys of GeoTIFF, which LAS has too |
 //! | `crs` | the coordinate reference system that a file names, and what else our own say of where they are from |
 //! | `camera`, `trajectory`, `pose` | side files: intrinsics, poses of a sequence, the pose of one scan |
+//! | `listed_scan`, `placing`, `placing_by_name` | the scan that a list names for a pose; the pose of each scan that is opened with a list |
 //! | `numbering` | numbers of frames, and times, in names |
 //! | `options` | options that tell what the files don't say |
 //! | `edits`, `editing` | selections of a scan, and its true size and place |
@@ -52,6 +53,7 @@ mod las;
 #[cfg(not(feature = "las"))]
 #[path = "las_absent.rs"]
 mod las;
+pub(crate) mod listed_scan;
 pub(crate) mod numbering;
 mod obj;
 mod opening;
@@ -59,6 +61,8 @@ mod operation;
 mod options;
 mod overlap;
 mod pcd;
+mod placing;
+mod placing_by_name;
 mod ply;
 mod points;
 mod polygons;
@@ -73,7 +77,7 @@ mod set;
 mod stl;
 mod text;
 mod three_mf;
-pub(crate) mod trajectory;
+mod trajectory;
 mod window;
 
 #[cfg(any(test, fuzzing))]
@@ -90,7 +94,7 @@ mod matrices_tests;
 pub use crs::provenance;
 pub use image::frame::Camera;
 pub use kept::Kept;
-pub use opening::{open, open_many, open_with, recording_of};
+pub use opening::{open, open_many, open_unplaced, open_with, recording_of};
 pub use operation::OPERATION;
 pub use options::{CameraAxes, PixelMeaning, PoseSense, ReadOptions, SCHEMA};
 pub use registry::{Format, formats};

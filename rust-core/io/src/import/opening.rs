@@ -1,6 +1,6 @@
 //! Opening: files and folders as one set of scans.
 
-use std::collections::HashSet;
+use std::collections::{HashSet, VecDeque};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -36,18 +36,36 @@ pub fn open_many<P: AsRef<Path>>(paths: &[P]) -> Result<ScanSet> {
 }
 
 /// Opens several files as one set, in the order given. A folder of frames of a depth camera or a phone opens as these, in one of the
-/// layouts of `frames`. Another stands for its only list of scans, else for all files in it that hold or describe scans, by name.
+/// layouts of `frames`. Another stands for its only list of scans, else for all files in it that hold or describe scans, by name. A note
+/// says which scans of it the list lacks.
 ///
 /// Side files among them apply to the others: a camera makes the images depth images, a trajectory places them, by the
-/// time in their names if both have one, else in their order. A scan is also placed by a file of its own name with the
+/// names that it has of them, else by the numbers in their names, else in their order. A scan is also placed by a file of its own name with the
 /// ending `.xf`, `.tf` or `.pose.txt` beside it. The notes say what was found.
 ///
 /// # Errors
 /// As [`open`], for the first file that can't be opened. No path given. Two cameras. A trajectory that doesn't fit. [`Error::Cancelled`].
 pub fn open_with<P: AsRef<Path>>(paths: &[P], options: &ReadOptions, progress: &Progress<'_>) -> Result<ScanSet> {
+    open_as(paths, options, false, progress)
+}
+
+/// Opens files as [`open_with`] does, to be aligned: of a folder all scans, whatever list of poses lies in it.
+///
+/// # Errors
+/// As [`open_with`].
+pub fn open_unplaced<P: AsRef<Path>>(paths: &[P], options: &ReadOptions, progress: &Progress<'_>) -> Result<ScanSet> {
+    open_as(paths, options, true, progress)
+}
+
+fn open_as<P: AsRef<Path>>(
+    paths: &[P],
+    options: &ReadOptions,
+    unplaced: bool,
+    progress: &Progress<'_>,
+) -> Result<ScanSet> {
     options.validate()?;
     let paths: Vec<&Path> = paths.iter().map(AsRef::as_ref).collect();
-    progress.watch(|| open_listed(&listed(&paths, progress)?, options, progress))
+    progress.watch(|| open_listed(&listed(&paths, unplaced, progress)?, options, progress))
 }
 
 /// Folders above a file in which its recording may begin: exports put images into folders of folders.
@@ -75,9 +93,16 @@ pub fn recording_of(path: &Path, progress: &Progress<'_>) -> Result<Option<PathB
 pub(super) enum Listed {
     Recording(frames::Found),
     File(PathBuf),
+    /// The list in a folder, and scans of this that it may lack.
+    List {
+        path: PathBuf,
+        beside: Vec<PathBuf>,
+        /// Whether those that it lacks are opened, too.
+        with_others: bool,
+    },
 }
 
-pub(super) fn listed(paths: &[&Path], progress: &Progress<'_>) -> Result<Vec<Listed>> {
+pub(super) fn listed(paths: &[&Path], unplaced: bool, progress: &Progress<'_>) -> Result<Vec<Listed>> {
     let mut listed = Vec::new();
     for &path in paths {
         if !file::is_dir(path) {
@@ -85,7 +110,13 @@ pub(super) fn listed(paths: &[&Path], progress: &Progress<'_>) -> Result<Vec<Lis
         } else if let Some(found) = frames::find(path, progress)? {
             listed.push(Listed::Recording(found));
         } else {
-            listed.extend(folder::files_of(path)?.into_iter().map(Listed::File));
+            let folder::FolderFiles { files, list, mut beside } = folder::files_of(path, unplaced)?;
+            listed.extend(files.into_iter().map(|path| match &list {
+                Some(list) if *list == path => {
+                    Listed::List { path, beside: std::mem::take(&mut beside), with_others: unplaced }
+                }
+                _ => Listed::File(path),
+            }));
         }
     }
     Ok(listed)
@@ -103,7 +134,7 @@ pub(super) fn open_listed(listed: &[Listed], options: &ReadOptions, progress: &P
                 opens.push(Opening::Recording(found));
                 continue;
             }
-            Listed::File(path) => path.as_path(),
+            Listed::File(path) | Listed::List { path, .. } => path.as_path(),
         };
         let role = &format_of(path)?.role;
         match role {
@@ -127,14 +158,22 @@ pub(super) fn open_listed(listed: &[Listed], options: &ReadOptions, progress: &P
     }
     if opens.is_empty() {
         return Err(Error::input(match listed {
-            [Listed::File(first), ..] => {
+            [Listed::File(first) | Listed::List { path: first, .. }, ..] => {
                 format!("{}: this describes scans, so open it together with them", known_as(first))
             }
             _ => "no file was given: give at least one".to_owned(),
         }));
     }
     let options = Arc::new(options);
-    for opening in opens {
+    let with_others: Vec<(&Path, &[PathBuf])> = listed
+        .iter()
+        .filter_map(|one| match one {
+            Listed::List { path, beside, with_others: true } => Some((path.as_path(), beside.as_slice())),
+            _ => None,
+        })
+        .collect();
+    let mut opens = VecDeque::from(opens);
+    while let Some(opening) = opens.pop_front() {
         progress.check()?;
         let mut set = opening.open(&options, progress)?;
         let opened: Arc<Path> = opening.path().into();
@@ -148,6 +187,10 @@ pub(super) fn open_listed(listed: &[Listed], options: &ReadOptions, progress: &P
         {
             set.notes.extend(pose::beside(scan)?);
         }
+        let others = with_others.iter().filter(|(path, _)| *path == opening.path());
+        for path in others.flat_map(|(_, beside)| unlisted(beside, &set.scans)).collect::<Vec<_>>().into_iter().rev() {
+            opens.push_front(Opening::File(path, &format_of(path)?.role));
+        }
         all.scans.append(&mut set.scans);
         all.notes.append(&mut set.notes);
     }
@@ -157,12 +200,30 @@ pub(super) fn open_listed(listed: &[Listed], options: &ReadOptions, progress: &P
         all.notes.extend(poses.place(&mut all.scans, path)?);
         all.notes.retain(|note| !is_of_no_poses(note));
     }
+    for one in listed {
+        if let Listed::List { path, beside, with_others: false } = one {
+            all.notes.extend(folder::note_unlisted(path, &unlisted(beside, &all.scans)));
+        }
+    }
     all.notes.iter().filter(|note| is_of_no_poses(note)).for_each(|note| log::tell(Level::Warning, note));
     all.notes.extend(raster::note_without_camera(&mut all.scans)?);
     give_camera_a_size(&mut all.scans, progress)?;
     make_names_unique(&mut all.scans);
     all.notes.extend(notes_on_crs(&all.scans, progress)?);
     Ok(all)
+}
+
+/// Those files that none of the scans is in.
+fn unlisted<'f>(files: &'f [PathBuf], scans: &[FileScan]) -> Vec<&'f Path> {
+    let opened: HashSet<&Path> = scans.iter().map(|scan| scan.path.as_path()).collect();
+    let rest: Vec<&Path> = files.iter().map(PathBuf::as_path).filter(|path| !opened.contains(path)).collect();
+    if rest.is_empty() {
+        return rest;
+    }
+    // A list may write a path in another way.
+    let whole = |path: &Path| path.canonicalize().unwrap_or_else(|_| path.to_owned());
+    let opened: HashSet<PathBuf> = opened.into_iter().map(whole).collect();
+    rest.into_iter().filter(|path| !opened.contains(&whole(path))).collect()
 }
 
 /// A camera of unknown size is of the size of the first depth image, by its path: so an image of another size is told from the others.
@@ -351,6 +412,47 @@ mod tests {
         // The same file twice is two scans.
         let twice = [files[0].clone(), files[0].clone()];
         assert_eq!(names(&twice).iter().map(|n| n.1.as_str()).collect::<Vec<_>>(), ["scan", "scan (2)"]);
+    }
+
+    /// Theorem: of a folder with a list the note names the scans that this lacks, and all are opened to be aligned.
+    #[test]
+    fn a_list_in_a_folder_hides_no_scan_silently() {
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["a.ply", "b.ply", "c.ply", "d.ply"] {
+            std::fs::write(folder.path().join(name), POINT).unwrap();
+        }
+        std::fs::write(folder.path().join("notes.txt"), "scanned in May\n").unwrap();
+        let list = folder.path().join("set.conf");
+        std::fs::write(&list, "bmesh ./a.ply 0 0 0 0 0 0 1\nbmesh c.ply 1 0 0 0 0 0 1\n").unwrap();
+        let names = |set: &ScanSet| set.scans.iter().map(|scan| scan.name.clone()).collect::<Vec<_>>();
+        let unplaced = || open_unplaced(&[folder.path()], &ReadOptions::default(), &Progress::none()).unwrap();
+        let set = open(folder.path()).unwrap();
+        assert_eq!(names(&set), ["a", "c"]);
+        let note = "2 files of this folder are not in its list set.conf: b.ply, d.ply";
+        assert!(set.notes.iter().any(|said| said.ends_with(note)), "{:?}", set.notes);
+        let mut all = names(&unplaced());
+        all.sort();
+        assert_eq!(all, ["a", "b", "c", "d"]);
+        assert!(!unplaced().notes.concat().contains("not in its list"));
+        // The list alone is what it says.
+        assert!(!open(&list).unwrap().notes.concat().contains("not in its list"));
+        std::fs::remove_file(folder.path().join("d.ply")).unwrap();
+        let notes = open(folder.path()).unwrap().notes.concat();
+        assert!(notes.contains("1 file of this folder is not in its list set.conf: b.ply"), "{notes}");
+        // Of several lists the user has to choose one, but for aligning.
+        std::fs::copy(&list, folder.path().join("again.conf")).unwrap();
+        assert!(open(folder.path()).is_err());
+        assert_eq!(names(&unplaced()), ["a", "b", "c"]);
+        for name in ["set.conf", "again.conf", "notes.txt"] {
+            std::fs::remove_file(folder.path().join(name)).unwrap();
+        }
+        let tum = "# scan \"a\" of \"a.ply\"\n0 1 0 0 0 0 0 1\n# scan \"c\" of \"c.ply\"\n1 1 0 0 0 0 0 1\n";
+        std::fs::write(folder.path().join("set.tum"), tum).unwrap();
+        let set = open(folder.path()).unwrap();
+        assert_eq!(names(&set), ["a", "c"]);
+        assert!(set.notes.concat().contains("1 file of this folder is not in its list set.tum: b.ply"));
+        assert_eq!(names(&unplaced()), ["a", "b", "c"]);
+        assert!(open_many(&[folder.path().join("a.ply"), folder.path().join("set.tum")]).unwrap().notes.len() == 1);
     }
 
     #[test]

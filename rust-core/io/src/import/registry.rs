@@ -237,15 +237,24 @@ pub(super) fn is_known_by_content(path: &Path) -> Result<bool> {
     Ok(FORMATS.iter().any(|format| (format.sniff)(&start)))
 }
 
+/// Whether a file is surely of its format. Texts that only end like points may be notes of people.
+pub(super) fn is_sure(path: &Path) -> bool {
+    let is_any = |format: &Format| FORMATS.last().is_some_and(|last| std::ptr::eq(last, format));
+    format_of(path).is_ok_and(|format| !is_any(format)) || is_known_by_content(path).unwrap_or(false)
+}
+
 /// The format of a file: by its content, else by the ending of its name, so that its reader can say what is wrong.
 pub(super) fn format_of(path: &Path) -> Result<&'static Format> {
     let (start, length) = start_of(path)?;
     let named = |extension: &str| FORMATS.iter().find(|format| format.extensions.contains(&extension));
+    let of_poses = named(trajectory::AXIS_ANGLE).filter(|_| trajectory::is_named_so(path));
     if let Some(format) = FORMATS.iter().find(|format| (format.sniff)(&start)) {
         // Lines of numbers could be anything.
         let is_any = FORMATS.last().is_some_and(|last| std::ptr::eq(last, format));
-        let of_poses = named(trajectory::AXIS_ANGLE).filter(|_| is_any && trajectory::is_axis_angle(path));
-        return Ok(of_poses.unwrap_or(format));
+        return Ok(of_poses.filter(|_| is_any).unwrap_or(format));
+    }
+    if let Some(format) = of_poses {
+        return Ok(format);
     }
     // A binary one has no mark, but a length that says it.
     if let Some(format) = named("stl").filter(|_| stl::has_length_of_binary(&start, length)) {

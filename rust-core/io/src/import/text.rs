@@ -278,8 +278,14 @@ impl<'a> Lines<'a> {
     /// An error on the current line.
     #[cold]
     pub(super) fn fail(&self, problem: impl Into<String>) -> Error {
+        self.fail_at(self.number, problem)
+    }
+
+    /// An error on a line, which may lie before the current one.
+    #[cold]
+    pub(super) fn fail_at(&self, number: u64, problem: impl Into<String>) -> Error {
         // An empty file has no line; what is missing belongs on its first.
-        Error::format(&self.path, format!("line {}", self.number.max(1)), problem)
+        Error::format(&self.path, format!("line {}", number.max(1)), problem)
     }
 }
 

@@ -10,27 +10,19 @@
 //! ScanNet         4 x 4 matrix, the only one of the file
 //! ARKitScenes     timestamp rx ry rz tx ty tz: a rotation vector, world to camera; by the ending .traj
 //! ```
-//!
-//! | file | what |
-//! |---|---|
-//! | `listed` | the scan that a pose is of, as a comment before it: lists of our own have that |
-//! | `place` | the pose of each scan |
-
-pub(crate) mod listed;
-mod place;
 
 use std::path::Path;
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
-use rustc_hash::FxHashSet;
 
+use super::listed_scan::{Comment, ListedScan};
+use super::numbering::number_in;
 use super::options::ReadOptions;
 use super::options::{CameraAxes, PoseSense};
 use super::text::{Lines, lines_of, whole_lines};
 use super::{file, pose};
-use base::error::Result;
+use base::error::{Error, Result};
 use image::frame::TURNED;
-use listed::ListedScan;
 
 /// Most seconds between an image and its pose.
 pub(super) const APART: f64 = 0.02;
@@ -43,6 +35,9 @@ const MOST: usize = 16;
 
 /// The ending of ARKitScenes' lists, whose numbers could be anything.
 pub(super) const AXIS_ANGLE: &str = "traj";
+
+/// The ending of the lists that are written here. Others end in .txt.
+const WRITTEN: &str = "tum";
 
 /// Poses in the order of a file.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -135,17 +130,21 @@ pub(super) fn is_axis_angle(path: &Path) -> bool {
     path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case(AXIS_ANGLE))
 }
 
+/// Whether the name of a file says that it is a list of poses, whatever it holds.
+pub(super) fn is_named_so(path: &Path) -> bool {
+    is_axis_angle(path) || path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case(WRITTEN))
+}
+
 /// Parses the lines of a file.
 pub(super) fn parse(mut lines: Lines<'_>) -> Result<Trajectory> {
     let mut trajectory = Trajectory::default();
     let mut times: Vec<f64> = Vec::new();
     let mut numbers: Vec<f64> = Vec::new();
     let mut widths = None;
-    let mut named: Option<ListedScan> = None;
-    let mut scans: Vec<ListedScan> = Vec::new();
+    let mut named = Named::default();
     while lines.next_content()? {
         if lines.rest().starts_with(b"#") {
-            named = ListedScan::of_comment(lines.rest()).or(named);
+            named.comment(&lines)?;
             continue;
         }
         let mut row = [0.0; MOST];
@@ -167,7 +166,8 @@ pub(super) fn parse(mut lines: Lines<'_>) -> Result<Trajectory> {
             // A landmark.
             9 if row[8] < 0.0 => continue,
             8 | 9 => {
-                if !row[..8].iter().all(|x| x.is_finite()) || times.last().is_some_and(|last| *last > row[0]) {
+                let is_back = times.last().is_some_and(|last| *last > row[0]) && named.is_none();
+                if !row[..8].iter().all(|x| x.is_finite()) || is_back {
                     return Err(lines.fail("expected finite numbers, times ascending"));
                 }
                 times.push(row[0]);
@@ -184,12 +184,7 @@ pub(super) fn parse(mut lines: Lines<'_>) -> Result<Trajectory> {
             },
         };
         trajectory.poses.push(pose);
-        scans.extend(named.take());
-        if !scans.is_empty() && scans.len() != trajectory.poses.len() {
-            return Err(lines.fail(
-                "the scan of this pose is missing: put a line # scan \"NAME\" before each pose, or before none",
-            ));
-        }
+        named.pose(&lines, trajectory.poses.len())?;
         if *widths.get_or_insert(count) != count {
             return Err(lines.fail("all poses must have a time or none, and all lines one form"));
         }
@@ -203,13 +198,109 @@ pub(super) fn parse(mut lines: Lines<'_>) -> Result<Trajectory> {
     if order.windows(2).all(|pair| numbers[pair[0]] < numbers[pair[1]]) && !order.is_empty() {
         trajectory.poses = order.into_iter().map(|k| trajectory.poses[k]).collect();
     }
-    trajectory.times = (!times.is_empty()).then_some(times);
-    let mut known = FxHashSet::default();
-    if let Some(twice) = scans.iter().find(|scan| !known.insert(*scan)) {
-        return Err(lines.fail(format!("{} has two poses: take one of them out", twice.comment())));
+    let scans = named.all(&lines, &times)?;
+    // Scans are found by name: lists may have been put together.
+    let mut order: Vec<usize> = (0..times.len()).collect();
+    order.sort_by(|&a, &b| times[a].total_cmp(&times[b]));
+    if !scans.is_empty() && !order.is_sorted() {
+        trajectory.poses = order.iter().map(|&k| trajectory.poses[k]).collect();
+        trajectory.ids = order.iter().filter_map(|&k| trajectory.ids.get(k).copied()).collect();
+        trajectory.scans = Some(order.iter().map(|&k| scans[k].clone()).collect());
+        times.sort_by(f64::total_cmp);
+    } else {
+        trajectory.scans = (!scans.is_empty() && numbers.is_empty()).then_some(scans);
     }
-    trajectory.scans = (!scans.is_empty() && numbers.is_empty()).then_some(scans);
+    trajectory.times = (!times.is_empty()).then_some(times);
     Ok(trajectory)
+}
+
+/// The scans that the comments of a list name, with the lines of their poses.
+#[derive(Default)]
+struct Named {
+    scans: Vec<(u64, ListedScan)>,
+    /// That of the next pose, with its own line.
+    next: Option<(u64, ListedScan)>,
+    /// The first comment that may be one and can't be read.
+    unread: Option<u64>,
+}
+
+impl Named {
+    fn is_none(&self) -> bool {
+        self.scans.is_empty()
+    }
+
+    fn comment(&mut self, lines: &Lines<'_>) -> Result<()> {
+        match ListedScan::of_comment(lines.rest()) {
+            Comment::Scan(scan) => match self.next.replace((lines.number, scan)) {
+                Some(before) => Err(without_pose(lines, &before)),
+                None => Ok(()),
+            },
+            Comment::Damaged { is_quoted: true } => Err(damaged(lines, lines.number)),
+            Comment::Damaged { is_quoted: false } => {
+                self.unread.get_or_insert(lines.number);
+                Ok(())
+            }
+            Comment::Other => Ok(()),
+        }
+    }
+
+    /// Takes note of a pose, which is the last of so many.
+    fn pose(&mut self, lines: &Lines<'_>, poses: usize) -> Result<()> {
+        self.scans.extend(self.next.take().map(|(_, scan)| (lines.number, scan)));
+        if self.is_none() || self.scans.len() == poses {
+            return Ok(());
+        }
+        Err(lines.fail("the scan of this pose is missing: put a line # scan \"NAME\" before each pose, or before none"))
+    }
+
+    /// The scans, whose poses have these times.
+    fn all(self, lines: &Lines<'_>, times: &[f64]) -> Result<Vec<ListedScan>> {
+        if let Some(last) = &self.next {
+            return Err(without_pose(lines, last));
+        }
+        if let Some(line) = self.unread.filter(|_| !self.scans.is_empty()) {
+            return Err(damaged(lines, line));
+        }
+        if let Some(place) = ListedScan::twice(self.scans.iter().map(|(_, scan)| scan)) {
+            let (line, scan) = &self.scans[place];
+            return Err(lines.fail_at(*line, format!("{} has two poses: take one of them out", scan.comment())));
+        }
+        if let Some(place) = foreign(&self.scans, times) {
+            let (line, scan) = &self.scans[place];
+            return Err(lines.fail_at(
+                *line,
+                format!(
+                    "the time {} is not the number in {:?}, the name of the scan before it: a line is missing between \
+                        them. Put it back, or take out both.",
+                    times[place], scan.name
+                ),
+            ));
+        }
+        Ok(self.scans.into_iter().map(|(_, scan)| scan).collect())
+    }
+}
+
+/// The first pose whose time is not the number in the name of its scan, in a list of which the times are these numbers.
+fn foreign(scans: &[(u64, ListedScan)], times: &[f64]) -> Option<usize> {
+    let numbers: Vec<f64> = scans.iter().map(|(_, scan)| Some(number_in(&scan.name)?.value)).collect::<Option<_>>()?;
+    let mut sorted = numbers.clone();
+    sorted.sort_by(f64::total_cmp);
+    let is_own = |place: &usize| times[*place] == numbers[*place];
+    let places = || 0..times.len().min(numbers.len());
+    // Else the times count the scans.
+    let are_numbers =
+        sorted.windows(2).all(|pair| pair[0] < pair[1]) && places().filter(is_own).count() * 2 >= scans.len();
+    places().find(|place| are_numbers && !is_own(place))
+}
+
+#[cold]
+fn without_pose(lines: &Lines<'_>, (line, scan): &(u64, ListedScan)) -> Error {
+    lines.fail_at(*line, format!("there is no pose behind {}: put it back, or take this line out", scan.comment()))
+}
+
+#[cold]
+fn damaged(lines: &Lines<'_>, line: u64) -> Error {
+    lines.fail_at(line, "this comment must name a scan in straight quotes, as # scan \"NAME\" does")
 }
 
 /// Parses the lines of ARKitScenes'.
@@ -281,8 +372,18 @@ impl Trajectory {
         self.nearest(time, apart).map(|k| self.poses[k])
     }
 
+    /// The scans that the poses are of, where the list names them.
+    pub(super) fn scans(&self) -> Option<&[ListedScan]> {
+        self.scans.as_deref()
+    }
+
+    /// The times of the poses, where lines begin with them.
+    pub(super) fn times(&self) -> Option<&[f64]> {
+        self.times.as_deref()
+    }
+
     /// The place in the list of the pose nearest in time, within so many seconds.
-    fn nearest(&self, time: f64, apart: f64) -> Option<usize> {
+    pub(super) fn nearest(&self, time: f64, apart: f64) -> Option<usize> {
         let times = self.times.as_ref()?;
         let after = times.partition_point(|t| *t < time);
         let near = [after.wrapping_sub(1), after].into_iter().filter(|&i| i < times.len());
@@ -320,7 +421,6 @@ impl Trajectory {
 
 #[cfg(test)]
 mod tests {
-    use super::super::scan::FileScan;
     use super::*;
 
     fn read(text: &str) -> Result<Trajectory> {
@@ -339,27 +439,6 @@ mod tests {
         assert_eq!(log.poses[1].transform_point3(DVec3::X), DVec3::Y);
         let tum = read(TUM).unwrap();
         assert_eq!(tum.poses[1].transform_point3(DVec3::X), DVec3::new(0.0, 1.0, 1.0));
-        let scan = |name: &str| FileScan { name: name.to_owned(), ..FileScan::new(Path::new("x")) };
-        let twice = tum.place(&mut vec![scan("10.049"), scan("10.011"), scan("10.04")], Path::new("t")).unwrap_err();
-        assert!(twice.to_string().contains("10.049 and 10.04 both take the pose of time 10.05"), "{twice}");
-        let mut scans = vec![scan("10.049"), scan("10.011")];
-        assert!(tum.place(&mut scans, Path::new("t")).unwrap()[0].contains("placed 2 scans by the times"));
-        let are_second =
-            |scans: &[FileScan]| scans.iter().map(|s| s.world_from_sensor == tum.poses[1]).collect::<Vec<_>>();
-        assert_eq!(are_second(&scans), [true, false]);
-        scans.insert(1, scan("12"));
-        let note = tum.place(&mut scans, Path::new("t")).unwrap().remove(0);
-        assert!(note.ends_with(
-            "placed 2 scans by the times in their names, and 1 of 3 has no pose within 0.02 s and is passed over"
-        ));
-        assert_eq!(are_second(&scans), [true, false]);
-        let refused = tum.place(&mut vec![scan("12")], Path::new("t")).unwrap_err().to_string();
-        assert!(refused.contains("within 0.02 s of 12"), "{refused}");
-        let mut named = vec![scan("a"), scan("b")];
-        log.place(&mut named, Path::new("t")).unwrap();
-        assert_eq!(named[1].world_from_sensor, log.poses[1]);
-        named.pop();
-        assert!(log.place(&mut named, Path::new("t")).unwrap_err().to_string().contains("2 poses for 1 scan"));
     }
 
     /// Theorem: a list of poses in any form that recordings have is one, and points with as many numbers per line are none.
@@ -411,6 +490,21 @@ mod tests {
         assert_eq!(told(PoseSense::Auto, CameraAxes::YUp), pose * TURNED);
     }
 
+    /// Theorem: lists that are put together are one, whatever their times. Comments of others are passed over.
+    #[test]
+    fn named_lists_need_no_order() {
+        let text = "#scan \"a\"\n7 1 0 0 0 0 0 1\n# scan \"b\" of \"x/b\"\n# of a wall\n3 2 0 0 0 0 0 1\n# SCAN \"c\"\n3 3 0 0 0 0 0 1\n";
+        let list = read(text).unwrap();
+        let names: Vec<&str> = list.scans().unwrap().iter().map(|scan| scan.name.as_str()).collect();
+        assert_eq!(names, ["b", "c", "a"]);
+        assert_eq!(list.times(), Some(&[3.0, 3.0, 7.0][..]));
+        assert_eq!(list.poses.iter().map(|pose| pose.translation.x).collect::<Vec<_>>(), [2.0, 3.0, 1.0]);
+        // Times that count the scans are not those in the names.
+        let text = "# scan \"f5\" of \"A\"\n0 0 0 0 0 0 0 1\n# scan \"f5\" of \"B\"\n1 0 0 0 0 0 0 1\n# scan \"f2\" of \"B\"\n2 0 0 0 0 0 0 1\n";
+        assert_eq!(read(text).unwrap().scans().unwrap().len(), 3);
+        assert!(read("# scan 4\n1 0 0 0 0 0 0 1\n").unwrap().scans().is_none());
+    }
+
     #[test]
     fn what_is_wrong_has_a_line() {
         for (text, problem) in [
@@ -425,6 +519,18 @@ mod tests {
             ("# scan \"a\"\n1 0 0 0 0 0 0 1\n2 0 0 0 0 0 0 1\n", "line 3: the scan of this pose is missing"),
             ("1 0 0 0 0 0 0 1\n# scan \"a\"\n2 0 0 0 0 0 0 1\n", "line 3: the scan of this pose is missing"),
             ("# scan \"a\"\n1 0 0 0 0 0 0 1\n# scan \"a\"\n2 0 0 0 0 0 0 1\n", "# scan \"a\" has two poses"),
+            (
+                "# scan \"a\"\n1 0 0 0 0 0 0 1\n# scan \"a\" of \"x\"\n2 0 0 0 0 0 0 1\n",
+                "line 4: # scan \"a\" of \"x\" has two",
+            ),
+            ("# scan \"f3\"\n# scan \"f4\"\n4 0 0 0 0 0 0 1\n", "line 1: there is no pose behind # scan \"f3\""),
+            ("# scan \"f3\"\n3 0 0 0 0 0 0 1\n#scan \"f4\"\n", "line 3: there is no pose behind # scan \"f4\""),
+            ("# scan 'a'\n1 0 0 0 0 0 0 1\n", "line 1: this comment must name a scan"),
+            ("# scan \"a\"\n# scan b\n1 0 0 0 0 0 0 1\n", "line 2: this comment must name a scan"),
+            (
+                "# scan \"f2\"\n2 0 0 0 0 0 0 1\n# scan \"f3\"\n4 0 0 0 0 0 0 1\n# scan \"f5\"\n5 0 0 0 0 0 0 1\n",
+                "line 4: the time 4 is not the number in \"f3\"",
+            ),
             ("2 0 0 0 0 0 0 1\n1 0 0 0 0 0 0 1\n", "line 2: expected finite numbers, times ascending"),
             ("0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1 5\n", "line 5: expected the end of the line"),
         ] {

@@ -135,7 +135,7 @@ pub fn voxel(
     let mean = |sum: f64| sum / samples as f64;
     let spacing = mean(found.iter().map(|scan| scan.told.spacing.0).sum());
     if samples == 0 {
-        return Err(super::nothing::nothing_to_merge());
+        return Err(super::nothing::nothing_to_merge(triangulation));
     }
     if spacing <= 0.0 {
         return Err(Error::input(

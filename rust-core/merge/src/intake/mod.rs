@@ -107,7 +107,7 @@ pub fn find_crossings(
         progress.stage(DISCRETIZING, scan_order.len() as u64);
         let intake = Intake::new(scan_order, params, setup, budget, progress);
         let (lattice, groups) = intake.take_all((0..scan_order.len()).collect())?;
-        let lattice = lattice.ok_or_else(nothing_to_merge)?;
+        let lattice = lattice.ok_or_else(|| nothing_to_merge(&params.triangulation))?;
         Ok(groups.into_iter().fold(Discretized::none(lattice), |mut all, mut group| {
             all.add(&group.found);
             all.buckets.append(&mut group.found.buckets);

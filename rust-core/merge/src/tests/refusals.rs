@@ -27,6 +27,25 @@ fn empty_and_degenerate_scans_change_nothing_or_say_so() {
     assert!(error.to_string().contains("no scan"), "{error}");
 }
 
+/// The limit that leaves no triangle is the one to raise.
+#[test]
+fn limits_that_leave_no_triangle_are_named() {
+    let scan = &scans(Shape::Sphere { radius: 1.0 }, 20)[0];
+    let said = |edge_limit: Option<f64>, grazing_limit: f64| {
+        let triangulation = TriangulateParams { edge_limit, grazing_limit };
+        let params = MergeParams { triangulation, ..MergeParams::default() };
+        merge(&[scan], &params, Run::default(), &Progress::none()).unwrap_err().to_string()
+    };
+    let all = TriangulateParams::default().grazing_limit;
+    let grazing = "grazing_limit, which is 0.01 degrees";
+    assert!(said(None, 0.01_f64.to_radians()).ends_with(&format!("or raise {grazing}.")));
+    assert!(said(Some(1e-9), all).ends_with("or raise edge_limit, which is 1e-9."));
+    assert!(
+        said(Some(1e-9), 0.01_f64.to_radians())
+            .ends_with(&format!("or raise {grazing}, or edge_limit, which is 1e-9."))
+    );
+}
+
 #[test]
 fn a_voxel_too_large_or_far_too_small_is_refused_with_a_remedy() {
     let mesh = Shape::Sphere { radius: 0.1 }.mesh(8);

@@ -5,11 +5,6 @@ use crate::import::{self, Content};
 use mesh::Attribute;
 use proptest::prelude::*;
 
-/// Z is up, and the unit is a metre: nothing is turned or scaled.
-fn as_it_is() -> GlbOptions {
-    GlbOptions { up: Up::Z, ..GlbOptions::default() }
-}
-
 fn written(mesh: &TriMesh, options: &GlbOptions) -> Vec<u8> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.3mf");
@@ -39,39 +34,35 @@ fn model_text(bytes: &[u8]) -> String {
 fn written_read_written_is_the_same() {
     let mut mesh = tetrahedron();
     mesh.vertex_attributes.push(Attribute::colour("colour", vec![[1, 2, 3, 255], [255, 0, 9, 255], [7; 4], [7; 4]]));
-    let first = written(&mesh, &as_it_is());
+    let first = written(&mesh, &GlbOptions::default());
     let found = read(&first);
     assert!(found == mesh);
-    assert_eq!(written(&found, &as_it_is()), first);
+    assert_eq!(written(&found, &GlbOptions::default()), first);
 }
 
 #[test]
-fn units_and_axes_are_said_and_read() {
+fn units_are_said_and_read() {
     let mesh = tetrahedron();
     for (metres, unit) in [(1.0, "meter"), (1e-3, "millimeter"), (0.0254, "inch"), (0.2, "millimeter")] {
-        let options = GlbOptions { metres_per_unit: metres, ..as_it_is() };
+        let options = GlbOptions { metres_per_unit: metres, ..GlbOptions::default() };
         let bytes = written(&mesh, &options);
         assert!(model_text(&bytes).contains(&format!("unit=\"{unit}\"")), "{metres}");
         for (found, place) in read(&bytes).positions.iter().zip(&mesh.positions) {
             assert!(found.abs_diff_eq(*place * metres, 1e-15), "{metres}: {found}");
         }
     }
-    let turned = read(&written(&mesh, &GlbOptions::default()));
-    for (found, place) in turned.positions.iter().zip(&mesh.positions) {
-        assert_eq!(*found, DVec3::new(place.x, -place.z, place.y));
-    }
+    // Nothing is turned, whatever is up.
+    let standing = GlbOptions { up: crate::export::glb::Up::Z, ..GlbOptions::default() };
+    assert_eq!(written(&mesh, &standing), written(&mesh, &GlbOptions::default()));
 }
 
 #[test]
 fn far_meshes_keep_their_shape() {
     let mut mesh = tetrahedron();
     mesh.positions.iter_mut().for_each(|place| *place += DVec3::new(4e6, -5e6, 100.0));
-    for up in [Up::Y, Up::Z] {
-        let found = read(&written(&mesh, &GlbOptions { up, ..GlbOptions::default() }));
-        for (found, place) in found.positions.iter().zip(&mesh.positions) {
-            let expected = if up == Up::Z { *place } else { DVec3::new(place.x, -place.z, place.y) };
-            assert!(found.abs_diff_eq(expected, 2e-7), "{found} {expected}");
-        }
+    let found = read(&written(&mesh, &GlbOptions::default()));
+    for (found, place) in found.positions.iter().zip(&mesh.positions) {
+        assert!(found.abs_diff_eq(*place, 2e-7), "{found} {place}");
     }
 }
 
@@ -82,7 +73,7 @@ fn many_colours_are_rounded() {
     let mut mesh = TriMesh::new(positions, (0..count as u32 - 301).map(|i| [i, i + 1, i + 300]).collect());
     let colours: Vec<[u8; 4]> = (0..count as u32).map(|i| (i << 8 | 0xff).to_be_bytes()).collect();
     mesh.vertex_attributes.push(Attribute::colour("colour", colours.clone()));
-    let found = read(&written(&mesh, &as_it_is()));
+    let found = read(&written(&mesh, &GlbOptions::default()));
     let Some(AttributeData::Colour(read)) = found.vertex_attribute("colour") else { panic!("no colours") };
     let named = mesh.triangles.as_flattened().iter().map(|&v| v as usize);
     let off = named.flat_map(|v| (0..4).map(move |c| (v, c))).map(|(v, c)| read[v][c].abs_diff(colours[v][c]));
@@ -94,7 +85,7 @@ fn many_colours_are_rounded() {
 fn names_are_escaped() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.3mf");
-    write_3mf(&path, "Tom & \"J\" <1>\u{1}", &tetrahedron(), &as_it_is(), &Progress::none()).unwrap();
+    write_3mf(&path, "Tom & \"J\" <1>\u{1}", &tetrahedron(), &GlbOptions::default(), &Progress::none()).unwrap();
     let text = model_text(&std::fs::read(&path).unwrap());
     assert!(text.contains("name=\"Tom &amp; &quot;J&quot; &lt;1&gt;\""), "{text}");
     assert!(matches!(import::open(&path).unwrap().scans[0].read(), Ok(Content::Mesh(_))));
@@ -104,7 +95,7 @@ fn names_are_escaped() {
 fn what_the_format_cannot_hold_is_refused() {
     let path = std::env::temp_dir().join("never.3mf");
     let refused = |mesh: &TriMesh| {
-        let error = write_3mf(&path, "a", mesh, &as_it_is(), &Progress::none()).unwrap_err().to_string();
+        let error = write_3mf(&path, "a", mesh, &GlbOptions::default(), &Progress::none()).unwrap_err().to_string();
         assert!(!path.exists());
         error
     };
@@ -119,11 +110,11 @@ fn what_the_format_cannot_hold_is_refused() {
         tetrahedron().positions.into_iter().map(|place| place + DVec3::splat(1e37)).collect(),
         vec![[0, 1, 2]],
     );
-    let options = GlbOptions { metres_per_unit: 0.2, ..as_it_is() };
+    let options = GlbOptions { metres_per_unit: 0.2, ..GlbOptions::default() };
     let error = write_3mf(&path, "a", &far, &options, &Progress::none()).unwrap_err().to_string();
     assert!(error.starts_with("a coordinate is too large"), "{error}");
     for metres in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e31, 1e-31] {
-        let options = GlbOptions { metres_per_unit: metres, ..as_it_is() };
+        let options = GlbOptions { metres_per_unit: metres, ..GlbOptions::default() };
         let error = write_3mf(&path, "a", &tetrahedron(), &options, &Progress::none()).unwrap_err().to_string();
         assert_eq!(error, format!("metres_per_unit must be from 1e-30 to 1e30 for 3MF, got {metres:e}"));
     }
@@ -147,7 +138,7 @@ fn the_text_keeps_to_its_bound() {
         &path,
         &"\"".repeat(5000),
         &mesh,
-        &GlbOptions { metres_per_unit: 0.3e-29, ..as_it_is() },
+        &GlbOptions { metres_per_unit: 0.3e-29, ..GlbOptions::default() },
         &Progress::none(),
     )
     .unwrap();
@@ -158,7 +149,7 @@ fn the_text_keeps_to_its_bound() {
 fn triangles_without_area_by_name_are_left_out() {
     let mut mesh = tetrahedron();
     mesh.triangles.insert(1, [1, 1, 2]);
-    assert!(read(&written(&mesh, &as_it_is())).triangles == tetrahedron().triangles);
+    assert!(read(&written(&mesh, &GlbOptions::default())).triangles == tetrahedron().triangles);
 }
 
 proptest! {
@@ -177,7 +168,7 @@ proptest! {
             .filter(|corners| !is_flat(corners)).collect();
         let mut mesh = TriMesh::new(positions, triangles);
         mesh.vertex_attributes.push(Attribute::colour("colour", colours[..count].to_vec()));
-        let found = read(&written(&mesh, &as_it_is()));
+        let found = read(&written(&mesh, &GlbOptions::default()));
         let single = |mesh: &TriMesh| mesh.positions.iter().map(|place| place.as_vec3()).collect::<Vec<_>>();
         prop_assert_eq!(single(&found), single(&mesh));
         prop_assert_eq!(&found.triangles, &mesh.triangles);

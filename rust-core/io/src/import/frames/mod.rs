@@ -204,7 +204,10 @@ fn scans(mut recording: Recording, asked: &Asked<'_, '_>) -> Result<ScanSet> {
     let name = file::name(&recording.store.path);
     let coloured = recording.entries.iter().filter(|entry| entry.colour.is_some()).count();
     let count = recording.entries.len();
-    let mut notes = vec![format!("{count} frames of {}, {coloured} with colour", recording.layout)];
+    let mut notes = vec![match count {
+        1 => format!("1 frame of {}, {coloured} with colour", recording.layout),
+        _ => format!("{count} frames of {}, {coloured} with colour", recording.layout),
+    }];
     for doubt in doubts {
         log::tell(Level::Warning, &format!("{name}: {doubt}"));
         notes.push(doubt);

@@ -287,6 +287,9 @@ fn cut_and_damaged_packages_are_refused() {
     for length in 0..bytes.len() {
         let error = read(&bytes[..length]).map(|_| ()).unwrap_err();
         assert!(matches!(error, Error::Format { .. } | Error::Input(_)), "{length}: {error:?}");
+        // Before that the start does not tell what the file is.
+        let is_told = error.to_string().contains("the archive was cut off or is damaged, so copy or export it again");
+        assert!(is_told || length < 64, "{length}: {error}");
     }
     let mut refused = 0;
     for at in 0..bytes.len() {
@@ -300,6 +303,26 @@ fn cut_and_damaged_packages_are_refused() {
         }
     }
     assert!(refused > bytes.len() / 2, "{refused} of {}", bytes.len());
+}
+
+/// Theorem: a wrong byte anywhere in a model is told as damage, whatever else it makes of the text.
+#[test]
+fn damage_is_told_as_such() {
+    let text = format!("{HEAD}<resources><object id=\"1\">{MESH}</object></resources><build/></model>");
+    let (folder, path) = package(&[("_rels/.rels", RELS), ("3D/a.model", &text)]);
+    let bytes = std::fs::read(&path).unwrap();
+    let begin = memchr::memmem::find(&bytes, text.as_bytes()).unwrap();
+    let path = folder.path().join("b.3mf");
+    for at in begin..begin + text.len() {
+        let mut damaged = bytes.clone();
+        damaged[at] ^= 0x11;
+        std::fs::write(&path, damaged).unwrap();
+        let error = import::open(&path).unwrap().scans[0].read().map(|_| ()).unwrap_err().to_string();
+        assert!(
+            error.contains("it unpacks to something else than was packed: the archive is damaged"),
+            "{at}: {error}"
+        );
+    }
 }
 
 #[test]

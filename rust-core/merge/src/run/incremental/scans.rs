@@ -89,7 +89,7 @@ impl Scans {
             for group in groups {
                 self.all.insert(versions[group.scans[0]], group.into());
             }
-            let lattice = lattice.ok_or_else(nothing_to_merge)?;
+            let lattice = lattice.ok_or_else(|| nothing_to_merge(&list.params.triangulation))?;
             // If a new scan comes before the others, these may have been counted from another base.
             let mut all = Discretized::none(lattice);
             let mut is_one = true;

@@ -160,7 +160,7 @@ impl Grid {
                 return Ok(Grid { lattice, samples: surface.positions.len(), crossings });
             }
         }
-        Err(nothing_to_merge())
+        Err(nothing_to_merge(&loading.triangulation))
     }
 }
 

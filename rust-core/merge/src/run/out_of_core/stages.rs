@@ -287,7 +287,7 @@ impl<'a> Tasks<'a> {
             collected = self.collected_whole(collected, planned, progress)?;
         }
         if collected.about.found.triangles == 0 {
-            return Err(crate::intake::nothing_to_merge());
+            return Err(crate::intake::nothing_to_merge(&self.params.triangulation));
         }
         progress.stage(FUSING, collected.rows() as u64);
         let distances = collected.distances(&planned.scan_order, self.setting.kept, progress)?.to_numbers();
