@@ -73,7 +73,7 @@ fn overhangs_are_told_by_their_angle() {
     let cap = cuboid(DVec3::new(1.0, 1.0, 0.2), 2);
     let report = checked(&both(foot, &cap, 1.5 * DVec3::Z));
     assert!((report.overhang_area - 4.0).abs() < 1e-9, "{}", report.overhang_area);
-    let params = PrintParams { print_up: crate::UpAxis::MinusZ, threads: 1, ..PrintParams::default() };
+    let params = PrintParams { print_up: UpAxis::MinusZ, threads: 1, ..PrintParams::default() };
     let turned = check_print(&cuboid(DVec3::ONE, 1), &params, &Progress::none()).unwrap();
     assert_eq!((turned.report.overhang_area, turned.report.overhang_faces), (0.0, 0));
     // A roof of 40 degrees to the vertical is no overhang of more than 45.
