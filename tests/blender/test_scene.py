@@ -34,7 +34,7 @@ def test_every_operator_is_in_a_menu_and_says_what_it_does(extension):
         assert name in offered, f"{name} is in no menu"
         rna = getattr(bpy.ops.surfrecon, name.split(".")[1]).get_rna_type()
         assert len(rna.description) > 25 and not rna.description.endswith(".")
-        assert re.fullmatch(r"[A-Z]\w*( [A-Z]\w*| and| around| from| by| for| or| to)*", rna.name)
+        assert re.fullmatch(r"[A-Z]\w*( [A-Z]\w*| and| around| for| from| by| or| to)*", rna.name)
         for prop in rna.properties:
             if prop.identifier in {"rna_type", "bl_idname"} or prop.is_hidden or "filter" in prop.identifier:
                 continue

@@ -5,6 +5,7 @@ use proptest::prelude::*;
 
 use super::*;
 use base::error::Error;
+use geom::bvh::Closest;
 use mesh::AttributeData;
 use mesh::shapes::Shape;
 
@@ -128,6 +129,70 @@ proptest! {
         let asked = |t: usize| t.is_multiple_of(3);
         let some: Vec<[u32; 2]> = all.into_iter().filter(|pair| pair.iter().any(|&t| asked(t as usize))).collect();
         prop_assert_eq!(crossing::pairs(&positions, &triangles, asked, &Progress::none()).unwrap(), some);
+    }
+}
+
+/// Distance along a ray to a triangle, by Cramer's rule.
+fn met(origin: DVec3, direction: DVec3, [a, b, c]: [DVec3; 3]) -> Option<f64> {
+    let (ab, ac, ao) = (b - a, c - a, origin - a);
+    let whole = -direction.dot(ab.cross(ac));
+    let (u, v) = (-direction.dot(ao.cross(ac)) / whole, -direction.dot(ab.cross(ao)) / whole);
+    let t = ao.dot(ab.cross(ac)) / whole;
+    (u >= 0.0 && v >= 0.0 && u + v <= 1.0).then_some(t).filter(|t| *t > 1e-9)
+}
+
+/// Radius of the largest ball that touches `centre`, has its middle against `normal` and is not entered by a triangle, at most `most`.
+fn largest_ball(centre: DVec3, normal: DVec3, corners: &[DVec3; 3], most: f64) -> f64 {
+    let mut radius = most;
+    for _ in 0..1000 {
+        let middle = centre - radius * normal;
+        let nearest = Closest::on_triangle(middle, corners, 0);
+        let way = centre - nearest.point;
+        if nearest.distance() >= radius * (1.0 - 1e-12) - 1e-13 || way.dot(normal) <= 0.0 {
+            break;
+        }
+        radius = radius.min(0.5 * way.length_squared() / way.dot(normal));
+    }
+    radius
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: base::tier::cases(256), ..ProptestConfig::default() })]
+
+    /// Rays and balls are those that trying each face in turn finds.
+    #[test]
+    fn walls_are_those_of_all_faces(
+        flat in 0.05..1.0_f64,
+        detail in 2..5_usize,
+        rough in prop_oneof![Just(0.0), 0.0..0.05_f64, 0.0..0.4_f64],
+        noise in prop::collection::vec([-1.0..1.0_f64, -1.0..1.0, -1.0..1.0], 200),
+        round in prop::bool::ANY,
+    ) {
+        let shape = if round { Shape::Sphere { radius: 1.0 } } else { Shape::Cuboid { half: DVec3::new(1.0, 0.7, 0.4) } };
+        let mut mesh = shape.mesh(detail);
+        for (p, noise) in mesh.positions.iter_mut().zip(noise.iter().cycle()) {
+            *p += rough * DVec3::from(*noise);
+            p.z *= flat;
+        }
+        let report = checked(&mesh);
+        let faces = || (0..mesh.triangles.len()).map(|t| mesh.corners(t));
+        for (t, wall) in report.walls.iter().enumerate() {
+            let corners = mesh.corners(t);
+            let centre = (corners[0] + corners[1] + corners[2]) / 3.0;
+            let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize();
+            let ray = faces().filter_map(|other| met(centre, -normal, other)).fold(f64::INFINITY, f64::min);
+            prop_assert!(wall.ray == ray || (wall.ray - ray).abs() < 1e-9, "{} {}", wall.ray, ray);
+            if ray == f64::INFINITY {
+                prop_assert_eq!(wall.ball, ray);
+                continue;
+            }
+            let radius = 0.5 * wall.ball;
+            // The face itself is met at rounding's distance.
+            let others = faces().enumerate().filter(|(other, _)| *other != t);
+            let largest = others.fold(0.5 * ray, |most, (_, other)| largest_ball(centre, normal, &other, most));
+            prop_assert!(radius >= largest - 1e-9, "{} {}", radius, largest);
+            prop_assert!(radius * (1.0 - walls::END) <= largest + 1e-9, "{} {}", radius, largest);
+        }
     }
 }
 

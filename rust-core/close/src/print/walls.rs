@@ -16,9 +16,9 @@ use crate::surface;
 
 /// Steps of a ball, which shrinks in each.
 const STEPS: usize = 40;
-/// A ball has shrunk to its end where nothing lies deeper in it than this share of its radius. So a wall may be thinner than said by this share.
-/// In round bodies many faces are nearly as far from the ball's middle, and each would be looked at for the last digits.
-const END: f64 = 1e-3;
+/// A ball has shrunk to its end where the next would be smaller by less than this share. So a wall may be thinner than said by this share.
+/// In round bodies many faces nearly touch the same ball. With a smaller share each of them would be looked at.
+pub(super) const END: f64 = 0.01;
 /// Most cosine between the normals of the two sides of a wall.
 const TURNED: f64 = -0.5;
 
@@ -60,14 +60,15 @@ fn behind(mesh: &TriMesh, bvh: &Bvh<'_>, t: usize) -> Wall {
     let Some(hit) = bvh.first_hit(&ray, 1e-12 * size, f64::INFINITY) else { return NONE };
     let (mut radius, mut met) = (0.5 * hit.t, hit.triangle);
     for _ in 0..STEPS {
-        let middle = centre - radius * normal;
-        let Some(nearest) = bvh.closest_point_within(middle, radius * (1.0 - END)) else { break };
-        let way = centre - nearest.point;
-        let across = way.dot(normal);
-        if across <= 0.0 {
+        // The smaller ball touches the centre, too, but for rounding.
+        let smaller = radius * (1.0 - END);
+        let within = smaller * (1.0 - 1e-9) - 1e-12 * size;
+        if within <= 0.0 {
             break;
         }
-        (radius, met) = (radius.min(0.5 * way.length_squared() / across), nearest.triangle);
+        let Some(nearest) = bvh.closest_point_within(centre - smaller * normal, within) else { break };
+        let way = centre - nearest.point;
+        (radius, met) = (0.5 * way.length_squared() / way.dot(normal), nearest.triangle);
     }
     let is_wall = surface::normal(mesh.corners(met as usize)).dot(normal) <= TURNED;
     Wall { ray: hit.t, ball: 2.0 * radius, thickness: if is_wall { 2.0 * radius } else { hit.t } }

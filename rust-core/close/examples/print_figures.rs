@@ -1,0 +1,63 @@
+//! Times the checks for printing of shapes that are hard for the balls of walls: round ones, smooth and noisy.
+//!
+//! ```sh
+//! cargo run --release -p surfrecon-close --example print_figures -- 200000    # about so many faces each
+//! ```
+//!
+//! Prints the seconds of the stage of walls, of all threads, and the thinnest wall.
+
+#![allow(clippy::print_stdout)]
+
+use glam::DVec3;
+
+use base::error::Result;
+use base::progress::Progress;
+use mesh::TriMesh;
+use mesh::shapes::Shape;
+use surfrecon_close::print::{PrintParams, check_print};
+
+/// The finest mesh of a shape that has at most so many faces.
+fn made(shape: &Shape, faces: usize) -> TriMesh {
+    let mut detail = 1;
+    while shape.mesh(detail + 1).triangles.len() <= faces {
+        detail += 1 + detail / 20;
+    }
+    shape.mesh(detail)
+}
+
+/// Moves each vertex by up to `most` along each axis, by a fixed rule.
+fn noisy(mut mesh: TriMesh, most: f64) -> TriMesh {
+    let mut state = 1_u64;
+    let mut next = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    };
+    mesh.positions.iter_mut().for_each(|p| *p += most * DVec3::new(next(), next(), next()));
+    mesh
+}
+
+fn main() -> Result<()> {
+    let faces = std::env::args().nth(1).and_then(|count| count.parse().ok()).unwrap_or(200_000);
+    let ball = made(&Shape::Sphere { radius: 1.0 }, faces);
+    let mut shapes = vec![
+        ("box".to_owned(), made(&Shape::Cuboid { half: DVec3::new(1.0, 2.0, 0.5) }, faces)),
+        ("ring".to_owned(), made(&Shape::Torus { major: 1.0, minor: 0.3 }, faces)),
+        ("cylinder".to_owned(), made(&Shape::Cylinder { radius: 1.0, half_height: 1.0 }, faces)),
+        ("ball".to_owned(), ball.clone()),
+    ];
+    for noise in [1e-5, 1e-4, 1e-3] {
+        shapes.push((format!("ball, noise {noise:e}"), noisy(ball.clone(), noise)));
+    }
+    println!("{:20} {:>8} {:>10} {:>10}", "shape", "faces", "walls, s", "thinnest");
+    for (name, mesh) in shapes {
+        let report = check_print(&mesh, &PrintParams::default(), &Progress::none())?.report;
+        let walls =
+            report.seconds.iter().find(|(stage, _)| *stage == "measuring walls").map_or(0.0, |(_, seconds)| *seconds);
+        println!(
+            "{name:20} {:8} {walls:10.2} {:10.4}",
+            mesh.triangles.len(),
+            report.thinnest_wall.unwrap_or(f64::INFINITY)
+        );
+    }
+    Ok(())
+}
