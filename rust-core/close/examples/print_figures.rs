@@ -1,7 +1,8 @@
 //! Times the checks for printing of shapes that are hard for the balls of walls: round ones, smooth and noisy.
 //!
 //! ```sh
-//! cargo run --release -p surfrecon-close --example print_figures -- 200000    # about so many faces each
+//! cargo run --release -p surfrecon-close --example print_figures -- 200000         # about so many faces each
+//! cargo run --release -p surfrecon-close --example print_figures -- 200000 ball    # of one shape
 //! ```
 //!
 //! Prints the seconds of the stage of walls, of all threads, and the thinnest wall.
@@ -49,7 +50,8 @@ fn main() -> Result<()> {
         shapes.push((format!("ball, noise {noise:e}"), noisy(ball.clone(), noise)));
     }
     println!("{:20} {:>8} {:>10} {:>10}", "shape", "faces", "walls, s", "thinnest");
-    for (name, mesh) in shapes {
+    let only = std::env::args().nth(2);
+    for (name, mesh) in shapes.into_iter().filter(|(name, _)| only.as_ref().is_none_or(|only| only == name)) {
         let report = check_print(&mesh, &PrintParams::default(), &Progress::none())?.report;
         let walls =
             report.seconds.iter().find(|(stage, _)| *stage == "measuring walls").map_or(0.0, |(_, seconds)| *seconds);

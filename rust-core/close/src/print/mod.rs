@@ -42,7 +42,7 @@ base::stages! {
 ///
 /// # Cost
 /// Time O(n log n) for n faces of which few cross. In a round body many faces are equally near to its middle, where the balls of walls
-/// lie: a sphere takes O(n^2).
+/// lie: a sphere takes O(n^2). The example `print_figures` measures it.
 ///
 /// # Errors
 /// Parameters out of range. A mesh with an index out of range or a coordinate that is not finite. [`base::Error::OutOfMemory`].
