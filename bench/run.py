@@ -27,6 +27,7 @@ BENCHMARKS = [
     "sculpt",
     "quads",
     "cluster",
+    "close",
     "capi",
     "io",
     "blender",
@@ -39,6 +40,7 @@ MODULES = {"io": "files"}
 ROOT = Path(__file__).resolve().parent.parent
 PEERS = [
     "pymeshlab",
+    "pymeshfix",
     "open3d",
     "trimesh",
     "meshio",

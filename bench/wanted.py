@@ -51,6 +51,10 @@ HEAVY = {
     # Variants of ours and quadric collapses, which run a dozen times, are shown on the bunny and the camera's image.
     "sculpt": ["growth 2048: *", "growth 4096: *", "synthetic 1024: *", "N37E014: *"]
     + [f"{case}: *-*" for case in ("N37E015", "dragonStandRight_0", "forked pipe", "bottle", "head")],
+    # Other Poisson reconstructions, VCG and pockets alone are shown on the figure, pockets on the chair as well.
+    "close": ["*, noise 0.5: *", "*, 5 %*: *", "*, 15 %*: *", "dragon: *", "happy: *", "chair: meshfix"]
+    + [f"[!f]*: {tool}" for tool in ("poisson-10", "*-trimmed", "vcg", "open3d-*")]
+    + ["[!fc]*: surfrecon-seen"],
     "cluster": ["dragon merged, *: *", "bunny, 800 vertices: *", "bunny, 10,000 vertices: *-kmeans", "igea, *: acvd-*"],
 }
 

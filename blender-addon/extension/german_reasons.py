@@ -111,6 +111,8 @@ REASONS = {
     "{} and {} have the same number in their names, so the scans are not followed in the order of these": "{} und {} haben dieselbe Zahl im Namen, also gehen die Scans nicht in der Reihenfolge dieser Zahlen",
     "if each follows the one before, choose Start: Sequence": "folgt jeder auf den vorigen, Anfang: Reihenfolge wählen",
     "the frames are followed as a sequence, in the order of their recording or of the numbers in their names": "die Aufnahmen gehen als Reihenfolge, wie ihre Aufzeichnung oder die Zahlen in ihren Namen sagen",
+    "the order of the frames is not used: less than half of them were found to overlap the next": "die Reihenfolge der Aufnahmen wird nicht verwendet: weniger als die Hälfte überlappt, soweit gefunden, die nächste",
+    "if they follow each other, choose Start: Sequence": "folgen sie aufeinander, Anfang: Reihenfolge wählen",
     "if that order means nothing, choose Start: Unknown": "bedeutet diese Reihenfolge nichts, Anfang: Unbekannt wählen",
     "aligning takes at least two scans, got {}": "zum Ausrichten braucht es wenigstens zwei Scans, nicht {}",
     "scan {} is to be drawn to the others, but has no pose to start from": "Scan {} soll zu den anderen gezogen werden, hat aber keine Lage, von der auszugehen ist",

@@ -1,7 +1,7 @@
 //! Poses across the border.
 
 use glam::DAffine3;
-use surfrecon::error::Shown;
+use surfrecon::error::{Shown, counted};
 
 use crate::pointer;
 use crate::status::{Failure, srf_status::SRF_ERR_INPUT};
@@ -53,7 +53,11 @@ pub fn read_all(
     scans: usize,
 ) -> Result<Vec<Option<DAffine3>>, Failure> {
     if count != scans {
-        let text = format!("{name}: {count} poses for {scans} scans: give one a scan, all 0 for those left out");
+        let given = counted(count as u64, "pose is", "poses are");
+        let scans = counted(scans as u64, "scan", "scans");
+        let text = format!(
+            "{name}: {given} given for {scans}: give as many as there are scans, all 0 at a scan that is left out"
+        );
         return Err(Failure::new(SRF_ERR_INPUT, text));
     }
     let one = |(index, pose): (usize, &srf_pose)| {

@@ -135,8 +135,7 @@ impl AlignCall {
     /// See [`surfrecon::align::Prepared::align`].
     pub fn run(&self, ready: Arc<Ready>, progress: &Progress<'_>) -> surfrecon::Result<Alignment> {
         let found = ready.prepared.align(&self.params, &self.constraints, progress)?;
-        let followed = ready.prepared.followed(&self.params, &self.constraints);
-        Ok(Alignment { ready, found, followed, report: PyOnceLock::new() })
+        Ok(Alignment { ready, found, report: PyOnceLock::new() })
     }
 }
 
@@ -150,8 +149,6 @@ impl AlignCall {
 pub struct Alignment {
     ready: Arc<Ready>,
     found: Core,
-    /// Words on the order that frames were followed in.
-    followed: Option<String>,
     report: PyOnceLock<Py<PyAny>>,
 }
 
@@ -190,9 +187,7 @@ impl Alignment {
     fn report(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         let made = || {
             let figures = report::of(py, &self.found.report)?;
-            let [first, rest @ ..] = &self.found.report.lines()[..] else { return Ok(figures.unbind()) };
-            let summary: Vec<&String> = [first].into_iter().chain(&self.followed).chain(rest).collect();
-            figures.set_item("summary", summary)?;
+            figures.set_item("summary", self.found.report.lines())?;
             Ok(figures.unbind())
         };
         self.report.get_or_try_init(py, made).map(|report| report.clone_ref(py))
@@ -293,6 +288,11 @@ fn scaled(name: &str) -> PyErr {
     ))
 }
 
+/// A path as lists have it. On Windows alone a backslash separates folders: elsewhere names may have one.
+fn with_slashes(path: &str) -> String {
+    if cfg!(windows) { path.replace('\\', "/") } else { path.to_owned() }
+}
+
 /// A scan as a trajectory has it.
 fn scan_of(number: usize, source: &Source, world_from_scan: DAffine3, list: &Path) -> PyResult<PlacedScan> {
     let (name, file) = match source {
@@ -301,8 +301,7 @@ fn scan_of(number: usize, source: &Source, world_from_scan: DAffine3, list: &Pat
             let file = name_in(list, &scan.path);
             let is_found = MemoryFolder::of(&scan.path).is_none() || file != scan.path;
             // A name that is no text can't be written. The scan's own has to do.
-            let text = file.to_str().filter(|_| is_found).unwrap_or_default().replace('\\', "/");
-            (scan.own_name().to_owned(), text)
+            (scan.own_name().to_owned(), with_slashes(file.to_str().filter(|_| is_found).unwrap_or_default()))
         }
         other => (other.as_source().name().to_owned(), String::new()),
     };
@@ -335,7 +334,7 @@ fn file_of(source: &Source, world_from_file: DAffine3, list: &Path) -> PyResult<
                     inside.display()
                 )));
             };
-            inside.replace('\\', "/")
+            with_slashes(inside)
         }
         other => {
             return Err(input_error(format!(

@@ -75,10 +75,10 @@ impl Scan {
         Ok(crs::text_of(self.scan.crs().map_err(|error| to_python(&error))?.as_ref()))
     }
 
-    /// Whether it is one of many images of a depth camera: one that is damaged is left out.
+    /// Whether it is left out if it is damaged, where many are read.
     #[getter]
-    fn _is_depth_image(&self) -> bool {
-        self.scan.is_frame() || self.scan.is_depth_image()
+    fn _is_one_of_many(&self) -> bool {
+        self.scan.is_one_of_many()
     }
 
     /// Reads the samples: a ``RangeImage`` (placed in the world), a ``Mesh`` or a ``PointCloud`` (in their own frames).

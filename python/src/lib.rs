@@ -164,7 +164,7 @@ mod _native {
     use crate::scan::{Camera, sculpture, turntable, virtual_scan};
     #[pymodule_export]
     use crate::scans::{
-        _open_unplaced, ScanSet, crs_note, formats, open, provenance, read, recording_of, write, write_scans,
+        _open_many, ScanSet, crs_note, formats, open, provenance, read, recording_of, write, write_scans,
     };
     #[pymodule_export]
     use crate::sculpt::{Sculpted, Sculptor, sculpt};

@@ -8,6 +8,7 @@ use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use surfrecon::align::{AlignParams, Prepared};
+use surfrecon::error::counted;
 use surfrecon::import::Content;
 use surfrecon::{Progress, RangeImage as CoreImage, memory};
 
@@ -93,7 +94,9 @@ impl Ready {
         if of_each.len() != self.sources.len() {
             let (given, count) = (of_each.len(), self.sources.len());
             return Err(input_error(format!(
-                "{given} poses are given for {count} scans: give one a scan, None for none"
+                "{} given for {}: give a list of as many as there are scans, None at a scan without a pose",
+                counted(given as u64, "pose is", "poses are"),
+                counted(count as u64, "scan", "scans")
             )));
         }
         let pose = |(scan, pose): (usize, &Bound<'_, PyAny>)| match pose.is_none() {

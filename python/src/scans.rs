@@ -8,7 +8,7 @@ use pyo3::types::{PyDict, PyIterator, PyList, PySlice, PyTuple};
 use surfrecon::Progress;
 use surfrecon::error::{counted, meant};
 use surfrecon::export::{self, Holding, PlyOptions, write_points_ply};
-use surfrecon::import::{self, Camera, ReadOptions};
+use surfrecon::import::{self, Camera, ReadOptions, Taking};
 use surfrecon::merge::{ScanSource, common_crs};
 
 use crate::background::{Background, made};
@@ -74,17 +74,20 @@ pub fn open(
     ScanSet::new(py, set)
 }
 
-/// Opens scans as ``open`` does, to be aligned: of a folder all scans, whatever list of poses lies in it.
+/// Opens scans as ``open`` does, for a command: one of several that is damaged is left out where all are read. ``unplaced`` are to be
+/// aligned: of a folder all scans, whatever list of poses lies in it.
 #[pyfunction]
-#[pyo3(signature = (paths, *, camera = None, crs = None, **options))]
-pub fn _open_unplaced(
+#[pyo3(signature = (paths, *, unplaced = false, camera = None, crs = None, **options))]
+pub fn _open_many(
     py: Python<'_>,
     paths: &Bound<'_, PyAny>,
+    unplaced: bool,
     camera: Option<&Bound<'_, PyAny>>,
     crs: Option<CrsText>,
     options: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<ScanSet> {
-    let call = OpenCall { unplaced: true, ..OpenCall::new(paths, camera, crs, options)? };
+    let taking = Taking { unplaced, many: true };
+    let call = OpenCall { taking, ..OpenCall::new(paths, camera, crs, options)? };
     let set = Watch::new(None).run(py, |progress| call.run(progress))?;
     ScanSet::new(py, set)
 }
@@ -93,8 +96,7 @@ pub fn _open_unplaced(
 pub struct OpenCall {
     paths: Vec<Place>,
     options: ReadOptions,
-    /// Whether lists of poses in folders keep no scan out.
-    unplaced: bool,
+    taking: Taking,
 }
 
 impl OpenCall {
@@ -116,19 +118,19 @@ impl OpenCall {
         };
         let camera = camera.map(of_four).transpose()?;
         let crs = crs::told(crs)?;
-        Ok(OpenCall { paths, options: ReadOptions { camera, crs, ..params("open", options)? }, unplaced: false })
+        Ok(OpenCall {
+            paths,
+            options: ReadOptions { camera, crs, ..params("open", options)? },
+            taking: Taking::default(),
+        })
     }
 
     /// Opens them.
     ///
     /// # Errors
-    /// See [`import::open_with`].
+    /// See [`import::open_as`].
     pub fn run(&self, progress: &Progress<'_>) -> surfrecon::Result<import::ScanSet> {
-        let set = if self.unplaced {
-            import::open_unplaced(&self.paths, &self.options, progress)?
-        } else {
-            import::open_with(&self.paths, &self.options, progress)?
-        };
+        let set = import::open_as(&self.paths, &self.options, self.taking, progress)?;
         set.tell();
         Ok(set)
     }

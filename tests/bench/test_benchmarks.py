@@ -32,6 +32,15 @@ WITH = {
     "sculpt": {"pydelatin", "pymartini", "open3d-quadric", "meshlab-quadric"},
     "quads": set(),
     "cluster": {"meshlab-isotropic", "meshlab-quadric"},
+    "close": {
+        "poisson-8",
+        "poisson-8-trimmed",
+        "poisson-10",
+        "vcg",
+        "open3d-poisson-8",
+        "meshlab-close-holes",
+        "meshfix",
+    },
     "capi": {"open3d-cpp", "cgal"},
     "io": {"decoders", "open3d", "pymeshlab", "trimesh", "meshio", "laspy", "bpy"},
     "blender": set(),
@@ -52,6 +61,8 @@ NOT_OF_ALL = {
     "colour": {"gain_error_pct", "cpu_s", "wall_s", "peak_mb"},
     "blender": {"ms", "blender_minimum_ms", "peak_mb"},
     "cluster": {"genus"},
+    # Peers have no such option, and the slicer need not be there.
+    "close": {"close", "slices"},
     # Extrapolated rows were compared with nothing. Blocks of a quick merge may be gone before they are seen.
     "scale": {"same_bytes", "blocks", "replaced_cpu_s"},
     "install": {"tests_passed", "tests_failed", "excused"},

@@ -87,7 +87,7 @@ NOT_GIVEN_TEXTS = (
     "two scans have the version",
     "{:?} and {:?} are trusted",
     "{:?} and {:?} were said to touch",
-    "{} poses are given for",
+    "{} given for {}",
     "{} versions for",
     "do not touch",
     "do not fit exactly",

@@ -98,6 +98,7 @@ NOT_A_NUMBER = np.where(GOOD == 1, GOOD, np.nan)
         (0, NOT_A_NUMBER, {}, surfrecon.InputError, "world_from_scan must have finite entries"),
         (0, "here", {}, TypeError, "world_from_scan must be real numbers"),
         (0, GOOD, {"poses": [GOOD] * 5}, surfrecon.InputError, "5 poses are given for 6 scans"),
+        (0, GOOD, {"poses": [GOOD]}, surfrecon.InputError, "1 pose is given for 6 scans: give a list of as many as"),
         (0, GOOD, {"poses": 3}, TypeError, "poses must be a list of 4 x 4 matrices or None"),
         (0, GOOD, {"poses": [GOOD] * 5 + [SCALED]}, surfrecon.InputError, "the pose of scan 5 must be rigid"),
         (

@@ -158,3 +158,58 @@ def test_large_numbers_of_the_command_line(folder):
         done = run("align", "torus.ply", *arguments, cwd=folder)
         assert done.returncode == 2 and "must be" in done.stderr and len(done.stderr) < 1000, done.stderr
     assert surfrecon.read(folder / "torus.ply").check().is_manifold
+
+
+@pytest.fixture
+def views(tmp_path):
+    """Files of scans of one thing, which alone are in their folder."""
+    mesh = surfrecon.sculpture(cell=3.0)
+    made = surfrecon.virtual_scan(mesh, surfrecon.turntable(mesh, around=5, above=0, below=0, pixels=50))
+    files = [tmp_path / f"scan{k}.ply" for k in range(len(made))]
+    for path, scan in zip(files, made, strict=True):
+        surfrecon.write(path, scan)
+    return files
+
+
+@pytest.mark.parametrize("keep", [150, -40], ids=["header", "end"])
+def test_a_damaged_scan_of_many_is_skipped_and_named(views, keep, tmp_path_factory):
+    """Of a folder and of several files: in notes and reports. By itself, or where all are so, it is an error."""
+    folder, out = views[0].parent, tmp_path_factory.mktemp("out")
+    views[1].write_bytes(views[1].read_bytes()[:keep])
+    for given in ([folder], views):
+        done = run("info", *given)
+        assert done.returncode == 0 and done.stderr.count("scan1 is skipped: ") == 1, done.stderr
+        assert "scan1.ply: " in done.stderr
+        assert [line.split(":")[0] for line in done.stdout.splitlines()] == ["scan0", "scan2", "scan3", "scan4"]
+        done = run("convert", *given, "-o", out / "all.conf")
+        assert done.returncode == 0 and len(surfrecon.open(out / "all.conf")) == 4, done.stderr
+        done = run("align", *given, "-o", out / "placed.tum")
+        assert done.returncode == 0 and "scan1: not placed: it is skipped: " in done.stdout, done.stdout + done.stderr
+        done = run("merge", *given, "-o", out / "out.ply")
+        assert done.returncode == 0 and done.stderr.count("scan1 is skipped: ") == 1, done.stderr
+        assert "4 of 5 scans, cells of" in done.stdout
+    for command in (["info"], ["convert", "-o", out / "one.conf"], ["merge", "-o", out / "one.ply"]):
+        done = run(command[0], views[1], *command[1:])
+        assert done.returncode == 1 and "scan1.ply: " in done.stderr and "is skipped" not in done.stderr, done.stderr
+    for path in views:
+        path.write_bytes(path.read_bytes()[:100])
+    for command in (["info"], ["align", "-o", out / "none.tum"], ["merge", "-o", out / "none.ply"]):
+        done = run(command[0], folder, *command[1:])
+        assert done.returncode == 1 and "scan0" in done.stderr, done.stdout + done.stderr
+    assert not (out / "none.tum").exists() and not (out / "none.ply").exists()
+
+
+def test_a_merge_into_the_folder_of_its_scans_may_be_repeated(views):
+    """The surface of the first time is no scan of the second. A scan is not written over."""
+    folder = views[0].parent
+    out = folder / "surface.ply"
+    said = f"{folder}: 1 file of this folder is a surface that was merged from scans, and is passed over: surface.ply"
+    made = []
+    for time in range(2):
+        done = run("merge", folder, "-o", out)
+        assert done.returncode == 0 and f"{len(views)} scans, cells of" in done.stdout, done.stdout + done.stderr
+        assert done.stderr.count(said) == time, done.stderr
+        made.append(out.read_bytes())
+    assert made[0] == made[1]
+    done = run("merge", folder, "-o", views[1])
+    assert done.returncode == 2 and "scan1.ply is read: give the output another name" in done.stderr

@@ -1,5 +1,7 @@
 """Depth images of a plain folder, opened with a camera: damaged ones, ones of another size, ones without a camera."""
 
+import json
+
 import numpy as np
 import pytest
 import surfrecon
@@ -64,18 +66,41 @@ def test_commands_that_read_images_one_by_one_skip_a_damaged_one(folder, tmp_pat
     assert 'none of the 4 scans has a surface: "depth_0000" is skipped: ' in done.stderr
 
 
-def test_an_image_of_another_size_is_skipped_and_named(folder):
-    """The first, by its path, says the size of the camera's images, if the camera does not."""
-    (folder / "depth_0002.png").write_bytes(png(depths(2)[:20].astype(np.uint16)))
+@pytest.mark.parametrize("odd", [0, 2])
+def test_an_image_of_another_size_is_skipped_and_named(folder, odd):
+    """Most images say the size of the camera's, if the camera does not. A camera's file of another size is refused."""
+    name = f"depth_{odd:04}"
+    (folder / f"{name}.png").write_bytes(png(depths(odd)[:20].astype(np.uint16)))
     files = sorted(folder.glob("*.png"))
     for given in (files, files[::-1]):
         scans = surfrecon.open(given, camera=CAMERA)
-        fixed = [k for k, scan in enumerate(scans) if scan.name != "depth_0002"]
+        fixed = [k for k, scan in enumerate(scans) if scan.name != name]
         report = surfrecon.align(scans, fixed=fixed).report
         [reason] = [scan.reason for scan in report.scans if scan.state == "unplaced"]
         assert "50 x 20 pixels, but the camera's images have 50 x 40: open it apart" in reason
-    # By itself it is the first.
-    assert surfrecon.open(folder / "depth_0002.png", camera=CAMERA)[0].read().valid.shape == (20, 50)
+    # By itself it says the size.
+    assert surfrecon.open(folder / f"{name}.png", camera=CAMERA)[0].read().valid.shape == (20, 50)
+    camera = dict(zip(("fx", "fy", "cx", "cy"), CAMERA, strict=True))
+    (folder / "camera.json").write_text(json.dumps(camera | {"width": 640, "height": 480}))
+    said = r"camera\.json: .* images of 640 x 480 pixels, but 3 of 4 depth images have 50 x 40\. Write the camera of"
+    with pytest.raises(surfrecon.FormatError, match=said):
+        surfrecon.open(folder)
+
+
+def test_what_lies_beside_the_images_is_passed_over_and_named(folder):
+    """Pictures, masks and texts. A list of poses is none of them."""
+    for name, pixels in (("rgb_0000", np.zeros((40, 50, 3))), ("mask", np.ones((40, 50)))):
+        (folder / f"{name}.png").write_bytes(png(pixels.astype(np.uint8)))
+    (folder / "README.txt").write_text("Depth images, scanned in May.\n")
+    (folder / "Thumbs.db").write_bytes(b"\xd0\xcf\x11\xe0")
+    scans = surfrecon.open(folder, camera=CAMERA)
+    assert [scan.name for scan in scans] == [f"depth_{k:04}" for k in range(4)]
+    notes = "\n".join(scans.notes)
+    assert "1 file of this folder holds neither a scan nor poses, and is passed over: README.txt" in notes
+    assert "2 images beside depth images hold colours or numbers of 8 bits, and are passed over: mask.png, " in notes
+    (folder / "poses.tum").write_text("".join(f"{k},{k},0,0,0,0,0,1\n" for k in range(4)))
+    placed = surfrecon.open(folder, camera=CAMERA)
+    assert [scan.world_from_sensor[0, 3] for scan in placed] == [0, 1, 2, 3]
 
 
 def test_images_without_a_camera_are_not_aligned(folder, tmp_path):
@@ -110,8 +135,8 @@ def test_what_is_no_scan_is_named_by_its_type(folder):
 def test_what_gives_the_order_is_said(folder):
     followed = "followed as a sequence, in the order of their recording or of the numbers in their names"
     scans = surfrecon.open(folder, camera=CAMERA)
-    summary = surfrecon.align(scans, fixed=range(4)).report.summary
-    assert followed in summary[1]
+    report = surfrecon.align(scans, fixed=range(4)).report
+    assert followed in report.summary[1] and followed in report.messages[0]
     for start in ("unknown", "sequence"):
         assert followed not in str(surfrecon.align(scans, fixed=range(4), start=start).report.summary)
     (folder / "depth_0003.png").rename(folder / "other_0002.png")

@@ -1,6 +1,7 @@
 """Poses that are written as TUM's trajectories: each line says which scan it is of."""
 
 import json
+import os
 import zipfile
 
 import numpy as np
@@ -179,7 +180,10 @@ def test_frames_of_archives_are_told_apart(tmp_path, recordings):
             ),
             'line 6: the time 3 is not the number in "frame_0002"',
         ),
-        (lambda text: text.replace('"frame_0002"', "“frame_0002”"), "line 5: this comment must name a scan in straight quotes"),
+        (
+            lambda text: text.replace('"frame_0002"', "“frame_0002”"),
+            "line 5: this comment must name a scan in straight quotes",
+        ),
         (lambda text: text.replace('"frame_0002"', "frame_0002"), "line 6: the scan of this pose is missing"),
         (lambda text: text + '# scan "frame_0004"\n', 'line 9: there is no pose behind # scan "frame_0004"'),
         (lambda text: text + entry("0004", 4, "frame_0003", "./A/frame_0003.npy"), "line 10: .* has two poses"),
@@ -249,6 +253,66 @@ def test_order_alone_decides_only_where_nothing_contradicts_it(tmp_path):
         surfrecon.open([*files, path], camera=CAMERA)
 
 
+def test_the_number_that_differs_decides(tmp_path):
+    """Of a folder, whose files come in the order of their letters. A file that is given twice is in doubt."""
+    folder = tmp_path / "seen"
+    folder.mkdir()
+    files = images(folder, [f"{k}_640x480.npy" for k in range(12)])
+    lists = {
+        "kitti.txt": "".join(f"1 0 0 {x / 100} 0 1 0 0 0 0 1 0\n" for x in range(12)),
+        "seconds.tum": "".join(entry(f"0.{x:02}", x) for x in range(12)),
+        "numbers.tum": "".join(entry(x, x) for x in range(12)),
+    }
+    for name, text in lists.items():
+        path = tmp_path / name
+        path.write_text(text)
+        found = surfrecon.open([folder, path], camera=CAMERA)
+        assert places(found, folder) == {f"{x}_640x480.npy": x for x in range(12)}, found.notes
+        twice = [*files[:2], files[1], *files[3:]]
+        with pytest.raises(surfrecon.FormatError, match=r"1_640x480 and 1_640x480 \(2\) have the same number"):
+            surfrecon.open([*twice, path], camera=CAMERA)
+        np.save(folder / "mean.npy", np.load(files[0]))
+        if name != "numbers.tum":
+            with pytest.raises(surfrecon.FormatError, match=r"mean has no number in its name|12 poses for 13 scans"):
+                surfrecon.open([folder, path], camera=CAMERA)
+        (folder / "mean.npy").unlink()
+
+
+def logged(numbers):
+    """A log of Open3D's, x as the place."""
+    return "".join(f"{k} {k} {k + 1}\n1 0 0 {x / 100}\n0 1 0 0\n0 0 1 0\n0 0 0 1\n" for x, k in enumerate(numbers))
+
+
+def test_a_log_of_other_frames_is_refused(tmp_path):
+    """In a folder of depth and colour, too."""
+    folder = tmp_path / "recording"
+    folder.mkdir()
+    names = [f"{k:06}.npy" for k in (0, 1, 2, 4, 5)]
+    images(folder, [f"depth/{name}" for name in names])
+    (folder / "color").mkdir()
+    path = folder / "trajectory.log"
+    path.write_text(logged((0, 1, 2, 4, 5)))
+    opened = surfrecon.open(folder, camera=CAMERA)
+    assert [round(100 * scan.world_from_sensor[0, 3]) for scan in opened] == list(range(5))
+    path.write_text(logged((0, 1, 2, 3, 5)))
+    for opened in (folder, [folder / "depth", path]):
+        with pytest.raises(surfrecon.FormatError, match="the first and the third number before each matrix"):
+            surfrecon.open(opened, camera=CAMERA)
+
+
+@pytest.mark.skipif(os.sep == "\\", reason="a backslash separates folders there")
+@pytest.mark.parametrize("ending", ["tum", "conf", "aln"])
+def test_names_with_a_backslash_survive(tmp_path, ending):
+    surfrecon.write_scans(tmp_path / "two.conf", look()[:2])
+    (tmp_path / "two.conf").unlink()
+    files = [file.rename(tmp_path / f"a\\b{k}{file.suffix}") for k, file in enumerate(sorted(tmp_path.iterdir()))]
+    path = tmp_path / f"placed.{ending}"
+    surfrecon.align(surfrecon.open(files), fixed=[0, 1]).write(path)
+    assert "a/b0" not in path.read_text()
+    opened = surfrecon.open([*files, path] if ending == "tum" else path)
+    assert [scan.path for scan in opened] == files
+
+
 def test_two_scans_do_not_take_one_line(tmp_path):
     """Of lists of others, which have times alone: the nearer takes it."""
     files = images(tmp_path, ["1.008.npy", "1.000.npy", "2.npy"])
@@ -258,7 +322,7 @@ def test_two_scans_do_not_take_one_line(tmp_path):
     assert places(found, tmp_path) == {"1.000.npy": 0, "2.npy": 1}
     assert any("1 of 3 has no pose of its own within 0.02 s" in note for note in found.notes)
     again = images(tmp_path, ["again/1.000.npy"])
-    with pytest.raises(surfrecon.FormatError, match=r"1\.000 and 1\.000 both take the pose of time 1"):
+    with pytest.raises(surfrecon.FormatError, match=r"1\.000 and 1\.000 have the same number"):
         surfrecon.open([*files, *again, path], camera=CAMERA)
 
 

@@ -65,7 +65,7 @@ __all__ = [
     "_merge_task",
     "_merge_tasks_to_file",
     "_nearest",
-    "_open_unplaced",
+    "_open_many",
     "_part_path",
     "adaptive_quads",
     "align",
@@ -456,7 +456,7 @@ class Scan:
     @property
     def crs(self) -> str | None: ...
     @property
-    def _is_depth_image(self) -> bool: ...
+    def _is_one_of_many(self) -> bool: ...
     def read(self, *, progress: _Progress | None = None) -> _Content: ...
     def keep(self, region: _Region) -> Self: ...
     def remove(self, region: _Region) -> Self: ...
@@ -1127,9 +1127,10 @@ def merge_to_file(
 def _again(kind: str, parts: dict[str, Any]) -> Any: ...
 def _check_file_in_pieces(path: _Path, encoding: str | None = None) -> None: ...
 def _nearest(given: str, known: Sequence[str]) -> str | None: ...
-def _open_unplaced(
+def _open_many(
     paths: _File | Iterable[_File],
     *,
+    unplaced: bool = False,
     camera: tuple[float, float, float, float] | None = None,
     crs: str | None = None,
     **options: Any,

@@ -12,7 +12,7 @@ use crate::stages::{
 };
 use crate::view::{Reduced, View, coarse_cell};
 use crate::{finding, misfit, reach, sequence, snap, solve, summary};
-use base::error::{Error, Result};
+use base::error::{Error, Result, counted};
 use base::magnitude;
 use base::progress::Progress;
 use image::range_image::is_rigid;
@@ -20,6 +20,14 @@ use image::source::{ScanSource, common_crs};
 
 /// Bytes that a scan's points and features take, and a pair that is looked at.
 const BYTES_A_SCAN: f64 = 3.2e6;
+
+/// Words on the order that the frames are followed in, where their recording or their numbers say it rather than the caller.
+const FOLLOWED: &str = "the frames are followed as a sequence, in the order of their recording or of the numbers in their names. If that order means \
+    nothing, say start = \"unknown\".";
+
+/// The same where too few frames were found to overlap the next.
+const NOT_FOLLOWED: &str = "the order of the frames is not used: less than half of them were found to overlap the next. If they follow each other, say \
+    start = \"sequence\".";
 
 /// Brings scans to one frame: [`Prepared::read`], then [`Prepared::align`].
 ///
@@ -119,18 +127,6 @@ impl Prepared {
         self.aligned(params, constraints, progress)
     }
 
-    /// Words on the order that the frames are followed in, where their recording or their numbers say it rather than the caller.
-    #[must_use]
-    pub fn followed(&self, params: &AlignParams, constraints: &Constraints) -> Option<String> {
-        let inside = constraints.renumbered(params, &self.order, &self.views, self.in_time.as_deref());
-        let is_followed = inside.sequence.is_some_and(|order| !order.is_told);
-        is_followed.then(|| {
-            "the frames are followed as a sequence, in the order of their recording or of the numbers in their names. If that order means \
-                nothing, say start = \"unknown\"."
-                .to_owned()
-        })
-    }
-
     fn aligned(&self, params: &AlignParams, constraints: &Constraints, progress: &Progress<'_>) -> Result<Alignment> {
         let pool = base::threads::pool(params.threads)?;
         progress.stage(COMPARING, 1);
@@ -138,8 +134,13 @@ impl Prepared {
         constraints.lie_on(&self.order, &self.views)?;
         let alignment = progress.run(&pool, || {
             let inside = constraints.renumbered(params, &self.order, &self.views, self.in_time.as_deref());
+            let has_order = inside.sequence.as_ref().is_some_and(|order| !order.is_told);
             let solved = solve::solve(&self.views, params, &inside, progress)?;
+            let order = if solved.sequence.is_some() { FOLLOWED } else { NOT_FOLLOWED };
             let mut found = summary::alignment(&self.names, &self.views, &self.order, solved, progress)?;
+            if has_order {
+                found.report.messages.insert(0, order.to_owned());
+            }
             let is_by_numbers = params.start == Start::Auto && inside.turned.is_none();
             found.report.messages.extend(self.twice.clone().filter(|_| is_by_numbers));
             found.report.messages.extend(reach::unused(params));
@@ -247,9 +248,9 @@ impl Prepared {
     fn local(&self, world_from_scan: &[Option<DAffine3>]) -> Result<Vec<Option<DAffine3>>> {
         if world_from_scan.len() != self.len() {
             return Err(Error::input(format!(
-                "{} poses are given for {} scans: give one per scan",
-                world_from_scan.len(),
-                self.len()
+                "{} given for {}: give a list of as many as there are scans, none at a scan without a pose",
+                counted(world_from_scan.len() as u64, "pose is", "poses are"),
+                counted(self.len() as u64, "scan", "scans")
             )));
         }
         if let Some(scan) = world_from_scan.iter().position(|pose| pose.is_some_and(|pose| !is_rigid(&pose))) {

@@ -169,8 +169,10 @@ pub(crate) struct Steps {
     uneven: BTreeSet<[usize; 2]>,
     /// The numbers from which a frame was followed to the next, or the next but one, and that number.
     starts: BTreeMap<usize, usize>,
-    /// How far the sensor moves from one frame to the next, at most.
+    /// How far the sensor moves and turns from one frame to the next, at most, as points at the radius of a frame move.
     longest: f64,
+    /// How far it moves alone, at most.
+    furthest: f64,
     /// Whether what was recorded repeats itself: then frames are only followed, and pieces of the recording stay apart.
     pub repeats: bool,
 }
@@ -178,6 +180,10 @@ pub(crate) struct Steps {
 /// The longest step, by the median of those that were followed, and by the radius of a frame at least.
 const LONGEST: f64 = 1.5;
 const LEAST: f64 = 0.35;
+/// The furthest move, by that which a tenth of those that were followed exceed, and by the radius of a frame at least. Doors of a corridor
+/// repeat every few steps: pieces of it came to lie four steps off.
+const FURTHEST: f64 = 2.5;
+const LEAST_MOVE: f64 = 0.1;
 /// Least share of a frame that lies on the one before it, whatever was between them ...
 const OVERLAP: f64 = 0.1;
 /// ... unless so many frames are missing there.
@@ -202,13 +208,21 @@ impl Steps {
         }
         let radius = views.iter().map(|view| view.reduced.radius).fold(0.0, f64::max);
         let held = || followed.iter().filter(|pair| holds(pair));
-        let mut lengths: Vec<f64> = held()
-            .filter_map(|pair| moved(views, pair, [pair.a, pair.b]))
-            .map(|motion| apart(&DAffine3::IDENTITY, &motion, radius))
-            .collect();
-        lengths.sort_by(f64::total_cmp);
+        // Of those followed to the next but one a motion is two steps.
+        let one_step = |pair: &&Pair| number[pair.a].abs_diff(number[pair.b]) == 1;
+        let motions: Vec<DAffine3> =
+            held().filter(one_step).filter_map(|pair| moved(views, pair, [pair.a, pair.b])).collect();
+        let sorted = |length: &dyn Fn(&DAffine3) -> f64| {
+            let mut lengths: Vec<f64> = motions.iter().map(length).collect();
+            lengths.sort_by(f64::total_cmp);
+            lengths
+        };
+        let lengths = sorted(&|motion| apart(&DAffine3::IDENTITY, motion, radius));
         let usual = lengths.get(lengths.len() / 2).copied().unwrap_or(0.0);
         let longest = (LONGEST * usual).max(LEAST * radius);
+        let moves = sorted(&|motion| motion.translation.length());
+        let far = moves.get(moves.len() * 9 / 10).copied().unwrap_or(f64::INFINITY);
+        let furthest = (FURTHEST * far).max(LEAST_MOVE * radius);
         let ends = |pair: &Pair| [number[pair.a].min(number[pair.b]), number[pair.a].max(number[pair.b])];
         let mut starts = BTreeMap::new();
         for [from, to] in held().map(ends) {
@@ -224,7 +238,7 @@ impl Steps {
         };
         let (even, uneven): (Vec<&Pair>, Vec<&Pair>) = held().partition(is_even);
         let [followed, uneven] = [even, uneven].map(|pairs| pairs.iter().map(|pair| [pair.a, pair.b]).collect());
-        Steps { number, place, followed, uneven, starts, longest, repeats: false }
+        Steps { number, place, followed, uneven, starts, longest, furthest, repeats: false }
     }
 
     /// The share of the frames that were followed to the next.
@@ -257,6 +271,7 @@ impl Steps {
             let both = [&views[a.1], &views[b.1]];
             let steps = self.place[b.1] - self.place[a.1];
             apart(&from, &to, both[0].reduced.radius) > self.longest * steps as f64
+                || from.translation.distance(to.translation) > self.furthest * steps as f64
                 || (steps < (b.0 - a.0) as u64 + MISSING && touching_share(both, &(a.3.inverse() * b.3), 0.0) < OVERLAP)
         };
         // Pieces come together in their order: what was followed between two of them says where these are.

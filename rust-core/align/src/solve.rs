@@ -193,7 +193,10 @@ pub(crate) fn solve(views: &[View], params: &AlignParams, inside: &Inside, progr
     })
 }
 
-/// Fixed scans that contradict each other, and those that touch and do not lie on each other but would near by.
+/// Fixed scans that lie on each other are believed to lie off only if they share so much: the place of those that share less is less sure.
+const SHARED_BY_FIXED: f64 = 0.3;
+
+/// Fixed scans that contradict each other, and those that touch and would fit better near by.
 fn with_near(
     views: &[View],
     inside: &Inside,
@@ -204,9 +207,13 @@ fn with_near(
 ) -> Result<Vec<AtOdds>> {
     let is_new = |link: &Link| at_odds.iter().all(|known| known.scans != [link.a, link.b]);
     let both_fixed = |link: &Link| inside.is_fixed[link.a] && inside.is_fixed[link.b];
-    let off: Vec<Link> =
-        links.iter().filter(|looked| looked.is_off()).map(|l| l.link).filter(|l| both_fixed(l) && is_new(l)).collect();
-    let near = off.par_iter().map(|&Link { a, b }| {
+    // Scans that lie off are all looked at, others in the pairs that share most: walls hide that frames slid along them.
+    let shares = |looked: &&Looked| looked.verdict.overlap().into_iter().fold(1.0, f64::min) >= SHARED_BY_FIXED;
+    let lying = links.iter().filter(|looked| !looked.is_off() && both_fixed(&looked.link)).filter(shares);
+    let most = most_of_each(lying.map(|looked| (looked.verdict.touching(), looked.link)), STRONGEST);
+    let off = links.iter().filter(|looked| looked.is_off()).map(|looked| looked.link);
+    let asked: Vec<Link> = off.chain(most).filter(|link| both_fixed(link) && is_new(link)).collect();
+    let near = asked.par_iter().map(|&Link { a, b }| {
         progress.check()?;
         let given = views[a].reduced.world_from_local().inverse() * views[b].reduced.world_from_local();
         let reach = ROUGH_REACH * views[a].reduced.radius.min(views[b].reduced.radius);
@@ -400,15 +407,15 @@ fn settle(known: &Known<'_>, group: &Group, progress: &Progress<'_>) -> Result<S
     members.sort_unstable();
     let cell = |pick: &Pick| pick.scans.iter().map(|&scan| views[scan].coarse.cell).fold(0.0, f64::max);
     // Clicks are off by a cell.
-    let mut ties: Vec<Tie> = inside.picks.iter().map(|pick| Tie { pick: *pick, exact: cell(pick) }).collect();
-    if let Some(table) = table {
-        ties.extend(table.ties(views, &members, frame));
-    }
-    let mut net = Net { views, poses, is_fixed, links: Vec::new(), ties, coloured: BTreeSet::new() };
+    let of_picks: Vec<Tie> = inside.picks.iter().map(|pick| Tie { pick: *pick, exact: cell(pick) }).collect();
+    let of_table = table.map(|table| table.ties(views, &members, frame)).unwrap_or_default();
+    let mut net = Net { views, poses, is_fixed, links: Vec::new(), ties: Vec::new(), coloured: BTreeSet::new() };
     let mut near = touching(&net, &members, inside, progress)?;
     for start in [Start::Near, Start::Settled] {
         let found = links(&net, &near, FEW, progress)?;
         near = found.iter().map(|(link, _)| *link).collect();
+        let needed = of_picks.iter().filter(|tie| !is_held_by_shape(views, &found, tie, limits));
+        net.ties = needed.chain(&of_table).copied().collect();
         net.links = strongest(&found);
         net.coloured = coloured(views, &found, limits);
         net.relax(start, progress)?;
@@ -427,6 +434,13 @@ fn settle(known: &Known<'_>, group: &Group, progress: &Progress<'_>) -> Result<S
         tied: members.into_iter().filter(|&scan| ties_of(inside, scan) >= HOLDING).collect(),
     };
     Ok((group, links))
+}
+
+/// Whether two scans that points join fit so that shape alone holds them: points choose a place, and shape where in it.
+fn is_held_by_shape(views: &[View], links: &[(Link, Verdict)], tie: &Tie, limits: &Limits) -> bool {
+    let [a, b] = tie.pick.scans;
+    let of_tie = links.iter().find(|(link, _)| *link == Link { a: a.min(b), b: a.max(b) });
+    of_tie.is_some_and(|(_, verdict)| fits([&views[a.min(b)], &views[a.max(b)]], verdict, limits) == Finding::Sure)
 }
 
 fn ties_of(inside: &Inside, scan: usize) -> usize {

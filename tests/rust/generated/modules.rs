@@ -4,6 +4,7 @@
 
 use std::fmt::Write as _;
 
+use crate::c_params::formatted;
 use crate::python_reports::class_names;
 use crate::{between, compare, replaced, root};
 
@@ -103,7 +104,9 @@ fn of_rust() {
         let list = if let [only] = names.as_slice() { (*only).to_owned() } else { format!("{{{}}}", names.join(", ")) };
         let _ = write!(exports, "    #[pymodule_export]\n    use crate::{file}::{list};\n");
     }
-    compare(name, &between(name, "    // exports\n", "    // end\n", &exports));
+    let module = formatted(&format!("mod exports {{\n{exports}}}\n"));
+    let exports = module.strip_prefix("mod exports {\n").and_then(|text| text.strip_suffix("}\n")).expect("a module");
+    compare(name, &between(name, "    // exports\n", "    // end\n", exports));
 }
 
 /// Exports of each file of the Python module: names in Rust, names in Python.

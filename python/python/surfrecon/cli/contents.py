@@ -40,19 +40,17 @@ def read(scan: _native.Scan, work: Work) -> Content:
 
 
 def undamaged(scans: Iterable[_native.Scan], work: Work) -> Iterator[tuple[_native.Scan, Content | None]]:
-    """Reads scans, one after the other. Damaged frames of a recording and images of a depth camera have no content.
-
-    They are noted.
+    """Reads scans, one after the other. Damaged ones have no content, and are noted.
 
     Raises:
-        FormatError: a file that is none of these is damaged, or all of them are.
+        FormatError: the only scan is damaged, or all are.
     """
     problem, found = None, 0
     for scan in scans:
         try:
             content = read(scan, work)
         except FormatError as error:
-            if not scan._is_depth_image:
+            if not scan._is_one_of_many:
                 raise
             problem = error
             work.note(f"{scan.name} is skipped: {error}")

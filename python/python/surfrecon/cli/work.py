@@ -70,8 +70,7 @@ class Work:
         given = self.request.of("camera", "crs")
         if "crs" in given:
             given["crs"] = inputs.system(given["crs"])
-        opener = _native._open_unplaced if unplaced else _native.open
-        scans = opener(paths, **self.given("open"), **given)
+        scans = _native._open_many(paths, unplaced=unplaced, **self.given("open"), **given)
         self.note(*scans.notes)
         read, written = inputs.of_scans(paths, scans), [*filter(None, [self.request.output]), *self.also]
         self.refuse(written, read)

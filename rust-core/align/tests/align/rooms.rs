@@ -39,7 +39,7 @@ fn nothing_slides_in_an_empty_room() {
     }
 }
 
-fn boxed(scene: &mut TriMesh, half: DVec3, to: DVec3, is_inside_out: bool) {
+pub fn boxed(scene: &mut TriMesh, half: DVec3, to: DVec3, is_inside_out: bool) {
     add(scene, &Shape::Cuboid { half }.mesh(4), 0.0, to, is_inside_out);
 }
 

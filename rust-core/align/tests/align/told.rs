@@ -6,6 +6,7 @@ use image::RangeImage;
 use mesh::shapes::Shape;
 use surfrecon_align::{AlignParams, Alignment, Constraints, Pick, ScanSource, ScanState, Start, Turntable, run};
 
+use crate::reach::{room, tour};
 use crate::scans::{Known, aligned, around, errors, look, placed, sources, statue, without_poses};
 
 fn lines(alignment: &Alignment) -> String {
@@ -272,6 +273,43 @@ fn fixed_scans_alone_that_contradict_each_other_are_named() {
     for count in [2, 8] {
         let alignment = fixed(&images[..count]);
         assert!(!lines(&alignment).contains("contradict"), "{count}: {}", lines(&alignment));
+    }
+}
+
+/// Theorem: fixed frames of a room that lie off by little are named too, though most of what they show are walls along which they slid.
+#[test]
+fn fixed_frames_that_slid_along_walls_are_named() {
+    let images = tour(&room(11, 14), 30, (72, 96), 0.003)[..4].to_vec();
+    for axis in [DVec3::Z, DVec3::Y, DVec3::X] {
+        let mut given = images.clone();
+        given[1] = placed(&images[1], DAffine3::from_translation(0.06 * axis) * images[1].world_from_sensor);
+        let alignment = aligned(&given, &Constraints { fixed: vec![0, 1], ..Constraints::default() });
+        let text = lines(&alignment);
+        let said = ["frame 0", "frame 1", "are off by 0.06"].iter().all(|part| text.contains(part));
+        assert!(text.contains("fixed scans contradict each other") && said, "{axis}: {text}");
+    }
+    let alignment = aligned(&images, &Constraints { fixed: vec![0, 1], ..Constraints::default() });
+    assert!(!lines(&alignment).contains("contradict"), "{}", lines(&alignment));
+}
+
+/// Theorem: points that are a little off do not pull scans apart that shape holds: poses are as exact as without them, and as sure.
+#[test]
+fn points_choose_a_place_and_shape_where_in_it() {
+    let images = around(statue(), 8, 0.0)[..3].to_vec();
+    let given = without_poses(&images);
+    let mut picks = common(&images, 0, 1, 4);
+    for (k, pick) in picks.iter_mut().enumerate() {
+        pick.points[1] +=
+            0.03 * DVec3::new([1.0, -0.5, 0.4, -0.8][k], [0.3, 0.9, -1.0, 0.1][k], [0.2, 0.5, 0.8, -1.0][k]);
+    }
+    let [without, with] =
+        [Vec::new(), picks].map(|picks| aligned(&given, &Constraints { picks, ..Constraints::default() }));
+    for alignment in [&without, &with] {
+        let off = errors(&images, alignment);
+        assert!(off.iter().all(|off| off.is_some_and(|off| off < 0.5)), "{off:?} {}", lines(alignment));
+    }
+    for (without, with) in without.report.scans.iter().zip(&with.report.scans) {
+        assert!(with.deviation <= 1.5 * without.deviation, "{} {}", without.deviation, with.deviation);
     }
 }
 

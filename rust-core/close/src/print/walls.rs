@@ -18,7 +18,7 @@ use crate::surface;
 const STEPS: usize = 40;
 /// A ball has shrunk to its end where the next would be smaller by less than this share. So a wall may be thinner than said by this share.
 /// In round bodies many faces nearly touch the same ball. With a smaller share each of them would be looked at.
-pub(super) const END: f64 = 0.02;
+pub const END: f64 = 0.02;
 /// Most cosine between the normals of the two sides of a wall.
 const TURNED: f64 = -0.5;
 

@@ -196,8 +196,9 @@ fn inside(folder: &Path, name: &str) -> Result<PathBuf, String> {
     if name.is_empty() {
         return Err("the name of the file is missing".to_owned());
     }
-    // Both kinds of separators, whatever system wrote the file.
-    let parts: Vec<&str> = name.split(['/', '\\']).collect();
+    // Both kinds of separators, whatever system wrote the file, unless a file has a backslash in its name.
+    let is_separator = cfg!(windows) || !name.contains('\\') || !file::is_file(&folder.join(name));
+    let parts: Vec<&str> = name.split(|c| c == '/' || (c == '\\' && is_separator)).collect();
     let drive = parts[0].len() >= 2 && parts[0].as_bytes()[1] == b':' && parts[0].as_bytes()[0].is_ascii_alphabetic();
     if parts[0].is_empty() || drive || parts.contains(&"..") || begins_in_memory(name) {
         return Err(format!(

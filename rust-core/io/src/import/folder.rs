@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use super::file;
-use super::registry::{Role, format_of, is_known_by_content, is_sure, scan_endings};
+use super::registry::{Role, format_of, has_numbers, is_known_by_content, is_merged, is_sure, scan_endings};
+use super::{file, trajectory};
 use base::error::{Error, Result, known_as};
 
 /// Most names in a folder that are looked at for the words of an error.
@@ -19,6 +19,8 @@ pub(super) struct FolderFiles {
     pub(super) list: Option<PathBuf>,
     /// Scans that the list may lack.
     pub(super) beside: Vec<PathBuf>,
+    /// Notes on files that are passed over.
+    pub(super) notes: Vec<String>,
 }
 
 /// The files of a folder: its only list, else all scans and what describes them, by name. With `unplaced` no list of poses keeps a scan
@@ -50,6 +52,8 @@ pub(super) fn files_of(folder: &Path, unplaced: bool) -> Result<FolderFiles> {
             Err(other) => return Err(other),
         }
     }
+    let merged = merged_among(&mut scans)?;
+    let mut notes: Vec<String> = note_merged(folder, &merged).into_iter().collect();
     // Of frames the list alone says which images are depths.
     let is_of_frames = |path: &PathBuf| file::name(path).ends_with(".json");
     if unplaced && lists.len() > 1 && !scans.is_empty() && !lists.iter().any(is_of_frames) {
@@ -59,10 +63,11 @@ pub(super) fn files_of(folder: &Path, unplaced: bool) -> Result<FolderFiles> {
     match lists.as_slice() {
         [list] => {
             scans.retain(|path| !is_of_frames(list) && is_sure(path));
-            Ok(FolderFiles { list: Some(list.clone()), files: lists, beside: scans })
+            Ok(FolderFiles { list: Some(list.clone()), files: lists, beside: scans, notes })
         }
         [] if scans.is_empty() => Err(no_scan(folder)),
         [] => {
+            notes.extend(note_strays(folder, &strays_among(&mut scans, &mut poses)));
             if unplaced {
                 poses.clear();
             }
@@ -70,7 +75,7 @@ pub(super) fn files_of(folder: &Path, unplaced: bool) -> Result<FolderFiles> {
             let beside = if list.is_some() { scans.clone() } else { Vec::new() };
             let mut files: Vec<PathBuf> = [scans, others, poses].concat();
             files.sort();
-            Ok(FolderFiles { files, list, beside })
+            Ok(FolderFiles { files, list, beside, notes })
         }
         _ => {
             let names: Vec<String> = lists.iter().map(|path| file::name(path)).collect();
@@ -80,6 +85,76 @@ pub(super) fn files_of(folder: &Path, unplaced: bool) -> Result<FolderFiles> {
                 known_as(folder)
             )))
         }
+    }
+}
+
+/// Takes surfaces that were merged out of the scans: a merge into the folder of its scans would else be one of them the next time. Where
+/// all are such surfaces, they are what is meant.
+fn merged_among(scans: &mut Vec<PathBuf>) -> Result<Vec<PathBuf>> {
+    let mut merged = Vec::new();
+    for path in scans.iter() {
+        if is_merged(path)? {
+            merged.push(path.clone());
+        }
+    }
+    if merged.len() == scans.len() {
+        merged.clear();
+    }
+    scans.retain(|path| !merged.contains(path));
+    Ok(merged)
+}
+
+/// Takes texts out that end like scans or lists of poses and hold none: notes of people, logs of programs. One of numbers stays, whatever is
+/// wrong with it, and scans stay where nothing else is there: their readers say what is wrong.
+fn strays_among(scans: &mut Vec<PathBuf>, poses: &mut Vec<PathBuf>) -> Vec<PathBuf> {
+    let is_stray = |path: &PathBuf| !is_sure(path) && !has_numbers(path);
+    let mut strays: Vec<PathBuf> = scans.iter().filter(|path| is_stray(path)).cloned().collect();
+    if strays.len() == scans.len() {
+        return Vec::new();
+    }
+    let is_log = |path: &&PathBuf| {
+        let is_known = trajectory::is_named_so(path) || is_known_by_content(path).unwrap_or(true);
+        !is_known && !has_numbers(path)
+    };
+    strays.extend(poses.iter().filter(is_log).cloned());
+    scans.retain(|path| !strays.contains(path));
+    poses.retain(|path| !strays.contains(path));
+    strays.sort();
+    strays
+}
+
+fn note_strays(folder: &Path, strays: &[PathBuf]) -> Option<String> {
+    let (shown, named) = (known_as(folder), named(strays)?);
+    Some(match strays.len() {
+        1 => format!("{shown}: 1 file of this folder holds neither a scan nor poses, and is passed over: {named}"),
+        count => {
+            format!("{shown}: {count} files of this folder hold neither scans nor poses, and are passed over: {named}")
+        }
+    })
+}
+
+fn note_merged(folder: &Path, merged: &[PathBuf]) -> Option<String> {
+    let (shown, named) = (known_as(folder), named(merged)?);
+    Some(match merged.len() {
+        1 => format!(
+            "{shown}: 1 file of this folder is a surface that was merged from scans, and is passed over: {named}. To open \
+                it too, name the files one by one."
+        ),
+        count => format!(
+            "{shown}: {count} files of this folder are surfaces that were merged from scans, and are passed over: {named}. To \
+                open them too, name the files one by one."
+        ),
+    })
+}
+
+/// The names of files, for a note. `None` of none.
+pub(super) fn named<P: AsRef<Path>>(files: &[P]) -> Option<String> {
+    let first: Vec<String> = files.iter().take(MOST_NAMED).map(|path| file::name(path.as_ref())).collect();
+    let first = first.join(", ");
+    match files.len() {
+        0 => None,
+        ..=MOST_NAMED => Some(first),
+        count => Some(format!("{first}, and {} more", count - MOST_NAMED)),
     }
 }
 
@@ -108,16 +183,11 @@ fn no_scan(folder: &Path) -> Error {
 
 /// The note that a list in a folder lacks scans of it.
 pub(super) fn note_unlisted(list: &Path, unlisted: &[&Path]) -> Option<String> {
-    let named: Vec<String> = unlisted.iter().take(MOST_NAMED).map(|path| file::name(path)).collect();
-    let (list, named) = (file::name(list), named.join(", "));
+    let (list, named) = (file::name(list), named(unlisted)?);
     let folder = unlisted.first()?.parent().map(|folder| known_as(folder).to_string()).unwrap_or_default();
     Some(match unlisted.len() {
         1 => format!("{folder}: 1 file of this folder is not in its list {list}: {named}"),
-        count @ ..=MOST_NAMED => format!("{folder}: {count} files of this folder are not in its list {list}: {named}"),
-        count => {
-            let more = count - MOST_NAMED;
-            format!("{folder}: {count} files of this folder are not in its list {list}: {named}, and {more} more")
-        }
+        count => format!("{folder}: {count} files of this folder are not in its list {list}: {named}"),
     })
 }
 

@@ -9,7 +9,7 @@ use glam::DAffine3;
 use serde_json::{Value as Json, json};
 
 use super::edits::{Edit, Edits, Placed};
-use super::opening::{listed, open_listed};
+use super::opening::{Taking, listed, open_listed};
 use super::options::ReadOptions;
 use super::scan::{Begin, FileScan};
 use crate::memory_folder::MemoryFolder;
@@ -89,8 +89,9 @@ impl FileScan {
         let frame = match known.filter(|known| is_it(known)) {
             Some(known) => known.clone(),
             None => {
-                let set = progress
-                    .watch(|| open_listed(&listed(&[opened.as_path()], false, progress)?, &options, progress))?;
+                let set = progress.watch(|| {
+                    open_listed(&listed(&[opened.as_path()], Taking::default(), progress)?.0, &options, progress)
+                })?;
                 set.scans.into_iter().find(|frame| frame.part == scan.part && is_it(frame)).ok_or_else(|| {
                     Error::input(format!(
                         "frame {} of {} is no longer listed as it was when it was handed over: open the recording again",

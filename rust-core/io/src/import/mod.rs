@@ -94,7 +94,7 @@ mod matrices_tests;
 pub use crs::provenance;
 pub use image::frame::Camera;
 pub use kept::Kept;
-pub use opening::{open, open_many, open_unplaced, open_with, recording_of};
+pub use opening::{Taking, open, open_as, open_many, open_with, recording_of};
 pub use operation::OPERATION;
 pub use options::{CameraAxes, PixelMeaning, PoseSense, ReadOptions, SCHEMA};
 pub use registry::{Format, formats};

@@ -7,24 +7,24 @@ use glam::DAffine3;
 use rustc_hash::FxHashMap;
 
 use super::file;
-use super::numbering::{Number, number_in};
-use super::placing_by_name::by_names;
+use super::numbering::{Key, keys_of, order_of};
+use super::placing_by_name::{by_names, keep};
 use super::scan::FileScan;
 use super::trajectory::{APART, Trajectory};
-use base::error::{Error, Result};
+use base::error::{Error, Result, counted};
 
-/// Whole numbers from here on are times, as seconds since 1970 are: no frame has such a number.
-const TIMES_FROM: f64 = 1e8;
+/// The places in a list of the poses of images. `None` of images without a pose.
+pub(super) type Places = Vec<Option<usize>>;
 
-/// Meaning of the times of a list.
-#[derive(Clone, Copy, PartialEq)]
-enum Meaning {
-    /// Times near those that names have.
-    Times,
-    /// The numbers that names have.
-    Numbers,
-    /// Neither.
-    Others,
+/// How the names of images give them their poses.
+#[derive(Debug, PartialEq)]
+pub(super) enum Placing {
+    /// By the times in them.
+    Times(Places),
+    /// By numbers that the list has, too.
+    Numbers(Places),
+    /// Not at all: the order alone may.
+    Order,
 }
 
 impl Trajectory {
@@ -37,127 +37,210 @@ impl Trajectory {
         if let Some(listed) = self.scans() {
             return by_names(self.poses(), listed, scans, path);
         }
+        let fail = |problem: String| Error::format(path, "whole file", problem);
         let names: Vec<String> = scans.iter().map(|scan| scan.own_name().to_owned()).collect();
-        let numbers: Vec<Option<Number<'_>>> = names.iter().map(|name| number_in(name)).collect();
-        let note = match self.meaning(&numbers) {
-            Meaning::Others => self.in_order(&numbers, scans, path),
-            meaning => self.by_numbers(meaning, &numbers, scans, path),
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        let keys = match keys_of(&names) {
+            // Parts of a file have an order, and one has no other.
+            Err(_) if are_parts(scans) || (scans.len() == 1 && self.tells_order_alone()) => Vec::new(),
+            keys => keys.map_err(fail)?,
         };
-        note.map(|note| vec![note])
+        let note = match self.placing(&keys, &names).map_err(fail)? {
+            Placing::Times(places) => self.placed(&places, true, scans, path),
+            Placing::Numbers(places) => self.placed(&places, false, scans, path),
+            Placing::Order => self.in_order(&keys, &names, scans, path).map_err(fail)?,
+        };
+        Ok(vec![note])
     }
 
-    fn meaning(&self, numbers: &[Option<Number<'_>>]) -> Meaning {
-        let Some(times) = self.times() else { return Meaning::Others };
-        let is_time = |number: &Number<'_>| number.text.contains('.') || number.value >= TIMES_FROM;
-        if numbers.iter().flatten().any(is_time) {
-            return Meaning::Times;
+    fn tells_order_alone(&self) -> bool {
+        self.times().is_none() && self.numbers().iter().all(|column| counts_on(column))
+    }
+
+    /// The pose of each image by the numbers in its name, if the list has such numbers, too.
+    ///
+    /// # Errors
+    /// No image that has a pose. Numbers that may place an image at another one's pose.
+    pub(super) fn placing(&self, keys: &[Key], names: &[&str]) -> Result<Placing, String> {
+        let of_times: Vec<&Key> = keys.iter().filter(|key| key.are_times).collect();
+        if let (Some(_), [first, ..]) = (self.times(), of_times.as_slice()) {
+            let ways = of_times.iter().map(|key| self.by_times(key, names)).collect::<Result<Vec<_>, String>>()?;
+            let shown = || first.values.iter().flatten().next().copied().unwrap_or_default();
+            let places = self.agreed(ways, names)?;
+            return places
+                .map(Placing::Times)
+                .ok_or_else(|| format!("a pose must lie within {APART} s of {}, but none does", shown()));
         }
-        let are_numbers =
-            times.iter().all(|time| time.fract() == 0.0) && times.windows(2).all(|pair| pair[0] < pair[1]);
-        let has = |number: &Number<'_>| self.nearest(number.value, 0.0).is_some();
-        if are_numbers && numbers.iter().flatten().any(has) { Meaning::Numbers } else { Meaning::Others }
+        if !self.numbers().is_empty() && !keys.is_empty() {
+            return self.by_numbers(keys, names);
+        }
+        if names.len() == self.poses().len() {
+            keys.iter().try_for_each(|key| self.refuse_seconds(key))?;
+        }
+        Ok(Placing::Order)
     }
 
-    fn by_numbers(
-        &self,
-        meaning: Meaning,
-        numbers: &[Option<Number<'_>>],
-        scans: &mut Vec<FileScan>,
-        path: &Path,
-    ) -> Result<String> {
-        let fail = |problem: String| Err(Error::format(path, "whole file", problem));
+    /// The pose nearest to the time in each name. Of images that are nearest to one pose the nearest takes it.
+    fn by_times(&self, key: &Key, names: &[&str]) -> Result<Places, String> {
         let times = self.times().unwrap_or_default();
-        let apart = if meaning == Meaning::Times { APART } else { 0.0 };
-        // Distances and scans of each pose that these are nearest to.
+        let mut places = vec![None; names.len()];
+        // Distances and images of each pose that these are nearest to.
         let mut near: BTreeMap<usize, Vec<(f64, usize)>> = BTreeMap::new();
-        for (scan, number) in numbers.iter().enumerate() {
-            let Some(value) = number.map(|number| number.value) else { continue };
-            if let Some(pose) = self.nearest(value, apart) {
-                near.entry(pose).or_default().push(((times[pose] - value).abs(), scan));
+        for (image, value) in key.values.iter().enumerate() {
+            let Some(value) = *value else { continue };
+            if let Some(pose) = self.nearest(value, APART) {
+                near.entry(pose).or_default().push(((times[pose] - value).abs(), image));
             }
         }
-        let mut pose_of: FxHashMap<usize, DAffine3> = FxHashMap::default();
         for (pose, mut rivals) in near {
             rivals.sort_by(|a, b| a.0.total_cmp(&b.0));
             if let [first, second, ..] = rivals[..]
                 && first.0 == second.0
             {
-                return fail(format!(
+                return Err(format!(
                     "{} and {} both take the pose of time {}. Open the scans that the list is of, or align them and write \
                         the list anew, which then names them.",
-                    scans[first.1].name, scans[second.1].name, times[pose]
+                    names[first.1], names[second.1], times[pose]
                 ));
             }
-            pose_of.insert(rivals[0].1, self.poses()[pose]);
+            places[rivals[0].1] = Some(pose);
         }
-        if pose_of.is_empty() {
-            let shown = numbers.iter().flatten().next().map_or("", |number| number.text);
-            return fail(format!("a pose must lie within {APART} s of {shown}, but none does"));
+        Ok(places)
+    }
+
+    fn by_numbers(&self, keys: &[Key], names: &[&str]) -> Result<Placing, String> {
+        let columns = self.numbers();
+        let count_on = columns.iter().any(|column| counts_on(column));
+        // Programs count the poses in a log, whichever images these are of.
+        if count_on && self.is_log() {
+            return Ok(Placing::Order);
         }
-        if meaning == Meaning::Numbers {
-            self.refuse_doubt(numbers, pose_of.len(), path)?;
+        let mut ways: Vec<Places> = Vec::new();
+        for column in columns {
+            let place_of: FxHashMap<u64, usize> = column.iter().map(|number| number.to_bits()).zip(0..).collect();
+            // Else -0 is another number than 0.
+            let place = |value: f64| place_of.get(&(value + 0.0).to_bits()).copied();
+            ways.extend(keys.iter().map(|key| key.values.iter().map(|value| place((*value)?)).collect()));
         }
+        let known = keys[0].values.iter().flatten().count();
+        let most = ways.iter().map(fit).max().unwrap_or_default();
+        if count_on {
+            // Such numbers may count the poses alone.
+            if most == 0 {
+                return Ok(Placing::Order);
+            }
+            ways.retain(|way| fit(way) == known);
+        }
+        let count = self.poses().len();
+        let are_as_many = count == names.len() || count == known;
+        match self.agreed(ways, names)? {
+            Some(places) if !are_as_many || fit(&places) * 2 >= known => Ok(Placing::Numbers(places)),
+            _ => Err(self.doubt(keys, most)),
+        }
+    }
+
+    /// The only way in which images take poses. If numbers of all images are those of all poses one by one, no other counts.
+    fn agreed(&self, mut ways: Vec<Places>, names: &[&str]) -> Result<Option<Places>, String> {
+        ways.retain(|way| fit(way) > 0);
+        let is_exact = |way: &Places| fit(way) == names.len() && names.len() == self.poses().len();
+        if ways.iter().any(is_exact) {
+            ways.retain(is_exact);
+        }
+        let Some(first) = ways.pop() else { return Ok(None) };
+        let differs = |image: &usize| ways.iter().any(|way| way[*image] != first[*image]);
+        match (0..names.len()).find(differs).map(|image| names[image]) {
+            None => Ok(Some(first)),
+            Some(name) if self.is_log() => Err(format!(
+                "it is in doubt which pose is that of {name}: the first and the third number before each matrix say \
+                    different ones. Number the poses from 0 without a gap, and open as many scans as there are poses."
+            )),
+            Some(name) => Err(format!(
+                "it is in doubt which pose is that of {name}: the numbers in the name say different ones. Rename the scans so \
+                    that each has one number."
+            )),
+        }
+    }
+
+    /// The error that some numbers and the order place scans differently, where either may be meant.
+    fn doubt(&self, keys: &[Key], fit: usize) -> String {
+        let last = keys.last().map_or(&[][..], |key| &key.values);
+        let [list, names] = [self.numbers()[0].clone(), last.iter().flatten().copied().collect()].map(|values| {
+            let [least, most] = [f64::INFINITY, f64::NEG_INFINITY];
+            (values.iter().copied().fold(least, f64::min), values.iter().copied().fold(most, f64::max))
+        });
+        let rest = format!(
+            "Only {fit} of them fit, so that the order may be meant. Open the scans that fit alone, or number them as the list \
+                does."
+        );
+        if self.times() == Some(&self.numbers()[0]) {
+            format!(
+                "its times are {} to {}, but the numbers in the names of the scans are {} to {}. {rest}",
+                list.0, list.1, names.0, names.1
+            )
+        } else {
+            format!(
+                "its numbers are {} to {}, but the numbers in the names of the scans are {} to {}. {rest}",
+                list.0, list.1, names.0, names.1
+            )
+        }
+    }
+
+    /// Refuses numbers in names that seem to be seconds of the list, but are in another order.
+    fn refuse_seconds(&self, key: &Key) -> Result<(), String> {
+        let mut values: Vec<f64> = key.values.iter().flatten().copied().collect();
+        values.sort_by(f64::total_cmp);
+        let found: Vec<(usize, usize)> =
+            values.iter().enumerate().filter_map(|(place, value)| Some((place, self.nearest(*value, 0.0)?))).collect();
+        let are_meant = found.len() >= 2 && found.len() * 2 >= values.len();
+        if !are_meant || found.iter().all(|(place, pose)| place == pose) {
+            return Ok(());
+        }
+        Err(format!(
+            "{} of {} numbers in the names of the scans are times of the list, but in their order the scans would take \
+                other poses. Name the scans by their times, with a decimal point, or give the poses numbers as times.",
+            found.len(),
+            values.len()
+        ))
+    }
+
+    /// Gives scans their poses. Those without one are passed over, and the note says so.
+    fn placed(&self, places: &Places, by_times: bool, scans: &mut Vec<FileScan>, path: &Path) -> String {
+        let pose = |(image, place): (usize, &Option<usize>)| Some((image, self.poses()[(*place)?]));
+        let pose_of: FxHashMap<usize, DAffine3> = places.iter().enumerate().filter_map(pose).collect();
         let [placed, lost] = keep(scans, &pose_of);
-        let (list, count) = (file::name(path), many(placed, "scan"));
-        let said = match meaning {
-            Meaning::Times => format!("{list}: placed {count} by the times in their names"),
-            _ => format!("{list}: placed {count} by the numbers in their names"),
+        let (list, count) = (file::name(path), counted(placed as u64, "scan", "scans"));
+        let said = if by_times {
+            format!("{list}: placed {count} by the times in their names")
+        } else {
+            format!("{list}: placed {count} by the numbers in their names")
         };
-        Ok(match (lost, meaning) {
+        match (lost, by_times) {
             (0, _) => said,
-            (1, Meaning::Times) => {
+            (1, true) => {
                 format!("{said}, and 1 of {} has no pose of its own within {APART} s and is passed over", placed + lost)
             }
-            (_, Meaning::Times) => {
+            (_, true) => {
                 let of = placed + lost;
                 format!("{said}, and {lost} of {of} have no pose of their own within {APART} s and are passed over")
             }
             (1, _) => format!("{said}, and 1 of {} has no pose and is passed over", placed + lost),
             _ => format!("{said}, and {lost} of {} have no pose and are passed over", placed + lost),
-        })
-    }
-
-    /// Refuses scans that some numbers and their order place differently, where either may be meant.
-    fn refuse_doubt(&self, numbers: &[Option<Number<'_>>], fit: usize, path: &Path) -> Result<()> {
-        let times = self.times().unwrap_or_default();
-        let known: Vec<f64> = numbers.iter().flatten().map(|number| number.value).collect();
-        let count_on = matches!(times, [first, .., last] if *first <= 1.0 && last - first == (times.len() - 1) as f64);
-        let are_as_many = times.len() == numbers.len() || times.len() == known.len();
-        if fit == known.len() || !are_as_many || !(count_on || fit * 2 < known.len()) {
-            return Ok(());
         }
-        let least = known.iter().copied().fold(f64::INFINITY, f64::min);
-        let most = known.iter().copied().fold(0.0, f64::max);
-        let problem = format!(
-            "its times are {} to {}, but the numbers in the names of the scans are {least} to {most}. Only {fit} of them fit, so \
-                that the order may be meant. Open the scans that fit alone, or number them as the list does.",
-            times[0],
-            times[times.len() - 1]
-        );
-        Err(Error::format(path, "whole file", problem))
     }
 
-    fn in_order(&self, numbers: &[Option<Number<'_>>], scans: &mut [FileScan], path: &Path) -> Result<String> {
+    fn in_order(&self, keys: &[Key], names: &[&str], scans: &mut [FileScan], path: &Path) -> Result<String, String> {
         let (poses, count) = (self.poses().len(), scans.len());
         if count != poses {
-            let [poses, count] = [many(poses, "pose"), many(count, "scan")];
-            let problem = format!(
+            let [poses, count] = [counted(poses as u64, "pose", "poses"), counted(count as u64, "scan", "scans")];
+            return Err(format!(
                 "{poses} for {count}, whose names have no times of the list: open as many scans as there are poses, in order"
-            );
-            return Err(Error::format(path, "whole file", problem));
+            ));
         }
-        let mut order: Vec<usize> = (0..count).collect();
-        let value = |scan: usize| numbers[scan].map_or(f64::NAN, |number| number.value);
-        order.sort_by(|&a, &b| value(a).total_cmp(&value(b)));
-        let is_numbered = order.windows(2).all(|pair| value(pair[0]) < value(pair[1]));
-        if !is_numbered {
-            order.sort_unstable();
-        }
-        for (scan, pose) in order.into_iter().zip(self.poses()) {
+        for (scan, pose) in order_of(keys, names)?.into_iter().zip(self.poses()) {
             scans[scan].world_from_sensor = *pose;
         }
-        let (list, count) = (file::name(path), many(count, "scan"));
-        Ok(if is_numbered && poses > 1 {
+        let (list, count) = (file::name(path), counted(count as u64, "scan", "scans"));
+        Ok(if !keys.is_empty() && poses > 1 {
             format!("{list}: placed {count} in the order of the numbers in their names")
         } else {
             format!("{list}: placed {count} in their order")
@@ -165,21 +248,23 @@ impl Trajectory {
     }
 }
 
-/// Leaves the scans that have a pose, with it. How many these are, and how many have none.
-pub(super) fn keep(scans: &mut Vec<FileScan>, pose_of: &FxHashMap<usize, DAffine3>) -> [usize; 2] {
-    let (all, mut number) = (scans.len(), 0);
-    scans.retain_mut(|scan| {
-        let pose = pose_of.get(&number);
-        number += 1;
-        scan.world_from_sensor = pose.copied().unwrap_or_default();
-        pose.is_some()
-    });
-    [scans.len(), all - scans.len()]
+/// How many images have a pose.
+fn fit(way: &Places) -> usize {
+    way.iter().flatten().count()
 }
 
-/// A count of things with their noun.
-pub(super) fn many(count: usize, noun: &str) -> String {
-    if count == 1 { format!("1 {noun}") } else { format!("{count} {noun}s") }
+/// Whether numbers, of which none is there twice, count from 0 or 1 without a gap.
+fn counts_on(numbers: &[f64]) -> bool {
+    let least = numbers.iter().copied().fold(f64::INFINITY, f64::min);
+    let most = numbers.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    (least == 0.0 || least == 1.0) && most - least + 1.0 == numbers.len() as f64
+}
+
+/// Whether scans are the parts of one file.
+fn are_parts(scans: &[FileScan]) -> bool {
+    let [first, _, ..] = scans else { return false };
+    let are_parted = || scans.windows(2).all(|two| two[0].part < two[1].part);
+    scans.iter().all(|scan| scan.path == first.path && !scan.is_frame()) && are_parted()
 }
 
 #[cfg(test)]
@@ -198,7 +283,7 @@ mod tests {
             [LOG, TUM].map(|text| parse(Lines::new(text.as_bytes(), text.len() as u64, Path::new("t"))).unwrap());
         let scan = |name: &str| FileScan { name: name.to_owned(), ..FileScan::new(Path::new("x")) };
         let twice = tum.place(&mut vec![scan("10.04"), scan("10.011"), scan("10.040")], Path::new("t")).unwrap_err();
-        assert!(twice.to_string().contains("10.04 and 10.040 both take the pose of time 10.05"), "{twice}");
+        assert!(twice.to_string().contains("10.04 and 10.040 have the same number in their names"), "{twice}");
         let mut rivals = vec![scan("10.04"), scan("10.011"), scan("depth_10.049")];
         let note = tum.place(&mut rivals, Path::new("t")).unwrap().remove(0);
         assert!(note.ends_with("1 of 3 has no pose of its own within 0.02 s and is passed over"), "{note}");
@@ -279,6 +364,103 @@ mod tests {
             "{refused}"
         );
         let refused = placed(&timed(&["0", "1", "2"]), &["A_1", "B_1"]).unwrap_err();
-        assert!(refused.contains("A_1 and B_1 both take the pose of time 1"), "{refused}");
+        assert!(refused.contains("A_1 and B_1 have the same number in their names"), "{refused}");
+    }
+
+    /// A log whose headers are `k k k+1`, and whose places count from 0.
+    fn logged(numbers: &[i32]) -> String {
+        let block = |(x, k): (usize, &i32)| format!("{k} {k} {}\n1 0 0 {x}\n0 1 0 0\n0 0 1 0\n0 0 0 1\n", k + 1);
+        numbers.iter().enumerate().map(block).collect()
+    }
+
+    fn kitti(count: usize) -> String {
+        (0..count).map(|k| format!("1 0 0 {k} 0 1 0 0 0 0 1 0\n")).collect()
+    }
+
+    /// Lines of RTAB-Map's with these numbers.
+    fn mapped(ids: &[i32]) -> String {
+        let line = |(x, id): (usize, &i32)| format!("{x}.5 {x} 0 0 0 0 0 1 {id}\n");
+        "#timestamp x y z qx qy qz qw id\n".to_owned() + &ids.iter().enumerate().map(line).collect::<String>()
+    }
+
+    /// Theorem: in whatever order files come, a scan takes the pose of the number by which its name differs from the others.
+    #[test]
+    fn the_number_that_differs_decides() {
+        let letters = ["0", "1", "10", "11", "2", "3", "4", "5", "6", "7", "8", "9"];
+        let stamps: Vec<String> = (0..12).map(|k| format!("{:06}-{:012}", k + 1, k * 33369)).collect();
+        let seconds: Vec<String> = (0..12).map(|k| format!("0.{k:02}")).collect();
+        let wholes: Vec<String> = (0..12).map(|k| k.to_string()).collect();
+        let times = |texts: &[String]| timed(&texts.iter().map(String::as_str).collect::<Vec<_>>());
+        let log = logged(&(0..12).collect::<Vec<_>>());
+        for list in [kitti(12), times(&seconds), times(&wholes), log.clone(), mapped(&(0..12).collect::<Vec<_>>())] {
+            for [before, behind] in [["", "_640x480"], ["frame", "_v2"], ["cam1_", ""], ["f_", " (2)"], ["view (", ")"]]
+            {
+                let names: Vec<String> = letters.iter().map(|k| format!("{before}{k}{behind}")).collect();
+                let names: Vec<&str> = names.iter().map(String::as_str).collect();
+                let (places, note) = placed(&list, &names).unwrap_or_else(|refused| panic!("{names:?}: {refused}"));
+                for ((name, x), k) in places.iter().zip(letters) {
+                    assert_eq!(x.to_string(), k, "{name}: {note}");
+                }
+            }
+        }
+        for list in [kitti(12), log, times(&seconds)] {
+            let mut names: Vec<&str> = stamps.iter().map(String::as_str).collect();
+            names.reverse();
+            let (places, _) = placed(&list, &names).unwrap();
+            assert_eq!(
+                places.iter().map(|(_, x)| *x).collect::<Vec<_>>(),
+                (0..12).rev().map(f64::from).collect::<Vec<_>>()
+            );
+        }
+    }
+
+    /// Theorem: a scan whose place is in doubt is refused by name, whatever list it is.
+    #[test]
+    fn doubt_is_refused() {
+        let frames: Vec<String> = (0..11).map(|k| format!("frame{k}")).chain(["mean".to_owned()]).collect();
+        let frames: Vec<&str> = frames.iter().map(String::as_str).collect();
+        let f: Vec<String> = (0..6).map(|k| format!("f_{k}")).collect();
+        let f: Vec<&str> = f.iter().map(String::as_str).collect();
+        let numbered = |numbers: &[i32]| numbers.iter().map(|k| format!("{k:06}")).collect::<Vec<_>>();
+        let (gaps, maps) = (numbered(&[0, 1, 2, 4, 5]), numbered(&[1, 5, 6, 9]));
+        let gaps: Vec<&str> = gaps.iter().map(String::as_str).collect();
+        let maps: Vec<&str> = maps.iter().map(String::as_str).collect();
+        for (list, names, problem) in [
+            (kitti(12), &frames[..], "mean has no number in its name"),
+            (kitti(4), &["f_0", "f_1", "f_1 (2)", "f_3"][..], "f_1 and f_1 (2) have the same number"),
+            (timed(&["0", "1", "2", "3"]), &["f_0", "f_1", "f_1 (2)", "f_3"], "f_1 and f_1 (2) have the same number"),
+            (kitti(2), &["mean", "mean (2)"], "mean has no number in its name"),
+            (timed(&["0", "0.5", "1", "2", "3", "4"]), &f, "5 of 6 numbers in the names of the scans are times"),
+            (timed(&["3", "5", "9"]), &f[..3], "Only 0 of them fit"),
+            (logged(&[0, 1, 2, 3, 5]), &gaps, "the first and the third number before each matrix"),
+            (logged(&[0, 2, 3, 5]), &f[..4], "the first and the third number before each matrix"),
+            (
+                mapped(&[0, 1, 2]),
+                &f[1..4],
+                "its numbers are 0 to 2, but the numbers in the names of the scans are 1 to 3",
+            ),
+            (
+                timed(&["0", "1", "2", "3", "4", "5", "7"]),
+                &["frame3_v2"],
+                "which of the 2 numbers in the name frame3_v2",
+            ),
+            (timed(&["1", "2", "4", "7"]), &["f1_e4", "f2_e7"], "the numbers in the name say different ones"),
+            (kitti(2), &["f1_e4", "f2_e3"], "give two orders"),
+        ] {
+            let refused = placed(&list, names).unwrap_err();
+            assert!(refused.contains(problem), "{names:?}: {refused}");
+        }
+        // The other scans have their own.
+        let (places, note) = placed(&mapped(&[1, 5, 8, 9]), &maps).unwrap();
+        assert_eq!(places, [("000001", 0.0), ("000005", 1.0), ("000009", 3.0)].map(|(name, x)| (name.to_owned(), x)));
+        assert!(
+            note.ends_with("placed 3 scans by the numbers in their names, and 1 of 4 has no pose and is passed over")
+        );
+        let (places, _) = placed(&logged(&[0, 1, 2, 4, 5]), &gaps).unwrap();
+        assert_eq!(places.len(), 5);
+        let (places, _) =
+            placed(&timed(&["0", "1", "2", "3", "4", "5", "6", "7", "8", "9", "10", "11"]), &frames).unwrap();
+        assert_eq!(places.len(), 11);
+        assert_eq!(placed(&kitti(1), &["frame3_v2"]).unwrap().0.len(), 1);
     }
 }

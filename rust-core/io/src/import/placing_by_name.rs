@@ -8,9 +8,8 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::file;
 use super::listed_scan::ListedScan;
-use super::placing::{keep, many};
 use super::scan::FileScan;
-use base::error::{Error, Result, known_as};
+use base::error::{Error, Result, counted, known_as};
 use base::log::{self, Level};
 
 /// Places scans by a list whose poses are of those scans. Notes that say how. Scans without a pose are passed over.
@@ -68,8 +67,8 @@ pub(super) fn by_names(
                     "{:?} is the name of {} and of {}, and no file tells which belong together. Open the files that \
                         the list names, such as {}.",
                     name,
-                    many(of_name.len(), "pose"),
-                    many(named.len(), "scan"),
+                    counted(of_name.len() as u64, "pose", "poses"),
+                    counted(named.len() as u64, "scan", "scans"),
                     shown(&listed[of_name[0]])
                 ));
             }
@@ -91,7 +90,7 @@ pub(super) fn by_names(
     });
     let all = scans.len();
     let [placed, lost] = keep(scans, &pose_of);
-    let said = format!("{}: placed {} by name", file::name(path), many(placed, "scan"));
+    let said = format!("{}: placed {} by name", file::name(path), counted(placed as u64, "scan", "scans"));
     let mut notes = vec![match lost {
         0 => said,
         1 => format!("{said}, and 1 of {all} has no pose and is passed over"),
@@ -112,6 +111,18 @@ pub(super) fn by_names(
         }
     }
     Ok(notes)
+}
+
+/// Leaves the scans that have a pose, with it. How many these are, and how many have none.
+pub(super) fn keep(scans: &mut Vec<FileScan>, pose_of: &FxHashMap<usize, DAffine3>) -> [usize; 2] {
+    let (all, mut number) = (scans.len(), 0);
+    scans.retain_mut(|scan| {
+        let pose = pose_of.get(&number);
+        number += 1;
+        scan.world_from_sensor = pose.copied().unwrap_or_default();
+        pose.is_some()
+    });
+    [scans.len(), all - scans.len()]
 }
 
 /// The files of a list and of scans.

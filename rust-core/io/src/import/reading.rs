@@ -15,7 +15,7 @@ use super::scan::{Content, FileScan};
 use base::error::{Error, Result, known_as};
 use base::log::{self, Level};
 use base::progress::Progress;
-use image::frame::{ColourImage, ConfidenceImage, Frame};
+use image::frame::{Camera, ColourImage, ConfidenceImage, Frame};
 use image::oriented::OrientedPoints;
 use image::places::Places;
 use image::range_image::RangeImage;
@@ -92,7 +92,7 @@ impl FileScan {
         let outcome = progress.watch(|| read(self, progress));
         // A reader may take the end of reading for the end of the file.
         let read = match progress.check().and(outcome) {
-            Err(error @ Error::Format { .. }) if damage == Damage::LeftOut && self.is_depth_image() => {
+            Err(error @ Error::Format { .. }) if damage == Damage::LeftOut && self.is_one_of_many() => {
                 return self.nothing(&error);
             }
             other => other?,
@@ -106,13 +106,13 @@ impl FileScan {
         }
     }
 
-    /// The image without a sample that stands for one that is damaged. The log is told once.
+    /// The image without a sample that stands for a scan that is damaged. The log is told once.
     fn nothing(&self, why: &Error) -> Result<Content> {
         let damage = format!("is skipped: {why}");
         if self.damage.set(damage.clone()).is_ok() {
             log::tell(Level::Warning, &format!("{} {damage}", self.name));
         }
-        let camera = self.options.camera.ok_or_else(|| self.is_no_scan())?;
+        let camera = self.options.camera.unwrap_or_else(|| Camera::new([1.0; 2], [0.5; 2]));
         let [cols, rows] = camera.size.unwrap_or([1; 2]);
         let projection = camera.projection(self.options.depth);
         let mut image = RangeImage::from_values(rows, cols, vec![f64::NAN; rows * cols], projection)?;
@@ -198,7 +198,7 @@ impl FileScan {
     }
 }
 
-/// Treatment of damaged images of a frame, and of depth images.
+/// Treatment of damaged images of a frame, and of damaged scans of many.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Damage {
     /// They are an error.

@@ -9,6 +9,7 @@ use glam::DVec3;
 use super::options::ReadOptions;
 use super::scan::{Content, FileScan};
 use super::set::{OpenNamed, ScanSet};
+use super::text::{lines_of, whole_lines};
 use super::{
     archive, camera, conf, e57, file, frames, gltf, las, obj, pcd, ply, points, project, ptx, raster, stl, three_mf,
     trajectory,
@@ -237,10 +238,43 @@ pub(super) fn is_known_by_content(path: &Path) -> Result<bool> {
     Ok(FORMATS.iter().any(|format| (format.sniff)(&start)))
 }
 
+/// Whether a file says at its start that it is a surface which was merged from scans: by its provenance.
+pub(super) fn is_merged(path: &Path) -> Result<bool> {
+    let (start, _) = start_of(path)?;
+    let says = |mark: &str| memchr::memmem::find(&start, mark.as_bytes()).is_some();
+    Ok(MERGED.iter().any(|mark| says(mark)))
+}
+
+/// Provenance of the commands that merge, as PLY and OBJ have it, and as glTF has.
+const MERGED: [&str; 4] = [
+    " surfrecon {\"command\":\"merge\"}",
+    " surfrecon {\"command\":\"plan\"}",
+    "\"surfrecon\":{\"command\":\"merge\",",
+    "\"surfrecon\":{\"command\":\"plan\",",
+];
+
+/// Whether a file is read as points in text, which any lines of numbers could be.
+pub(super) fn is_any_text(path: &Path) -> bool {
+    format_of(path).is_ok_and(|format| FORMATS.last().is_some_and(|last| std::ptr::eq(last, format)))
+}
+
 /// Whether a file is surely of its format. Texts that only end like points may be notes of people.
 pub(super) fn is_sure(path: &Path) -> bool {
     let is_any = |format: &Format| FORMATS.last().is_some_and(|last| std::ptr::eq(last, format));
     format_of(path).is_ok_and(|format| !is_any(format)) || is_known_by_content(path).unwrap_or(false)
+}
+
+/// Whether most lines that a text starts with are of numbers alone, three or more. True for what can't be read.
+pub(super) fn has_numbers(path: &Path) -> bool {
+    let Ok((start, _)) = start_of(path) else { return true };
+    let text = String::from_utf8_lossy(whole_lines(&start));
+    let is_blank = |c: char| c.is_ascii_whitespace() || c == ',' || c == ';';
+    let is_of_numbers = |line: &str| {
+        let words = || line.split(is_blank).filter(|word| !word.is_empty());
+        words().count() >= 3 && words().all(|word| word.parse::<f64>().is_ok())
+    };
+    let lines = || lines_of(&text).map(str::trim).filter(|line| !line.is_empty() && !line.starts_with('#'));
+    lines().filter(|line| is_of_numbers(line)).count() * 2 > lines().count()
 }
 
 /// The format of a file: by its content, else by the ending of its name, so that its reader can say what is wrong.

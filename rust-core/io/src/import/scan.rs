@@ -39,7 +39,9 @@ pub struct FileScan {
     pub(crate) opened: Option<Arc<Path>>,
     /// Edits of its samples after they are read.
     pub(crate) edits: Edits,
-    /// Damage of its image, which reading it with others has met.
+    /// Whether it is one of many, which go on without it if its file is damaged.
+    pub(crate) of_many: bool,
+    /// Damage of its file, which reading it with others has met.
     pub(crate) damage: Arc<OnceLock<String>>,
     /// Reason why nobody can tell whether its numbers are heights or depths.
     pub(crate) doubt: Option<Arc<str>>,
@@ -147,6 +149,7 @@ impl FileScan {
             recording: None,
             opened: None,
             edits: Edits::default(),
+            of_many: false,
             damage: Arc::default(),
             doubt: None,
             left_crs: false,
@@ -191,6 +194,11 @@ impl FileScan {
     /// The ending of its file's name, in small letters.
     pub(super) fn ending(&self) -> String {
         self.path.extension().and_then(|ending| ending.to_str()).unwrap_or_default().to_lowercase()
+    }
+
+    /// Whether it is left out if it is damaged, where many are read: a frame, an image of a depth camera, one of a folder.
+    pub fn is_one_of_many(&self) -> bool {
+        self.of_many || self.is_frame() || self.is_depth_image()
     }
 
     /// Whether it is an image that the caller gave a camera.

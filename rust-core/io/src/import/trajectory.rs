@@ -9,14 +9,17 @@
 //! many            tx ty tz qx qy qz qw
 //! ScanNet         4 x 4 matrix, the only one of the file
 //! ARKitScenes     timestamp rx ry rz tx ty tz: a rotation vector, world to camera; by the ending .traj
+//! tables          timestamp,tx,ty,tz,qx,qy,qz,qw: TUM's, with commas
 //! ```
 
+use std::io::Read;
 use std::path::Path;
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
+use rustc_hash::FxHashSet;
 
 use super::listed_scan::{Comment, ListedScan};
-use super::numbering::number_in;
+use super::numbering::{TIMES_FROM, number_in};
 use super::options::ReadOptions;
 use super::options::{CameraAxes, PoseSense};
 use super::text::{Lines, lines_of, whole_lines};
@@ -27,8 +30,14 @@ use image::frame::TURNED;
 /// Most seconds between an image and its pose.
 pub(super) const APART: f64 = 0.02;
 
+/// Bytes by which commas between numbers are known.
+const LOOKED_AT: usize = 4096;
+
+/// Bytes by which a text is told from points.
+const LOOKED_AT_TO_TELL: usize = 1 << 20;
+
 /// Largest difference from 1 of the length of a list's quaternion.
-const UNIT_WITHIN: f64 = 0.02;
+const UNIT_WITHIN: f64 = 0.01;
 
 /// Most numbers of a line: those of a matrix.
 const MOST: usize = 16;
@@ -47,6 +56,11 @@ pub(super) struct Trajectory {
     times: Option<Vec<f64>>,
     /// Numbers of the images, where lines end with them.
     ids: Vec<i64>,
+    /// Numbers that the list gives its images, each of another one: its times if these are no clock's, its ids, or those in the headers
+    /// of a log. These may be of two kinds.
+    numbers: Vec<Vec<f64>>,
+    /// Whether it is a log.
+    is_log: bool,
     /// The scans that they are of, where comments say it. Each is another one.
     scans: Option<Vec<ListedScan>>,
     /// Whether the file has them world to camera. Here they are inverted.
@@ -60,6 +74,9 @@ pub(super) fn sniff(start: &[u8]) -> bool {
     let numbers = |line: Option<&str>| -> Vec<f64> {
         line.unwrap_or("").split_ascii_whitespace().map_while(|word| word.parse().ok()).collect()
     };
+    if has_commas(whole_lines(start)) {
+        return true;
+    }
     let first = numbers(lines.next());
     if first.len() == 3 && first.iter().all(|x: &f64| x.fract() == 0.0) {
         let rows: Vec<Vec<f64>> = (0..4).map(|_| numbers(lines.next())).collect();
@@ -75,6 +92,38 @@ pub(super) fn sniff(start: &[u8]) -> bool {
         12 | 16 => is_matrix(&first),
         7 | 9 => are_quaternions(whole_lines(start)),
         _ => false,
+    }
+}
+
+/// Whether all lines are TUM's eight numbers with a comma between each two.
+fn has_commas(text: &[u8]) -> bool {
+    let text = String::from_utf8_lossy(text);
+    let mut lines = lines_of(&text).map(str::trim).filter(|line| !line.is_empty() && !line.starts_with('#')).peekable();
+    let is_pose = |line: &str| {
+        let row: Option<Vec<f64>> = line.split(',').map(|word| word.trim().parse().ok()).collect();
+        row.is_some_and(|row| row.len() == 8 && is_unit(&row[4..]))
+    };
+    lines.peek().is_some() && lines.all(is_pose)
+}
+
+/// A text whose commas read as blanks. Comments keep theirs, which names of scans may have.
+struct WithoutCommas<R> {
+    text: R,
+    in_comment: bool,
+}
+
+impl<R: Read> Read for WithoutCommas<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        let count = self.text.read(buffer)?;
+        for byte in &mut buffer[..count] {
+            match *byte {
+                b'#' => self.in_comment = true,
+                b'\n' | b'\r' => self.in_comment = false,
+                b',' if !self.in_comment => *byte = b' ',
+                _ => {}
+            }
+        }
+        Ok(count)
     }
 }
 
@@ -121,8 +170,13 @@ fn are_quaternions(text: &[u8]) -> bool {
 /// Reads a file of poses.
 pub(super) fn read(path: &Path) -> Result<Trajectory> {
     let (file, length) = file::open(path)?;
-    let lines = Lines::new(file, length, path);
-    if is_axis_angle(path) { parse_axis_angle(lines) } else { parse(lines) }
+    if is_axis_angle(path) {
+        return parse_axis_angle(Lines::new(file, length, path));
+    }
+    if has_commas(whole_lines(&file::read_start(path, LOOKED_AT)?.0)) {
+        return parse(Lines::new(WithoutCommas { text: file, in_comment: false }, length, path));
+    }
+    parse(Lines::new(file, length, path))
 }
 
 /// Whether a file is a list of ARKitScenes', by its name.
@@ -135,17 +189,41 @@ pub(super) fn is_named_so(path: &Path) -> bool {
     is_axis_angle(path) || path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case(WRITTEN))
 }
 
+/// Whether most lines of a text have as many numbers as a pose. Points with normals may have seven or nine, too: such lines must be as many
+/// as the images.
+pub(super) fn is_like_one(path: &Path, images: usize) -> bool {
+    let Ok((start, length)) = file::read_start(path, LOOKED_AT_TO_TELL) else { return false };
+    let is_whole = start.len() as u64 == length;
+    let text = String::from_utf8_lossy(if is_whole { &start } else { whole_lines(&start) });
+    let lines = lines_of(&text).map(str::trim).filter(|line| !line.is_empty() && !line.starts_with('#'));
+    let widths: Vec<usize> = lines
+        .map(|line| {
+            let words = line.split(|c: char| c.is_ascii_whitespace() || c == ',').filter(|word| !word.is_empty());
+            words.map_while(|word| word.parse::<f64>().ok()).count()
+        })
+        .collect();
+    let are_most = |width: usize| widths.iter().filter(|own| **own == width).count() * 2 > widths.len();
+    [8, 12, MOST].into_iter().any(are_most) || (is_whole && widths.len() == images && (are_most(7) || are_most(9)))
+}
+
 /// Parses the lines of a file.
 pub(super) fn parse(mut lines: Lines<'_>) -> Result<Trajectory> {
     let mut trajectory = Trajectory::default();
     let mut times: Vec<f64> = Vec::new();
-    let mut numbers: Vec<f64> = Vec::new();
+    let mut headers: Vec<Header> = Vec::new();
+    let mut known_ids: FxHashSet<i64> = FxHashSet::default();
     let mut widths = None;
     let mut named = Named::default();
     while lines.next_content()? {
         if lines.rest().starts_with(b"#") {
             named.comment(&lines)?;
             continue;
+        }
+        if lines.rest().contains(&b',') {
+            return Err(lines.fail(
+                "numbers of a list of poses are separated by blanks. Commas may stand between the eight of time, place \
+                    and quaternion (x y z w, of unit length), in all lines of the list.",
+            ));
         }
         let mut row = [0.0; MOST];
         let mut count = 0;
@@ -158,7 +236,7 @@ pub(super) fn parse(mut lines: Lines<'_>) -> Result<Trajectory> {
         }
         let pose = match count {
             3 => {
-                numbers.push(row[0]);
+                headers.push(Header { line: lines.number, numbers: [row[0], row[2]] });
                 block(&mut lines, 0, [0.0; 4])?
             }
             4 if trajectory.poses.is_empty() => block(&mut lines, 1, [row[0], row[1], row[2], row[3]])?,
@@ -170,9 +248,20 @@ pub(super) fn parse(mut lines: Lines<'_>) -> Result<Trajectory> {
                 if !row[..8].iter().all(|x| x.is_finite()) || is_back {
                     return Err(lines.fail("expected finite numbers, times ascending"));
                 }
+                let pose = placed(&lines, &row[1..4], &row[4..8])?;
+                let id = (count == 9).then_some(row[8] as i64);
+                if named.is_none() && times.last() == Some(&row[0]) {
+                    if trajectory.ids.last().copied() == id && trajectory.poses.last() == Some(&pose) {
+                        continue;
+                    }
+                    return Err(lines.fail(format!("the time {} has two poses: take one of them out", row[0])));
+                }
+                if let Some(id) = id.filter(|id| !known_ids.insert(*id)) {
+                    return Err(twice(&lines, lines.number, id as f64));
+                }
                 times.push(row[0]);
-                trajectory.ids.extend((count == 9).then_some(row[8] as i64));
-                placed(&lines, &row[1..4], &row[4..8])?
+                trajectory.ids.extend(id);
+                pose
             }
             _ => match matrix(&row[..count.min(MOST)]).filter(|_| count <= MOST) {
                 Some(rows) => pose::from_rows(&rows).map_err(|problem| lines.fail(problem))?,
@@ -192,12 +281,7 @@ pub(super) fn parse(mut lines: Lines<'_>) -> Result<Trajectory> {
     if trajectory.poses.is_empty() {
         return Err(lines.fail("there is no pose"));
     }
-    // A log numbers its images, in any order; some write the same number for all.
-    let mut order: Vec<usize> = (0..numbers.len()).collect();
-    order.sort_by(|&a, &b| numbers[a].total_cmp(&numbers[b]));
-    if order.windows(2).all(|pair| numbers[pair[0]] < numbers[pair[1]]) && !order.is_empty() {
-        trajectory.poses = order.into_iter().map(|k| trajectory.poses[k]).collect();
-    }
+    trajectory.order_log(&headers, &lines)?;
     let scans = named.all(&lines, &times)?;
     // Scans are found by name: lists may have been put together.
     let mut order: Vec<usize> = (0..times.len()).collect();
@@ -208,10 +292,67 @@ pub(super) fn parse(mut lines: Lines<'_>) -> Result<Trajectory> {
         trajectory.scans = Some(order.iter().map(|&k| scans[k].clone()).collect());
         times.sort_by(f64::total_cmp);
     } else {
-        trajectory.scans = (!scans.is_empty() && numbers.is_empty()).then_some(scans);
+        trajectory.scans = (!scans.is_empty() && headers.is_empty()).then_some(scans);
+    }
+    let are_numbers = times.iter().all(|time| time.fract() == 0.0 && *time < TIMES_FROM);
+    if !trajectory.ids.is_empty() && trajectory.ids.len() == trajectory.poses.len() {
+        trajectory.numbers = vec![trajectory.ids.iter().map(|id| *id as f64).collect()];
+    } else if !times.is_empty() && are_numbers && trajectory.scans.is_none() {
+        trajectory.numbers = vec![times.iter().map(|time| time + 0.0).collect()];
     }
     trajectory.times = (!times.is_empty()).then_some(times);
     Ok(trajectory)
+}
+
+/// The line before a matrix of a log.
+struct Header {
+    line: u64,
+    /// Its first and its third number. Either may number the images, from 0 or from 1.
+    numbers: [f64; 2],
+}
+
+impl Trajectory {
+    /// Puts the poses of a log in the order of its numbers. Some logs have the same number for all.
+    fn order_log(&mut self, headers: &[Header], lines: &Lines<'_>) -> Result<()> {
+        let mut order: Vec<usize> = (0..headers.len()).collect();
+        let mut again = None;
+        for kind in [1, 0] {
+            let number = |k: usize| headers[k].numbers[kind] + 0.0;
+            order.sort_by(|&a, &b| number(a).total_cmp(&number(b)).then(a.cmp(&b)));
+            let same = order.windows(2).filter(|two| number(two[0]) == number(two[1])).map(|two| two[1]).min();
+            match same {
+                None if headers.is_empty() => {}
+                None => self.numbers.insert(0, (0..headers.len()).map(number).collect()),
+                Some(_) if number(order[0]) == number(order[order.len() - 1]) => {}
+                Some(second) => again = again.or(Some((second, number(second)))),
+            }
+        }
+        self.is_log = !headers.is_empty();
+        if self.numbers.is_empty() {
+            return match again {
+                Some((second, number)) => Err(twice(lines, headers[second].line, number)),
+                None => Ok(()),
+            };
+        }
+        let first = &self.numbers[0];
+        order.sort_by(|&a, &b| first[a].total_cmp(&first[b]));
+        self.poses = order.iter().map(|&k| self.poses[k]).collect();
+        self.numbers = self.numbers.iter().map(|column| order.iter().map(|&k| column[k]).collect()).collect();
+        let is_back = |two: &&[usize]| self.numbers.iter().any(|column| column[two[0]] >= column[two[1]]);
+        let places: Vec<usize> = (0..order.len()).collect();
+        if let Some(two) = places.windows(2).find(is_back) {
+            let problem = "the first and the third number before the matrices number the poses in two orders: write one of \
+                them in both places";
+            return Err(lines.fail_at(headers[order[two[1]]].line, problem));
+        }
+        self.numbers.dedup();
+        Ok(())
+    }
+}
+
+#[cold]
+fn twice(lines: &Lines<'_>, line: u64, number: f64) -> Error {
+    lines.fail_at(line, format!("the number {number} has two poses: take one of them out"))
 }
 
 /// The scans that the comments of a list name, with the lines of their poses.
@@ -333,7 +474,7 @@ pub(super) fn parse_axis_angle(mut lines: Lines<'_>) -> Result<Trajectory> {
 /// The pose of a place and a quaternion.
 fn placed(lines: &Lines<'_>, place: &[f64], quaternion: &[f64]) -> Result<DAffine3> {
     let quaternion = DQuat::from_slice(quaternion);
-    if !((quaternion.length_squared() - 1.0).abs() < UNIT_WITHIN) {
+    if !((quaternion.length() - 1.0).abs() < UNIT_WITHIN) {
         return Err(lines.fail("the quaternion (four numbers behind the place) must have unit length"));
     }
     let rotation = DMat3::from_quat(quaternion.normalize());
@@ -382,6 +523,16 @@ impl Trajectory {
         self.times.as_deref()
     }
 
+    /// Numbers that the list gives its images, each column in the order of the poses, ascending. Two columns may be meant.
+    pub(super) fn numbers(&self) -> &[Vec<f64>] {
+        &self.numbers
+    }
+
+    /// Whether it is a log, which numbers its poses in headers.
+    pub(super) fn is_log(&self) -> bool {
+        self.is_log
+    }
+
     /// The place in the list of the pose nearest in time, within so many seconds.
     pub(super) fn nearest(&self, time: f64, apart: f64) -> Option<usize> {
         let times = self.times.as_ref()?;
@@ -423,7 +574,7 @@ impl Trajectory {
 mod tests {
     use super::*;
 
-    fn read(text: &str) -> Result<Trajectory> {
+    fn parse_text(text: &str) -> Result<Trajectory> {
         parse(Lines::new(text.as_bytes(), text.len() as u64, Path::new("t")))
     }
 
@@ -434,11 +585,35 @@ mod tests {
     fn both_forms() {
         assert!(sniff(LOG.as_bytes()) && sniff(TUM.as_bytes()));
         assert!(!sniff(b"1 2 3\n1 2 3\n") && !sniff(b"1 2 3 4 5 6 7 8\n") && !sniff(b"") && !sniff(b"ply"));
-        let log = read(LOG).unwrap();
+        let log = parse_text(LOG).unwrap();
         assert_eq!(log.poses[0].translation, DVec3::new(1.0, 2.0, 3.0));
         assert_eq!(log.poses[1].transform_point3(DVec3::X), DVec3::Y);
-        let tum = read(TUM).unwrap();
+        let tum = parse_text(TUM).unwrap();
         assert_eq!(tum.poses[1].transform_point3(DVec3::X), DVec3::new(0.0, 1.0, 1.0));
+    }
+
+    /// Theorem: eight numbers with commas are a list of poses as they are with blanks. Other commas are refused, and say what is allowed.
+    #[test]
+    fn commas_between_the_numbers() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = |name: &str, text: &str| {
+            let path = folder.path().join(name);
+            std::fs::write(&path, text).unwrap();
+            path
+        };
+        let listed =
+            "# scan \"a, b\" of \"a.ply\"\n10.00, 1,2,3, 0,0,0,1\r\n# scan \"c\" of \"c.ply\"\n10.05,1,1,1,0,0,1,0\n";
+        let table = read(&file("a.csv", listed)).unwrap();
+        assert!(sniff(listed.as_bytes()) && !sniff(b"10,1,2,3,0,0,0,1\n11,1,2,3,4,5,6,7\n"));
+        assert_eq!(table.poses, parse_text(TUM).unwrap().poses);
+        assert_eq!(table.scans.unwrap()[0].name, "a, b");
+        for text in ["10,1,2,3,0,0,0\n", "10,1,2,3,0,0,0,1\n11,1,2,3,4,5,6,7\n", "1,5 1 2 3 0 0 0 1\n"] {
+            let refused = read(&file("a.tum", text)).unwrap_err().to_string();
+            assert!(
+                refused.contains("line 1: numbers of a list of poses are separated by blanks. Commas may"),
+                "{refused}"
+            );
+        }
     }
 
     /// Theorem: a list of poses in any form that recordings have is one, and points with as many numbers per line are none.
@@ -454,10 +629,10 @@ mod tests {
         ];
         for list in &lists {
             assert!(sniff(list.as_bytes()), "{list}");
-            let pose = read(list).unwrap_or_else(|error| panic!("{list}: {error}")).poses[0];
+            let pose = parse_text(list).unwrap_or_else(|error| panic!("{list}: {error}")).poses[0];
             assert!(pose.transform_point3(DVec3::X).abs_diff_eq(DVec3::new(5.0, 7.0, 7.0), 1e-6), "{list}: {pose}");
         }
-        assert_eq!(read(&lists[4]).unwrap().of_id(4), Some(read(&lists[4]).unwrap().poses[0]));
+        assert_eq!(parse_text(&lists[4]).unwrap().of_id(4), Some(parse_text(&lists[4]).unwrap().poses[0]));
         for points in [
             "1 2 3 0 0 0.6 0.8\n1 2 4 0 0.6 0 0.8\n",
             "1 2 3 0.6 0 0.8 0\n1 2 3 0.6 0.8 0 0\n",
@@ -479,11 +654,11 @@ mod tests {
     #[test]
     fn poses_are_read_as_told() {
         let told = |poses, axes| {
-            let mut list = read(LOG).unwrap();
+            let mut list = parse_text(LOG).unwrap();
             list.as_told(&ReadOptions { poses, axes, ..ReadOptions::default() });
             list.poses[1]
         };
-        let pose = read(LOG).unwrap().poses[1];
+        let pose = parse_text(LOG).unwrap().poses[1];
         assert_eq!(told(PoseSense::Auto, CameraAxes::YDown), pose);
         assert_eq!(told(PoseSense::CameraToWorld, CameraAxes::Auto), pose);
         assert_eq!(told(PoseSense::WorldToCamera, CameraAxes::Auto), pose.inverse());
@@ -494,15 +669,34 @@ mod tests {
     #[test]
     fn named_lists_need_no_order() {
         let text = "#scan \"a\"\n7 1 0 0 0 0 0 1\n# scan \"b\" of \"x/b\"\n# of a wall\n3 2 0 0 0 0 0 1\n# SCAN \"c\"\n3 3 0 0 0 0 0 1\n";
-        let list = read(text).unwrap();
+        let list = parse_text(text).unwrap();
         let names: Vec<&str> = list.scans().unwrap().iter().map(|scan| scan.name.as_str()).collect();
         assert_eq!(names, ["b", "c", "a"]);
         assert_eq!(list.times(), Some(&[3.0, 3.0, 7.0][..]));
         assert_eq!(list.poses.iter().map(|pose| pose.translation.x).collect::<Vec<_>>(), [2.0, 3.0, 1.0]);
         // Times that count the scans are not those in the names.
         let text = "# scan \"f5\" of \"A\"\n0 0 0 0 0 0 0 1\n# scan \"f5\" of \"B\"\n1 0 0 0 0 0 0 1\n# scan \"f2\" of \"B\"\n2 0 0 0 0 0 0 1\n";
-        assert_eq!(read(text).unwrap().scans().unwrap().len(), 3);
-        assert!(read("# scan 4\n1 0 0 0 0 0 0 1\n").unwrap().scans().is_none());
+        assert_eq!(parse_text(text).unwrap().scans().unwrap().len(), 3);
+        assert!(parse_text("# scan 4\n1 0 0 0 0 0 0 1\n").unwrap().scans().is_none());
+    }
+
+    /// Theorem: a pose that is there twice, time and all, is one. In a log, a number that some poses share is wrong, one of all is none.
+    #[test]
+    fn poses_are_there_once() {
+        let pose = "1 2 3 0 0 0 1\n";
+        assert_eq!(parse_text(&format!("1 {pose}1 {pose}2 {pose}")).unwrap().times(), Some(&[1.0, 2.0][..]));
+        assert!(parse_text(&format!("1 {}", pose.replace(" 1\n", " 1.009\n"))).is_ok());
+        let log = |headers: &[&str]| {
+            let block = |header: &&str| format!("{header}\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n");
+            parse_text(&headers.iter().map(block).collect::<String>())
+        };
+        let refused = |headers: &[&str]| log(headers).unwrap_err().to_string();
+        assert!(refused(&["0 0 1", "1 1 2", "1 1 2"]).contains("line 11: the number 2 has two poses"));
+        assert!(refused(&["0 1 9", "0 2 9", "1 2 9"]).contains("line 6: the number 0 has two poses"));
+        assert!(refused(&["0 0 2", "1 1 1"]).contains("line 6: the first and the third number"));
+        assert!(log(&["0 0 1", "0 0 1"]).unwrap().numbers().is_empty());
+        assert_eq!(log(&["0 0 1", "0 0 2"]).unwrap().numbers(), [[1.0, 2.0]]);
+        assert_eq!(log(&["4 4 5", "2 2 3"]).unwrap().numbers(), [[2.0, 4.0], [3.0, 5.0]]);
     }
 
     #[test]
@@ -532,9 +726,13 @@ mod tests {
                 "line 4: the time 4 is not the number in \"f3\"",
             ),
             ("2 0 0 0 0 0 0 1\n1 0 0 0 0 0 0 1\n", "line 2: expected finite numbers, times ascending"),
+            ("1 0 0 0 0 0 0 1\n1 1 0 0 0 0 0 1\n", "line 2: the time 1 has two poses"),
+            ("0.5 0 0 0 0 0 0 1\n1.25 0 0 0 0 0 0 1\n1.250 1 0 0 0 0 0 1\n", "line 3: the time 1.25 has two poses"),
+            ("1 0 0 0 0 0 0 1 7\n2 1 0 0 0 0 0 1 7\n", "line 2: the number 7 has two poses"),
+            ("0 0 0 0 0 0 0 1.02\n", "line 1: the quaternion"),
             ("0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1 5\n", "line 5: expected the end of the line"),
         ] {
-            let error = read(text).unwrap_err().to_string();
+            let error = parse_text(text).unwrap_err().to_string();
             assert!(error.contains(problem), "{error}");
         }
     }

@@ -10,6 +10,9 @@ use super::asked::{Asked, counted};
 use super::poses;
 use super::recording::{Convention, Entry, Recording, in_order, stem};
 use super::store::{Place, Store};
+use crate::import::numbering::{keys_of, order_of};
+use crate::import::placing::{Places, Placing};
+use crate::import::trajectory::Trajectory;
 use base::error::{Error, Result};
 
 pub(super) const DEPTHS: &str = "depth";
@@ -39,14 +42,20 @@ pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) ->
         None => asked.camera(&store, layout, usual)?,
     };
     let depths = images(&store, DEPTHS, asked)?;
-    let (poses, is_sure) = match poses_of(&store) {
+    let (poses, told) = match poses_of(&store) {
         Some(list) => poses::listed(&store, list, asked).map_err(poses::or_without)?,
-        None => (vec![Some(DAffine3::IDENTITY); depths.len()], true),
+        None => (vec![Some(DAffine3::IDENTITY); depths.len()], None),
     };
+    let is_sure = told.is_some() || poses_of(&store).is_none();
     let folder = COLOURS.into_iter().find(|folder| store.has(folder));
     let colours = folder.map_or(Ok(Vec::new()), |folder| images(&store, folder, asked))?;
     let pairs = pairs(&depths, &colours);
-    let Some(places) = places(&depths, poses.len()) else {
+    let places = match poses_of(&store) {
+        Some(list) => places(&depths, poses.len(), told.as_ref())
+            .map_err(|problem| poses::or_without(Error::format(&store.path_of(list), "whole file", problem)))?,
+        None => Some((0..depths.len()).map(Some).collect()),
+    };
+    let Some(places) = places else {
         let problem = format!(
             "there are {} poses and {} images in depth, and the names of the images do not number them: give each frame both",
             poses.len(),
@@ -54,9 +63,10 @@ pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) ->
         );
         return Err(Error::format(&store.path, "poses", problem));
     };
+    let places_taken = places.iter().flatten().count();
     let mut entries = Vec::with_capacity(depths.len());
     for ((name, place), pair) in depths.iter().zip(places).zip(pairs) {
-        let Some(world_from_sensor) = poses[place] else { continue };
+        let Some(world_from_sensor) = place.and_then(|place| poses[place]) else { continue };
         entries.push(Entry {
             name: stem(name).into(),
             depth: Place::Named(format!("{DEPTHS}/{name}").into()),
@@ -69,19 +79,43 @@ pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) ->
     }
     let lost = depths.len() - entries.len();
     let mut notes: Vec<String> = counted(lost, depths.len(), "have no pose and are passed over").into_iter().collect();
-    notes.extend(counted(poses.len() - depths.len(), poses.len(), "have no depth image and are skipped"));
+    let unused = poses.len() - places_taken;
+    notes.extend(counted(unused, poses.len(), "have no depth image and are skipped"));
     let convention = Convention { is_sure, ..Convention::FORWARD };
     let listed = poses_of(&store).is_some();
     let no_poses = (!listed).then(|| format!("no list of poses lies beside the images ({})", POSES.join(", ")));
     Ok(Recording { entries, notes, convention, no_poses, ..Recording::new(store, layout) })
 }
 
-/// The pose of each image, by its place in their list. Images that are as many follow each other as the poses do. Of fewer the numbers
-/// at the front of their names decide, if these count from 0, or if the first and the last pose have an image.
-fn places(depths: &[String], poses: usize) -> Option<Vec<usize>> {
-    if depths.len() == poses {
-        return Some((0..poses).collect());
+/// The pose of each image, by its place in their list. Times and numbers of the list decide, if names have them, too. Else images that are
+/// as many follow each other as the poses do. Of fewer the numbers at the front of their names decide, if these count from 0, or if the
+/// first and the last pose have an image. `None` where none of them does.
+///
+/// # Errors
+/// Names whose numbers may give an image another one's pose.
+fn places(depths: &[String], poses: usize, told: Option<&Trajectory>) -> Result<Option<Places>, String> {
+    let names: Vec<&str> = depths.iter().map(|name| stem(name)).collect();
+    let keys = match keys_of(&names) {
+        Err(_) if names.len() == 1 && poses == 1 => Vec::new(),
+        keys => keys?,
+    };
+    if let Some(Placing::Times(places) | Placing::Numbers(places)) =
+        told.map(|told| told.placing(&keys, &names)).transpose()?
+    {
+        return Ok(Some(places));
     }
+    if depths.len() != poses {
+        return Ok(in_front(depths, poses).map(|places| places.into_iter().map(Some).collect()));
+    }
+    let mut places = vec![None; poses];
+    for (place, image) in order_of(&keys, &names)?.into_iter().enumerate() {
+        places[image] = Some(place);
+    }
+    Ok(Some(places))
+}
+
+/// The pose of each image by the number at the front of its name.
+fn in_front(depths: &[String], poses: usize) -> Option<Vec<usize>> {
     let numbers: Vec<usize> = depths.iter().map(|name| KEYS[2](stem(name)).parse().ok()).collect::<Option<_>>()?;
     let (first, last) = (*numbers.first()?, *numbers.last()?);
     let is_decided = first == 0 || last.checked_sub(first)? + 1 == poses;

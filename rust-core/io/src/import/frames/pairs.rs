@@ -8,10 +8,11 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DVec3};
 
+use super::super::file;
 use super::super::options::ReadOptions;
 use super::recording::Recording;
 use super::whole::is_damage;
-use base::error::Result;
+use base::error::{Error, Result};
 use base::progress::Progress;
 use image::frame::LeftOutReport;
 use image::range_image::{Projection, RangeImage};
@@ -83,6 +84,12 @@ fn chosen(recording: &Recording) -> Vec<[usize; 2]> {
     (0..anchors).map(|k| k * (count - 1) / anchors).map(|first| [first, partner(first)]).collect()
 }
 
+/// Reason why a frame that can be decoded is none of the others.
+fn why_unfit(error: &Error) -> Option<String> {
+    let Error::Format { path, problem, .. } = error else { return None };
+    Some(format!("{} does not fit ({problem})", file::name(path)))
+}
+
 impl Pairs {
     /// Reads depths and confidences of the frames.
     pub(super) fn of(recording: &Recording, options: &Arc<ReadOptions>, progress: &Progress<'_>) -> Result<Pairs> {
@@ -97,13 +104,12 @@ impl Pairs {
             progress.check()?;
             let frame = match recording.without_colour(index, options, progress) {
                 Ok(frame) => frame,
-                Err(error) if is_damage(&error) => match recording.why_damaged(index, options, progress)? {
-                    Some(why) => {
-                        all.damaged.push((index, why));
-                        continue;
-                    }
-                    None => return Err(error),
-                },
+                Err(error) if is_damage(&error) => {
+                    let why = recording.why_damaged(index, options, progress)?;
+                    let Some(why) = why.or_else(|| why_unfit(&error)) else { return Err(error) };
+                    all.damaged.push((index, why));
+                    continue;
+                }
                 Err(other) => return Err(other),
             };
             let (image, out) = frame.into_range_image(progress)?;

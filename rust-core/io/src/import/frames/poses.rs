@@ -6,7 +6,7 @@ use super::asked::Asked;
 use super::recording::{pose, pose_of};
 use super::store::Store;
 use crate::import::text::{Lines, lines_of};
-use crate::import::trajectory;
+use crate::import::trajectory::{self, Trajectory};
 use base::error::{Error, Result};
 
 /// The pose of a file that holds a 4 x 4 matrix. `None` if the recorder lost track.
@@ -19,8 +19,12 @@ pub(super) fn of_file(store: &Store, name: &str, asked: &Asked<'_, '_>) -> Resul
     pose(&rows).map_err(|problem| fail(&problem))
 }
 
-/// The poses of a list in their order, and whether its form leaves no doubt of what they mean.
-pub(super) fn listed(store: &Store, name: &str, asked: &Asked<'_, '_>) -> Result<(Vec<Option<DAffine3>>, bool)> {
+/// The poses of a list in their order. With the list, where its form leaves no doubt of what they mean.
+pub(super) fn listed(
+    store: &Store,
+    name: &str,
+    asked: &Asked<'_, '_>,
+) -> Result<(Vec<Option<DAffine3>>, Option<Trajectory>)> {
     let text = store.text(name, asked.progress)?;
     let has_own_form = lines_of(&text)
         .map(str::trim)
@@ -29,7 +33,7 @@ pub(super) fn listed(store: &Store, name: &str, asked: &Asked<'_, '_>) -> Result
     if has_own_form && trajectory::sniff(text.as_bytes()) {
         let path = store.path_of(name);
         let found = trajectory::parse(Lines::new(text.as_bytes(), text.len() as u64, &path))?;
-        return Ok((found.poses().iter().map(|pose| Some(*pose)).collect(), true));
+        return Ok((found.poses().iter().map(|pose| Some(*pose)).collect(), Some(found)));
     }
     let mut poses = Vec::new();
     for (number, line) in lines_of(&text).enumerate() {
@@ -50,7 +54,7 @@ pub(super) fn listed(store: &Store, name: &str, asked: &Asked<'_, '_>) -> Result
             "the list has no pose: fill it, or take it out of the folder, so that the frames open without poses";
         return Err(Error::format(&store.path_of(name), "whole file", problem));
     }
-    Ok((poses, false))
+    Ok((poses, None))
 }
 
 /// The error of poses that frames also open without.
@@ -58,7 +62,7 @@ pub(super) fn or_without(error: Error) -> Error {
     match error {
         Error::Format { path, at, problem } if !problem.contains("take it out of the folder") => {
             let remedy = "Mend it, or take the poses out of the folder. Then the frames open without poses.";
-            Error::format(&path, at, format!("{problem}. {remedy}"))
+            Error::format(&path, at, format!("{}. {remedy}", problem.trim_end_matches('.')))
         }
         other => other,
     }

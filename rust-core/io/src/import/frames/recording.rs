@@ -14,6 +14,7 @@ use super::super::scan::Frames;
 use super::super::trajectory::Trajectory;
 use super::decode::{self, Coding};
 use super::store::{Place, Store};
+use super::whole::is_damage;
 use base::error::{Error, Result};
 use base::progress::Progress;
 use image::frame::{Camera, ColourImage, ConfidenceImage, Frame};
@@ -161,17 +162,40 @@ impl Recording {
         Ok(frame)
     }
 
-    /// Cameras that say no size are those of the first depth image: images of another size, and of colour, have them scaled.
+    /// Cameras that say no size are those of the depth images: of the size of two among the first, the middle and the last, else of the
+    /// first's. Images of another size, and of colour, have them scaled.
     pub(super) fn give_cameras_a_size(&mut self, options: &Arc<ReadOptions>, progress: &Progress<'_>) -> Result<()> {
-        let Some(entry) = self.entries.iter().find(|entry| entry.depth_camera.size.is_none()) else { return Ok(()) };
-        let depth = self.depth(entry, options, progress)?;
-        let size = [depth.cols(), depth.rows()];
+        let lacking: Vec<&Entry> = self.entries.iter().filter(|entry| entry.depth_camera.size.is_none()).collect();
+        let [first, .., last] = lacking.as_slice() else {
+            let Some(only) = lacking.first() else { return Ok(()) };
+            let size = self.size(only, options, progress)?;
+            self.size_cameras(size);
+            return Ok(());
+        };
+        let size = self.size(first, options, progress)?;
+        let other = |entry: &Entry| match self.size(entry, options, progress) {
+            Err(error) if is_damage(&error) => Ok(None),
+            size => size.map(Some),
+        };
+        let size = match (other(lacking[lacking.len() / 2])?, other(last)?) {
+            (Some(middle), Some(last)) if middle == last => middle,
+            _ => size,
+        };
+        self.size_cameras(size);
+        Ok(())
+    }
+
+    fn size(&self, entry: &Entry, options: &Arc<ReadOptions>, progress: &Progress<'_>) -> Result<[usize; 2]> {
+        let raster = self.decoded(entry, options, progress)?;
+        Ok([raster.cols, raster.rows])
+    }
+
+    fn size_cameras(&mut self, size: [usize; 2]) {
         for entry in &mut self.entries {
             for camera in [&mut entry.depth_camera, &mut entry.colour_camera] {
                 camera.size.get_or_insert(size);
             }
         }
-        Ok(())
     }
 
     fn depth(&self, entry: &Entry, options: &Arc<ReadOptions>, progress: &Progress<'_>) -> Result<RangeImage> {

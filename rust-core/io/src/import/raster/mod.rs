@@ -33,6 +33,7 @@ pub(super) mod png;
 pub(super) mod tiff;
 
 use std::io::Cursor;
+use std::path::Path;
 use std::sync::Arc;
 
 use super::file::{self, watched};
@@ -43,7 +44,7 @@ use base::progress::Progress;
 
 pub(super) use content::{Numbers, Raster};
 
-/// Bytes of an image that say how many bits it has.
+/// Bytes of an image that hold its header.
 const HEADER: usize = 256;
 
 /// A note where images of 16 bits, as depth cameras write them, were opened without a camera. One alone is a height map more often.
@@ -56,7 +57,7 @@ pub(super) fn note_without_camera(scans: &mut [FileScan]) -> Result<Option<Strin
     for ending in ["png", "pgm"] {
         let images: Vec<usize> = (0..scans.len()).filter(|&k| is_of(&scans[k], ending)).collect();
         if let [first, _, ..] = *images
-            && has_sixteen_bits(&file::read_start(&scans[first].path, HEADER)?.0)
+            && header_of(&scans[first].path).is_some_and(|header| header.is_grey && header.bits == 16)
         {
             let count = images.len();
             let remedy = "If they are depth images, give it as camera = (fx, fy, cx, cy). Or put a camera.json with fx, \
@@ -75,15 +76,31 @@ pub(super) fn note_without_camera(scans: &mut [FileScan]) -> Result<Option<Strin
     Ok(None)
 }
 
-/// Whether the start of a PNG or PGM is of grey of 16 bits.
-fn has_sixteen_bits(start: &[u8]) -> bool {
-    if png::sniff(start) {
-        return start.get(24..26) == Some(&[16, 0]);
+/// Header of a PNG or PGM.
+pub(super) struct Header {
+    /// Columns and rows.
+    pub(super) size: [usize; 2],
+    /// Bits of a number.
+    pub(super) bits: u8,
+    pub(super) is_grey: bool,
+}
+
+/// The header of a PNG or PGM. `None` for other files, and for one that can't be read.
+pub(super) fn header_of(path: &Path) -> Option<Header> {
+    let start = file::read_start(path, HEADER).ok()?.0;
+    if png::sniff(&start) {
+        let side = |at: usize| Some(u32::from_be_bytes(start.get(at..at + 4)?.try_into().ok()?) as usize);
+        let (bits, colour) = (*start.get(24)?, *start.get(25)?);
+        return Some(Header { size: [side(16)?, side(20)?], bits, is_grey: matches!(colour, 0 | 4) });
     }
-    let text = String::from_utf8_lossy(start);
+    if !pgm::sniff(&start) {
+        return None;
+    }
+    let text = String::from_utf8_lossy(&start);
     let lines = text.lines().map(|line| line.split('#').next().unwrap_or_default());
-    let most = lines.flat_map(str::split_ascii_whitespace).nth(3).and_then(|most| most.parse::<u32>().ok());
-    text.starts_with("P5") && most.is_some_and(|most| most > 255)
+    let mut numbers = lines.flat_map(str::split_ascii_whitespace).skip(1).map_while(|word| word.parse::<usize>().ok());
+    let (size, most) = ([numbers.next()?, numbers.next()?], numbers.next()?);
+    Some(Header { size, bits: if most > 255 { 16 } else { 8 }, is_grey: true })
 }
 
 /// The numbers of an image of a frame, in any of the formats that cameras write.

@@ -12,7 +12,7 @@ use base::progress::Progress;
 use image::range_image::RangeImage;
 
 fn scan(options: ReadOptions) -> FileScan {
-    FileScan { options: Arc::new(options), ..FileScan::new(std::path::Path::new("N37E014.x")) }
+    FileScan { options: Arc::new(options), ..FileScan::new(Path::new("N37E014.x")) }
 }
 
 fn image(parse: Parse, bytes: &[u8], options: ReadOptions) -> RangeImage {

@@ -136,7 +136,28 @@ fn what_can_not_be_done_is_refused_by_name() {
     refused(&model, "is no pinhole camera: undistort the images first (image_undistorter)");
     let mut turned = writers::scanner_app(&twin);
     turned.change("depth_00003.png", |bytes| *bytes = grey16([48, 64], &[1000; 48 * 64]));
-    refused(&turned, "depth_00003.png: header: an image of 48 x 64 pixels must have the shape of its camera's");
+    let (_keep, path) = turned.folder();
+    let notes = open(&path).unwrap().notes.concat();
+    let said = "frames are skipped: depth_00003.png does not fit (an image of 48 x 64 pixels must have the shape of its camera's";
+    assert!(notes.contains(said), "{notes}");
+}
+
+/// Theorem: of cameras without a size most images say it. The others are skipped by name, the first as any other.
+#[test]
+fn a_first_image_of_another_size_is_skipped() {
+    let camera = image::frame::Camera::sized([525.0; 2], [319.5, 239.5], [640, 480]);
+    let mut files = writers::redwood(&Twin::kinect(camera));
+    files.change("camera_primesense.json", |json| {
+        *json = br#"{"intrinsic_matrix": [52.5, 0, 0, 0, 52.5, 0, 31.5, 23.5, 1]}"#.to_vec();
+    });
+    let (_keep, path) = files.folder();
+    let count = open(&path).unwrap().scans.len();
+    let first = "depth/8-000000000000.png";
+    files.change(first, |bytes| *bytes = grey16([48, 64], &[1000; 48 * 64]));
+    let (_keep, path) = files.folder();
+    let set = open(&path).unwrap();
+    let said = format!("1 of {count} frames are skipped: {} does not fit", &first[6..]);
+    assert!(set.scans.len() == count - 1 && set.notes.concat().contains(&said), "{:?}", set.notes);
 }
 
 /// Frames whose pose was lost are passed over and counted.
