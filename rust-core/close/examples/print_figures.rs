@@ -49,6 +49,10 @@ fn main() -> Result<()> {
     for noise in [1e-5, 1e-4, 1e-3] {
         shapes.push((format!("ball, noise {noise:e}"), noisy(ball.clone(), noise)));
     }
+    let mut bumpy = ball;
+    let bumps = |p: DVec3| 0.1 * (7.0 * p.x).sin() * (6.0 * p.y).sin() * (5.0 * p.z).cos();
+    bumpy.positions.iter_mut().for_each(|p| *p *= 1.0 + bumps(*p));
+    shapes.push(("bumpy ball".to_owned(), bumpy));
     println!("{:20} {:>8} {:>10} {:>10}", "shape", "faces", "walls, s", "thinnest");
     let only = std::env::args().nth(2);
     for (name, mesh) in shapes.into_iter().filter(|(name, _)| only.as_ref().is_none_or(|only| only == name)) {

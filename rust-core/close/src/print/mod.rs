@@ -42,8 +42,8 @@ base::stages! {
 /// The same result for any number of threads. Crossings are decided exactly.
 ///
 /// # Cost
-/// Time O(n log n) for n faces of which few cross. In a round body many faces are equally near to its middle, where the balls of walls
-/// lie: a sphere takes O(n^2). The example `print_figures` measures it.
+/// Time O(n log n) for n faces of which few cross. In a round body many faces are equally near to the middle of the same ball: one search
+/// looks at all of them. Neighbours share what it finds. The example `print_figures` measures it.
 ///
 /// # Errors
 /// Parameters out of range. A mesh with an index out of range or a coordinate that is not finite. [`base::Error::OutOfMemory`].

@@ -159,7 +159,7 @@ fn largest_ball(centre: DVec3, normal: DVec3, corners: &[DVec3; 3], most: f64) -
 proptest! {
     #![proptest_config(ProptestConfig { cases: base::tier::cases(256), ..ProptestConfig::default() })]
 
-    /// Rays and balls are those that trying each face in turn finds.
+    /// Rays are those that trying each face in turn finds. Balls are no smaller than those, and no face is far inside them.
     #[test]
     fn walls_are_those_of_all_faces(
         flat in 0.05..1.0_f64,
@@ -191,8 +191,23 @@ proptest! {
             let others = faces().enumerate().filter(|(other, _)| *other != t);
             let largest = others.fold(0.5 * ray, |most, (_, other)| largest_ball(centre, normal, &other, most));
             prop_assert!(radius >= largest - 1e-9, "{} {}", radius, largest);
-            prop_assert!(radius * (1.0 - walls::END) <= largest + 1e-9, "{} {}", radius, largest);
+let middle = centre - radius * normal;
+            let room = faces().map(|other| Closest::on_triangle(middle, &other, 0).distance()).fold(f64::INFINITY, f64::min);
+            prop_assert!(room >= radius * (1.0 - walls::END) - 1e-9, "{} {}", room, radius);
         }
+    }
+}
+
+#[test]
+fn walls_of_round_bodies_are_the_same_for_any_thread_count() {
+    for shape in [Shape::Torus { major: 1.0, minor: 0.3 }, Shape::Cylinder { radius: 1.0, half_height: 1.0 }] {
+        let mesh = shape.mesh(16);
+        let walls = [1, 2, 7].map(|threads| {
+            let params = PrintParams { threads, ..PrintParams::default() };
+            check_print(&mesh, &params, &Progress::none()).unwrap().report.walls
+        });
+        assert!(walls[0].len() > 2048, "several chunks: {}", walls[0].len());
+        assert!(walls[0] == walls[1] && walls[0] == walls[2]);
     }
 }
 

@@ -86,6 +86,9 @@ fn check_tree(bvh: &Bvh<'_>, triangles: &[[u32; 3]]) {
         }
     }
     assert!(seen.iter().all(|&n| n == 1));
+    let mut order: Vec<u32> = bvh.order().collect();
+    order.sort_unstable();
+    assert!(order.iter().enumerate().all(|(i, &t)| i == t as usize) && order.len() == triangles.len());
 }
 
 proptest! {
