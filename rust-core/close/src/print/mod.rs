@@ -43,7 +43,8 @@ base::stages! {
 ///
 /// # Cost
 /// Time O(n log n) for n faces of which few cross. In a round body many faces are equally near to the middle of the same ball: one search
-/// looks at all of them. Neighbours share what it finds. The example `print_figures` measures it.
+/// looks at all of them. Neighbours share what it finds, unless noise turns them away from each other. Then a
+/// round body takes up to O(n^2). The example `print_figures` measures both.
 ///
 /// # Errors
 /// Parameters out of range. A mesh with an index out of range or a coordinate that is not finite. [`base::Error::OutOfMemory`].

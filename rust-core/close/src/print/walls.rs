@@ -1,8 +1,8 @@
 //! Thickness of the wall behind a face: by a ray and by a ball.
 //!
-//! The ball touches the face's centre from inside. It shrinks until no face enters it by more than a share. \[MBC12\] It bounds the ray from
-//! below: a ray that leaves a wedge slantwise, or slips past an edge, says more than the wall has. Beside a convex edge the ball is small,
-//! though nothing there is thin. So it counts only if the face that it meets faces away from its own.
+//! The ball touches the face's centre from inside. It shrinks until no face enters it by more than a share. \[MBC12\] It bounds the ray
+//! from below: a ray that leaves a wedge slantwise, or slips past an edge, says more than the wall has. Beside a convex edge the ball is
+//! small, though nothing there is thin. So it counts only if the face that it meets faces away from its own.
 
 use glam::DVec3;
 use rayon::prelude::*;
