@@ -132,16 +132,43 @@ def test_what_is_no_scan_is_named_by_its_type(folder):
         surfrecon.align([3, 4])
 
 
+def balls(turn):
+    """A room of 4 x 3 x 2.4 m with balls in it, seen from its middle, in millimetres."""
+    row, col = np.mgrid[0:80, 0:100]
+    x, y, z = (col - 49.5) / 80, (row - 39.5) / 80, np.ones((80, 100))
+    rays = np.stack([x * np.cos(turn) + np.sin(turn), y, np.cos(turn) - x * np.sin(turn)], -1)
+    depth = np.min(np.array([2.0, 1.2, 1.5]) / np.maximum(np.abs(rays), 1e-9), -1)
+    chance = np.random.default_rng(3)
+    for _ in range(40):
+        around, height, radius = chance.uniform([0, -0.9, 0.1], [2 * np.pi, 0.9, 0.3])
+        middle = np.array([1.3 * np.cos(around), height, np.sin(around)])
+        squared, along = (rays * rays).sum(-1), rays @ middle
+        under = along**2 - squared * (middle @ middle - radius**2)
+        hit = np.where(under > 0, (along - np.sqrt(np.maximum(under, 0))) / squared, np.inf)
+        depth = np.minimum(depth, np.where(hit > 0, hit, np.inf))
+    return np.round(1000 * depth * z).astype(np.uint16)
+
+
 def test_what_gives_the_order_is_said(folder):
     followed = "followed as a sequence, in the order of their recording or of the numbers in their names"
+    unused = "the order of the frames is not used: "
     scans = surfrecon.open(folder, camera=CAMERA)
-    report = surfrecon.align(scans, fixed=range(4)).report
-    assert followed in report.summary[1] and followed in report.messages[0]
-    for start in ("unknown", "sequence"):
-        assert followed not in str(surfrecon.align(scans, fixed=range(4), start=start).report.summary)
+    # Those that are fixed are not compared with each other.
+    assert "the order" not in str(surfrecon.align(scans, fixed=range(4)).report.summary)
+    camera = (80, 80, 49.5, 39.5)
+    for step, said, other in ((0.15, followed, unused), (2.0, unused, followed)):
+        for number in range(4):
+            (folder / f"depth_{number:04}.png").write_bytes(png(balls(step * number)))
+        scans = surfrecon.open(folder, camera=camera)
+        report = surfrecon.align(scans).report
+        assert said in report.summary[1] and said in report.messages[0]
+        assert other not in str(report.summary)
+        for start in ("unknown", "sequence"):
+            summary = str(surfrecon.align(scans, start=start).report.summary)
+            assert followed not in summary and unused not in summary
     (folder / "depth_0003.png").rename(folder / "other_0002.png")
-    scans = surfrecon.open(folder, camera=CAMERA)
-    report = surfrecon.align(scans, fixed=range(4)).report
-    assert followed not in str(report.summary)
+    scans = surfrecon.open(folder, camera=camera)
+    report = surfrecon.align(scans).report
+    assert "the order of the frames" not in str(report.summary) and followed not in str(report.summary)
     assert any('"depth_0002" and "other_0002" have the same number' in text for text in report.messages)
     assert not any("the same number" in text for text in surfrecon.align(scans, start="sequence").report.messages)

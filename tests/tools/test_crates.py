@@ -57,4 +57,4 @@ def test_a_crate_over_all_others_gets_a_floor_of_its_own(tree):
     text = '[package]\ndescription = "Relaxing"\n\n[dependencies]\ncluster.workspace = true\n'
     (folder / "Cargo.toml").write_text(text, "utf-8")
     crates.complete(tree)
-    assert " / cluster / made_up / surfrecon\n" in (tree / "ARCHITECTURE.md").read_text("utf-8")
+    assert " / made_up / surfrecon\n" in (tree / "ARCHITECTURE.md").read_text("utf-8")

@@ -136,9 +136,13 @@ impl Prepared {
             let inside = constraints.renumbered(params, &self.order, &self.views, self.in_time.as_deref());
             let has_order = inside.sequence.as_ref().is_some_and(|order| !order.is_told);
             let solved = solve::solve(&self.views, params, &inside, progress)?;
-            let order = if solved.sequence.is_some() { FOLLOWED } else { NOT_FOLLOWED };
+            // Fixed scans are not compared with each other: that they were not followed says nothing.
+            let order = match solved.sequence {
+                Some(_) => Some(FOLLOWED),
+                None => (!inside.is_fixed.contains(&true)).then_some(NOT_FOLLOWED),
+            };
             let mut found = summary::alignment(&self.names, &self.views, &self.order, solved, progress)?;
-            if has_order {
+            if let Some(order) = order.filter(|_| has_order) {
                 found.report.messages.insert(0, order.to_owned());
             }
             let is_by_numbers = params.start == Start::Auto && inside.turned.is_none();

@@ -22,8 +22,7 @@ mod surface;
 mod visibility;
 
 // 1. the grid, and what is known on it
-#[doc(hidden)]
-pub mod grid;
+mod grid;
 mod known;
 
 // 2. the start
@@ -37,8 +36,7 @@ mod field;
 mod plate;
 
 // 4. its level set
-#[doc(hidden)]
-pub mod level;
+mod level;
 mod table;
 
 // 5. the part that fills
@@ -47,8 +45,7 @@ mod retreat;
 
 // 6. joined to the border
 mod bridge;
-#[doc(hidden)]
-pub mod crossing;
+mod crossing;
 mod fan;
 mod stitch;
 

@@ -6,8 +6,7 @@
 mod operation;
 mod params;
 mod report;
-#[doc(hidden)]
-pub mod walls;
+mod walls;
 
 pub use operation::OPERATION;
 pub use params::{PrintParams, SCHEMA};

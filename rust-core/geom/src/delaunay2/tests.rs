@@ -1,5 +1,4 @@
 mod polygons;
-mod regions;
 
 use std::collections::{BTreeMap, BTreeSet};
 

@@ -153,7 +153,7 @@ pub(super) fn named<P: AsRef<Path>>(files: &[P]) -> Option<String> {
     let first = first.join(", ");
     match files.len() {
         0 => None,
-        ..=MOST_NAMED => Some(first),
+        1..=MOST_NAMED => Some(first),
         count => Some(format!("{first}, and {} more", count - MOST_NAMED)),
     }
 }

@@ -23,7 +23,7 @@
 //! | `geo_keys` | the keys of GeoTIFF, which LAS has too |
 //! | `crs` | the coordinate reference system that a file names, and what else our own say of where they are from |
 //! | `camera`, `trajectory`, `pose` | side files: intrinsics, poses of a sequence, the pose of one scan |
-//! | `listed_scan`, `placing`, `placing_by_name` | the scan that a list names for a pose; the pose of each scan that is opened with a list |
+//! | `listed_scan`, `placing`, `placing_by_name`, `placing_by_numbers` | the scan that a list names for a pose; the pose of each scan that is opened with a list |
 //! | `numbering` | numbers of frames, and times, in names |
 //! | `options` | options that tell what the files don't say |
 //! | `edits`, `editing` | selections of a scan, and its true size and place |
@@ -63,6 +63,7 @@ mod overlap;
 mod pcd;
 mod placing;
 mod placing_by_name;
+mod placing_by_numbers;
 mod ply;
 mod points;
 mod polygons;

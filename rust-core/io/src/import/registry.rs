@@ -253,14 +253,18 @@ const MERGED: [&str; 4] = [
     "\"surfrecon\":{\"command\":\"plan\",",
 ];
 
-/// Whether a file is read as points in text, which any lines of numbers could be.
+/// Whether a format is points in text, the last: any lines of numbers could be these.
+fn is_any(format: &Format) -> bool {
+    FORMATS.last().is_some_and(|last| std::ptr::eq(last, format))
+}
+
+/// Whether a file is read as points in text.
 pub(super) fn is_any_text(path: &Path) -> bool {
-    format_of(path).is_ok_and(|format| FORMATS.last().is_some_and(|last| std::ptr::eq(last, format)))
+    format_of(path).is_ok_and(is_any)
 }
 
 /// Whether a file is surely of its format. Texts that only end like points may be notes of people.
 pub(super) fn is_sure(path: &Path) -> bool {
-    let is_any = |format: &Format| FORMATS.last().is_some_and(|last| std::ptr::eq(last, format));
     format_of(path).is_ok_and(|format| !is_any(format)) || is_known_by_content(path).unwrap_or(false)
 }
 
@@ -283,9 +287,7 @@ pub(super) fn format_of(path: &Path) -> Result<&'static Format> {
     let named = |extension: &str| FORMATS.iter().find(|format| format.extensions.contains(&extension));
     let of_poses = named(trajectory::AXIS_ANGLE).filter(|_| trajectory::is_named_so(path));
     if let Some(format) = FORMATS.iter().find(|format| (format.sniff)(&start)) {
-        // Lines of numbers could be anything.
-        let is_any = FORMATS.last().is_some_and(|last| std::ptr::eq(last, format));
-        return Ok(of_poses.filter(|_| is_any).unwrap_or(format));
+        return Ok(of_poses.filter(|_| is_any(format)).unwrap_or(format));
     }
     if let Some(format) = of_poses {
         return Ok(format);

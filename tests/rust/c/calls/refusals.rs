@@ -256,7 +256,10 @@ pub(super) fn poses_to_draw_a_scan_from_are_refused_where_they_can_not_be() {
             api.refused(answer, INPUT, &part);
             assert_eq!(distances, [9.0], "written in spite of the error");
         };
-        refused(&[placed], "world_from_scan: 1 poses for 2 scans: give one a scan, all 0 for those left out");
+        refused(
+            &[placed],
+            "world_from_scan: 1 pose is given for 2 scans: give as many as there are scans, all 0 at a scan that is left out",
+        );
         refused(&[placed, with(7, 1.0)], "world_from_scan[1]: the last row must be 0 0 0 1, got 0 1 0 1");
         refused(&[with(12, f64::NAN), placed], "world_from_scan[0] must have finite numbers");
         refused(&[placed, with(0, 2.0)], "world_from_scan[1] must be rigid");

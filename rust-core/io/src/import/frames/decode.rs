@@ -1,6 +1,6 @@
 //! The bytes of a frame's images to numbers and colours.
 
-use std::io::Read;
+use std::io::{ErrorKind, Read};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -17,6 +17,15 @@ use super::super::raster::{self, Numbers, Raster};
 use super::super::scan::FileScan;
 use base::error::{Error, Result};
 use base::progress::Progress;
+
+/// Whether it is the fault of an image that it can't be read, not that of the disk.
+pub(super) fn is_damage(error: &Error) -> bool {
+    match error {
+        Error::Format { .. } => true,
+        Error::Io { source, .. } => source.kind() == ErrorKind::NotFound,
+        _ => false,
+    }
+}
 
 /// Coding of an image of depths or confidences.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

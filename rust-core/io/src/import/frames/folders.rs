@@ -11,7 +11,7 @@ use super::poses;
 use super::recording::{Convention, Entry, Recording, in_order, stem};
 use super::store::{Place, Store};
 use crate::import::numbering::{keys_of, order_of};
-use crate::import::placing::{Places, Placing};
+use crate::import::placing_by_numbers::{Places, Placing};
 use crate::import::trajectory::Trajectory;
 use base::error::{Error, Result};
 

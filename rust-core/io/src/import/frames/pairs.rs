@@ -10,8 +10,8 @@ use glam::{DAffine3, DVec3};
 
 use super::super::file;
 use super::super::options::ReadOptions;
+use super::decode::is_damage;
 use super::recording::Recording;
-use super::whole::is_damage;
 use base::error::{Error, Result};
 use base::progress::Progress;
 use image::frame::LeftOutReport;

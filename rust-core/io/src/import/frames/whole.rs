@@ -9,7 +9,7 @@ use glam::DAffine3;
 
 use super::super::options::ReadOptions;
 use super::super::scan::Frames as _;
-use super::decode::Coding;
+use super::decode::{Coding, is_damage};
 use super::recording::Recording;
 use super::store::Place;
 use base::error::{Error, Result};
@@ -143,14 +143,5 @@ impl Recording {
         let shown: Vec<&str> = frames.iter().take(SHOWN).map(|(_, why)| why.as_str()).collect();
         let more = if frames.len() > SHOWN { ", and others" } else { "" };
         Some(format!("{} of {count} frames are skipped: {}{more}", frames.len(), shown.join(", ")))
-    }
-}
-
-/// Whether it is the fault of an image that it can't be read, not that of the disk.
-pub(super) fn is_damage(error: &Error) -> bool {
-    match error {
-        Error::Format { .. } => true,
-        Error::Io { source, .. } => source.kind() == ErrorKind::NotFound,
-        _ => false,
     }
 }
