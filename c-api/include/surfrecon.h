@@ -1516,6 +1516,9 @@ typedef struct {
   // Thinnest wall that the printer makes: 0.8 mm for most. > 0. SRF_FROM_DATA, the default: none, walls are measured
   // only.
   double min_wall;
+  // Walls are measured up to this thickness, or min_wall if that is more. Thicker ones are said to be as thick as this.
+  // > 0. SRF_FROM_DATA, the default: a tenth of the diagonal of the mesh's box.
+  double max_wall;
   // Faces that look down and lean from the vertical by more than this need supports. Radians, 0 to pi/2, default pi/4.
   double overhang;
   // Direction away from the plate that is printed on. A value of srf_print_up, default SRF_PRINT_UP_Z.
@@ -1571,11 +1574,13 @@ typedef struct {
   double volume;
   // Volume times density. There is none without either. Then it is SRF_FROM_DATA. Since 0.2.
   double weight;
-  // Thickness of the thinnest wall. There is none if no face has anything behind it. Then it is SRF_FROM_DATA. In the
-  // unit of the scans. Since 0.2.
+  // Thickness up to which walls are measured. In the unit of the scans. Since 0.2.
+  double wall_limit;
+  // Thickness of the thinnest wall. There is none if no wall is thinner than they are measured. Then it is
+  // SRF_FROM_DATA. In the unit of the scans. Since 0.2.
   double thinnest_wall;
-  // Number of the face in front of the thinnest wall, counted from 0. There is none if no face has anything behind it.
-  // Then it is UINT64_MAX. Since 0.2.
+  // Number of the face in front of the thinnest wall, counted from 0. There is none without such a wall. Then it is
+  // UINT64_MAX. Since 0.2.
   uint64_t thinnest_face;
   // Faces whose walls are thinner than the thinnest wall that the printer makes. Since 0.2.
   uint64_t thin_faces;
@@ -4896,8 +4901,8 @@ srf_status srf_check_print_report_init_sized(srf_check_print_report *report,
 #define srf_check_print_report_init(report) srf_check_print_report_init_sized((report), sizeof(srf_check_print_report))
 
 // Checks whether a mesh can be printed. The mesh that is given back is the same with three more attributes of its triangles: wall, the
-// thickness behind the triangle, crossing, whether it crosses another, and overhang, whether it hangs over. Where nothing lies behind a
-// triangle, wall is the diagonal of the mesh's box: no wall is thicker.
+// thickness behind the triangle, crossing, whether it crosses another, and overhang, whether it hangs over. Where a wall is
+// thicker than is measured, or nothing lies behind a triangle, wall is wall_limit of the report.
 // mesh        any mesh. Not NULL
 // params      NULL for the defaults
 // progress    NULL for none

@@ -32,8 +32,8 @@ use crate::status::srf_status;
 use crate::{params, pointer, report, sized};
 
 /// Checks whether a mesh can be printed. The mesh that is given back is the same with three more attributes of its triangles: wall, the
-/// thickness behind the triangle, crossing, whether it crosses another, and overhang, whether it hangs over. Where nothing lies behind a
-/// triangle, wall is the diagonal of the mesh's box: no wall is thicker.
+/// thickness behind the triangle, crossing, whether it crosses another, and overhang, whether it hangs over. Where a wall is
+/// thicker than is measured, or nothing lies behind a triangle, wall is wall_limit of the report.
 /// mesh        any mesh. Not NULL
 /// params      NULL for the defaults
 /// progress    NULL for none

@@ -151,7 +151,7 @@ Outputs run_check_print(Job &job);
 inline const Filter check_print_filter = {
     "Check for Printing",
     "compute_scalar_by_print_check_per_face",
-    "Checks whether the current layer can be printed in 3D: closed, manifold, no crossing faces, walls, overhangs, size. Nothing is repaired. <b>Faces that cross another or hang over are selected. The quality of each face is the thickness of the wall behind it</b>. Where nothing lies behind a face it is the diagonal of the layer.<br>"
+    "Checks whether the current layer can be printed in 3D: closed, manifold, no crossing faces, walls, overhangs, size. Nothing is repaired. <b>Faces that cross another or hang over are selected. The quality of each face is the thickness of the wall behind it</b>, at most <i>Max wall</i>.<br>"
     "The log has the figures.",
     compat::FilterBase::Quality | compat::FilterBase::Selection,
     compat::FilterBase::SINGLE_MESH,

@@ -166,6 +166,7 @@ inline const Figures check_print_figures = {
     {Figure::Kind::flag, "is_fitting", "Fits into the printer", false, 1, offsetof(srf_check_print_report, is_fitting), {}, {}},
     {Figure::Kind::number, "volume", "Volume", true, 1, offsetof(srf_check_print_report, volume), {}, {}},
     {Figure::Kind::number, "weight", "Weight", true, 1, offsetof(srf_check_print_report, weight), {}, {}},
+    {Figure::Kind::length, "wall_limit", "Walls measured up to", false, 1, offsetof(srf_check_print_report, wall_limit), {}, {}},
     {Figure::Kind::length, "thinnest_wall", "Thinnest wall", true, 1, offsetof(srf_check_print_report, thinnest_wall), {}, {}},
     {Figure::Kind::count, "thinnest_face", "Face of the thinnest wall", true, 1, offsetof(srf_check_print_report, thinnest_face), {}, {}},
     {Figure::Kind::count, "thin_faces", "Faces with thin walls", false, 1, offsetof(srf_check_print_report, thin_faces), {}, {}},

@@ -65,7 +65,7 @@ use crate::report;
 ///     Cancelled: ``progress`` returned ``False``.
 #[pyfunction]
 // options: check_print
-#[pyo3(signature = (mesh, *, progress = None, **options), text_signature = "(mesh, *, min_wall=None, overhang=0.7853981633974483, print_up='z', printer_width=None, printer_depth=None, printer_height=None, density=None, threads=0, progress=None)")]
+#[pyo3(signature = (mesh, *, progress = None, **options), text_signature = "(mesh, *, min_wall=None, max_wall=None, overhang=0.7853981633974483, print_up='z', printer_width=None, printer_depth=None, printer_height=None, density=None, threads=0, progress=None)")]
 pub fn check_print(
     py: Python<'_>,
     mesh: &Mesh,
@@ -103,8 +103,8 @@ impl CheckPrintCall {
 #[pyclass(frozen, module = "surfrecon")]
 pub struct Checked {
     /// The mesh with three more face attributes: ``wall``, the thickness behind the face, ``crossing``, whether the face crosses
-    /// another, and ``overhang``, whether it hangs over. Where nothing lies behind a face, ``wall`` is the diagonal of the mesh's
-    /// box: no wall is thicker.
+    /// another, and ``overhang``, whether it hangs over. Where a wall is thicker than is measured, or nothing lies
+    /// behind a face, ``wall`` is ``report.wall_limit``.
     #[pyo3(get)]
     mesh: Py<Mesh>,
     core: Core,
@@ -146,7 +146,7 @@ impl Job {
     ///     ParameterError, TypeError: like ``check_print``, at once. Other errors are raised by ``result``.
     #[staticmethod]
     // options: check_print
-    #[pyo3(signature = (mesh, **options), text_signature = "(mesh, *, min_wall=None, overhang=0.7853981633974483, print_up='z', printer_width=None, printer_depth=None, printer_height=None, density=None, threads=0)")]
+    #[pyo3(signature = (mesh, **options), text_signature = "(mesh, *, min_wall=None, max_wall=None, overhang=0.7853981633974483, print_up='z', printer_width=None, printer_depth=None, printer_height=None, density=None, threads=0)")]
     fn check_print(mesh: &Mesh, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         let call = CheckPrintCall::new(mesh, options)?;
         Job::of(Background::start(move |progress| {

@@ -75,7 +75,7 @@ class SURFRECON_OT_check_print(JobOperator, bpy.types.Operator):
         wall = np.full(self.count, np.inf, np.float32)
         np.minimum.at(wall, self.faces, marks["wall"])
         # A polygon without triangles has no wall.
-        wall[np.isinf(wall)] = np.linalg.norm(report.size)
+        wall[np.isinf(wall)] = report.wall_limit
         crossing, overhang = (self.any_of(marks[name]) for name in ("crossing", "overhang"))
         convert.store(checked.data, WALL, wall, "FACE")
         convert.store(checked.data, "crossing", crossing, "FACE")
@@ -112,6 +112,7 @@ TRANSLATIONS = {
             "Check for Printing": "Für den Druck prüfen",
             "Check whether the active mesh can be printed: openings, crossing faces, thin walls, overhangs and size": "Prüfen, ob das aktive Netz gedruckt werden kann: Öffnungen, sich schneidende Flächen, dünne Wände, Überhänge und Größe",
             "Min wall": "Dünnste Wand",
+            "Max wall": "Dickste Wand",
             "Overhang": "Überhang",
             "Up of the print": "Oben beim Druck",
             "Printer width": "Breite des Druckers",
@@ -134,12 +135,14 @@ TRANSLATIONS = {
             "Thinnest wall": "Dünnste Wand",
             "Face of the thinnest wall": "Fläche der dünnsten Wand",
             "Faces with thin walls": "Flächen mit dünner Wand",
+            "Walls measured up to": "Wände gemessen bis",
             "Walls measured every": "Wände gemessen alle",
             "Overhanging faces": "Überhängende Flächen",
             "Area of overhangs": "Inhalt der Überhänge",
         },
         "tips": {
             "Thinnest wall that the printer makes: 0.8 mm for most. 0: none, walls are measured only": "Dünnste Wand, die der Drucker macht: 0.8 mm bei den meisten. 0: keine, Wände werden nur gemessen",
+            "Walls are measured up to this thickness, or min_wall if that is more. Thicker ones are said to be as thick as this. 0: a tenth of the diagonal of the mesh's box": "Wände werden bis zu dieser Dicke gemessen, oder bis zur dünnsten Wand, wenn die dicker ist. Dickere gelten als so dick. 0: ein Zehntel der Diagonale des Quaders um das Netz",
             "Faces that look down and lean from the vertical by more than this need supports": "Flächen, die nach unten sehen und sich um mehr als dies aus der Senkrechten neigen, brauchen Stützen",
             "Direction away from the plate that is printed on": "Richtung von der Platte weg, auf der gedruckt wird",
             "Width of the space that the printer fills. 0: any": "Breite des Raums, den der Drucker füllt. 0: jede",

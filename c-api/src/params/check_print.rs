@@ -39,6 +39,9 @@ pub struct srf_check_print_params {
     /// Thinnest wall that the printer makes: 0.8 mm for most. > 0. SRF_FROM_DATA, the default: none, walls are measured
     /// only.
     pub min_wall: f64,
+    /// Walls are measured up to this thickness, or min_wall if that is more. Thicker ones are said to be as thick as this.
+    /// > 0. SRF_FROM_DATA, the default: a tenth of the diagonal of the mesh's box.
+    pub max_wall: f64,
     /// Faces that look down and lean from the vertical by more than this need supports. Radians, 0 to pi/2, default pi/4.
     pub overhang: f64,
     /// Direction away from the plate that is printed on. A value of srf_print_up, default SRF_PRINT_UP_Z.
@@ -61,6 +64,7 @@ impl Fields for srf_check_print_params {
             struct_size: size_of::<Self>() as u32,
             threads: 0,
             min_wall: SRF_FROM_DATA,
+            max_wall: SRF_FROM_DATA,
             overhang: std::f64::consts::FRAC_PI_4,
             print_up: 1,
             printer_width: SRF_FROM_DATA,
@@ -74,6 +78,7 @@ impl Fields for srf_check_print_params {
         vec![
             ("threads", Given::Threads(self.threads)),
             ("min_wall", Given::Double(self.min_wall)),
+            ("max_wall", Given::Double(self.max_wall)),
             ("overhang", Given::Double(self.overhang)),
             ("print_up", Given::Whole(self.print_up)),
             ("printer_width", Given::Double(self.printer_width)),

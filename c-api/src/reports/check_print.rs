@@ -46,11 +46,13 @@ pub struct srf_check_print_report {
     pub volume: f64,
     /// Volume times density. There is none without either. Then it is SRF_FROM_DATA. Since 0.2.
     pub weight: f64,
-    /// Thickness of the thinnest wall. There is none if no face has anything behind it. Then it is SRF_FROM_DATA. In the
-    /// unit of the scans. Since 0.2.
+    /// Thickness up to which walls are measured. In the unit of the scans. Since 0.2.
+    pub wall_limit: f64,
+    /// Thickness of the thinnest wall. There is none if no wall is thinner than they are measured. Then it is
+    /// SRF_FROM_DATA. In the unit of the scans. Since 0.2.
     pub thinnest_wall: f64,
-    /// Number of the face in front of the thinnest wall, counted from 0. There is none if no face has anything behind it.
-    /// Then it is UINT64_MAX. Since 0.2.
+    /// Number of the face in front of the thinnest wall, counted from 0. There is none without such a wall. Then it is
+    /// UINT64_MAX. Since 0.2.
     pub thinnest_face: u64,
     /// Faces whose walls are thinner than the thinnest wall that the printer makes. Since 0.2.
     pub thin_faces: u64,

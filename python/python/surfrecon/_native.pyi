@@ -892,6 +892,7 @@ class Job:
         *,
         # options: check_print
         min_wall: float | None = None,
+        max_wall: float | None = None,
         overhang: float | None = 0.7853981633974483,
         print_up: Literal["z", "y", "x", "minus_z", "minus_y", "minus_x"] | None = "z",
         printer_width: float | None = None,
@@ -1512,6 +1513,7 @@ def check_print(
     *,
     # options: check_print
     min_wall: float | None = None,
+    max_wall: float | None = None,
     overhang: float | None = 0.7853981633974483,
     print_up: Literal["z", "y", "x", "minus_z", "minus_y", "minus_x"] | None = "z",
     printer_width: float | None = None,

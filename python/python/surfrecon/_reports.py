@@ -590,10 +590,11 @@ class PrintReport(Report):
         volume: Volume of all parts together, in the cube of the unit of the mesh. There is none unless the mesh is
             closed. Then it is ``None``.
         weight: Volume times density. There is none without either. Then it is ``None``.
-        thinnest_wall: Thickness of the thinnest wall. There is none if no face has anything behind it. Then it is
-            ``None``. In the unit of the scans.
-        thinnest_face: Number of the face in front of the thinnest wall, counted from 0. There is none if no face
-            has anything behind it. Then it is ``None``.
+        wall_limit: Thickness up to which walls are measured. In the unit of the scans.
+        thinnest_wall: Thickness of the thinnest wall. There is none if no wall is thinner than they are measured.
+            Then it is ``None``. In the unit of the scans.
+        thinnest_face: Number of the face in front of the thinnest wall, counted from 0. There is none without such
+            a wall. Then it is ``None``.
         thin_faces: Faces whose walls are thinner than the thinnest wall that the printer makes.
         wall_spacing: Largest distance of a corner from the centre of its face. Walls are measured at centres. Where
             faces are larger than walls are thick, a wall may be thinner between them. In the unit of the scans.
@@ -618,6 +619,7 @@ class PrintReport(Report):
     is_fitting: bool
     volume: float | None
     weight: float | None
+    wall_limit: float
     thinnest_wall: float | None
     thinnest_face: int | None
     thin_faces: int

@@ -3,9 +3,10 @@
 //! ```sh
 //! cargo run --release -p surfrecon-close --example print_figures -- 200000         # about so many faces each
 //! cargo run --release -p surfrecon-close --example print_figures -- 200000 ball    # of one shape
+//! cargo run --release -p surfrecon-close --example print_figures -- 20000 ball 9   # with walls of any thickness measured
 //! ```
 //!
-//! Prints the seconds of the stage of walls, of all threads, and the thinnest wall.
+//! Prints the seconds of the stage of walls, of all threads, and the thinnest wall, at most the thickness up to which walls are measured.
 
 #![allow(clippy::print_stdout)]
 
@@ -55,14 +56,16 @@ fn main() -> Result<()> {
     shapes.push(("bumpy ball".to_owned(), bumpy));
     println!("{:20} {:>8} {:>10} {:>10}", "shape", "faces", "walls, s", "thinnest");
     let only = std::env::args().nth(2);
+    let max_wall = std::env::args().nth(3).and_then(|limit| limit.parse().ok());
+    let params = PrintParams { max_wall, ..PrintParams::default() };
     for (name, mesh) in shapes.into_iter().filter(|(name, _)| only.as_ref().is_none_or(|only| only == name)) {
-        let report = check_print(&mesh, &PrintParams::default(), &Progress::none())?.report;
+        let report = check_print(&mesh, &params, &Progress::none())?.report;
         let walls =
             report.seconds.iter().find(|(stage, _)| *stage == "measuring walls").map_or(0.0, |(_, seconds)| *seconds);
         println!(
             "{name:20} {:8} {walls:10.2} {:10.4}",
             mesh.triangles.len(),
-            report.thinnest_wall.unwrap_or(f64::INFINITY)
+            report.thinnest_wall.unwrap_or(report.wall_limit)
         );
     }
     Ok(())

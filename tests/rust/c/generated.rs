@@ -26,7 +26,7 @@ pub type ClusterParams = Sized<11>;
 
 pub type CloseParams = Sized<7>;
 
-pub type CheckPrintParams = Sized<7>;
+pub type CheckPrintParams = Sized<8>;
 
 pub type ScanParams = Sized<10>;
 
@@ -236,7 +236,7 @@ pub mod close_report {
     pub const IS_CLOSED: usize = 18;
 }
 
-pub type PrintReport = Sized<22>;
+pub type PrintReport = Sized<23>;
 
 /// Places of the figures of [`PrintReport`].
 #[allow(dead_code, reason = "tests look at some")]
@@ -257,12 +257,13 @@ pub mod check_print_report {
     pub const IS_FITTING: usize = 13;
     pub const VOLUME: usize = 14;
     pub const WEIGHT: usize = 15;
-    pub const THINNEST_WALL: usize = 16;
-    pub const THINNEST_FACE: usize = 17;
-    pub const THIN_FACES: usize = 18;
-    pub const WALL_SPACING: usize = 19;
-    pub const OVERHANG_FACES: usize = 20;
-    pub const OVERHANG_AREA: usize = 21;
+    pub const WALL_LIMIT: usize = 16;
+    pub const THINNEST_WALL: usize = 17;
+    pub const THINNEST_FACE: usize = 18;
+    pub const THIN_FACES: usize = 19;
+    pub const WALL_SPACING: usize = 20;
+    pub const OVERHANG_FACES: usize = 21;
+    pub const OVERHANG_AREA: usize = 22;
 }
 
 pub type CheckReport = Sized<20>;

@@ -409,8 +409,9 @@ def check_print(work: Work) -> Made:
     if report.volume is not None:
         weight = "" if report.weight is None else f", weight {report.weight:.4g}"
         said.append(f"closed, volume {report.volume:.4g}{weight}")
-    if report.thinnest_wall is not None:
-        said.append(f"thinnest wall {report.thinnest_wall:.4g}, measured every {report.wall_spacing:.4g}")
+    thinnest = report.thinnest_wall
+    walls = f"no wall thinner than {report.wall_limit:.4g}" if thinnest is None else f"thinnest wall {thinnest:.4g}"
+    said.append(f"{walls}, measured every {report.wall_spacing:.4g}")
     said += [text for _, text in report.findings] or ["nothing is in the way of printing"]
     return Made(report, [_counts(found.mesh), *said], _writer(work, found.mesh), _parts(work, found.mesh))
 

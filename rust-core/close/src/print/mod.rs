@@ -41,9 +41,9 @@ base::stages! {
 /// The same result for any number of threads. Crossings are decided exactly.
 ///
 /// # Cost
-/// Time O(n log n) for n faces of which few cross. In a round body many faces are equally near to the middle of the same ball: one search
-/// looks at all of them. Neighbours share what it finds, unless noise turns them away from each other. Then a
-/// round body takes up to O(n^2). The example `print_figures` measures both.
+/// Time O(n log n) for n faces of which few cross. With a large `max_wall`, many faces of a round body are equally near to the middle of the
+/// same ball: one search looks at all of them. Neighbours share what it finds, unless noise turns them away from each other. Then a round
+/// body takes up to O(n^2). The example `print_figures` measures both.
 ///
 /// # Errors
 /// Parameters out of range. A mesh with an index out of range or a coordinate that is not finite. [`base::Error::OutOfMemory`].
@@ -75,7 +75,8 @@ fn run(mesh: &TriMesh, params: &PrintParams, progress: &Progress<'_>) -> Result<
     progress.lap(PLAN[CROSSINGS].0);
     progress.stage(WALLS, mesh.triangles.len() as u64);
     let bvh = Bvh::build_with(&mesh.positions, &mesh.triangles, params.threads, progress)?;
-    report.set_walls(walls::measure(mesh, &bvh, progress)?, params.min_wall);
+    report.wall_limit = params.wall_limit((hi - lo).length());
+    report.set_walls(walls::measure(mesh, &bvh, report.wall_limit, progress)?, params.min_wall);
     report.wall_spacing = (0..mesh.triangles.len()).map(|t| reach(mesh.corners(t))).fold(0.0, f64::max);
     let overhangs = overhangs(mesh, params);
     report.overhang_faces = overhangs.iter().filter(|overhang| **overhang).count();
@@ -87,8 +88,7 @@ fn run(mesh: &TriMesh, params: &PrintParams, progress: &Progress<'_>) -> Result<
     progress.lap(PLAN[WALLS].0);
     report.seconds = progress.seconds();
 
-    let thickest = (hi - lo).length();
-    let wall = report.walls.iter().map(|wall| wall.thickness.min(thickest) as f32).collect();
+    let wall = report.walls.iter().map(|wall| wall.thickness.min(report.wall_limit) as f32).collect();
     let mut mesh = mesh.clone();
     for attribute in
         [Attribute::f32("wall", wall), Attribute::bool("crossing", crossing), Attribute::bool("overhang", overhangs)]

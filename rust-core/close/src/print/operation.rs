@@ -29,7 +29,7 @@ pub const OPERATION: Operation = Operation {
         id: "compute_scalar_by_print_check_per_face",
         text: "Checks whether the current layer can be printed in 3D: closed, manifold, no crossing faces, walls, overhangs, size. \
                Nothing is repaired. <b>Faces that cross another or hang over are selected. The quality of each face is the thickness of \
-               the wall behind it</b>. Where nothing lies behind a face it is the diagonal of the layer.<br>The log has the figures.",
+               the wall behind it</b>, at most <i>Max wall</i>.<br>The log has the figures.",
         menus: &["Quality", "Selection"],
         layers: "SINGLE_MESH",
     }),

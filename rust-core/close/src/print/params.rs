@@ -4,12 +4,18 @@ use base::params::{angle, choice, length, ratio};
 
 use crate::params::UpAxis;
 
+/// Walls are measured up to this share of the diagonal of the mesh's box. Where noise turns the faces of a thick round body, larger balls
+/// take time that grows with the square of the number of faces.
+const LIMIT: f64 = 0.1;
+
 base::params! {
     /// How a mesh is checked before it is printed. Lengths are in its unit.
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct PrintParams of "check_print" with threads {
         /// Thinnest wall that the printer makes: 0.8 mm for most.
         min_wall: Option<f64> = length("Min wall").from_data("none, walls are measured only").above(0.0).since("0.2"),
+        /// Walls are measured up to this thickness, or min_wall if that is more. Thicker ones are said to be as thick as this.
+        max_wall: Option<f64> = length("Max wall").from_data("a tenth of the diagonal of the mesh's box").above(0.0).since("0.2"),
         /// Faces that look down and lean from the vertical by more than this need supports.
         overhang: f64 = angle("Overhang").default(std::f64::consts::FRAC_PI_4).at_most(std::f64::consts::FRAC_PI_2).since("0.2"),
         /// Direction away from the plate that is printed on.
@@ -26,6 +32,11 @@ base::params! {
 }
 
 impl PrintParams {
+    /// Thickness up to which the walls are measured of a mesh whose box has that diagonal.
+    pub(super) fn wall_limit(&self, diagonal: f64) -> f64 {
+        self.max_wall.unwrap_or(LIMIT * diagonal).max(self.min_wall.unwrap_or(0.0))
+    }
+
     /// Width, depth and height of the printer, as far as they are given.
     pub(super) const fn printer(&self) -> [Option<f64>; 3] {
         [self.printer_width, self.printer_depth, self.printer_height]

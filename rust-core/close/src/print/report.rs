@@ -107,9 +107,11 @@ base::report! {
         volume: Option<f64> = number("Volume").optional().since("0.2"),
         /// Volume times density. There is none without either.
         weight: Option<f64> = number("Weight").optional().since("0.2"),
-        /// Thickness of the thinnest wall. There is none if no face has anything behind it.
+        /// Thickness up to which walls are measured.
+        wall_limit: f64 = length("Walls measured up to").since("0.2"),
+        /// Thickness of the thinnest wall. There is none if no wall is thinner than they are measured.
         thinnest_wall: Option<f64> = length("Thinnest wall").optional().since("0.2"),
-        /// Number of the face in front of the thinnest wall, counted from 0. There is none if no face has anything behind it.
+        /// Number of the face in front of the thinnest wall, counted from 0. There is none without such a wall.
         thinnest_face: Option<usize> = count("Face of the thinnest wall").optional().since("0.2"),
         /// Faces whose walls are thinner than the thinnest wall that the printer makes.
         thin_faces: usize = count("Faces with thin walls").since("0.2"),
@@ -130,7 +132,7 @@ base::report! {
         crossings: Vec<[u32; 2]>,
         /// The parts in the order of their first faces.
         bodies: Vec<PrintPart>,
-        /// Thickness of the wall behind the centre of each face. Infinite behind a face without area.
+        /// Thickness of the wall behind the centre of each face. Infinite if nothing lies behind it, and behind a face without area.
         walls: Vec<Wall>,
     }
 }
@@ -155,7 +157,7 @@ impl PrintReport {
             _ => Some(t),
         };
         // The first of several.
-        self.thinnest_face = (0..walls.len()).filter(|&t| walls[t].thickness.is_finite()).fold(None, least);
+        self.thinnest_face = (0..walls.len()).filter(|&t| walls[t].thickness < self.wall_limit).fold(None, least);
         self.thinnest_wall = self.thinnest_face.map(|t| walls[t].thickness);
         self.thin_faces = min_wall.map_or(0, |min| walls.iter().filter(|wall| wall.thickness < min).count());
         self.walls = walls;
@@ -220,7 +222,8 @@ impl PrintReport {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Checked {
     /// The mesh with three more face attributes: `wall`, the thickness behind the face, `crossing`, whether the face crosses another, and
-    /// `overhang`, whether it hangs over. Where nothing lies behind a face, `wall` is the diagonal of the mesh's box: no wall is thicker.
+    /// `overhang`, whether it hangs over. Where a wall is thicker than is measured, or nothing lies behind a face, `wall` is
+    /// [`PrintReport::wall_limit`].
     pub mesh: TriMesh,
     /// Figures of the run.
     pub report: PrintReport,

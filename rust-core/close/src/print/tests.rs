@@ -10,7 +10,8 @@ use mesh::AttributeData;
 use mesh::shapes::Shape;
 
 fn checked(mesh: &TriMesh) -> PrintReport {
-    let params = PrintParams { density: Some(2.0), min_wall: Some(0.5), threads: 1, ..PrintParams::default() };
+    let (density, min_wall, max_wall) = (Some(2.0), Some(0.5), Some(100.0));
+    let params = PrintParams { density, min_wall, max_wall, threads: 1, ..PrintParams::default() };
     check_print(mesh, &params, &Progress::none()).unwrap().report
 }
 
@@ -55,6 +56,25 @@ fn walls_of_a_hollow_ball_are_as_thick_as_they_are() {
     let thin = report.findings.iter().find(|finding| finding.kind == Fault::Thin).unwrap();
     assert!(thin.text.contains("thinner than 0.5: ") && thin.text.ends_with("print it larger."), "{thin:?}");
     assert_eq!(report.thin_faces, report.walls.len());
+}
+
+#[test]
+fn walls_are_measured_up_to_a_limit() {
+    // 0.4 thick, its box 3.0 long from corner to corner.
+    let plate = cuboid(DVec3::new(1.0, 1.0, 0.2), 3);
+    let report = |min_wall, max_wall| {
+        let params = PrintParams { min_wall, max_wall, threads: 1, ..PrintParams::default() };
+        check_print(&plate, &params, &Progress::none()).unwrap().report
+    };
+    let [unknown, known] = [report(None, None), report(None, Some(0.5))];
+    let diagonal = DVec3::new(2.0, 2.0, 0.4).length();
+    assert_eq!((unknown.wall_limit, known.wall_limit), (0.1 * diagonal, 0.5));
+    assert_eq!((unknown.thinnest_wall, unknown.thinnest_face), (None, None));
+    assert!(unknown.walls.iter().all(|wall| wall.thickness == unknown.wall_limit && wall.ray > 0.39));
+    assert!((known.thinnest_wall.unwrap() - 0.4).abs() < 1e-9);
+    // A limit below the thinnest wall that is printed would hide walls that are too thin.
+    let judged = report(Some(0.45), Some(0.1));
+    assert!(judged.wall_limit == 0.45 && judged.thinnest_wall == known.thinnest_wall && judged.thin_faces > 0);
 }
 
 #[test]
@@ -167,6 +187,7 @@ proptest! {
         rough in prop_oneof![Just(0.0), 0.0..0.05_f64, 0.0..0.4_f64],
         noise in prop::collection::vec([-1.0..1.0_f64, -1.0..1.0, -1.0..1.0], 200),
         round in prop::bool::ANY,
+        limit in prop_oneof![Just(100.0), 0.05..2.0_f64],
     ) {
         let shape = if round { Shape::Sphere { radius: 1.0 } } else { Shape::Cuboid { half: DVec3::new(1.0, 0.7, 0.4) } };
         let mut mesh = shape.mesh(detail);
@@ -174,7 +195,8 @@ proptest! {
             *p += rough * DVec3::from(*noise);
             p.z *= flat;
         }
-        let report = checked(&mesh);
+        let params = PrintParams { max_wall: Some(limit), threads: 1, ..PrintParams::default() };
+        let report = check_print(&mesh, &params, &Progress::none()).unwrap().report;
         let faces = || (0..mesh.triangles.len()).map(|t| mesh.corners(t));
         for (t, wall) in report.walls.iter().enumerate() {
             let corners = mesh.corners(t);
@@ -189,9 +211,10 @@ proptest! {
             let radius = 0.5 * wall.ball;
             // The face itself is met at rounding's distance.
             let others = faces().enumerate().filter(|(other, _)| *other != t);
-            let largest = others.fold(0.5 * ray, |most, (_, other)| largest_ball(centre, normal, &other, most));
+            let largest = others.fold(0.5 * ray.min(limit), |most, (_, other)| largest_ball(centre, normal, &other, most));
             prop_assert!(radius >= largest - 1e-9, "{} {}", radius, largest);
-let middle = centre - radius * normal;
+            prop_assert!(wall.thickness == wall.ball || wall.thickness == wall.ray.min(limit));
+            let middle = centre - radius * normal;
             let room = faces().map(|other| Closest::on_triangle(middle, &other, 0).distance()).fold(f64::INFINITY, f64::min);
             prop_assert!(room >= radius * (1.0 - walls::END) - 1e-9, "{} {}", room, radius);
         }
@@ -203,7 +226,7 @@ fn walls_of_round_bodies_are_the_same_for_any_thread_count() {
     for shape in [Shape::Torus { major: 1.0, minor: 0.3 }, Shape::Cylinder { radius: 1.0, half_height: 1.0 }] {
         let mesh = shape.mesh(16);
         let walls = [1, 2, 7].map(|threads| {
-            let params = PrintParams { threads, ..PrintParams::default() };
+            let params = PrintParams { threads, max_wall: Some(100.0), ..PrintParams::default() };
             check_print(&mesh, &params, &Progress::none()).unwrap().report.walls
         });
         assert!(walls[0].len() > 2048, "several chunks: {}", walls[0].len());
@@ -280,11 +303,11 @@ fn faces_are_marked() {
     else {
         panic!("{:?}", marked.face_attributes);
     };
-    // Nothing lies behind the lone face, and no wall is thicker than the box.
-    let diagonal = DVec3::from(report.size).length() as f32;
-    assert_eq!(*wall.last().unwrap(), diagonal);
-    assert!(wall.iter().all(|wall| wall.is_finite() && *wall > 0.0 && *wall <= diagonal));
-    assert!(wall.iter().zip(&report.walls).all(|(wall, known)| *wall == diagonal || *wall == known.thickness as f32));
+    // Nothing lies behind the lone face.
+    let limit = report.wall_limit as f32;
+    assert_eq!(*wall.last().unwrap(), limit);
+    assert!(wall.iter().all(|wall| *wall > 0.0 && *wall <= limit) && wall.iter().any(|wall| *wall < limit));
+    assert!(wall.iter().zip(&report.walls).all(|(wall, known)| *wall == limit || *wall == known.thickness as f32));
     let marks = |flags: &[bool]| flags.iter().filter(|flag| **flag).count();
     assert_eq!((marks(crossing), marks(overhang)), (report.crossing_faces, report.overhang_faces));
     assert!(report.crossings.iter().flatten().all(|&t| crossing[t as usize]) && report.crossing_faces > 0);

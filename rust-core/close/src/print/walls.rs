@@ -30,25 +30,27 @@ pub struct Wall {
     /// Distance from the centre to the next face against the normal. Infinite if there is none.
     pub ray: f64,
     /// Diameter of a ball whose middle lies half of it behind the centre. It is at least that of the largest ball inside that touches the
-    /// centre, and at most `ray`. The ball around the same middle that is smaller by [`END`] lies inside. Infinite if nothing is met.
+    /// centre, and at most `ray` and the limit. The ball around the same middle that is smaller by [`END`] lies inside. Infinite if
+    /// nothing is met.
     pub ball: f64,
-    /// The ball's diameter if the face that it meets is turned by 120 degrees or more, so that both are sides of a wall. Else the ray.
+    /// The ball's diameter if the face that it meets is turned by 120 degrees or more, so that both are sides of a wall. Else the ray, at
+    /// most the limit. Infinite if nothing is met.
     pub thickness: f64,
 }
 
 const NONE: Wall = Wall { ray: f64::INFINITY, ball: f64::INFINITY, thickness: f64::INFINITY };
 
-/// Of each face.
+/// Walls behind each face, measured up to the thickness `limit`.
 ///
 /// # Errors
 /// [`base::Error::Cancelled`].
-pub fn measure(mesh: &TriMesh, bvh: &Bvh<'_>, progress: &Progress<'_>) -> Result<Vec<Wall>> {
+pub fn measure(mesh: &TriMesh, bvh: &Bvh<'_>, limit: f64, progress: &Progress<'_>) -> Result<Vec<Wall>> {
     let order: Vec<u32> = bvh.order().collect();
     let measured: Result<Vec<Vec<Wall>>> = order
         .par_chunks(CHUNK)
         .map(|chunk| {
             let mut clear = Clear::default();
-            let walls = chunk.iter().map(|&t| behind(mesh, bvh, t as usize, &mut clear)).collect();
+            let walls = chunk.iter().map(|&t| behind(mesh, bvh, t as usize, limit, &mut clear)).collect();
             progress.advance(chunk.len() as u64)?;
             Ok(walls)
         })
@@ -83,7 +85,7 @@ impl Clear {
     }
 }
 
-fn behind(mesh: &TriMesh, bvh: &Bvh<'_>, t: usize, clear: &mut Clear) -> Wall {
+fn behind(mesh: &TriMesh, bvh: &Bvh<'_>, t: usize, limit: f64, clear: &mut Clear) -> Wall {
     let corners = mesh.corners(t);
     let (centre, normal) = ((corners[0] + corners[1] + corners[2]) / 3.0, surface::normal(corners));
     if normal == DVec3::ZERO {
@@ -93,7 +95,7 @@ fn behind(mesh: &TriMesh, bvh: &Bvh<'_>, t: usize, clear: &mut Clear) -> Wall {
     let size = corners[0].distance(corners[1]).max(corners[1].distance(corners[2])).max(centre.abs().max_element());
     let ray = Ray { origin: centre, direction: -normal };
     let Some(hit) = bvh.first_hit(&ray, 1e-12 * size, f64::INFINITY) else { return NONE };
-    let (mut radius, mut met) = (0.5 * hit.t, hit.triangle);
+    let (mut radius, mut met) = (0.5 * hit.t.min(limit), hit.triangle);
     // Each round makes it smaller by half of END or more: the face that is met lies so far within.
     loop {
         let (middle, inside) = (centre - radius * normal, radius * (1.0 - END));
@@ -114,5 +116,5 @@ fn behind(mesh: &TriMesh, bvh: &Bvh<'_>, t: usize, clear: &mut Clear) -> Wall {
         (radius, met) = (0.5 * way.length_squared() / way.dot(normal), nearest.triangle);
     }
     let is_wall = surface::normal(mesh.corners(met as usize)).dot(normal) <= TURNED;
-    Wall { ray: hit.t, ball: 2.0 * radius, thickness: if is_wall { 2.0 * radius } else { hit.t } }
+    Wall { ray: hit.t, ball: 2.0 * radius, thickness: if is_wall { 2.0 * radius } else { hit.t.min(limit) } }
 }
