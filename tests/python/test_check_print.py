@@ -1,6 +1,9 @@
 """Checks for printing through Python and on the command line: shapes whose faults are known."""
 
+import itertools
 import json
+import random
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -33,7 +36,7 @@ def marked(checked, name):
 
 
 def test_a_box_has_the_figures_of_a_box():
-    checked = surfrecon.check_print(box((2, 3, 4)), min_wall=1.5, density=2)
+    checked = surfrecon.check_print(box((2, 3, 4)), min_wall=1.5, max_wall=3, density=2)
     report = checked.report
     assert report.findings == [] and report.is_closed and report.is_manifold and report.parts == 1
     assert report.size == (2, 3, 4) and report.volume == pytest.approx(24) and report.weight == pytest.approx(48)
@@ -52,6 +55,95 @@ def test_crossing_faces_are_found_and_marked():
     assert marked(checked, "crossing").sum() == checked.report.crossing_faces
 
 
+def minus(a, b):
+    return [x - y for x, y in zip(a, b, strict=True)]
+
+
+def dot(a, b):
+    return sum(x * y for x, y in zip(a, b, strict=True))
+
+
+def cross(a, b):
+    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+
+
+def common_part(p, q, t):
+    """The ends of what a segment has in common with a triangle, without rounding."""
+    normal = cross(minus(t[1], t[0]), minus(t[2], t[0]))
+    bounds = [(dot(minus(p, t[0]), normal), dot(minus(q, t[0]), normal))]
+    bounds += [(-a, -b) for a, b in bounds]
+    for a, b in ((0, 1), (1, 2), (2, 0)):
+        inward = cross(normal, minus(t[b], t[a]))
+        bounds.append((dot(minus(p, t[a]), inward), dot(minus(q, t[a]), inward)))
+    first, last = Fraction(0), Fraction(1)
+    for a, b in bounds:
+        if a == b and a < 0:
+            return []
+        if b > a:
+            first = max(first, a / (a - b))
+        elif b < a:
+            last = min(last, a / (a - b))
+    return [[x + (y - x) * u for x, y in zip(p, q, strict=True)] for u in (first, last)] if first <= last else []
+
+
+def crosses(s, t):
+    """Whether two triangles of fractions have points in common that are not those of a shared corner or edge."""
+    if any(not any(cross(minus(u[1], u[0]), minus(u[2], u[0]))) for u in (s, t)):
+        return False
+    shared = [corner for corner in s if corner in t]
+    if len(shared) == 3:
+        return True
+    sides = [(a[i - 1], a[i], b) for a, b in ((s, t), (t, s)) for i in range(3)]
+    for point in itertools.chain.from_iterable(common_part(*side) for side in sides):
+        if not shared or any(cross(minus(point, shared[0]), minus(shared[-1], shared[0]))):
+            return True
+        if len(shared) == 1 and point != shared[0]:
+            return True
+    return False
+
+
+def nudged(x, to):
+    """The next number. Zero stays: products with the smallest numbers would underflow."""
+    return float(np.nextafter(x, to)) if x else 0.0
+
+
+def hard_triangles(seed, count=30):
+    """Triangles in a plane or off it by one rounding, slivers, and such that share corners and edges."""
+    chance = random.Random(seed)
+    u, v = ([chance.randint(-3, 3) for _ in range(3)] for _ in range(2))
+    corners = []
+
+    def corner():
+        a, b = chance.randint(0, 4), chance.randint(0, 4)
+        place = [0.1 * (a * x + b * y) for x, y in zip(u, v, strict=True)]
+        if chance.random() < 0.3:
+            axis = chance.randrange(3)
+            place[axis] = nudged(place[axis], chance.choice((-9.0, 9.0)))
+        if chance.random() < 0.15:
+            place = [x + chance.choice((-0.1, 0.1)) for x in place]
+        return [float(x) for x in place]
+
+    for _ in range(count):
+        triangle = [chance.choice(corners) if corners and chance.random() < 0.3 else corner() for _ in range(3)]
+        if chance.random() < 0.3:
+            share = chance.random()
+            triangle[2] = [a + share * (b - a) for a, b in zip(*triangle[:2], strict=True)]
+            axis = chance.randrange(3)
+            triangle[2][axis] = nudged(triangle[2][axis], 9.0)
+        corners += triangle
+    return np.array(corners).reshape(-1, 3, 3)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_crossings_are_those_of_fractions(seed):
+    triangles = hard_triangles(seed)
+    mesh = surfrecon.Mesh(triangles.reshape(-1, 3), np.arange(3 * len(triangles)).reshape(-1, 3))
+    exact = [[[Fraction(x) for x in corner] for corner in triangle] for triangle in triangles.tolist()]
+    known = [pair for pair in itertools.combinations(range(len(exact)), 2) if crosses(*(exact[i] for i in pair))]
+    assert 10 < len(known) < len(exact) * (len(exact) - 1) // 4
+    assert [tuple(pair) for pair in surfrecon.check_print(mesh).crossings.tolist()] == known
+
+
 def test_walls_are_measured_behind_each_face():
     plate = box((4, 4, 0.5))
     checked = surfrecon.check_print(plate, min_wall=0.8)
@@ -59,10 +151,14 @@ def test_walls_are_measured_behind_each_face():
     wall = checked.mesh.face_attributes["wall"]
     assert wall.dtype == np.float32 and wall[checked.report.thinnest_face] == pytest.approx(0.5)
     assert (wall < 0.8).sum() == checked.report.thin_faces
-    # Nothing lies behind a lone face: its wall is as long as the diagonal.
+    # Thicker walls are not measured: a tenth of the diagonal is 0.57.
+    thick = surfrecon.check_print(box((4, 4, 0.8)))
+    assert thick.report.thinnest_wall is None and thick.report.wall_limit == pytest.approx(32.64**0.5 / 10)
+    assert np.allclose(thick.mesh.face_attributes["wall"], thick.report.wall_limit)
+    # Nothing lies behind a lone face.
     lone = surfrecon.check_print(surfrecon.Mesh([(0, 0, 0), (3, 0, 0), (0, 4, 0)], [(0, 1, 2)]))
     assert lone.report.thinnest_wall is None and lone.report.thinnest_face is None
-    assert lone.mesh.face_attributes["wall"] == pytest.approx([5])
+    assert lone.report.wall_limit == 0.5 and lone.mesh.face_attributes["wall"] == pytest.approx([0.5])
 
 
 def test_overhangs_depend_on_the_direction_up():

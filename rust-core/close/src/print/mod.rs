@@ -38,7 +38,7 @@ base::stages! {
 /// Checks a mesh. Its faces get the attributes `wall`, `crossing` and `overhang`, which replace older ones of these names.
 ///
 /// # Guarantees
-/// The same result for any number of threads. Crossings are decided exactly.
+/// The same result for any number of threads. Crossings are decided exactly, within the range of [`geom::predicates`].
 ///
 /// # Cost
 /// Time O(n log n) for n faces of which few cross. With a large `max_wall`, many faces of a round body are equally near to the middle of the
