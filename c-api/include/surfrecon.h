@@ -1516,8 +1516,8 @@ typedef struct {
   // Thinnest wall that the printer makes: 0.8 mm for most. > 0. SRF_FROM_DATA, the default: none, walls are measured
   // only.
   double min_wall;
-  // Walls are measured up to this thickness, or min_wall if that is more. Thicker ones are said to be as thick as this.
-  // > 0. SRF_FROM_DATA, the default: a tenth of the diagonal of the mesh's box.
+  // Walls are measured up to this thickness, and at least up to the thinnest wall that the printer makes. Thicker ones
+  // count as so thick. > 0. SRF_FROM_DATA, the default: a tenth of the diagonal of the mesh's box.
   double max_wall;
   // Faces that look down and lean from the vertical by more than this need supports. Radians, 0 to pi/2, default pi/4.
   double overhang;

@@ -295,7 +295,7 @@ inline const Parameters check_print_parameters = {
      "Thinnest wall that the printer makes: 0.8 mm for most.<br>0: none, walls are measured only.",
      true, 0, 0, unbounded, false, offsetof(srf_check_print_params, min_wall), {}},
     {Kind::length, "max_wall", "Max wall",
-     "Walls are measured up to this thickness, or min_wall if that is more. Thicker ones are said to be as thick as this.<br>0: a tenth of the diagonal of the mesh's box.",
+     "Walls are measured up to this thickness, and at least up to the thinnest wall that the printer makes. Thicker ones count as so thick.<br>0: a tenth of the diagonal of the mesh's box.",
      true, 0, 0, unbounded, false, offsetof(srf_check_print_params, max_wall), {}},
     {Kind::angle, "overhang", "Overhang",
      "Faces that look down and lean from the vertical by more than this need supports. Degrees, 0 to 90.",

@@ -101,7 +101,7 @@ def test_it_is_checked_where_it_lies_in_the_world():
     assert bpy.ops.surfrecon.check_print(printer_width=0.9) == {"FINISHED"}
     report = obj["surfrecon_check_print"].to_dict()
     assert report["volume"] == pytest.approx(1) and list(report["size"]) == pytest.approx([1, 1, 1])
-    assert not report["is_fitting"] and "does not fit into the printer" in report["findings"]
+    assert not report["is_fitting"] and "too large for the printer's width of 0.9" in report["findings"]
 
 
 def test_the_sidebar_says_what_to_do(extension):

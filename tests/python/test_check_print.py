@@ -176,7 +176,7 @@ def test_it_must_fit_into_the_printer():
     assert surfrecon.check_print(mesh, printer_width=4, printer_depth=2, printer_height=1).report.is_fitting
     checked = surfrecon.check_print(mesh, printer_width=3, printer_depth=3)
     assert not checked.report.is_fitting and kinds(checked) == ["too_large"]
-    assert "2 x 4 x 1 and does not fit into the printer of 3 x 3" in checked.report.findings[0][1]
+    assert "2 x 4 x 1: too large for the printer's width and depth of 3 x 3" in checked.report.findings[0][1]
 
 
 def test_what_bounds_no_body_is_said_with_what_to_do():

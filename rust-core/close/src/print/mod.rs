@@ -23,7 +23,6 @@ use geom::bvh::Bvh;
 use mesh::measure::area;
 use mesh::{Attribute, TriMesh, try_check};
 
-use super::params::UpAxis;
 use super::surface::normal;
 use super::{crossing, cut};
 
@@ -65,7 +64,7 @@ fn run(mesh: &TriMesh, params: &PrintParams, progress: &Progress<'_>) -> Result<
     report.parts = report.bodies.len();
     let (lo, hi) = mesh::measure::bounds(&mesh.positions).unwrap_or_default();
     report.size = (hi - lo).to_array();
-    report.is_fitting = fits(hi - lo, params);
+    report.is_fitting = params.too_short(report.size).is_empty();
     report.volume = report.is_closed.then(|| report.bodies.iter().map(|part| part.volume).sum::<f64>());
     report.weight = report.volume.zip(params.density).map(|(volume, density)| volume * density);
     progress.lap(PLAN[TOPOLOGY].0);
@@ -97,17 +96,6 @@ fn run(mesh: &TriMesh, params: &PrintParams, progress: &Progress<'_>) -> Result<
         mesh.face_attributes.push(attribute);
     }
     Ok(Checked { mesh, report })
-}
-
-/// Whether a box of that size fits into the printer, as it is or turned by a quarter about the vertical.
-fn fits(size: DVec3, params: &PrintParams) -> bool {
-    let [width, depth, height] = params.printer().map(|length| length.unwrap_or(f64::INFINITY));
-    let (a, b, tall) = match params.print_up {
-        UpAxis::Z | UpAxis::MinusZ => (size.x, size.y, size.z),
-        UpAxis::Y | UpAxis::MinusY => (size.x, size.z, size.y),
-        UpAxis::X | UpAxis::MinusX => (size.y, size.z, size.x),
-    };
-    tall <= height && (a <= width && b <= depth || b <= width && a <= depth)
 }
 
 fn reach(corners: [DVec3; 3]) -> f64 {

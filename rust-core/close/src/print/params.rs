@@ -4,7 +4,7 @@ use base::params::{angle, choice, length, ratio};
 
 use crate::params::UpAxis;
 
-/// Walls are measured up to this share of the diagonal of the mesh's box. Where noise turns the faces of a thick round body, larger balls
+/// Walls are measured up to this share of the diagonal of the mesh's box. Noise turns the faces of a thick round body: then larger balls
 /// take time that grows with the square of the number of faces.
 const LIMIT: f64 = 0.1;
 
@@ -14,7 +14,8 @@ base::params! {
     pub struct PrintParams of "check_print" with threads {
         /// Thinnest wall that the printer makes: 0.8 mm for most.
         min_wall: Option<f64> = length("Min wall").from_data("none, walls are measured only").above(0.0).since("0.2"),
-        /// Walls are measured up to this thickness, or min_wall if that is more. Thicker ones are said to be as thick as this.
+        /// Walls are measured up to this thickness, and at least up to the thinnest wall that the printer makes. Thicker ones count as so
+        /// thick.
         max_wall: Option<f64> = length("Max wall").from_data("a tenth of the diagonal of the mesh's box").above(0.0).since("0.2"),
         /// Faces that look down and lean from the vertical by more than this need supports.
         overhang: f64 = angle("Overhang").default(std::f64::consts::FRAC_PI_4).at_most(std::f64::consts::FRAC_PI_2).since("0.2"),
@@ -37,8 +38,32 @@ impl PrintParams {
         self.max_wall.unwrap_or(LIMIT * diagonal).max(self.min_wall.unwrap_or(0.0))
     }
 
-    /// Width, depth and height of the printer, as far as they are given.
-    pub(super) const fn printer(&self) -> [Option<f64>; 3] {
-        [self.printer_width, self.printer_depth, self.printer_height]
+    /// Lengths of the printer that a box of that size exceeds, as it is and turned by a quarter about the vertical.
+    pub(super) fn too_short(&self, size: [f64; 3]) -> Vec<TooShort> {
+        let [x, y, z] = size;
+        let [a, b, tall] = match self.print_up {
+            UpAxis::Z | UpAxis::MinusZ => [x, y, z],
+            UpAxis::Y | UpAxis::MinusY => [x, z, y],
+            UpAxis::X | UpAxis::MinusX => [y, z, x],
+        };
+        let base = match (self.printer_width, self.printer_depth) {
+            (Some(width), Some(depth)) => {
+                let fits = a <= width && b <= depth || b <= width && a <= depth;
+                (!fits).then_some(TooShort::Base { width, depth })
+            }
+            (Some(width), None) => (a.min(b) > width).then_some(TooShort::Width(width)),
+            (None, Some(depth)) => (a.min(b) > depth).then_some(TooShort::Depth(depth)),
+            (None, None) => None,
+        };
+        let height = self.printer_height.filter(|height| tall > *height).map(TooShort::Height);
+        base.into_iter().chain(height).collect()
     }
+}
+
+/// Lengths of a printer that are too short for a mesh.
+pub(super) enum TooShort {
+    Base { width: f64, depth: f64 },
+    Width(f64),
+    Depth(f64),
+    Height(f64),
 }

@@ -5,7 +5,7 @@ use base::progress::Seconds;
 use base::report::{FigureValue, Found};
 use mesh::{CheckReport, TriMesh};
 
-use super::params::PrintParams;
+use super::params::{PrintParams, TooShort};
 use super::walls::Wall;
 
 base::choices! {
@@ -180,14 +180,15 @@ impl PrintReport {
         if self.volume.is_some_and(|volume| volume < 0.0) {
             find(Fault::InsideOut, "The mesh is inside out".to_owned());
         }
-        if !self.is_fitting {
+        for length in params.too_short(self.size) {
             let [x, y, z] = self.size.map(|length| Shown::digits(length, 4));
-            let printer = params.printer().into_iter().flatten().map(|length| Shown(length).to_string());
-            let printer = printer.collect::<Vec<_>>().join(" x ");
-            find(
-                Fault::TooLarge,
-                format!("The mesh is {x} x {y} x {z} and does not fit into the printer of {printer}"),
-            );
+            let short = match length {
+                TooShort::Base { width, depth } => format!("width and depth of {} x {}", Shown(width), Shown(depth)),
+                TooShort::Width(width) => format!("width of {}", Shown(width)),
+                TooShort::Depth(depth) => format!("depth of {}", Shown(depth)),
+                TooShort::Height(height) => format!("height of {}", Shown(height)),
+            };
+            find(Fault::TooLarge, format!("The mesh is {x} x {y} x {z}: too large for the printer's {short}"));
         }
         if let (Some(min), Some(thinnest), Some(face)) = (params.min_wall, self.thinnest_wall, self.thinnest_face)
             && self.thin_faces > 0

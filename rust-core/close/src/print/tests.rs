@@ -4,6 +4,7 @@ use glam::{DVec2, DVec3};
 use proptest::prelude::*;
 
 use super::*;
+use crate::params::UpAxis;
 use base::error::Error;
 use geom::bvh::Closest;
 use mesh::AttributeData;
@@ -280,12 +281,19 @@ fn it_fits_as_it_is_or_turned_about_the_vertical() {
     assert!(fits([1.0, 2.0, 4.0], UpAxis::Y) && !fits([1.0, 2.0, 4.0], UpAxis::X) && fits([1.0, 4.0, 2.0], UpAxis::X));
     // A length that is not given sets no limit.
     assert!(fits([0.0, 2.0, 0.0], UpAxis::Z) && !fits([0.0, 1.9, 0.0], UpAxis::Z));
-    let large = report([3.0, 3.0, 0.0], UpAxis::Z);
-    assert_eq!(kinds(&large), [Fault::TooLarge]);
-    assert_eq!(
-        large.findings[0].text,
-        "The mesh is 2 x 4 x 1 and does not fit into the printer of 3 x 3. Scale it, or cut it into parts."
-    );
+    let said = |size: [f64; 3]| {
+        let report = report(size, UpAxis::Z);
+        assert!(kinds(&report).iter().all(|kind| *kind == Fault::TooLarge) && !report.is_fitting);
+        let texts = report.findings.into_iter().map(|finding| finding.text);
+        let short = texts.map(|text| {
+            let text = text.strip_prefix("The mesh is 2 x 4 x 1: too large for the printer's ").unwrap();
+            text.strip_suffix(". Scale it, or cut it into parts.").unwrap().to_owned()
+        });
+        short.collect::<Vec<_>>()
+    };
+    assert_eq!(said([3.0, 3.0, 0.0]), ["width and depth of 3 x 3"]);
+    assert_eq!(said([1.5, 0.0, 0.5]), ["width of 1.5", "height of 0.5"]);
+    assert_eq!(said([0.0, 1.9, 0.0]), ["depth of 1.9"]);
 }
 
 #[test]
