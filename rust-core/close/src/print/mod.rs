@@ -4,7 +4,8 @@
 //! none of it shares code with closing.
 
 mod params;
-mod walls;
+#[doc(hidden)]
+pub mod walls;
 
 pub use params::{PrintParams, SCHEMA};
 pub use walls::Wall;

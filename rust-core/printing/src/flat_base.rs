@@ -1,0 +1,64 @@
+//! The base: what lies below a height is cut off, and the cut is closed flat.
+
+use std::cmp::Ordering;
+
+use base::error::{Error, Result, Shown};
+use base::progress::Progress;
+use mesh::TriMesh;
+use mesh::measure::{area, bounds};
+
+use super::params::PrepareParams;
+use super::report::{PrepareProblem, PrepareReport};
+use super::section::{Section, axis_of};
+use super::slice;
+
+/// Cuts a closed mesh off at a height above its lowest point. All vertices above keep their bits, and those of the base have one coordinate.
+/// Gives the plane of the base.
+///
+/// # Errors
+/// [`Error::Input`] if nothing lies above that height, or the mesh can't be cut there. [`Error::Cancelled`].
+pub fn flat_base(
+    mesh: &mut TriMesh,
+    height: f64,
+    params: &PrepareParams,
+    report: &mut PrepareReport,
+    progress: &Progress<'_>,
+) -> Result<Section> {
+    let (axis, is_upward) = axis_of(params.print_up);
+    let (lo, hi) = bounds(&mesh.positions).unwrap_or_default();
+    let lowest = if is_upward { lo[axis] } else { hi[axis] };
+    let plane = Section { axis, is_upward, at: if is_upward { lowest + height } else { lowest - height } };
+    if !mesh.positions.iter().any(|&place| plane.side(place) == Ordering::Greater) {
+        return Err(Error::input(format!(
+            "flat_base is {}, but the mesh is {} high along {}: give less than that",
+            Shown(height),
+            Shown(hi[axis] - lo[axis]),
+            params.print_up.name()
+        )));
+    }
+    let mut base = plane;
+    if mesh.positions.iter().any(|&place| plane.side(place) == Ordering::Less) {
+        let slice::Sliced { parts: [part], plane } = slice::side(mesh, plane, progress)?;
+        *mesh = part.finish(mesh);
+        base = plane;
+    }
+    let height_of = (base.at - lowest).abs();
+    report.base_height = Some(height_of);
+    let lies = |t: usize| mesh.corners(t).iter().all(|&corner| base.side(corner) == Ordering::Equal);
+    let faces: Vec<usize> = (0..mesh.triangles.len()).filter(|&t| lies(t)).collect();
+    report.base_faces = faces.len();
+    report.base_area = faces.iter().map(|&t| area(mesh.corners(t))).sum();
+    if base != plane {
+        let text = format!(
+            "The base lies {} above the lowest point, not {}: rounding would make faces cross there",
+            Shown(height_of),
+            Shown(height)
+        );
+        report.note(PrepareProblem::BaseMoved, text);
+    }
+    if report.base_faces == 0 {
+        let text = "The mesh does not stand on a face, and nothing lies below the base: give a height above 0";
+        report.note(PrepareProblem::NothingBelow, text.to_owned());
+    }
+    Ok(base)
+}
