@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""False colours: distances that a surface shows in colours. They are put on for looking, and taken off without a trace.
+"""False colours: distances or faults that a surface shows in colours. They are put on for looking, and taken off
+without a trace.
 
 The colours have a name of their own, which nothing reads as a surface's colour. What the mesh was before is noted with
 it, as long as it shows them.
@@ -13,6 +14,12 @@ from .scene import material_of_nodes, views_of
 
 ATTRIBUTE, FIGURES, COLOURS = "error", "surfrecon_error", convert.FALSE_COLOURS
 MAP_NODE, RAMP_NODE = "Error range", "Error colours"
+
+# Attribute of faces that check for printing has found faults at, as places on the scale below; thickness of walls.
+FAULT, WALL = "print_fault", "wall"
+# Custom property of an object that was checked for printing.
+PRINTED = "surfrecon_check_print"
+OVERHANG, THIN, CROSSING = 0.55, 0.8, 1.0
 
 # Views that were switched to show them: how, and what they were.
 SWITCHED = {}
@@ -45,9 +52,18 @@ def store_distances(mesh, distances):
     convert.store(mesh, ATTRIBUTE, distances.astype(np.float32))
 
 
-def show(obj, limit, material=None):
-    """Gives the object a material that shows the attribute. Its mesh keeps its own materials, see `hide`."""
+def store_faults(mesh, faults):
+    """Stores a fault a face as an attribute, which goes again with the colours."""
+    remember(mesh)
+    convert.store(mesh, FAULT, faults, "FACE")
+
+
+def show(obj, limit, material=None, attribute=ATTRIBUTE):
+    """Gives the object a material that shows the attribute, or one that shows something already. Its mesh keeps its own
+    materials, see `hide`.
+    """
     remember(obj.data)
+    is_given = material is not None
     if not obj.material_slots:
         obj.data.materials.append(None)
     material = material or next((slot.material for slot in obj.material_slots if shows_error(slot.material)), None)
@@ -59,9 +75,12 @@ def show(obj, limit, material=None):
     for slot in obj.material_slots:
         slot.link = "OBJECT"
         slot.material = material
+    if not is_given:
+        attribute_node(material).attribute_name = attribute
     material.node_tree.nodes[MAP_NODE].inputs["From Max"].default_value = limit
-    if ATTRIBUTE in obj.data.attributes:
-        paint(obj.data, limit)
+    attribute = attribute_node(material).attribute_name
+    if attribute in obj.data.attributes:
+        paint(obj.data, limit, attribute)
 
 
 def hide(obj):
@@ -109,6 +128,17 @@ def shows_error(material):
     return material is not None and material.node_tree is not None and MAP_NODE in material.node_tree.nodes
 
 
+def attribute_node(material):
+    """The node of such a material that reads the attribute."""
+    return next(node for node in material.node_tree.nodes if node.bl_idname == "ShaderNodeAttribute")
+
+
+def shows_faults(obj):
+    """Whether an object shows faults for printing."""
+    worn = (slot.material for slot in obj.material_slots)
+    return any(shows_error(one) and attribute_node(one).attribute_name == FAULT for one in worn)
+
+
 def limit_of(obj):
     """The distance of the last colour that an object shows."""
     material = next(slot.material for slot in obj.material_slots if shows_error(slot.material))
@@ -132,7 +162,7 @@ def remember(mesh):
 def restore(mesh):
     """Makes a mesh what it was."""
     before = mesh[BEFORE].to_dict() if BEFORE in mesh else BEFORE_OF_0_1
-    for name in (COLOURS,) if before["measured"] else (COLOURS, ATTRIBUTE):
+    for name in (COLOURS, FAULT) if before["measured"] else (COLOURS, FAULT, ATTRIBUTE):
         if name in mesh.attributes:
             mesh.attributes.remove(mesh.attributes[name])
     if before["bare"] and not any(mesh.materials):
@@ -162,9 +192,12 @@ def grow(objects, scale):
         if FIGURES in obj:
             obj[FIGURES] = {name: value * scale for name, value in obj[FIGURES].to_dict().items()}
     for material in {slot.material for obj in objects for slot in obj.material_slots if shows_error(slot.material)}:
-        material.node_tree.nodes[MAP_NODE].inputs["From Max"].default_value *= scale
-    for mesh in {obj.data for obj in objects if obj.type == "MESH"}:
-        layer = mesh.attributes.get(ATTRIBUTE)
+        if attribute_node(material).attribute_name != FAULT:
+            material.node_tree.nodes[MAP_NODE].inputs["From Max"].default_value *= scale
+    lengths = {(obj.data, ATTRIBUTE) for obj in objects if obj.type == "MESH"}
+    lengths |= {(obj.data, WALL) for obj in objects if PRINTED in obj}
+    for mesh, name in lengths:
+        layer = mesh.attributes.get(name)
         if layer is not None and layer.data_type == "FLOAT":
             values = np.empty(len(layer.data), np.float32)
             layer.data.foreach_get("value", values)
@@ -174,9 +207,9 @@ def grow(objects, scale):
 # Their looks
 
 
-def paint(mesh, limit):
-    """Stores the error as colours too: Workbench shows no other attributes."""
-    layer = mesh.attributes[ATTRIBUTE]
+def paint(mesh, limit, attribute):
+    """Stores an attribute as colours too: Workbench shows no other attributes."""
+    layer = mesh.attributes[attribute]
     values = np.empty(len(layer.data), np.float32)
     layer.data.foreach_get("value", values)
     share = np.clip(np.abs(np.nan_to_num(values, nan=limit)) / max(limit, 1e-30), 0, 1)
@@ -208,7 +241,7 @@ def face_starts(mesh):
 
 
 def error_material(name):
-    """A material that colours by the attribute `error`."""
+    """A material that colours by the attribute `error`, until `show` says another."""
     material = material_of_nodes(name)
     nodes, links = material.node_tree.nodes, material.node_tree.links
     attribute = nodes.new("ShaderNodeAttribute")

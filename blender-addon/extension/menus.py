@@ -24,7 +24,7 @@ OBJECT = (
     ("surfrecon.align", "surfrecon.merge", "surfrecon.align_merge", "surfrecon.merge_to_file", "surfrecon.reconstruct"),
     ("surfrecon.close_surface",),
     ("surfrecon.sculpt", "surfrecon.quads", "surfrecon.remesh"),
-    ("surfrecon.error_map", "surfrecon.error_hide", "surfrecon.measure"),
+    ("surfrecon.error_map", "surfrecon.error_hide", "surfrecon.measure", "surfrecon.check_print"),
     ("surfrecon.export_glb", "surfrecon.export_for_printing"),
 )
 

@@ -5,7 +5,17 @@ import bpy
 
 from . import chosen, scan_objects
 from .declared import OPERATIONS
-from .false_colours import FIGURES, RAMP_NODE, is_shown, limit_of, shows_error
+from .false_colours import (
+    CROSSING,
+    FIGURES,
+    OVERHANG,
+    RAMP_NODE,
+    THIN,
+    is_shown,
+    limit_of,
+    shows_error,
+    shows_faults,
+)
 from .imported import IMPORTED, import_lines, import_of
 from .menus import FILES
 from .operators.merge import REPORT
@@ -194,7 +204,11 @@ class SURFRECON_PT_measure(ScansPanel, bpy.types.Panel):
 
     bl_label = "Measure"
 
-    operators = (("surfrecon.error_map", "COLORSET_04_VEC"), ("surfrecon.measure", "DRIVER_DISTANCE"))
+    operators = (
+        ("surfrecon.error_map", "COLORSET_04_VEC"),
+        ("surfrecon.measure", "DRIVER_DISTANCE"),
+        ("surfrecon.check_print", "CHECKMARK"),
+    )
 
 
 class SURFRECON_PT_error(ScansPanel, bpy.types.Panel):
@@ -206,14 +220,12 @@ class SURFRECON_PT_error(ScansPanel, bpy.types.Panel):
     @classmethod
     def poll(cls, context):
         """Only for objects that show one."""
-        return context.object is not None and is_shown(context.object)
+        return context.object is not None and is_shown(context.object) and not shows_faults(context.object)
 
     def draw(self, context):
         """The legend and the figures."""
         layout = self.layout
-        material = next(slot.material for slot in context.object.material_slots if shows_error(slot.material))
-        nodes = material.node_tree.nodes
-        layout.template_color_ramp(nodes[RAMP_NODE], "color_ramp")
+        draw_ramp(layout, context.object)
         limit = limit_of(context.object)
         row = layout.row()
         for share in (0, 0.5, 1):
@@ -229,6 +241,36 @@ class SURFRECON_PT_error(ScansPanel, bpy.types.Panel):
         for name in ("mean", "rms", "p95", "max"):
             names.label(text={"rms": "RMS", "p95": "95 % below"}.get(name, name.capitalize()), text_ctxt=NAMES)
             values.label(text=length(context, figures[name]))
+
+
+def draw_ramp(layout, obj):
+    """The scale of the colours that an object shows."""
+    material = next(slot.material for slot in obj.material_slots if shows_error(slot.material))
+    layout.template_color_ramp(material.node_tree.nodes[RAMP_NODE], "color_ramp")
+
+
+class SURFRECON_PT_faults(ScansPanel, bpy.types.Panel):
+    """The colours of faults for printing and what they mean."""
+
+    bl_label = "Faults for Printing"
+    bl_parent_id = "SURFRECON_PT_measure"
+
+    @classmethod
+    def poll(cls, context):
+        """Only for objects that show them."""
+        return context.object is not None and shows_faults(context.object)
+
+    def draw(self, context):
+        """The legend."""
+        layout = self.layout
+        draw_ramp(layout, context.object)
+        split = layout.split(factor=LABELS)
+        places, names = split.column(), split.column()
+        faults = (0, word("None")), (OVERHANG, word("Overhang")), (THIN, word("Thin wall"))
+        for place, name in (*faults, (CROSSING, word("Crosses another"))):
+            places.label(text=f"{place:g}", translate=False)
+            names.label(text=name, translate=False)
+        layout.operator("surfrecon.error_hide", icon="X")
 
 
 class SURFRECON_PT_reduce(ScansPanel, bpy.types.Panel):
@@ -344,6 +386,7 @@ CLASSES = (
     SURFRECON_PT_options,
     SURFRECON_PT_measure,
     SURFRECON_PT_error,
+    SURFRECON_PT_faults,
     SURFRECON_PT_reduce,
     SURFRECON_PT_report,
 )

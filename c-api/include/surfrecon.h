@@ -28,8 +28,9 @@
  *   11. Surfaces through points                         srf_reconstructor_create()
  *   12. Coarse meshes                                   srf_mesh_cluster()
  *   13. Closed surfaces                                 srf_mesh_close()
- *   14. The virtual scanner                             srf_scan_mesh()
- *   15. Measuring                                       srf_mesh_distances()
+ *   14. Checks before printing                          srf_mesh_check_print()
+ *   15. The virtual scanner                             srf_scan_mesh()
+ *   16. Measuring                                       srf_mesh_distances()
  *
  * Conventions
  *   Names begin with srf_. A call that can fail returns srf_status; srf_last_error_message() then has the text.
@@ -1503,6 +1504,94 @@ typedef struct {
   // Whether the result is a closed manifold. 1 or 0. Since 0.2.
   uint64_t is_closed;
 } srf_close_report;
+
+// How a mesh is checked before it is printed. Lengths are in its unit. Starts with its size. Set to the defaults by
+// srf_check_print_params_init().
+typedef struct {
+  // Bytes of this struct.
+  uint32_t struct_size;
+  // Worker threads, at most 1024. 0, the default, for the number of srf_set_threads(). Results are the same for any
+  // number.
+  uint32_t threads;
+  // Thinnest wall that the printer makes: 0.8 mm for most. > 0. SRF_FROM_DATA, the default: none, walls are measured
+  // only.
+  double min_wall;
+  // Walls are measured up to this thickness, and at least up to the thinnest wall that the printer makes. Thicker ones
+  // count as so thick. > 0. SRF_FROM_DATA, the default: a tenth of the diagonal of the mesh's box.
+  double max_wall;
+  // Faces that look down and lean from the vertical by more than this need supports. Radians, 0 to pi/2, default pi/4.
+  double overhang;
+  // Direction away from the plate that is printed on. A value of srf_print_up, default SRF_PRINT_UP_Z.
+  uint64_t print_up;
+  // Width of the space that the printer fills. > 0. SRF_FROM_DATA, the default: any.
+  double printer_width;
+  // Depth of the space that the printer fills. The print may also be turned by a quarter. > 0. SRF_FROM_DATA, the
+  // default: any.
+  double printer_depth;
+  // Height of the space that the printer fills. > 0. SRF_FROM_DATA, the default: any.
+  double printer_height;
+  // Weight of a unit of volume: 0.00124 for PLA, in grams and millimetres. > 0. SRF_FROM_DATA, the default: none, no
+  // weight is computed.
+  double density;
+} srf_check_print_params;
+
+// The figures of the checks for printing. Starts with its size. Prepared by srf_check_print_report_init().
+typedef struct {
+  // Bytes of this struct.
+  uint32_t struct_size;
+  // 0.
+  uint32_t reserved;
+  // Whether the mesh is an oriented manifold without openings. 1 or 0. Since 0.2.
+  uint64_t is_closed;
+  // Whether it is an oriented manifold, with or without openings. 1 or 0. Since 0.2.
+  uint64_t is_manifold;
+  // Openings: groups of open edges that hang together. Since 0.2.
+  uint64_t openings;
+  // Edges of one face. Since 0.2.
+  uint64_t open_edges;
+  // Edges of more than two faces. Since 0.2.
+  uint64_t non_manifold_edges;
+  // Vertices at which more than one fan of faces meets. Since 0.2.
+  uint64_t non_manifold_vertices;
+  // Edges whose two faces are turned against each other. Since 0.2.
+  uint64_t misoriented_edges;
+  // Pairs of faces that cross. This is exact. Since 0.2.
+  uint64_t crossing_pairs;
+  // Faces that cross another. Since 0.2.
+  uint64_t crossing_faces;
+  // Parts joined over edges. A cavity is a part, too. Since 0.2.
+  uint64_t parts;
+  // Size along x. In the unit of the scans. Since 0.2.
+  double size_x;
+  // Size along y. In the unit of the scans. Since 0.2.
+  double size_y;
+  // Size along z. In the unit of the scans. Since 0.2.
+  double size_z;
+  // Whether it fits into the printer, as it is or turned by a quarter about the vertical. 1 or 0. Since 0.2.
+  uint64_t is_fitting;
+  // Volume of all parts together, in the cube of the unit of the mesh. There is none unless the mesh is closed. Then it
+  // is SRF_FROM_DATA. Since 0.2.
+  double volume;
+  // Volume times density. There is none without either. Then it is SRF_FROM_DATA. Since 0.2.
+  double weight;
+  // Thickness up to which walls are measured. In the unit of the scans. Since 0.2.
+  double wall_limit;
+  // Thickness of the thinnest wall. There is none if no wall is thinner than they are measured. Then it is
+  // SRF_FROM_DATA. In the unit of the scans. Since 0.2.
+  double thinnest_wall;
+  // Number of the face in front of the thinnest wall, counted from 0. There is none without such a wall. Then it is
+  // UINT64_MAX. Since 0.2.
+  uint64_t thinnest_face;
+  // Faces whose walls are thinner than the thinnest wall that the printer makes. Since 0.2.
+  uint64_t thin_faces;
+  // Largest distance of a corner from the centre of its face. Walls are measured at centres. Where faces are larger than
+  // walls are thick, a wall may be thinner between them. In the unit of the scans. Since 0.2.
+  double wall_spacing;
+  // Faces that hang over and do not lie on the ground. Since 0.2.
+  uint64_t overhang_faces;
+  // Area of the faces that hang over, in the square of the unit of the mesh. Since 0.2.
+  double overhang_area;
+} srf_check_print_report;
 
 // Errors that a virtual scanner adds to the truth. The defaults add nothing. Starts with its size. Set to the defaults by
 // srf_scan_params_init().
@@ -4777,7 +4866,57 @@ srf_status srf_mesh_close(const srf_mesh *mesh,
                           srf_mesh **out_mesh,
                           srf_close_report *out_report);
 
-// ==== 14. The virtual scanner ==============================================================================
+// ==== 14. Checks before printing ===========================================================================
+// A mesh is judged before it is printed in 3D: closed, manifold, no crossing faces, walls, overhangs, size.
+// Nothing is repaired.
+//
+//     /* Whether a mesh in millimetres can be printed: 1 or 0. Prints what is in the way. */
+//     static int is_printable(const srf_mesh *mesh)
+//     {
+//         srf_check_print_params params;
+//         srf_check_print_report report;
+//         srf_check_print_params_init(&params);
+//         srf_check_print_report_init(&report);
+//         params.min_wall = 0.8;
+//         if (srf_mesh_check_print(mesh, &params, NULL, NULL, &report) != SRF_OK) return 0;
+//         if (!report.is_closed) printf("%u openings\n", (unsigned)report.openings);
+//         if (report.crossing_pairs > 0) printf("%u pairs of faces cross\n", (unsigned)report.crossing_pairs);
+//         if (report.thin_faces > 0) printf("a wall is %g mm thick\n", report.thinnest_wall);
+//         return report.is_closed && report.crossing_pairs == 0 && report.thin_faces == 0;
+//     }
+
+// Sets the defaults. Call srf_check_print_params_init(params), which adds the size that this header knows.
+// params   not NULL
+// size     sizeof(srf_check_print_params): what of the struct this library does not know becomes 0
+// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_check_print_params_init_sized(srf_check_print_params *params, size_t size);
+#define srf_check_print_params_init(params) srf_check_print_params_init_sized((params), sizeof(srf_check_print_params))
+
+// Prepares a struct of figures. Call srf_check_print_report_init(report), which adds the size that this header knows.
+// report   not NULL
+// size     sizeof(srf_check_print_report): what of the struct this library does not know becomes 0
+// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_check_print_report_init_sized(srf_check_print_report *report,
+                                             size_t size);
+#define srf_check_print_report_init(report) srf_check_print_report_init_sized((report), sizeof(srf_check_print_report))
+
+// Checks whether a mesh can be printed. The mesh that is given back is the same with three more attributes of its triangles: wall, the
+// thickness behind the triangle, crossing, whether it crosses another, and overhang, whether it hangs over. Where a wall is
+// thicker than is measured, or nothing lies behind a triangle, wall is wall_limit of the report.
+// mesh        any mesh. Not NULL
+// params      NULL for the defaults
+// progress    NULL for none
+// out_mesh    receives a new handle on SRF_OK only. NULL if not wanted
+// out_report  initialized by srf_check_print_report_init(). NULL if not wanted
+// returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT for a vertex that is not finite, SRF_ERR_CANCELLED, SRF_ERR_HANDLE,
+//             SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.2.
+srf_status srf_mesh_check_print(const srf_mesh *mesh,
+                                const srf_check_print_params *params,
+                                const srf_progress *progress,
+                                srf_mesh **out_mesh,
+                                srf_check_print_report *out_report);
+
+// ==== 15. The virtual scanner ==============================================================================
 // Range images of any mesh, with the errors that a scanner makes: for tests that know the truth.
 //
 //     /* Scans a mesh from where the sensor stands. */
@@ -4827,7 +4966,7 @@ srf_status srf_scan_mesh(const srf_mesh *mesh,
                          const srf_progress *progress,
                          srf_image **out_image);
 
-// ==== 15. Measuring ========================================================================================
+// ==== 16. Measuring ========================================================================================
 // How far points or a surface lie from a mesh.
 //
 //     /* Prints the largest distance of a surface from a reference. */

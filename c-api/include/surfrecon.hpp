@@ -554,6 +554,11 @@ struct CloseParams : srf_close_params {
     CloseParams() { check(srf_close_params_init(this)); }
 };
 
+// The parameters of `check_print`, with their defaults.
+struct CheckPrintParams : srf_check_print_params {
+    CheckPrintParams() { check(srf_check_print_params_init(this)); }
+};
+
 // The parameters of `scan`, with their defaults.
 struct ScanParams : srf_scan_params {
     ScanParams() { check(srf_scan_params_init(this)); }
@@ -592,6 +597,11 @@ struct ClusterReport : srf_cluster_report {
 // The figures of closing.
 struct CloseReport : srf_close_report {
     CloseReport() { check(srf_close_report_init(this)); }
+};
+
+// The figures of the checks for printing.
+struct PrintReport : srf_check_print_report {
+    PrintReport() { check(srf_check_print_report_init(this)); }
 };
 
 // A mesh as a surface: counts, and what follows from them. Triangles that name a vertex out of range or a vertex twice are counted, then left out of all that follows. So are vertices without a triangle.
@@ -877,6 +887,15 @@ public:
         srf_mesh *mesh = nullptr;
         detail::Watcher watcher(progress);
         watcher.check(srf_mesh_close(get(), nullptr, &params, watcher.get(), &mesh, report));
+        return Mesh(mesh);
+    }
+
+    // Whether it can be printed: it with attributes of its triangles, wall, crossing and overhang. Its figures go to `report`, if given.
+    Mesh checked_for_printing(const CheckPrintParams &params = {}, PrintReport *report = nullptr, const Progress &progress = {}) const
+    {
+        srf_mesh *mesh = nullptr;
+        detail::Watcher watcher(progress);
+        watcher.check(srf_mesh_check_print(get(), &params, watcher.get(), &mesh, report));
         return Mesh(mesh);
     }
 

@@ -8,6 +8,7 @@
 //! | `array` | Arrays across the border: borrowed ones in, views of our own out |
 //! | `bounds` | Extent of content: its amount, where it lies, and its places in single precision |
 //! | `cancel` | Cancelling from another thread, or from a handler of a signal |
+//! | `check_print` | Checks before printing |
 //! | `close` | Closed surfaces |
 //! | `cloud` | Points without connectivity |
 //! | `cluster` | Clustering a dense mesh, or points, to a coarse mesh of well-shaped triangles |
@@ -71,6 +72,7 @@ mod allocator;
 mod array;
 mod bounds;
 mod cancel;
+mod check_print;
 mod close;
 mod cloud;
 mod cluster;

@@ -3,6 +3,7 @@
 
 // modules
 pub mod align;
+pub mod check_print;
 pub mod close;
 pub mod cluster;
 pub mod merge;

@@ -2,6 +2,7 @@
 
 pub mod align;
 pub mod check;
+pub mod check_print;
 pub mod close;
 pub mod cluster;
 pub mod distance;

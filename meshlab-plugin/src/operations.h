@@ -146,6 +146,19 @@ inline const Filter close_filter = {
     run_close,
 };
 
+void ask_check_print(const MeshDocument &document, RichParameterList &list);
+Outputs run_check_print(Job &job);
+inline const Filter check_print_filter = {
+    "Check for Printing",
+    "compute_scalar_by_print_check_per_face",
+    "Checks whether the current layer can be printed in 3D: closed, manifold, no crossing faces, walls, overhangs, size. Nothing is repaired. <b>Faces that cross another or hang over are selected. The quality of each face is the thickness of the wall behind it</b>, at most <i>Max wall</i>.<br>"
+    "The log has the figures.",
+    compat::FilterBase::Quality | compat::FilterBase::Selection,
+    compat::FilterBase::SINGLE_MESH,
+    ask_check_print,
+    run_check_print,
+};
+
 inline const Filter *const operation_filters[] = {
     &open_filter,
     &plane_filter,
@@ -156,6 +169,7 @@ inline const Filter *const operation_filters[] = {
     &reconstruct_filter,
     &cluster_filter,
     &close_filter,
+    &check_print_filter,
 };
 
 }  // namespace srf

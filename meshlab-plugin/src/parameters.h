@@ -290,6 +290,33 @@ inline const Parameters close_parameters = {
      false, 0, 0, 5, true, offsetof(srf_close_params, base_up), {"Z", "Y", "X", "-Z", "-Y", "-X"}},
 };
 
+inline const Parameters check_print_parameters = {
+    {Kind::length, "min_wall", "Min wall",
+     "Thinnest wall that the printer makes: 0.8 mm for most.<br>0: none, walls are measured only.",
+     true, 0, 0, unbounded, false, offsetof(srf_check_print_params, min_wall), {}},
+    {Kind::length, "max_wall", "Max wall",
+     "Walls are measured up to this thickness, and at least up to the thinnest wall that the printer makes. Thicker ones count as so thick.<br>0: a tenth of the diagonal of the mesh's box.",
+     true, 0, 0, unbounded, false, offsetof(srf_check_print_params, max_wall), {}},
+    {Kind::angle, "overhang", "Overhang",
+     "Faces that look down and lean from the vertical by more than this need supports. Degrees, 0 to 90.",
+     false, 45, 0, 90, false, offsetof(srf_check_print_params, overhang), {}},
+    {Kind::choice, "print_up", "Up of the print",
+     "Direction away from the plate that is printed on.<br>Z: Along z.<br>Y: Along y.<br>X: Along x.<br>-Z: Against z.<br>-Y: Against y.<br>-X: Against x.",
+     false, 0, 0, 5, true, offsetof(srf_check_print_params, print_up), {"Z", "Y", "X", "-Z", "-Y", "-X"}},
+    {Kind::length, "printer_width", "Printer width",
+     "Width of the space that the printer fills.<br>0: any.",
+     true, 0, 0, unbounded, false, offsetof(srf_check_print_params, printer_width), {}},
+    {Kind::length, "printer_depth", "Printer depth",
+     "Depth of the space that the printer fills. The print may also be turned by a quarter.<br>0: any.",
+     true, 0, 0, unbounded, false, offsetof(srf_check_print_params, printer_depth), {}},
+    {Kind::length, "printer_height", "Printer height",
+     "Height of the space that the printer fills.<br>0: any.",
+     true, 0, 0, unbounded, false, offsetof(srf_check_print_params, printer_height), {}},
+    {Kind::ratio, "density", "Density",
+     "Weight of a unit of volume: 0.00124 for PLA, in grams and millimetres.<br>0: none, no weight is computed.",
+     true, 0, 0, unbounded, false, offsetof(srf_check_print_params, density), {}},
+};
+
 inline const Parameters scan_parameters = {
     {Kind::length, "noise", "Noise",
      "Standard deviation of the Gaussian noise along each ray. >= 0.",

@@ -20,9 +20,10 @@ const std::vector<const srf::Filter *> filters = all();
 
 const srf::Filter &filter(int id) { return *filters[id]; }
 
-// The changes of filters in the document: they add layers, place them, and take vertices and faces out of old ones.
+// The changes of filters in the document: they add layers, place them, take vertices and faces out of old ones, and select and rate faces.
 const int changed_elements = MeshModel::MM_VERTCOORD | MeshModel::MM_VERTNORMAL | MeshModel::MM_VERTNUMBER | MeshModel::MM_FACEVERT |
-                             MeshModel::MM_FACENORMAL | MeshModel::MM_FACENUMBER | MeshModel::MM_TRANSFMATRIX;
+                             MeshModel::MM_FACENORMAL | MeshModel::MM_FACENUMBER | MeshModel::MM_FACEQUALITY | MeshModel::MM_FACEFLAGSELECT |
+                             MeshModel::MM_TRANSFMATRIX;
 
 }  // namespace
 

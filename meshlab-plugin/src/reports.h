@@ -149,4 +149,30 @@ inline const Figures close_figures = {
     {Figure::Kind::flag, "is_closed", "Closed", false, 1, offsetof(srf_close_report, is_closed), {}, {}},
 };
 
+inline const Figures check_print_figures = {
+    {Figure::Kind::flag, "is_closed", "Closed", false, 1, offsetof(srf_check_print_report, is_closed), {}, {}},
+    {Figure::Kind::flag, "is_manifold", "Manifold", false, 1, offsetof(srf_check_print_report, is_manifold), {}, {}},
+    {Figure::Kind::count, "openings", "Openings", false, 1, offsetof(srf_check_print_report, openings), {}, {}},
+    {Figure::Kind::count, "open_edges", "Open edges", false, 1, offsetof(srf_check_print_report, open_edges), {}, {}},
+    {Figure::Kind::count, "non_manifold_edges", "Non-manifold edges", false, 1, offsetof(srf_check_print_report, non_manifold_edges), {}, {}},
+    {Figure::Kind::count, "non_manifold_vertices", "Non-manifold vertices", false, 1, offsetof(srf_check_print_report, non_manifold_vertices), {}, {}},
+    {Figure::Kind::count, "misoriented_edges", "Misoriented edges", false, 1, offsetof(srf_check_print_report, misoriented_edges), {}, {}},
+    {Figure::Kind::count, "crossing_pairs", "Crossing pairs of faces", false, 1, offsetof(srf_check_print_report, crossing_pairs), {}, {}},
+    {Figure::Kind::count, "crossing_faces", "Crossing faces", false, 1, offsetof(srf_check_print_report, crossing_faces), {}, {}},
+    {Figure::Kind::count, "parts", "Parts", false, 1, offsetof(srf_check_print_report, parts), {}, {}},
+    {Figure::Kind::length, "size_x", "Size", false, 1, offsetof(srf_check_print_report, size_x), {}, {}},
+    {Figure::Kind::length, "size_y", "Size", false, 1, offsetof(srf_check_print_report, size_y), {}, {}},
+    {Figure::Kind::length, "size_z", "Size", false, 1, offsetof(srf_check_print_report, size_z), {}, {}},
+    {Figure::Kind::flag, "is_fitting", "Fits into the printer", false, 1, offsetof(srf_check_print_report, is_fitting), {}, {}},
+    {Figure::Kind::number, "volume", "Volume", true, 1, offsetof(srf_check_print_report, volume), {}, {}},
+    {Figure::Kind::number, "weight", "Weight", true, 1, offsetof(srf_check_print_report, weight), {}, {}},
+    {Figure::Kind::length, "wall_limit", "Walls measured up to", false, 1, offsetof(srf_check_print_report, wall_limit), {}, {}},
+    {Figure::Kind::length, "thinnest_wall", "Thinnest wall", true, 1, offsetof(srf_check_print_report, thinnest_wall), {}, {}},
+    {Figure::Kind::count, "thinnest_face", "Face of the thinnest wall", true, 1, offsetof(srf_check_print_report, thinnest_face), {}, {}},
+    {Figure::Kind::count, "thin_faces", "Faces with thin walls", false, 1, offsetof(srf_check_print_report, thin_faces), {}, {}},
+    {Figure::Kind::length, "wall_spacing", "Walls measured every", false, 1, offsetof(srf_check_print_report, wall_spacing), {}, {}},
+    {Figure::Kind::count, "overhang_faces", "Overhanging faces", false, 1, offsetof(srf_check_print_report, overhang_faces), {}, {}},
+    {Figure::Kind::number, "overhang_area", "Area of overhangs", false, 1, offsetof(srf_check_print_report, overhang_area), {}, {}},
+};
+
 }  // namespace srf

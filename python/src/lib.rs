@@ -7,6 +7,7 @@
 //! | `arrays` | NumPy arrays <-> slices and vectors |
 //! | `background` | A call on a thread of its own: started, watched, cancelled, waited for |
 //! | `calling` | Calls of Python's functions from threads of ours while files are read and written |
+//! | `check_print` | Checks of a mesh before it is printed |
 //! | `close` | Closing the openings of a surface |
 //! | `cluster` | Clustering: a dense mesh, or points, to a coarse mesh of well-shaped triangles |
 //! | `constraints` | Knowledge of the caller about scans to be aligned: numbers of scans, picks, a turntable |
@@ -60,6 +61,7 @@ mod allocator;
 mod arrays;
 mod background;
 mod calling;
+mod check_print;
 mod close;
 mod cluster;
 mod constraints;
@@ -114,6 +116,8 @@ mod _native {
     use crate::align::{Aligner, Alignment, align};
     #[pymodule_export]
     use crate::allocator::{memory_foreseen, memory_in_use, memory_peak};
+    #[pymodule_export]
+    use crate::check_print::{Checked, check_print};
     #[pymodule_export]
     use crate::close::{Closed, close};
     #[pymodule_export]

@@ -49,10 +49,16 @@ impl Operation {
         words(self.operation.gives)
     }
 
-    /// Its command on the command line: what its files are called, what it does in a line, and in full. ``None``: it has none.
+    /// Its command on the command line: its files' name, its effect in a line, and in full. ``None``: it has none.
     #[getter]
     fn command(&self) -> Option<(&'static str, &'static str, &'static str)> {
-        self.operation.command.map(|Command { files, summary, text }| (files, summary, text))
+        self.operation.command.map(|Command { files, summary, text, .. }| (files, summary, text))
+    }
+
+    /// Name of its command, the word behind ``surfrecon``. ``None``: it has none.
+    #[getter]
+    fn command_name(&self) -> Option<&'static str> {
+        self.operation.command.map(|command| command.name)
     }
 
     /// Its operator in Blender: identifier, name for people, tip. ``None``: it has none.
@@ -75,7 +81,7 @@ impl Operation {
 /// Every operation of the library, in the order of the work.
 ///
 /// >>> [one.name for one in surfrecon.operations() if one.takes == ["a mesh"]]
-/// ['write', 'check', 'scan']
+/// ['write', 'check_print', 'check', 'scan']
 #[pyfunction]
 #[pyo3(name = "operations")]
 pub fn all() -> Vec<Operation> {

@@ -19,6 +19,7 @@ pub const OPERATIONS: &[Operation] = &[
     reconstruct::OPERATION,
     cluster::OPERATION,
     close::OPERATION,
+    close::print::OPERATION,
     mesh::CHECK_OPERATION,
     scan::OPERATION,
 ];

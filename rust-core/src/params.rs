@@ -108,6 +108,7 @@ mod tests {
         try_all::<io::import::ReadOptions>();
         try_all::<io::export::WriteOptions>();
         try_all::<image::triangulate::TriangulateParams>();
+        try_all::<close::print::PrintParams>();
         // operations
         try_all::<align::AlignParams>();
         try_all::<close::CloseParams>();

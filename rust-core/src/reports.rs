@@ -247,6 +247,7 @@ mod tests {
         look_at::<mesh::CheckReport>();
         look_at::<mesh::measure::DistanceReport>();
         look_at::<image::frame::LeftOutReport>();
+        look_at::<close::print::PrintReport>();
         // operations
         look_at::<align::Freedom>();
         look_at::<align::AlignedScan>();

@@ -60,7 +60,6 @@ NOT_GIVEN = {
     "align/src/constraints.rs",
     "align/src/report.rs",
     "base/src/account.rs",
-    "close/src/print/mod.rs",
     "geom/src/delaunay3/check.rs",
     "io/src/export/ply/pieces.rs",
     "io/src/export/provenance.rs",

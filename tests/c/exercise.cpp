@@ -237,6 +237,9 @@ try {
     const Mesh lid = surface.closed({}, &filling);
     must(lid.triangles().size() == surface.triangles().size() + filling.added_triangles, "closed");
     must(merger.close(mesh).triangles().size() == 4, "nothing to close");
+    PrintReport judged;
+    const std::vector<std::string> marked = mesh.checked_for_printing({}, &judged).attributes(SRF_DOMAIN_TRIANGLES);
+    must(judged.is_closed && judged.crossing_pairs == 0 && marked.size() >= 3, "checked for printing");
     mesh.write_obj("exercise.obj");
     for (const std::string &name : {std::string(), std::string("statue")}) {
         const std::string expected = "\"name\":\"" + (name.empty() ? "mesh" : name) + "\"";

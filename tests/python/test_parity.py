@@ -311,6 +311,15 @@ def test_a_closed_surface(c, truth):
         same_report(report, closed.report, 10)
 
 
+def test_a_check_for_printing(c, truth):
+    merged = surfrecon.merge(truth).mesh
+    mesh = surfrecon.Mesh(merged.positions, merged.triangles)
+    found, report = c.mesh_check_print(c.mesh(mesh), c.struct("check_print_params", min_wall=0.05, density=2.0))
+    checked = surfrecon.check_print(mesh, min_wall=0.05, density=2.0)
+    same_mesh(c, found, checked.mesh)
+    same_report(report, checked.report, 10)
+
+
 def test_an_alignment_and_one_scan_drawn_to_the_others(c, truth, heap, aligned, in_place):
     aligner, still = c.aligner_create(), c.aligner_create()
     for scan, placed in zip(heap, truth, strict=True):

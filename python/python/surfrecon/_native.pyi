@@ -17,6 +17,7 @@ from ._reports import (
     DistanceReport,
     LeftOutReport,
     MergeReport,
+    PrintReport,
     QuadReport,
     ReconstructReport,
     SculptReport,
@@ -28,6 +29,7 @@ __all__ = [
     "Alignment",
     "Box",
     "Camera",
+    "Checked",
     "Closed",
     "Clustered",
     "Context",
@@ -67,6 +69,7 @@ __all__ = [
     "_part_path",
     "adaptive_quads",
     "align",
+    "check_print",
     "close",
     "cluster",
     "cluster_levels",
@@ -884,6 +887,22 @@ class Job:
     def result(self) -> Any: ...
     # types of Job
     @staticmethod
+    def check_print(
+        mesh: Mesh,
+        *,
+        # options: check_print
+        min_wall: float | None = None,
+        max_wall: float | None = None,
+        overhang: float | None = 0.7853981633974483,
+        print_up: Literal["z", "y", "x", "minus_z", "minus_y", "minus_x"] | None = "z",
+        printer_width: float | None = None,
+        printer_depth: float | None = None,
+        printer_height: float | None = None,
+        density: float | None = None,
+        threads: int | None = 0,
+        # end
+    ) -> Job: ...
+    @staticmethod
     def close(
         mesh: Mesh,
         scans: Iterable[_Alignable] | None = None,
@@ -1479,6 +1498,32 @@ def surface_distance(
 ) -> DistanceReport: ...
 
 # types
+
+@final
+class Checked:
+    @property
+    def mesh(self) -> Mesh: ...
+    @property
+    def crossings(self) -> NDArray[np.uint32]: ...
+    @property
+    def report(self) -> PrintReport: ...
+
+def check_print(
+    mesh: Mesh,
+    *,
+    # options: check_print
+    min_wall: float | None = None,
+    max_wall: float | None = None,
+    overhang: float | None = 0.7853981633974483,
+    print_up: Literal["z", "y", "x", "minus_z", "minus_y", "minus_x"] | None = "z",
+    printer_width: float | None = None,
+    printer_depth: float | None = None,
+    printer_height: float | None = None,
+    density: float | None = None,
+    threads: int | None = 0,
+    # end
+    progress: _Progress | None = None,
+) -> Checked: ...
 
 @final
 class Closed:

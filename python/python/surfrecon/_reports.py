@@ -21,6 +21,7 @@ __all__ = [
     "Freedom",
     "LeftOutReport",
     "MergeReport",
+    "PrintReport",
     "QuadReport",
     "ReconstructReport",
     "Report",
@@ -558,6 +559,73 @@ class CloseReport(Report):
     forced_triangles: int
     open_edges: int
     is_closed: bool
+    seconds: dict[str, float]
+
+
+class PrintReport(Report):
+    """The figures of the checks for printing.
+
+    >>> report = surfrecon.check_print(mesh).report
+    >>> report.is_closed, report.crossing_pairs, report.parts
+    (True, 0, 1)
+
+    Attributes:
+        findings: Faults with their remedies. There are none if the mesh can be printed as it is. A kind and a
+            sentence each: ``not_manifold``: Edges of three faces, faces that are turned, or other places that bound no
+            body. ``open``: Openings: the mesh bounds no body. ``crossing``: Faces that cross each other.
+            ``inside_out``: The outside is inside. ``too_large``: Larger than the printer. ``thin``: Walls thinner than
+            the printer makes. ``overhang``: Faces that hang over.
+        is_closed: Whether the mesh is an oriented manifold without openings.
+        is_manifold: Whether it is an oriented manifold, with or without openings.
+        openings: Openings: groups of open edges that hang together.
+        open_edges: Edges of one face.
+        non_manifold_edges: Edges of more than two faces.
+        non_manifold_vertices: Vertices at which more than one fan of faces meets.
+        misoriented_edges: Edges whose two faces are turned against each other.
+        crossing_pairs: Pairs of faces that cross. This is exact.
+        crossing_faces: Faces that cross another.
+        parts: Parts joined over edges. A cavity is a part, too.
+        size: Size along x, y and z. In the unit of the scans.
+        is_fitting: Whether it fits into the printer, as it is or turned by a quarter about the vertical.
+        volume: Volume of all parts together, in the cube of the unit of the mesh. There is none unless the mesh is
+            closed. Then it is ``None``.
+        weight: Volume times density. There is none without either. Then it is ``None``.
+        wall_limit: Thickness up to which walls are measured. In the unit of the scans.
+        thinnest_wall: Thickness of the thinnest wall. There is none if no wall is thinner than they are measured.
+            Then it is ``None``. In the unit of the scans.
+        thinnest_face: Number of the face in front of the thinnest wall, counted from 0. There is none without such
+            a wall. Then it is ``None``.
+        thin_faces: Faces whose walls are thinner than the thinnest wall that the printer makes.
+        wall_spacing: Largest distance of a corner from the centre of its face. Walls are measured at centres. Where
+            faces are larger than walls are thick, a wall may be thinner between them. In the unit of the scans.
+        overhang_faces: Faces that hang over and do not lie on the ground.
+        overhang_area: Area of the faces that hang over, in the square of the unit of the mesh.
+        seconds: Wall-clock seconds by the name of the stage.
+    """
+
+    __slots__ = ()
+    findings: list[tuple[str, str]]
+    is_closed: bool
+    is_manifold: bool
+    openings: int
+    open_edges: int
+    non_manifold_edges: int
+    non_manifold_vertices: int
+    misoriented_edges: int
+    crossing_pairs: int
+    crossing_faces: int
+    parts: int
+    size: tuple[float, float, float]
+    is_fitting: bool
+    volume: float | None
+    weight: float | None
+    wall_limit: float
+    thinnest_wall: float | None
+    thinnest_face: int | None
+    thin_faces: int
+    wall_spacing: float
+    overhang_faces: int
+    overhang_area: float
     seconds: dict[str, float]
 
 

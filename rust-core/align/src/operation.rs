@@ -13,6 +13,7 @@ pub const OPERATION: Operation = Operation {
     params: Some(crate::params::SCHEMA),
     report: &[crate::report::AlignReport::SCHEMA],
     command: Some(Command {
+        name: "align",
         files: "SCANS",
         summary: "scans without poses to one frame",
         text: "Finds where scans lie that have no poses, and writes a list that places their files. What could lie in \

@@ -46,9 +46,11 @@ impl DataKind {
     }
 }
 
-/// An operation as the command line has it: the command of its name.
+/// An operation as the command line has it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Command {
+    /// The word behind `surfrecon`.
+    pub name: &'static str,
     /// Name of its files, such as SCANS.
     pub files: &'static str,
     /// Its effect, in a line without a verb.

@@ -13,6 +13,7 @@ pub const OPERATION: Operation = Operation {
     params: Some(crate::params::SCHEMA),
     report: &[crate::report::CloseReport::SCHEMA],
     command: Some(Command {
+        name: "close",
         files: "MESH [SCANS...]",
         summary: "a surface with openings to a closed one, which keeps out of what scans saw to be empty",
         text: "Closes the openings of a surface. The scans that it was merged of say where nothing is: nothing is filled there.",

@@ -13,6 +13,7 @@ pub const OPERATION: Operation = Operation {
     params: Some(crate::params::SCHEMA),
     report: &[crate::report::ClusterReport::SCHEMA],
     command: Some(Command {
+        name: "cluster",
         files: "MESH",
         summary: "a dense mesh, or points, to few well-shaped triangles",
         text: "Replaces a dense mesh by a coarse one of well-shaped triangles, or by a chain of levels of detail.",

@@ -13,6 +13,7 @@ pub const OPERATION: Operation = Operation {
     params: Some(crate::params::SCHEMA),
     report: &[crate::report::MergeReport::SCHEMA],
     command: Some(Command {
+        name: "merge",
         files: "SCANS",
         summary: "placed scans to one surface",
         text: "Merges scans that have their poses into one welded surface, with colours and confidence.",

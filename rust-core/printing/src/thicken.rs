@@ -20,8 +20,6 @@ use super::section::Section;
 
 /// Name of the attribute of faces whose walls stay thin.
 const THIN: &str = "thin";
-/// A wall is thick enough that lacks less than this share.
-const TOLERANCE: f64 = 0.01;
 /// Most times that walls are measured and moved apart.
 const ROUNDS: usize = 8;
 /// Rings of edges around thin faces over which displacements fade out.
@@ -96,7 +94,7 @@ struct Lacks {
 fn lacks(mesh: &TriMesh, min_wall: f64, progress: &Progress<'_>) -> Result<Lacks> {
     let bvh = Bvh::build_with(&mesh.positions, &mesh.triangles, rayon::current_num_threads(), progress)?;
     let walls = walls::measure(mesh, &bvh, &progress.unseen())?;
-    let lack = |thickness: f64| if thickness < min_wall * (1.0 - TOLERANCE) { min_wall - thickness } else { 0.0 };
+    let lack = |thickness: f64| if thickness < min_wall * (1.0 - walls::END) { min_wall - thickness } else { 0.0 };
     let of: Vec<f64> = walls.iter().map(|wall| lack(wall.thickness)).collect();
     let thinnest = walls.iter().map(|wall| wall.thickness).fold(f64::INFINITY, f64::min);
     Ok(Lacks { sum: of.iter().sum(), of, thinnest: Some(thinnest).filter(|thinnest| thinnest.is_finite()) })

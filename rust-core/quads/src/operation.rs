@@ -13,6 +13,7 @@ pub const OPERATION: Operation = Operation {
     params: Some(crate::params::SCHEMA),
     report: &[crate::report::QuadReport::SCHEMA],
     command: Some(Command {
+        name: "quads",
         files: "SCAN",
         summary: "a range image to a regular grid of quads",
         text: "Makes a regular grid of quads of one range image, dense where the surface bends.",

@@ -13,6 +13,7 @@ pub const OPERATION: Operation = Operation {
     params: Some(crate::params::SCHEMA),
     report: &[crate::report::ReconstructReport::SCHEMA],
     command: Some(Command {
+        name: "reconstruct",
         files: "POINTS",
         summary: "a surface through scattered points",
         text: "Makes a surface through scattered points, closed or open. Of a mesh the vertices are taken, of a range \

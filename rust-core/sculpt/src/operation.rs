@@ -13,6 +13,7 @@ pub const OPERATION: Operation = Operation {
     params: Some(crate::params::SCHEMA),
     report: &[crate::report::SculptReport::SCHEMA, crate::certify::Certificate::SCHEMA],
     command: Some(Command {
+        name: "sculpt",
         files: "SCAN",
         summary: "a range image to few triangles within a tolerance",
         text: "Makes a mesh of few triangles of one range image, which stays within a tolerance of every sample.",

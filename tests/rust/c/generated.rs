@@ -26,6 +26,8 @@ pub type ClusterParams = Sized<11>;
 
 pub type CloseParams = Sized<7>;
 
+pub type CheckPrintParams = Sized<8>;
+
 pub type ScanParams = Sized<10>;
 
 pub type AlignedScan = Sized<105>;
@@ -232,6 +234,36 @@ pub mod close_report {
     pub const FORCED_TRIANGLES: usize = 16;
     pub const OPEN_EDGES: usize = 17;
     pub const IS_CLOSED: usize = 18;
+}
+
+pub type PrintReport = Sized<23>;
+
+/// Places of the figures of [`PrintReport`].
+#[allow(dead_code, reason = "tests look at some")]
+pub mod check_print_report {
+    pub const IS_CLOSED: usize = 0;
+    pub const IS_MANIFOLD: usize = 1;
+    pub const OPENINGS: usize = 2;
+    pub const OPEN_EDGES: usize = 3;
+    pub const NON_MANIFOLD_EDGES: usize = 4;
+    pub const NON_MANIFOLD_VERTICES: usize = 5;
+    pub const MISORIENTED_EDGES: usize = 6;
+    pub const CROSSING_PAIRS: usize = 7;
+    pub const CROSSING_FACES: usize = 8;
+    pub const PARTS: usize = 9;
+    pub const SIZE_X: usize = 10;
+    pub const SIZE_Y: usize = 11;
+    pub const SIZE_Z: usize = 12;
+    pub const IS_FITTING: usize = 13;
+    pub const VOLUME: usize = 14;
+    pub const WEIGHT: usize = 15;
+    pub const WALL_LIMIT: usize = 16;
+    pub const THINNEST_WALL: usize = 17;
+    pub const THINNEST_FACE: usize = 18;
+    pub const THIN_FACES: usize = 19;
+    pub const WALL_SPACING: usize = 20;
+    pub const OVERHANG_FACES: usize = 21;
+    pub const OVERHANG_AREA: usize = 22;
 }
 
 pub type CheckReport = Sized<20>;

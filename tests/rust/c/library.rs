@@ -360,6 +360,9 @@ functions! {
     srf_close_params_init_sized(params: *mut CloseParams, size: usize) -> i32;
     srf_close_report_init_sized(report: *mut CloseReport, size: usize) -> i32;
     srf_mesh_close(mesh: Handle, merger: Handle, params: *const CloseParams, progress: *const Watch, out_mesh: *mut Handle, out_report: *mut CloseReport) -> i32;
+    srf_check_print_params_init_sized(params: *mut CheckPrintParams, size: usize) -> i32;
+    srf_check_print_report_init_sized(report: *mut PrintReport, size: usize) -> i32;
+    srf_mesh_check_print(mesh: Handle, params: *const CheckPrintParams, progress: *const Watch, out_mesh: *mut Handle, out_report: *mut PrintReport) -> i32;
     srf_scan_params_init_sized(params: *mut ScanParams, size: usize) -> i32;
     srf_scan_mesh(mesh: Handle, rows: usize, cols: usize, projection: *const Projection, world_from_sensor: *const [f64; 16], params: *const ScanParams, progress: *const Watch, out_image: *mut Handle) -> i32;
     srf_distance_report_init_sized(report: *mut DistanceReport, size: usize) -> i32;

@@ -120,6 +120,7 @@ fn default_of(row: &ParamSpec) -> String {
         },
         (_, surfrecon::params::Default::Value(value)) if is_whole(row) => number(value),
         (_, surfrecon::params::Default::Value(std::f64::consts::FRAC_PI_2)) => "std::f64::consts::FRAC_PI_2".to_owned(),
+        (_, surfrecon::params::Default::Value(std::f64::consts::FRAC_PI_4)) => "std::f64::consts::FRAC_PI_4".to_owned(),
         (_, surfrecon::params::Default::Value(value)) => format!("{value:?}"),
     }
 }

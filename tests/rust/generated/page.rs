@@ -26,7 +26,7 @@ fn parameters() {
             let _ = write!(page, ", gives {}", words(operation.gives));
         }
         page += ".\n";
-        let command = operation.command.map(|_| format!("`surfrecon {}`", operation.name));
+        let command = operation.command.map(|command| format!("`surfrecon {}`", command.name));
         let hosts = [
             ("Command line", command),
             ("Blender", operation.blender.map(|operator| format!("*{}*", operator.label))),

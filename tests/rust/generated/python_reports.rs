@@ -54,6 +54,14 @@ const EXAMPLES: &[(&str, &[&str])] = &[
         ],
     ),
     (
+        "PrintReport",
+        &[
+            ">>> report = surfrecon.check_print(mesh).report",
+            ">>> report.is_closed, report.crossing_pairs, report.parts",
+            "(True, 0, 1)",
+        ],
+    ),
+    (
         "TriangleShapes",
         &[
             ">>> shapes = surfrecon.cluster(mesh, vertices=500).report.after",

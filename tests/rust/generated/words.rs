@@ -9,8 +9,8 @@ pub fn number(value: f64) -> String {
 
 /// A number as people read it.
 fn shown(value: f64) -> String {
-    use std::f64::consts::{FRAC_PI_2, FRAC_PI_6, PI};
-    let angles = [(FRAC_PI_6, "pi/6"), (FRAC_PI_2, "pi/2"), (PI, "pi")];
+    use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, FRAC_PI_6, PI};
+    let angles = [(FRAC_PI_6, "pi/6"), (FRAC_PI_4, "pi/4"), (FRAC_PI_2, "pi/2"), (PI, "pi")];
     let angle = angles.iter().find(|(angle, _)| *angle == value);
     angle.map_or_else(|| number(value), |(_, name)| (*name).to_owned())
 }

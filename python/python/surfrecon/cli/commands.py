@@ -163,13 +163,15 @@ def _operation(name: str, *, parts: tuple[str, ...] = (), own: tuple[Row, ...] |
     """
     operation = _DECLARED[name]
     assert operation.command is not None
+    assert operation.command_name is not None
     files, summary, text = operation.command
     if own is None:
         own = () if operation.takes == ["scans"] else (_SCAN,)
     if "endings" not in rest:
         rest["endings"] = _ENDINGS[operation.gives[0]]
         rest["meshes"] = operation.gives == ["a mesh"]
-    return Command(name, summary, text, files, getattr(operations, name), (name, *parts), own, **rest)
+    run = getattr(operations, name)
+    return Command(operation.command_name, summary, text, files, run, (name, *parts), own, **rest)
 
 
 _DECLARED = {operation.name: operation for operation in _native.operations() if operation.command}
@@ -216,6 +218,7 @@ _SPECIAL: dict[str, dict[str, Any]] = {
             ),
         ),
     ),
+    "check_print": dict(output_is_optional=True),
     "sculpt": dict(parts=("triangulate",)),
     "cluster": dict(
         own=(_SCAN, Own("levels", "counts", "Vertices of each level of detail, most first: all go into one .glb.")),

@@ -20,7 +20,20 @@ from .progress import Shown
 from .requests import UsageError
 from .work import Made, Work, Write
 
-__all__ = ["align", "close", "cluster", "convert", "info", "measure", "merge", "plan", "quads", "reconstruct", "sculpt"]
+__all__ = [
+    "align",
+    "check_print",
+    "close",
+    "cluster",
+    "convert",
+    "info",
+    "measure",
+    "merge",
+    "plan",
+    "quads",
+    "reconstruct",
+    "sculpt",
+]
 
 
 def info(work: Work) -> Made:
@@ -381,6 +394,26 @@ def close(work: Work) -> Made:
     work.note(*(text for _, text in report.open[:_OPENINGS]))
     said = f"{report.closed:,} openings closed, {len(report.open):,} left open, {report.filled_share:.1%} filled"
     return Made(report, [_counts(found.mesh), said], _writer(work, found.mesh), _parts(work, found.mesh))
+
+
+def check_print(work: Work) -> Made:
+    """Checks whether a mesh can be printed. Findings are lines of the result."""
+    scan, content = contents.one(work)
+    if not isinstance(content, _native.Mesh):
+        raise InputError(f"{scan.name} is a {contents.kind(content)}: give a mesh, such as surfrecon merge makes")
+    mesh = contents.placed(content, scan.world_from_sensor, scan.crs)
+    with work.showing() as shown:
+        found = _native.check_print(mesh, progress=shown, **work.given("check_print"))
+    report = found.report
+    said = [f"{' x '.join(f'{side:.4g}' for side in report.size)}, parts: {report.parts:,}"]
+    if report.volume is not None:
+        weight = "" if report.weight is None else f", weight {report.weight:.4g}"
+        said.append(f"closed, volume {report.volume:.4g}{weight}")
+    thinnest = report.thinnest_wall
+    walls = f"no wall thinner than {report.wall_limit:.4g}" if thinnest is None else f"thinnest wall {thinnest:.4g}"
+    said.append(f"{walls}, measured every {report.wall_spacing:.4g}")
+    said += [text for _, text in report.findings] or ["nothing is in the way of printing"]
+    return Made(report, [_counts(found.mesh), *said], _writer(work, found.mesh), _parts(work, found.mesh))
 
 
 def measure(work: Work) -> Made:

@@ -4,12 +4,20 @@ use glam::{DVec2, DVec3};
 use proptest::prelude::*;
 
 use super::*;
+use crate::params::UpAxis;
 use base::error::Error;
+use geom::bvh::Closest;
+use mesh::AttributeData;
 use mesh::shapes::Shape;
 
 fn checked(mesh: &TriMesh) -> PrintReport {
-    let params = PrintParams { density: Some(2.0), min_wall: Some(0.5), threads: 1, ..PrintParams::default() };
-    check_print(mesh, &params, &Progress::none()).unwrap()
+    let (density, min_wall, max_wall) = (Some(2.0), Some(0.5), Some(100.0));
+    let params = PrintParams { density, min_wall, max_wall, threads: 1, ..PrintParams::default() };
+    check_print(mesh, &params, &Progress::none()).unwrap().report
+}
+
+fn kinds(report: &PrintReport) -> Vec<Fault> {
+    report.findings.iter().map(|finding| finding.kind).collect()
 }
 
 fn cuboid(half: DVec3, detail: usize) -> TriMesh {
@@ -26,17 +34,14 @@ fn both(mut a: TriMesh, b: &TriMesh, shift: DVec3) -> TriMesh {
 #[test]
 fn a_box_is_printable() {
     let report = checked(&cuboid(DVec3::new(1.0, 2.0, 0.5), 4));
-    assert!(
-        report.topology.is_closed() && report.crossings.is_empty() && report.findings.is_empty(),
-        "{:?}",
-        report.findings
-    );
+    assert!(report.is_closed && report.crossings.is_empty() && report.findings.is_empty(), "{:?}", report.findings);
     assert!((report.volume.unwrap() - 8.0).abs() < 1e-9 && (report.weight.unwrap() - 16.0).abs() < 1e-9);
-    assert_eq!((report.parts.len(), report.size), (1, DVec3::new(2.0, 4.0, 1.0)));
+    assert_eq!((report.parts, report.bodies.len(), report.size), (1, 1, [2.0, 4.0, 1.0]));
     // Behind the middle of its top a ball fits that is as thick as the box; near its edges smaller ones.
     let top: Vec<&Wall> = report.walls.iter().filter(|wall| (wall.ray - 1.0).abs() < 1e-9).collect();
     assert!(top.iter().any(|wall| (wall.ball - 1.0).abs() < 1e-6));
-    assert!((report.walls[report.thinnest.unwrap() as usize].thickness - 1.0).abs() < 1e-6);
+    let thinnest = report.thinnest_wall.unwrap();
+    assert!((thinnest - 1.0).abs() < 1e-6 && report.walls[report.thinnest_face.unwrap()].thickness == thinnest);
     assert!(report.walls.iter().all(|wall| wall.ball <= wall.ray + 1e-9 && wall.ball > 0.0));
 }
 
@@ -46,10 +51,31 @@ fn walls_of_a_hollow_ball_are_as_thick_as_they_are() {
     let mut inner = Shape::Sphere { radius: 0.8 }.mesh(12);
     inner.triangles.iter_mut().for_each(|t| t.swap(1, 2));
     let report = checked(&both(outer, &inner, DVec3::ZERO));
-    assert_eq!(report.parts.len(), 2);
-    assert!(report.parts[0].volume > 0.0 && report.parts[1].volume < 0.0);
+    assert_eq!(report.parts, 2);
+    assert!(report.bodies[0].volume > 0.0 && report.bodies[1].volume < 0.0);
     assert!(report.walls.iter().all(|wall| (wall.ball - 0.2).abs() < 0.02), "{:?}", report.walls[0]);
-    assert!(report.findings.iter().any(|finding| finding.contains("thinner than 0.5")), "{:?}", report.findings);
+    let thin = report.findings.iter().find(|finding| finding.kind == Fault::Thin).unwrap();
+    assert!(thin.text.contains("thinner than 0.5: ") && thin.text.ends_with("print it larger."), "{thin:?}");
+    assert_eq!(report.thin_faces, report.walls.len());
+}
+
+#[test]
+fn walls_are_measured_up_to_a_limit() {
+    // 0.4 thick, its box 3.0 long from corner to corner.
+    let plate = cuboid(DVec3::new(1.0, 1.0, 0.2), 3);
+    let report = |min_wall, max_wall| {
+        let params = PrintParams { min_wall, max_wall, threads: 1, ..PrintParams::default() };
+        check_print(&plate, &params, &Progress::none()).unwrap().report
+    };
+    let [unknown, known] = [report(None, None), report(None, Some(0.5))];
+    let diagonal = DVec3::new(2.0, 2.0, 0.4).length();
+    assert_eq!((unknown.wall_limit, known.wall_limit), (0.1 * diagonal, 0.5));
+    assert_eq!((unknown.thinnest_wall, unknown.thinnest_face), (None, None));
+    assert!(unknown.walls.iter().all(|wall| wall.thickness == unknown.wall_limit && wall.ray > 0.39));
+    assert!((known.thinnest_wall.unwrap() - 0.4).abs() < 1e-9);
+    // A limit below the thinnest wall that is printed would hide walls that are too thin.
+    let judged = report(Some(0.45), Some(0.1));
+    assert!(judged.wall_limit == 0.45 && judged.thinnest_wall == known.thinnest_wall && judged.thin_faces > 0);
 }
 
 #[test]
@@ -58,7 +84,7 @@ fn a_wedge_is_thinner_than_its_rays_say() {
     let mut prism = TriMesh::new([a, b, c].iter().flat_map(|&p| [p, p + 4.0 * DVec3::Y]).collect(), Vec::new());
     prism.triangles = vec![[0, 2, 4], [1, 5, 3], [0, 1, 3], [0, 3, 2], [2, 3, 5], [2, 5, 4], [4, 5, 1], [4, 1, 0]];
     let report = checked(&prism);
-    assert!(report.topology.is_closed(), "{}", report.topology);
+    assert!(report.is_closed, "{}", report.topology);
     assert!(report.walls.iter().any(|wall| wall.thickness < 0.9 * wall.ray));
 }
 
@@ -69,9 +95,9 @@ fn overhangs_are_told_by_their_angle() {
     let cap = cuboid(DVec3::new(1.0, 1.0, 0.2), 2);
     let report = checked(&both(foot, &cap, 1.5 * DVec3::Z));
     assert!((report.overhang_area - 4.0).abs() < 1e-9, "{}", report.overhang_area);
-    let params = PrintParams { up: crate::UpAxis::MinusZ, threads: 1, ..PrintParams::default() };
+    let params = PrintParams { print_up: UpAxis::MinusZ, threads: 1, ..PrintParams::default() };
     let turned = check_print(&cuboid(DVec3::ONE, 1), &params, &Progress::none()).unwrap();
-    assert_eq!(turned.overhang_area, 0.0);
+    assert_eq!((turned.report.overhang_area, turned.report.overhang_faces), (0.0, 0));
     // A roof of 40 degrees to the vertical is no overhang of more than 45.
     let lean = |angle: f64| {
         let mut leaning = cuboid(DVec3::ONE, 1);
@@ -127,22 +153,171 @@ proptest! {
     }
 }
 
+/// Distance along a ray to a triangle, by Cramer's rule.
+fn met(origin: DVec3, direction: DVec3, [a, b, c]: [DVec3; 3]) -> Option<f64> {
+    let (ab, ac, ao) = (b - a, c - a, origin - a);
+    let whole = -direction.dot(ab.cross(ac));
+    let (u, v) = (-direction.dot(ao.cross(ac)) / whole, -direction.dot(ab.cross(ao)) / whole);
+    let t = ao.dot(ab.cross(ac)) / whole;
+    (u >= 0.0 && v >= 0.0 && u + v <= 1.0).then_some(t).filter(|t| *t > 1e-9)
+}
+
+/// Radius of the largest ball that touches `centre`, has its middle against `normal` and is not entered by a triangle, at most `most`.
+fn largest_ball(centre: DVec3, normal: DVec3, corners: &[DVec3; 3], most: f64) -> f64 {
+    let mut radius = most;
+    for _ in 0..1000 {
+        let middle = centre - radius * normal;
+        let nearest = Closest::on_triangle(middle, corners, 0);
+        let way = centre - nearest.point;
+        if nearest.distance() >= radius * (1.0 - 1e-12) - 1e-13 || way.dot(normal) <= 0.0 {
+            break;
+        }
+        radius = radius.min(0.5 * way.length_squared() / way.dot(normal));
+    }
+    radius
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: base::tier::cases(256), ..ProptestConfig::default() })]
+
+    /// Rays are those that trying each face in turn finds. Balls are no smaller than those, and no face is far inside them.
+    #[test]
+    fn walls_are_those_of_all_faces(
+        flat in 0.05..1.0_f64,
+        detail in 2..5_usize,
+        rough in prop_oneof![Just(0.0), 0.0..0.05_f64, 0.0..0.4_f64],
+        noise in prop::collection::vec([-1.0..1.0_f64, -1.0..1.0, -1.0..1.0], 200),
+        round in prop::bool::ANY,
+        limit in prop_oneof![Just(100.0), 0.05..2.0_f64],
+    ) {
+        let shape = if round { Shape::Sphere { radius: 1.0 } } else { Shape::Cuboid { half: DVec3::new(1.0, 0.7, 0.4) } };
+        let mut mesh = shape.mesh(detail);
+        for (p, noise) in mesh.positions.iter_mut().zip(noise.iter().cycle()) {
+            *p += rough * DVec3::from(*noise);
+            p.z *= flat;
+        }
+        let params = PrintParams { max_wall: Some(limit), threads: 1, ..PrintParams::default() };
+        let report = check_print(&mesh, &params, &Progress::none()).unwrap().report;
+        let faces = || (0..mesh.triangles.len()).map(|t| mesh.corners(t));
+        for (t, wall) in report.walls.iter().enumerate() {
+            let corners = mesh.corners(t);
+            let centre = (corners[0] + corners[1] + corners[2]) / 3.0;
+            let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize();
+            let ray = faces().filter_map(|other| met(centre, -normal, other)).fold(f64::INFINITY, f64::min);
+            prop_assert!(wall.ray == ray || (wall.ray - ray).abs() < 1e-9, "{} {}", wall.ray, ray);
+            if ray == f64::INFINITY {
+                prop_assert_eq!(wall.ball, ray);
+                continue;
+            }
+            let radius = 0.5 * wall.ball;
+            // The face itself is met at rounding's distance.
+            let others = faces().enumerate().filter(|(other, _)| *other != t);
+            let largest = others.fold(0.5 * ray.min(limit), |most, (_, other)| largest_ball(centre, normal, &other, most));
+            prop_assert!(radius >= largest - 1e-9, "{} {}", radius, largest);
+            prop_assert!(wall.thickness == wall.ball || wall.thickness == wall.ray.min(limit));
+            let middle = centre - radius * normal;
+            let room = faces().map(|other| Closest::on_triangle(middle, &other, 0).distance()).fold(f64::INFINITY, f64::min);
+            prop_assert!(room >= radius * (1.0 - walls::END) - 1e-9, "{} {}", room, radius);
+        }
+    }
+}
+
 #[test]
-fn what_is_wrong_is_said_with_what_to_do() {
+fn walls_of_round_bodies_are_the_same_for_any_thread_count() {
+    for shape in [Shape::Torus { major: 1.0, minor: 0.3 }, Shape::Cylinder { radius: 1.0, half_height: 1.0 }] {
+        let mesh = shape.mesh(16);
+        let walls = [1, 2, 7].map(|threads| {
+            let params = PrintParams { threads, max_wall: Some(100.0), ..PrintParams::default() };
+            check_print(&mesh, &params, &Progress::none()).unwrap().report.walls
+        });
+        assert!(walls[0].len() > 2048, "several chunks: {}", walls[0].len());
+        assert!(walls[0] == walls[1] && walls[0] == walls[2]);
+    }
+}
+
+#[test]
+fn faults_are_told_with_what_to_do() {
     let open = checked(&Shape::Plane { half: DVec2::ONE }.mesh(1));
-    assert!(open.findings[0].contains("1 opening. Close"), "{:?}", open.findings);
-    assert_eq!((open.volume, open.thinnest), (None, None));
+    assert_eq!(open.findings[0].kind, Fault::Open);
+    assert_eq!(open.findings[0].text, "Openings of the mesh: 1. Close them.");
+    assert_eq!((open.volume, open.weight, open.thinnest_wall, open.thinnest_face), (None, None, None, None));
     let crossing = checked(&both(cuboid(DVec3::ONE, 1), &cuboid(DVec3::ONE, 1), DVec3::splat(0.5)));
-    assert!(crossing.findings.iter().any(|finding| finding.contains("cross")), "{:?}", crossing.findings);
+    assert!(kinds(&crossing).contains(&Fault::Crossing) && crossing.crossing_pairs == crossing.crossings.len());
     let mut inside_out = cuboid(DVec3::ONE, 1);
     inside_out.triangles.iter_mut().for_each(|t| t.swap(0, 1));
-    assert!(checked(&inside_out).findings.iter().any(|finding| finding.contains("inside out")));
+    assert!(kinds(&checked(&inside_out)).contains(&Fault::InsideOut));
+    let mut twice = cuboid(DVec3::ONE, 1);
+    twice.triangles.push(twice.triangles[0]);
+    assert_eq!(kinds(&checked(&twice))[0], Fault::NotManifold);
     let empty = checked(&TriMesh::default());
-    assert!(empty.parts.is_empty() && empty.thinnest.is_none());
+    assert!(empty.bodies.is_empty() && empty.thinnest_wall.is_none());
     let params = PrintParams { overhang: 2.0, ..PrintParams::default() };
     assert!(matches!(check_print(&cuboid(DVec3::ONE, 1), &params, &Progress::none()), Err(Error::Parameter { .. })));
     for checks in [0, 3, 6] {
         let cancelled = check_print(&cuboid(DVec3::ONE, 4), &PrintParams::default(), &Progress::cancel_after(checks));
         assert!(matches!(cancelled, Err(Error::Cancelled)), "{checks}");
     }
+}
+
+#[test]
+fn it_fits_as_it_is_or_turned_about_the_vertical() {
+    // 2 by 4 by 1.
+    let mesh = cuboid(DVec3::new(1.0, 2.0, 0.5), 1);
+    let report = |size: [f64; 3], print_up| {
+        let [printer_width, printer_depth, printer_height] = size.map(|x| (x > 0.0).then_some(x));
+        let params = PrintParams {
+            printer_width,
+            printer_depth,
+            printer_height,
+            print_up,
+            threads: 1,
+            ..PrintParams::default()
+        };
+        check_print(&mesh, &params, &Progress::none()).unwrap().report
+    };
+    let fits = |size, up| report(size, up).is_fitting;
+    assert!(fits([0.0; 3], UpAxis::Z) && fits([2.0, 4.0, 1.0], UpAxis::Z) && fits([4.0, 2.0, 1.0], UpAxis::MinusZ));
+    assert!(!fits([3.0, 3.0, 3.0], UpAxis::Z) && !fits([4.0, 2.0, 0.9], UpAxis::Z));
+    assert!(fits([1.0, 2.0, 4.0], UpAxis::Y) && !fits([1.0, 2.0, 4.0], UpAxis::X) && fits([1.0, 4.0, 2.0], UpAxis::X));
+    // A length that is not given sets no limit.
+    assert!(fits([0.0, 2.0, 0.0], UpAxis::Z) && !fits([0.0, 1.9, 0.0], UpAxis::Z));
+    let said = |size: [f64; 3]| {
+        let report = report(size, UpAxis::Z);
+        assert!(kinds(&report).iter().all(|kind| *kind == Fault::TooLarge) && !report.is_fitting);
+        let texts = report.findings.into_iter().map(|finding| finding.text);
+        let short = texts.map(|text| {
+            let text = text.strip_prefix("The mesh is 2 x 4 x 1: too large for the printer's ").unwrap();
+            text.strip_suffix(". Scale it, or cut it into parts.").unwrap().to_owned()
+        });
+        short.collect::<Vec<_>>()
+    };
+    assert_eq!(said([3.0, 3.0, 0.0]), ["width and depth of 3 x 3"]);
+    assert_eq!(said([1.5, 0.0, 0.5]), ["width of 1.5", "height of 0.5"]);
+    assert_eq!(said([0.0, 1.9, 0.0]), ["depth of 1.9"]);
+}
+
+#[test]
+fn faces_are_marked() {
+    let mut mesh = both(cuboid(DVec3::ONE, 1), &cuboid(DVec3::ONE, 1), DVec3::new(0.5, 0.5, 0.5));
+    mesh.positions.extend([DVec3::new(9.0, 0.0, 0.0), DVec3::new(10.0, 0.0, 0.0), DVec3::new(9.0, 1.0, 0.0)]);
+    let first = mesh.positions.len() as u32 - 3;
+    mesh.triangles.push([first, first + 1, first + 2]);
+    mesh.face_attributes = vec![Attribute::f32("wall", vec![7.0; mesh.triangles.len()])];
+    let Checked { mesh: marked, report } = check_print(&mesh, &PrintParams::default(), &Progress::none()).unwrap();
+    assert_eq!((&marked.positions, &marked.triangles), (&mesh.positions, &mesh.triangles));
+    assert_eq!(marked.face_attributes.len(), 3);
+    let (Some(AttributeData::F32(wall)), Some(AttributeData::Bool(crossing)), Some(AttributeData::Bool(overhang))) =
+        (marked.face_attribute("wall"), marked.face_attribute("crossing"), marked.face_attribute("overhang"))
+    else {
+        panic!("{:?}", marked.face_attributes);
+    };
+    // Nothing lies behind the lone face.
+    let limit = report.wall_limit as f32;
+    assert_eq!(*wall.last().unwrap(), limit);
+    assert!(wall.iter().all(|wall| *wall > 0.0 && *wall <= limit) && wall.iter().any(|wall| *wall < limit));
+    assert!(wall.iter().zip(&report.walls).all(|(wall, known)| *wall == limit || *wall == known.thickness as f32));
+    let marks = |flags: &[bool]| flags.iter().filter(|flag| **flag).count();
+    assert_eq!((marks(crossing), marks(overhang)), (report.crossing_faces, report.overhang_faces));
+    assert!(report.crossings.iter().flatten().all(|&t| crossing[t as usize]) && report.crossing_faces > 0);
+    assert!(!crossing.last().unwrap());
 }

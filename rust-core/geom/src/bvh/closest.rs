@@ -131,15 +131,25 @@ impl Bvh<'_> {
 
     /// [`Bvh::closest_point`], to the bit, sooner where `known`, the closest point of any one of the triangles, is near.
     pub fn closest_point_from(&self, query: DVec3, known: Option<Closest>) -> Option<Closest> {
+        let most = known.as_ref().map_or(f64::INFINITY, |known| known.distance_squared);
+        self.closest(query, known, most)
+    }
+
+    /// [`Bvh::closest_point`] if it lies within a distance, else `None`. Costs little where nothing does.
+    pub fn closest_point_within(&self, query: DVec3, distance: f64) -> Option<Closest> {
+        self.closest(query, None, distance * distance)
+    }
+
+    /// The closest point of the mesh within the square root of `most`, else the best known.
+    fn closest(&self, query: DVec3, mut best: Option<Closest>, most: f64) -> Option<Closest> {
         if self.nodes.is_empty() || !query.is_finite() {
             return None;
         }
         let point = self.frame.to_frame(query);
         let to_frame = self.frame.scale * self.frame.scale;
         // Boxes are grown by more than any rounding near the mesh; the factor is for queries far from it.
-        let limit_of = |best: &Closest| best.distance_squared * to_frame * (1.0 + 1e-12);
-        let mut best = known;
-        let mut limit = known.as_ref().map_or(f64::INFINITY, limit_of);
+        let limit_of = |squared: f64| squared * to_frame * (1.0 + 1e-12);
+        let mut limit = limit_of(most);
         let mut stack = [(0u32, 0.0f64); STACK];
         let mut used = 0;
         let mut next = Some((0u32, distance_squared(&self.nodes[0], point)));
@@ -159,8 +169,8 @@ impl Bvh<'_> {
             if node.count > 0 {
                 for slot in node.slots(&self.slots) {
                     let found = Closest::of(query, &self.corners(slot), slot.triangle);
-                    if found.beats(&best) {
-                        limit = limit_of(&found);
+                    if found.distance_squared <= most && found.beats(&best) {
+                        limit = limit_of(found.distance_squared);
                         best = Some(found);
                     }
                 }

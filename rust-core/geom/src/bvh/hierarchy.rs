@@ -79,6 +79,11 @@ impl<'a> Bvh<'a> {
         self.slots.is_empty()
     }
 
+    /// The triangles in the order of the leaves. Most neighbours in it are neighbours in space. It is the same for any thread count.
+    pub fn order(&self) -> impl Iterator<Item = u32> + '_ {
+        self.slots.iter().map(|slot| slot.triangle)
+    }
+
     pub(super) fn corners(&self, slot: &Slot) -> [DVec3; 3] {
         slot.corners.map(|v| self.positions[v as usize])
     }

@@ -86,6 +86,9 @@ fn check_tree(bvh: &Bvh<'_>, triangles: &[[u32; 3]]) {
         }
     }
     assert!(seen.iter().all(|&n| n == 1));
+    let mut order: Vec<u32> = bvh.order().collect();
+    order.sort_unstable();
+    assert!(order.iter().enumerate().all(|(i, &t)| i == t as usize) && order.len() == triangles.len());
 }
 
 proptest! {
@@ -140,6 +143,11 @@ proptest! {
                 }
             }
             prop_assert_eq!(bvh.closest_point(q), expected);
+            let distance = expected.unwrap().distance();
+            for within in [0.0, 0.9 * distance, 1.1 * distance, 2.0 * distance, f64::INFINITY] {
+                let known = expected.filter(|closest| closest.distance_squared <= within * within);
+                prop_assert_eq!(bvh.closest_point_within(q, within), known);
+            }
             for (t, corners) in triangles.iter().enumerate().step_by(5) {
                 let known = Closest::on_triangle(q, &corners.map(|v| positions[v as usize]), t as u32);
                 prop_assert_eq!(bvh.closest_point_from(q, Some(known)), expected);
