@@ -38,7 +38,7 @@ const BYTES_A_TRIANGLE: f64 = 400.0;
 /// use surfrecon_printing::{PrepareParams, prepare_print};
 /// # let mesh = mesh::shapes::Shape::Sphere { radius: 1.0 }.mesh(8);
 /// # let progress = base::Progress::none();
-/// let params = PrepareParams { scale_to: Some(0.1), flat_base: Some(0.005), ..PrepareParams::default() };
+/// let params = PrepareParams { scale_to: Some(0.1), flat_base: true, ..PrepareParams::default() };
 /// let prepared = prepare_print(&mesh, &params, &progress)?;
 /// assert!(mesh::check(&prepared.mesh).is_closed());
 /// # Ok::<(), base::Error>(())
@@ -82,8 +82,8 @@ fn steps(mesh: &TriMesh, params: &PrepareParams, progress: &Progress<'_>) -> Res
     }
     progress.stage(BASE, 1);
     let base = match params.flat_base {
-        Some(height) => Some(flat_base(&mut mesh, height, params, &mut report, progress)?),
-        None => None,
+        true => Some(flat_base(&mut mesh, params, &mut report, progress)?),
+        false => None,
     };
     progress.lap(PLAN[BASE].0);
     progress.stage(WALLS, 1);

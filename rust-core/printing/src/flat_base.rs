@@ -12,6 +12,9 @@ use super::report::{PrepareProblem, PrepareReport};
 use super::section::{Section, axis_of};
 use super::slice;
 
+/// Height of a base that is not given, of that of the mesh.
+const SHARE: f64 = 0.02;
+
 /// Cuts a closed mesh off at a height above its lowest point. All vertices above keep their bits, and those of the base have one coordinate.
 /// Gives the plane of the base.
 ///
@@ -19,7 +22,6 @@ use super::slice;
 /// [`Error::Input`] if nothing lies above that height, or the mesh can't be cut there. [`Error::Cancelled`].
 pub fn flat_base(
     mesh: &mut TriMesh,
-    height: f64,
     params: &PrepareParams,
     report: &mut PrepareReport,
     progress: &Progress<'_>,
@@ -27,10 +29,14 @@ pub fn flat_base(
     let (axis, is_upward) = axis_of(params.print_up);
     let (lo, hi) = bounds(&mesh.positions).unwrap_or_default();
     let lowest = if is_upward { lo[axis] } else { hi[axis] };
+    let height = params.base_height.unwrap_or_else(|| match stands(mesh, axis, lowest) {
+        true => 0.0,
+        false => SHARE * (hi[axis] - lo[axis]),
+    });
     let plane = Section { axis, is_upward, at: if is_upward { lowest + height } else { lowest - height } };
     if !mesh.positions.iter().any(|&place| plane.side(place) == Ordering::Greater) {
         return Err(Error::input(format!(
-            "flat_base is {}, but the mesh is {} high along {}: give less than that",
+            "base_height is {}, but the mesh is {} high along {}: give less than that",
             Shown(height),
             Shown(hi[axis] - lo[axis]),
             params.print_up.name()
@@ -57,8 +63,13 @@ pub fn flat_base(
         report.note(PrepareProblem::BaseMoved, text);
     }
     if report.base_faces == 0 {
-        let text = "The mesh does not stand on a face, and nothing lies below the base: give a height above 0";
+        let text = "The mesh does not stand on a face, and nothing lies below the base: give a larger height";
         report.note(PrepareProblem::NothingBelow, text.to_owned());
     }
     Ok(base)
+}
+
+/// Whether a face lies in the lowest plane.
+fn stands(mesh: &TriMesh, axis: usize, lowest: f64) -> bool {
+    (0..mesh.triangles.len()).any(|t| mesh.corners(t).iter().all(|corner| corner[axis] == lowest))
 }

@@ -21,6 +21,7 @@
 //!
 //! The sides of a thin wall move apart along the normals of its faces alone. Faces around them follow. Whatever would cross stays back.
 
+mod operation;
 mod params;
 mod report;
 
@@ -55,8 +56,9 @@ mod split_parts;
 mod driver;
 
 pub use driver::prepare_print;
+pub use operation::OPERATION;
 pub use params::{PrepareParams, SCHEMA, ScaleSide};
-pub use report::{PrepareNote, PrepareProblem, PrepareReport, PreparedPrint};
+pub use report::{PrepareNote, PrepareProblem, PrepareReport, PreparedPrint, part};
 
 #[cfg(test)]
 mod tests;

@@ -1,7 +1,7 @@
 //! The parameters of preparing a print.
 
 use base::error::{Error, Result, Shown};
-use base::params::{choice, count, length};
+use base::params::{choice, count, flag, length};
 use close::UpAxis;
 
 /// Fewest cells in the thickness of a wall. With them no face of a cavity reaches the surface.
@@ -26,8 +26,10 @@ base::params! {
         scale_to: Option<f64> = length("Scale to").from_data("the size stays").above(0.0).since("0.2"),
         /// The side that gets this length.
         scale_side: ScaleSide = choice("Scaled side", ScaleSide::CHOICES).since("0.2"),
-        /// Height above the lowest point at which the mesh is cut off, so that it stands on a flat face. 0 cuts nothing off.
-        flat_base: Option<f64> = length("Flat base").from_data("nothing is cut off").since("0.2"),
+        /// Stands the mesh on a flat face: the part below the height of the base is cut off.
+        flat_base: bool = flag("Flat base").off("nothing is cut off").since("0.2"),
+        /// Height of the base above the lowest point.
+        base_height: Option<f64> = length("Height of the base").from_data("0 if the mesh stands on a face already, else a 50th of its height").above(0.0).since("0.2"),
         /// Thinnest wall that the printer makes. Thinner ones are made as thick, where there is room.
         min_wall: Option<f64> = length("Min wall").from_data("no wall is moved").above(0.0).since("0.2"),
         /// Thickness of the walls around a cavity. Larger ones make smaller cavities.
@@ -53,7 +55,12 @@ base::params! {
 impl PrepareParams {
     /// A drain leads from a base into a cavity, and cells are smaller than walls.
     fn together(&self) -> Result<()> {
-        if self.drain.is_some() && (self.flat_base.is_none() || self.hollow.is_none()) {
+        if self.base_height.is_some() && !self.flat_base {
+            return Err(Error::input(
+                "base_height is given without flat_base, but has no use then: give flat_base, too",
+            ));
+        }
+        if self.drain.is_some() && (!self.flat_base || self.hollow.is_none()) {
             let missing = if self.hollow.is_none() { "hollow" } else { "flat_base" };
             return Err(Error::input(format!(
                 "drain is given without {missing}, but leads from a flat base into a cavity: give {missing}, too"

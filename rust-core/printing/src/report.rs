@@ -70,7 +70,7 @@ base::report! {
         /// Area of the base without a hole in it, in the square of the unit.
         base_area: f64 = number("Area of the base").since("0.2"),
         /// Thickness of the thinnest wall before walls were thickened, measured behind the centres of faces. There is none if that was not
-        /// asked for.
+        /// asked for, or no wall is thinner than twice that.
         wall_before: Option<f64> = length("Thinnest wall before").optional().since("0.2"),
         /// Thickness of the thinnest wall after that.
         wall_after: Option<f64> = length("Thinnest wall after").optional().since("0.2"),
@@ -117,13 +117,18 @@ pub struct PreparedPrint {
 impl PreparedPrint {
     /// The parts that the printer holds, each as a mesh. The mesh itself if it was not cut.
     pub fn parts(&self) -> Vec<TriMesh> {
-        let Some(AttributeData::I32(numbers)) = self.mesh.face_attribute(PART) else { return vec![self.mesh.clone()] };
-        let part = |number: usize| {
-            let mut made = Made::of(&self.mesh);
-            made.retain(|t, _| numbers[t] == number as i32);
-            made.compact();
-            made.finish(&self.mesh)
-        };
-        (0..self.report.parts).map(part).collect()
+        match self.mesh.face_attribute(PART) {
+            Some(_) => (0..self.report.parts).filter_map(|number| part(&self.mesh, number)).collect(),
+            None => vec![self.mesh.clone()],
+        }
     }
+}
+
+/// The faces of a mesh whose attribute `part` has a number, as a mesh with all attributes. `None` if there are none.
+pub fn part(mesh: &TriMesh, number: usize) -> Option<TriMesh> {
+    let AttributeData::I32(numbers) = mesh.face_attribute(PART)? else { return None };
+    let mut made = Made::of(mesh);
+    made.retain(|t, _| usize::try_from(numbers[t]) == Ok(number));
+    made.compact();
+    Some(made.finish(mesh)).filter(|part| !part.triangles.is_empty())
 }

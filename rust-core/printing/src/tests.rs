@@ -72,11 +72,15 @@ fn what_encloses_nothing_is_refused_with_the_remedy() {
     assert!(refused(&TriMesh::default(), &params()).contains("no triangles"));
     for (name, given) in [
         ("scale_to", PrepareParams { scale_to: Some(0.0), ..params() }),
-        ("flat_base", PrepareParams { flat_base: Some(-0.1), ..params() }),
-        ("flat_base", PrepareParams { flat_base: Some(f64::NAN), ..params() }),
-        ("flat_base", PrepareParams { flat_base: Some(2.5), ..params() }),
-        ("drain is given without hollow", PrepareParams { drain: Some(0.1), flat_base: Some(0.1), ..params() }),
+        ("base_height", PrepareParams { flat_base: true, base_height: Some(-0.1), ..params() }),
+        ("base_height", PrepareParams { flat_base: true, base_height: Some(f64::NAN), ..params() }),
+        ("base_height", PrepareParams { flat_base: true, base_height: Some(2.5), ..params() }),
+        (
+            "drain is given without hollow",
+            PrepareParams { drain: Some(0.1), flat_base: true, base_height: Some(0.1), ..params() },
+        ),
         ("drain is given without flat_base", PrepareParams { drain: Some(0.1), hollow: Some(0.1), ..params() }),
+        ("base_height is given without", PrepareParams { base_height: Some(0.1), ..params() }),
         ("hollow_cell is given without hollow", PrepareParams { hollow_cell: Some(0.1), ..params() }),
         ("hollow_cell is 0.1", PrepareParams { hollow: Some(0.2), hollow_cell: Some(0.1), ..params() }),
         ("drain_sides", PrepareParams { drain_sides: 2, ..params() }),
@@ -115,7 +119,8 @@ fn cancelling_leaves_nothing_and_threads_change_nothing() {
     let ball = bumpy(16);
     let whole = PrepareParams {
         scale_to: Some(0.1),
-        flat_base: Some(0.02),
+        flat_base: true,
+        base_height: Some(0.02),
         min_wall: Some(0.03),
         hollow: Some(0.01),
         drain: Some(0.01),

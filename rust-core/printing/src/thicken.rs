@@ -20,6 +20,8 @@ use super::section::Section;
 
 /// Name of the attribute of faces whose walls stay thin.
 const THIN: &str = "thin";
+/// Walls are measured up to so many times the thinnest one that is asked for: thicker ones take longer to measure, and need nothing.
+const MEASURED: f64 = 2.0;
 /// Most times that walls are measured and moved apart.
 const ROUNDS: usize = 8;
 /// Rings of edges around thin faces over which displacements fade out.
@@ -87,17 +89,18 @@ struct Lacks {
     /// Of each face. 0 where the wall is thick enough.
     of: Vec<f64>,
     sum: f64,
-    /// `None` if no face has anything behind it.
+    /// `None` if no wall is thinner than is measured.
     thinnest: Option<f64>,
 }
 
 fn lacks(mesh: &TriMesh, min_wall: f64, progress: &Progress<'_>) -> Result<Lacks> {
     let bvh = Bvh::build_with(&mesh.positions, &mesh.triangles, rayon::current_num_threads(), progress)?;
-    let walls = walls::measure(mesh, &bvh, &progress.unseen())?;
+    let limit = MEASURED * min_wall;
+    let walls = walls::measure(mesh, &bvh, limit, &progress.unseen())?;
     let lack = |thickness: f64| if thickness < min_wall * (1.0 - walls::END) { min_wall - thickness } else { 0.0 };
     let of: Vec<f64> = walls.iter().map(|wall| lack(wall.thickness)).collect();
     let thinnest = walls.iter().map(|wall| wall.thickness).fold(f64::INFINITY, f64::min);
-    Ok(Lacks { sum: of.iter().sum(), of, thinnest: Some(thinnest).filter(|thinnest| thinnest.is_finite()) })
+    Ok(Lacks { sum: of.iter().sum(), of, thinnest: Some(thinnest).filter(|thinnest| *thinnest < limit) })
 }
 
 /// Moves vertices outward by half of what the walls behind their faces lack. Says whether any moved.

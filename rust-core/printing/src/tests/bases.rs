@@ -9,7 +9,12 @@ use super::solids::{beside, mapped, relief, reversed, voxels};
 use super::*;
 
 fn cut_at(mesh: &TriMesh, height: f64, up: UpAxis) -> PreparedPrint {
-    let params = PrepareParams { flat_base: Some(height), print_up: up, ..params() };
+    let params = PrepareParams {
+        flat_base: true,
+        base_height: Some(height).filter(|height| *height > 0.0),
+        print_up: up,
+        ..params()
+    };
     let result = prepared(mesh, &params);
     kept(mesh, &result, up);
     result
@@ -84,7 +89,7 @@ fn rings_and_shells_get_bases_with_holes() {
 #[test]
 fn what_has_nothing_below_stays_and_says_so() {
     let ball = Shape::Sphere { radius: 1.0 }.mesh(4);
-    let result = cut_at(&ball, 0.0, UpAxis::Z);
+    let result = cut_at(&ball, 1e-300, UpAxis::Z);
     assert_eq!(result.mesh.positions, ball.positions);
     assert_eq!(result.report.notes[0].kind, PrepareProblem::NothingBelow);
 }

@@ -11,7 +11,7 @@ use super::*;
 fn hollowed(mesh: &TriMesh, params: &PrepareParams) -> PreparedPrint {
     let result = prepared(mesh, params);
     let report = &result.report;
-    if params.flat_base.is_none() {
+    if !params.flat_base {
         assert_eq!(result.mesh.positions[..mesh.positions.len()], mesh.positions[..]);
         assert_eq!(result.mesh.triangles[..mesh.triangles.len()], mesh.triangles[..]);
     }
@@ -50,7 +50,7 @@ fn thin_things_stay_solid_and_say_so() {
     for mesh in
         [Shape::Cuboid { half: DVec3::new(5.0, 5.0, 0.4) }.mesh(2), Shape::Torus { major: 2.0, minor: 0.4 }.mesh(12)]
     {
-        let result = hollowed(&mesh, &PrepareParams { drain: Some(0.1), flat_base: Some(0.0), ..thick(0.4) });
+        let result = hollowed(&mesh, &PrepareParams { drain: Some(0.1), flat_base: true, ..thick(0.4) });
         assert_eq!(result.mesh.triangles, mesh.triangles);
         let kinds: Vec<_> = result.report.notes.iter().map(|note| note.kind).collect();
         assert!(
@@ -69,7 +69,8 @@ fn far_from_the_origin_all_steps_are_as_exact() {
         let solid = mapped(&bumpy(12), |p| p + far * DVec3::new(1.0, 2.0, 3.0));
         for up in UPS {
             let given = PrepareParams {
-                flat_base: Some(0.3),
+                flat_base: true,
+                base_height: Some(0.3),
                 drain: Some(0.2),
                 print_up: up,
                 printer_height: Some(1.0),
@@ -91,7 +92,8 @@ fn section(diameter: f64, sides: u32) -> f64 {
 fn a_drain_leads_through_the_base() {
     let ball = Shape::Sphere { radius: 1.0 }.mesh(24);
     for up in UPS {
-        let shut = PrepareParams { flat_base: Some(0.4), print_up: up, drain: Some(5.0), ..thick(0.2) };
+        let shut =
+            PrepareParams { flat_base: true, base_height: Some(0.4), print_up: up, drain: Some(5.0), ..thick(0.2) };
         let without = hollowed(&ball, &shut);
         assert_eq!(without.report.notes[0].kind, PrepareProblem::NoDrain);
         let drain = 0.3;
@@ -118,7 +120,8 @@ fn a_drain_leads_through_the_base() {
 fn figures_with_several_cavities_say_which_stay_shut() {
     let at = |x: f64, z: f64| mapped(&Shape::Sphere { radius: 1.0 }.mesh(16), move |p| p + DVec3::new(x, 0.0, z));
     let pair = beside(&at(0.0, 0.0), &at(3.0, 0.1));
-    let result = hollowed(&pair, &PrepareParams { flat_base: Some(0.3), drain: Some(0.2), ..thick(0.2) });
+    let result =
+        hollowed(&pair, &PrepareParams { flat_base: true, base_height: Some(0.3), drain: Some(0.2), ..thick(0.2) });
     assert!(result.report.is_drained);
     assert_eq!((result.report.shut_cavities, result.report.notes[0].kind), (1, PrepareProblem::ShutCavities));
 }
@@ -131,7 +134,7 @@ proptest! {
         let solid = relief(5, &heights);
         let without = hollowed(&solid, &thick(wall));
         prop_assert!(without.report.thinnest_wall.is_some());
-        let with = hollowed(&solid, &PrepareParams { flat_base: Some(0.5), drain: Some(drain), ..thick(wall) });
+        let with = hollowed(&solid, &PrepareParams { flat_base: true, base_height: Some(0.5), drain: Some(drain), ..thick(wall) });
         prop_assert!(with.report.is_drained || with.report.notes.iter().any(|note| note.kind == PrepareProblem::NoDrain));
     }
 
@@ -139,7 +142,7 @@ proptest! {
     fn any_bumps_are_hollowed(wall in 0.05..0.35_f64, tilt in -1.0..1.0_f64) {
         let turn = glam::DQuat::from_rotation_y(tilt) * glam::DQuat::from_rotation_x(2.0 * tilt);
         let solid = mapped(&bumpy(8), |p| turn * p);
-        let result = hollowed(&solid, &PrepareParams { hollow_cell: Some(wall / 3.0), flat_base: Some(0.2), drain: Some(0.1), ..thick(wall) });
+        let result = hollowed(&solid, &PrepareParams { hollow_cell: Some(wall / 3.0), flat_base: true, base_height: Some(0.2), drain: Some(0.1), ..thick(wall) });
         prop_assert!(result.report.is_drained, "{:?}", result.report);
     }
 }

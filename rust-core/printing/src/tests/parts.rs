@@ -46,8 +46,13 @@ fn a_cuboid_becomes_boxes_in_order() {
 fn hollow_bodies_are_cut_with_their_cavity() {
     let mut ball = bumpy(12);
     ball.vertex_attributes = vec![Attribute::f32("intensity", ball.positions.iter().map(|p| p.x as f32).collect())];
-    let given =
-        PrepareParams { hollow: Some(0.15), flat_base: Some(0.2), drain: Some(0.1), ..printer([1.4, 1.4, 5.0]) };
+    let given = PrepareParams {
+        hollow: Some(0.15),
+        flat_base: true,
+        base_height: Some(0.2),
+        drain: Some(0.1),
+        ..printer([1.4, 1.4, 5.0])
+    };
     let result = prepared(&ball, &given);
     let parts = result.parts();
     assert_eq!((parts.len(), result.report.parts), (4, 4));

@@ -56,7 +56,7 @@ fn without_room_they_stay_thin_and_nothing_crosses() {
 #[test]
 fn a_base_stays_flat() {
     let plate = Shape::Cuboid { half: DVec3::new(2.0, 0.1, 2.0) }.mesh(5);
-    let result = prepared(&plate, &PrepareParams { flat_base: Some(0.7), ..thick(0.5) });
+    let result = prepared(&plate, &PrepareParams { flat_base: true, base_height: Some(0.7), ..thick(0.5) });
     let lowest = result.mesh.positions.iter().map(|p| p.z).fold(f64::INFINITY, f64::min);
     assert_eq!(lowest, -1.3);
     assert!(result.report.wall_after.unwrap() > 0.45 && result.report.deviation > 0.1, "{:?}", result.report);
