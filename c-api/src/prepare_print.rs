@@ -37,7 +37,7 @@ use crate::mesh::srf_mesh;
 use crate::params::prepare_print::srf_prepare_print_params;
 use crate::progress::{srf_progress, watched};
 use crate::reports::prepare_print::srf_prepare_print_report;
-use crate::status::{Failure, SRF_ERR_INPUT, srf_status};
+use crate::status::{Failure, srf_status};
 use crate::{params, pointer, report, sized};
 
 /// Makes a closed mesh ready for printing, by the steps whose parameters are given. The attribute added of the triangles marks those that
@@ -87,9 +87,12 @@ pub unsafe extern "C" fn srf_mesh_part(
         pointer::writable("out_mesh", out_mesh)?;
         let mesh = handle::get("mesh", mesh)?;
         let Some(part) = printing::part(&mesh.mesh, number) else {
-            return Err(Failure::new(SRF_ERR_INPUT, format!(
-                "number is {number}, but the mesh has no such part: parts are made by srf_mesh_prepare_print(), if the printer's size is given"
-            )));
+            return Err(Failure::new(
+                srf_status::SRF_ERR_INPUT,
+                format!(
+                    "number is {number}, but the mesh has no such part: parts are made by srf_mesh_prepare_print(), if the printer's size is given"
+                ),
+            ));
         };
         handle::give("out_mesh", out_mesh, part.into())
     })

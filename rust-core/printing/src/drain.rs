@@ -41,7 +41,7 @@ pub fn drain(
 ) -> Result<()> {
     let Some(diameter) = params.drain else { return Ok(()) };
     let Some(floor) = cavity.floor else {
-        let text = "The mesh stands on no face that a hole could lead from: give a flat_base above 0";
+        let text = "The mesh stands on no face that a hole could lead from: give a larger base_height";
         report.note(PrepareProblem::NoDrain, text.to_owned());
         return Ok(());
     };
