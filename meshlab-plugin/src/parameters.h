@@ -337,7 +337,7 @@ inline const Parameters prepare_print_parameters = {
      "Thickness of the walls around a cavity. Larger ones make smaller cavities.<br>0: nothing is hollowed out.",
      true, 0, 0, unbounded, false, offsetof(srf_prepare_print_params, hollow), {}},
     {Kind::length, "hollow_cell", "Cell of the cavity",
-     "Size of the cells in which the cavity is made, at most a third of the walls. Smaller ones take more memory and time.<br>0: a quarter of the walls, or more where that is less than a 256th of the longest side.",
+     "Size of the cells in which the cavity is made, at most a third of the walls. Smaller ones take more memory and time.<br>0: a quarter of the walls, and at least a 256th of the longest side.",
      true, 0, 0, unbounded, false, offsetof(srf_prepare_print_params, hollow_cell), {}},
     {Kind::length, "drain", "Drain",
      "Diameter of a hole that leads from the base into the cavity, so that resin or powder runs out. It needs a base and a cavity.<br>0: the cavity stays shut.",

@@ -1,4 +1,4 @@
-"""Preparing a print through Python and on the command line: what is asked for is there, closed and without crossings."""
+"""Preparing a print through Python and on the command line: closed, without crossings, and as asked for."""
 
 import json
 
@@ -119,7 +119,7 @@ def test_the_command_writes_a_file_for_each_part(tmp_path, ball):
 
 
 def test_the_command_refuses_points(tmp_path):
-    surfrecon.PointCloud(np.eye(3)).write(tmp_path / "points.ply")
-    done = run("prepare", tmp_path / "points.ply", "-o", tmp_path / "out.stl")
+    (tmp_path / "points.xyz").write_text("0 0 0\n1 0 0\n0 1 0\n", "utf-8")
+    done = run("prepare", tmp_path / "points.xyz", "-o", tmp_path / "out.stl")
     assert done.returncode != 0 and "give a closed mesh" in done.stderr
     assert not (tmp_path / "out.stl").exists()

@@ -421,7 +421,9 @@ def prepare_print(work: Work) -> Made:
     """Makes a closed mesh ready for printing. Each part becomes a file."""
     scan, content = contents.one(work)
     if not isinstance(content, _native.Mesh):
-        raise InputError(f"{scan.name} is a {contents.kind(content)}: give a closed mesh, such as surfrecon close makes")
+        raise InputError(
+            f"{scan.name} is a {contents.kind(content)}: give a closed mesh, such as surfrecon close makes"
+        )
     mesh = contents.placed(content, scan.world_from_sensor, scan.crs)
     with work.showing() as shown:
         found = _native.prepare_print(mesh, progress=shown, **work.given("prepare_print"))
