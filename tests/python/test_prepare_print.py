@@ -58,9 +58,9 @@ def test_all_steps_together(ball):
     assert added.sum() == report.added_faces > 0
 
 
-def test_a_base_that_is_not_given_is_a_50th(ball):
+def test_a_base_that_is_not_given_is_low_and_wide(ball):
     report = surfrecon.prepare_print(ball, flat_base=True).report
-    assert report.base_height == pytest.approx(0.04) and report.base_faces > 0
+    assert 0.004 <= report.base_height <= 0.04 + 1e-12 and report.base_faces > 0
     standing = surfrecon.prepare_print(ball, flat_base=True).mesh
     assert surfrecon.prepare_print(standing, flat_base=True).report.base_height == 0
 

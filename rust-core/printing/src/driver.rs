@@ -48,7 +48,8 @@ const BYTES_A_TRIANGLE: f64 = 400.0;
 /// * The result is a closed, oriented manifold, and no two of its faces cross. Both are decided exactly. If it is cut into parts, this holds
 ///   for each part ([`PreparedPrint::parts`]): caps of neighbours lie on each other.
 /// * A cavity lies as deep as asked for within a cell. The distance is measured.
-/// * Vertices keep their bits, but for scaling and thin walls. The report says by how much any moved.
+/// * Vertices keep their bits, but for scaling and thin walls. There none moves inward, or farther than the wall that is asked for. The report
+///   says by how much any moved.
 /// * Faces that were made up have the face attribute `added`. Vertices on cuts have the means of their edges' ends.
 /// * The same result for any number of threads.
 ///

@@ -12,8 +12,10 @@ use super::report::{PrepareProblem, PrepareReport};
 use super::section::{Section, axis_of};
 use super::slice;
 
-/// Height of a base that is not given, of that of the mesh.
-const SHARE: f64 = 0.02;
+/// Heights of a base that is not given, of that of the mesh. It lies at the first where it is nearly as wide as at the last.
+const SHARES: [f64; 4] = [0.002, 0.005, 0.01, 0.02];
+/// Share of the area at the last height that is nearly as wide.
+const WIDE: f64 = 0.5;
 
 /// Cuts a closed mesh off at a height above its lowest point. All vertices above keep their bits, and those of the base have one coordinate.
 /// Gives the plane of the base.
@@ -31,7 +33,7 @@ pub fn flat_base(
     let lowest = if is_upward { lo[axis] } else { hi[axis] };
     let height = params.base_height.unwrap_or_else(|| match stands(mesh, axis, lowest) {
         true => 0.0,
-        false => SHARE * (hi[axis] - lo[axis]),
+        false => low_and_wide(mesh, params, hi[axis] - lo[axis]),
     });
     let plane = Section { axis, is_upward, at: if is_upward { lowest + height } else { lowest - height } };
     if !mesh.positions.iter().any(|&place| plane.side(place) == Ordering::Greater) {
@@ -72,4 +74,23 @@ pub fn flat_base(
 /// Whether a face lies in the lowest plane.
 fn stands(mesh: &TriMesh, axis: usize, lowest: f64) -> bool {
     (0..mesh.triangles.len()).any(|t| mesh.corners(t).iter().all(|corner| corner[axis] == lowest))
+}
+
+/// The lowest height above the lowest point at which the mesh is nearly as wide as a 50th of its height up.
+fn low_and_wide(mesh: &TriMesh, params: &PrepareParams, extent: f64) -> f64 {
+    let up = params.print_up.direction();
+    let lowest = mesh.positions.iter().map(|place| place.dot(up)).fold(f64::INFINITY, f64::min);
+    // Of a closed surface, the faces above a plane look up by the area that they enclose in it.
+    let mut areas = [0.0; SHARES.len()];
+    for t in 0..mesh.triangles.len() {
+        let [a, b, c] = mesh.corners(t);
+        let above = (a + b + c).dot(up) / 3.0 - lowest;
+        let upward = 0.5 * (b - a).cross(c - a).dot(up);
+        for (area, share) in areas.iter_mut().zip(SHARES) {
+            *area += if above > share * extent { upward } else { 0.0 };
+        }
+    }
+    let widest = areas[SHARES.len() - 1];
+    let first = areas.iter().position(|area| *area >= WIDE * widest).unwrap_or(SHARES.len() - 1);
+    SHARES[first] * extent
 }

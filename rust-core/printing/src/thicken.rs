@@ -33,7 +33,7 @@ const LOOKS: usize = 40;
 /// A round that makes the thin walls lack so much of what they lacked before is the last.
 const SLOW: f64 = 0.95;
 
-/// Moves the sides of thin walls apart. Connectivity stays. Vertices of a base stay in its plane.
+/// Moves the sides of thin walls apart. Connectivity stays, and no vertex moves farther than `min_wall`. Vertices of a base stay in its plane.
 ///
 /// # Errors
 /// [`base::Error::OutOfMemory`]. [`base::Error::Cancelled`].
@@ -49,7 +49,7 @@ pub fn thicken(
     report.wall_before = lacks.thinnest;
     let mut stand = (mesh.positions.clone(), lacks.clone());
     for _ in 0..ROUNDS {
-        if lacks.sum == 0.0 || !spread(mesh, &lacks, base, progress)? {
+        if lacks.sum == 0.0 || !spread(mesh, &lacks, &before, min_wall, base, progress)? {
             break;
         }
         let earlier = lacks.sum;
@@ -103,9 +103,20 @@ fn lacks(mesh: &TriMesh, min_wall: f64, progress: &Progress<'_>) -> Result<Lacks
     Ok(Lacks { sum: of.iter().sum(), of, thinnest: Some(thinnest).filter(|thinnest| *thinnest < limit) })
 }
 
-/// Moves vertices outward by half of what the walls behind their faces lack. Says whether any moved.
-fn spread(mesh: &mut TriMesh, lacks: &Lacks, base: Option<Section>, progress: &Progress<'_>) -> Result<bool> {
+/// Moves vertices outward by half of what the walls behind their faces lack, and never farther than `most` from where they were `before`.
+/// Says whether any moved.
+fn spread(
+    mesh: &mut TriMesh,
+    lacks: &Lacks,
+    before: &[DVec3],
+    most: f64,
+    base: Option<Section>,
+    progress: &Progress<'_>,
+) -> Result<bool> {
     let mut ways = ways(mesh, lacks, &mut Pace::new(progress))?;
+    for ((way, place), before) in ways.iter_mut().zip(&mesh.positions).zip(before) {
+        *way = *before + (*place + *way - *before).clamp_length_max(most) - *place;
+    }
     if let Some(base) = base {
         for (way, place) in ways.iter_mut().zip(&mesh.positions) {
             if base.side(*place) == Ordering::Equal {
@@ -138,10 +149,16 @@ fn spread(mesh: &mut TriMesh, lacks: &Lacks, base: Option<Section>, progress: &P
 }
 
 /// Displacements of the vertices. Those of thin faces move along the mean normal of these faces alone, so that borders of plates go straight
-/// up and down. Those around them follow less and less.
+/// up and down. Those around them follow less and less. None goes inward.
 fn ways(mesh: &TriMesh, lacks: &Lacks, pace: &mut Pace<'_>) -> Result<Vec<DVec3>> {
     let mut normals = vec![(DVec3::ZERO, 0.0); mesh.positions.len()];
     let mut most = vec![0.0_f64; mesh.positions.len()];
+    let mut outward = vec![DVec3::ZERO; mesh.positions.len()];
+    for (t, corners) in mesh.triangles.iter().enumerate() {
+        pace.after(2)?;
+        let [a, b, c] = mesh.corners(t);
+        corners.iter().for_each(|&v| outward[v as usize] += (b - a).cross(c - a));
+    }
     for (t, corners) in mesh.triangles.iter().enumerate().filter(|(t, _)| lacks.of[*t] > 0.0) {
         pace.after(8)?;
         let [a, b, c] = mesh.corners(t);
@@ -167,6 +184,13 @@ fn ways(mesh: &TriMesh, lacks: &Lacks, pace: &mut Pace<'_>) -> Result<Vec<DVec3>
             if normals[v].1 == 0.0 && sums[v].1 > 0.0 {
                 ways[v] = sums[v].0 / sums[v].1;
             }
+        }
+    }
+    // By so much the enclosed volume would shrink.
+    for (way, outward) in ways.iter_mut().zip(outward) {
+        let inward = way.dot(outward).min(0.0);
+        if inward < 0.0 {
+            *way -= outward * (inward / outward.length_squared());
         }
     }
     Ok(ways)

@@ -13,6 +13,7 @@ fn thickened(mesh: &TriMesh, given: &PrepareParams) -> PreparedPrint {
     assert_eq!(result.mesh.triangles, mesh.triangles);
     let moves = mesh.positions.iter().zip(&result.mesh.positions).map(|(a, b)| a.distance(*b));
     assert_eq!(report.deviation, moves.fold(0.0, f64::max));
+    assert!(report.deviation <= given.min_wall.unwrap() * (1.0 + 1e-9), "{report:?}");
     let Some(AttributeData::Bool(thin)) = result.mesh.face_attribute("thin") else { panic!("they are marked") };
     assert_eq!(report.thin_faces, thin.iter().filter(|thin| **thin).count());
     assert_eq!(report.thin_faces > 0, report.notes.iter().any(|note| note.kind == PrepareProblem::StillThin));
@@ -72,7 +73,7 @@ proptest! {
     fn any_relief_is_thickened_without_crossings(heights in prop::collection::vec(1_i64..6, 36), min_wall in 0.5..4.0_f64) {
         let solid = relief(6, &heights);
         let report = thickened(&solid, &thick(min_wall)).report;
-        prop_assert!(report.volume >= report.volume_before);
+        prop_assert!(report.volume >= report.volume_before, "{report:?}");
         prop_assert!((report.moved_faces > 0) == (report.deviation > 0.0));
     }
 }
