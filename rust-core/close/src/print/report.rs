@@ -182,13 +182,25 @@ impl PrintReport {
         }
         for length in params.too_short(self.size) {
             let [x, y, z] = self.size.map(|length| Shown::digits(length, 4));
-            let short = match length {
-                TooShort::Base { width, depth } => format!("width and depth of {} x {}", Shown(width), Shown(depth)),
-                TooShort::Width(width) => format!("width of {}", Shown(width)),
-                TooShort::Depth(depth) => format!("depth of {}", Shown(depth)),
-                TooShort::Height(height) => format!("height of {}", Shown(height)),
+            // A sentence each is easier to translate than one in pieces.
+            let fault = match length {
+                TooShort::Base { width, depth } => {
+                    let (width, depth) = (Shown(width), Shown(depth));
+                    format!(
+                        "The mesh is {x} x {y} x {z}: too large for the printer's width and depth of {width} x {depth}"
+                    )
+                }
+                TooShort::Width(width) => {
+                    format!("The mesh is {x} x {y} x {z}: too large for the printer's width of {}", Shown(width))
+                }
+                TooShort::Depth(depth) => {
+                    format!("The mesh is {x} x {y} x {z}: too large for the printer's depth of {}", Shown(depth))
+                }
+                TooShort::Height(height) => {
+                    format!("The mesh is {x} x {y} x {z}: too large for the printer's height of {}", Shown(height))
+                }
             };
-            find(Fault::TooLarge, format!("The mesh is {x} x {y} x {z}: too large for the printer's {short}"));
+            find(Fault::TooLarge, fault);
         }
         if let (Some(min), Some(thinnest), Some(face)) = (params.min_wall, self.thinnest_wall, self.thinnest_face)
             && self.thin_faces > 0
