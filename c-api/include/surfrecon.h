@@ -1611,7 +1611,7 @@ typedef struct {
   // Stands the mesh on a flat face: the part below the height of the base is cut off. Off: nothing is cut off. 1 or 0,
   // default 0.
   uint64_t flat_base;
-  // Height of the base above the lowest point. > 0. SRF_FROM_DATA, the default: 0 if the mesh stands on a face already,
+  // Height of the base above the lowest point. > 0. SRF_FROM_DATA, the default: 0 if the mesh stands on a face,
   // else a 50th of its height.
   double base_height;
   // Thinnest wall that the printer makes. Thinner ones are made as thick, where there is room. > 0. SRF_FROM_DATA, the

@@ -328,7 +328,7 @@ inline const Parameters prepare_print_parameters = {
      "Stands the mesh on a flat face: the part below the height of the base is cut off. Off: nothing is cut off.",
      false, 0, 0, 1, true, offsetof(srf_prepare_print_params, flat_base), {}},
     {Kind::length, "base_height", "Height of the base",
-     "Height of the base above the lowest point.<br>0: 0 if the mesh stands on a face already, else at most a 50th of its height.",
+     "Height of the base above the lowest point.<br>0: 0 if the mesh stands on a face, else at most a 50th of its height.",
      true, 0, 0, unbounded, false, offsetof(srf_prepare_print_params, base_height), {}},
     {Kind::length, "min_wall", "Min wall",
      "Thinnest wall that the printer makes. Thinner ones are made as thick, where there is room.<br>0: no wall is moved.",

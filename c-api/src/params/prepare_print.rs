@@ -56,7 +56,7 @@ pub struct srf_prepare_print_params {
     /// Stands the mesh on a flat face: the part below the height of the base is cut off. Off: nothing is cut off. 1 or 0,
     /// default 0.
     pub flat_base: u64,
-    /// Height of the base above the lowest point. > 0. SRF_FROM_DATA, the default: 0 if the mesh stands on a face already,
+    /// Height of the base above the lowest point. > 0. SRF_FROM_DATA, the default: 0 if the mesh stands on a face,
     /// else a 50th of its height.
     pub base_height: f64,
     /// Thinnest wall that the printer makes. Thinner ones are made as thick, where there is room. > 0. SRF_FROM_DATA, the

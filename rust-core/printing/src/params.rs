@@ -29,7 +29,7 @@ base::params! {
         /// Stands the mesh on a flat face: the part below the height of the base is cut off.
         flat_base: bool = flag("Flat base").off("nothing is cut off").since("0.2"),
         /// Height of the base above the lowest point.
-        base_height: Option<f64> = length("Height of the base").from_data("0 if the mesh stands on a face already, else at most a 50th of its height").above(0.0).since("0.2"),
+        base_height: Option<f64> = length("Height of the base").from_data("0 if the mesh stands on a face, else at most a 50th of its height").above(0.0).since("0.2"),
         /// Thinnest wall that the printer makes. Thinner ones are made as thick, where there is room.
         min_wall: Option<f64> = length("Min wall").from_data("no wall is moved").above(0.0).since("0.2"),
         /// Thickness of the walls around a cavity. Larger ones make smaller cavities.
