@@ -56,8 +56,8 @@ pub struct srf_prepare_print_params {
     /// Stands the mesh on a flat face: the part below the height of the base is cut off. Off: nothing is cut off. 1 or 0,
     /// default 0.
     pub flat_base: u64,
-    /// Height of the base above the lowest point. > 0. SRF_FROM_DATA, the default: 0 if the mesh stands on a face,
-    /// else a 50th of its height.
+    /// Height of the base above the lowest point. > 0. SRF_FROM_DATA, the default: 0 if the mesh stands on a face, else at
+    /// most a 50th of its height.
     pub base_height: f64,
     /// Thinnest wall that the printer makes. Thinner ones are made as thick, where there is room. > 0. SRF_FROM_DATA, the
     /// default: no wall is moved.
@@ -66,8 +66,7 @@ pub struct srf_prepare_print_params {
     /// is hollowed out.
     pub hollow: f64,
     /// Size of the cells in which the cavity is made, at most a third of the walls. Smaller ones take more memory and time.
-    /// > 0. SRF_FROM_DATA, the default: a quarter of the walls, or more where that is less than a 256th of the longest
-    /// side.
+    /// > 0. SRF_FROM_DATA, the default: a quarter of the walls, and at least a 256th of the longest side.
     pub hollow_cell: f64,
     /// Diameter of a hole that leads from the base into the cavity, so that resin or powder runs out. It needs a base and a
     /// cavity. > 0. SRF_FROM_DATA, the default: the cavity stays shut.
