@@ -8,7 +8,6 @@ use glam::{BVec3, DAffine3, DVec3};
 use base::error::Shown;
 use base::log::{self, Level};
 
-use crate::assemble::contradict;
 use crate::constraints::Inside;
 use crate::params::{AlignParams, Start};
 use crate::view::View;
@@ -18,9 +17,6 @@ pub(crate) const ROUGH_REACH: f64 = 0.2;
 /// Two scans may lie so many times both their reaches from where they were given beside each other: of what they do not share, corners
 /// move further than what they share.
 const LEVER: f64 = 1.5;
-
-/// So many scans are asked whether another may lie where it was given.
-const ASKED: usize = 32;
 
 /// How far each scan may be placed from where it was given.
 pub(crate) struct Bound {
@@ -110,17 +106,6 @@ impl Bound {
     /// How far a point of one of two scans may lie from where it was given beside the other.
     pub fn apart(&self, a: usize, b: usize) -> f64 {
         LEVER * (self.reach(a) + self.reach(b))
-    }
-
-    /// By how many others a scan is contradicted where all were given: they see through each other further than rough poses may be off. Only
-    /// the largest are asked, so that the time does not grow with the square of their number.
-    pub fn contradictions(&self, views: &[View], scan: usize) -> usize {
-        let given = |k: usize| views[k].reduced.world_from_local();
-        let does_contradict = |&other: &usize| {
-            let tolerance = self.reach(scan).max(self.reach(other));
-            contradict([&views[scan], &views[other]], &(given(scan).inverse() * given(other)), tolerance)
-        };
-        (0..views.len().min(ASKED)).filter(|other| *other != scan).filter(does_contradict).count()
     }
 
     /// Whether two scans may lie so beside each other: both may be off, either way.

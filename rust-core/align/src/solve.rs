@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use glam::DAffine3;
 use rayon::prelude::*;
 
-use crate::assemble::Standing;
+use crate::assemble::{Standing, contradict};
 use crate::coloured;
 use crate::constraints::{Inside, Pick};
 use crate::doubts::Doubted;
@@ -169,7 +169,7 @@ pub(crate) fn solve(views: &[View], params: &AlignParams, inside: &Inside, progr
     };
     solved.sort_by(rank);
     if bound.binds() && count(&solved[0]) == 1 && !has_fixed(&solved[0]) {
-        let contradictions = |group: &SolvedGroup| bound.contradictions(views, group.frame);
+        let contradictions = |group: &SolvedGroup| contradictions(views, &bound, group.frame);
         let counts: Vec<usize> = solved.par_iter().map(contradictions).collect();
         let least = (0..solved.len()).min_by_key(|&k| counts[k]).unwrap_or(0);
         solved[..=least].rotate_right(1);
@@ -460,8 +460,22 @@ fn frame_of(known: &Known<'_>, group: &Group) -> usize {
     let counts: Vec<usize> = members.iter().map(beyond).collect();
     let least = counts.iter().copied().min().unwrap_or(0);
     let best = members.iter().zip(counts).filter(|(_, count)| *count == least).map(|(member, _)| member.0);
-    best.min_by_key(|&scan| bound.contradictions(views, scan)).unwrap_or(largest)
+    best.min_by_key(|&scan| contradictions(views, bound, scan)).unwrap_or(largest)
 }
+
+/// By how many others a scan is contradicted where all were given: they see through each other further than rough poses may be off. Only the
+/// largest are asked, so that the time does not grow with the square of their number.
+fn contradictions(views: &[View], bound: &Bound, scan: usize) -> usize {
+    let given = |k: usize| views[k].reduced.world_from_local();
+    let does_contradict = |&other: &usize| {
+        let tolerance = bound.reach(scan).max(bound.reach(other));
+        contradict([&views[scan], &views[other]], &(given(scan).inverse() * given(other)), tolerance)
+    };
+    (0..views.len().min(ASKED)).filter(|other| *other != scan).filter(does_contradict).count()
+}
+
+/// So many scans are asked whether another may lie where it was given.
+const ASKED: usize = 32;
 
 /// Whether two scans that points join fit so that shape alone holds them: points choose a place, and shape where in it.
 fn is_held_by_shape(views: &[View], links: &[(Link, Verdict)], tie: &Tie, limits: &Limits) -> bool {
