@@ -25,6 +25,7 @@ OBJECT = (
     ("surfrecon.close_surface",),
     ("surfrecon.sculpt", "surfrecon.quads", "surfrecon.remesh"),
     ("surfrecon.error_map", "surfrecon.error_hide", "surfrecon.measure", "surfrecon.check_print"),
+    ("surfrecon.prepare_print",),
     ("surfrecon.export_glb", "surfrecon.export_for_printing"),
 )
 

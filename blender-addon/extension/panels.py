@@ -282,6 +282,7 @@ class SURFRECON_PT_reduce(ScansPanel, bpy.types.Panel):
         ("surfrecon.sculpt", "MOD_DECIM"),
         ("surfrecon.quads", "MESH_GRID"),
         ("surfrecon.remesh", "MOD_TRIANGULATE"),
+        ("surfrecon.prepare_print", "MOD_SOLIDIFY"),
     )
 
     def draw(self, context):

@@ -29,8 +29,9 @@
  *   12. Coarse meshes                                   srf_mesh_cluster()
  *   13. Closed surfaces                                 srf_mesh_close()
  *   14. Checks before printing                          srf_mesh_check_print()
- *   15. The virtual scanner                             srf_scan_mesh()
- *   16. Measuring                                       srf_mesh_distances()
+ *   15. Preparing a print                               srf_mesh_prepare_print()
+ *   16. The virtual scanner                             srf_scan_mesh()
+ *   17. Measuring                                       srf_mesh_distances()
  *
  * Conventions
  *   Names begin with srf_. A call that can fail returns srf_status; srf_last_error_message() then has the text.
@@ -1592,6 +1593,112 @@ typedef struct {
   // Area of the faces that hang over, in the square of the unit of the mesh. Since 0.2.
   double overhang_area;
 } srf_check_print_report;
+
+// How a closed mesh is made ready for printing. Each step is left out unless its parameter is given. Lengths are in the
+// unit of the result: if the mesh is scaled, in that of the scaled one. Meshes of scans are in metres. Starts with its
+// size. Set to the defaults by srf_prepare_print_params_init().
+typedef struct {
+  // Bytes of this struct.
+  uint32_t struct_size;
+  // Worker threads, at most 1024. 0, the default, for the number of srf_set_threads(). Results are the same for any
+  // number.
+  uint32_t threads;
+  // Length of the side after scaling: 0.1 for a print of 10 cm, if the unit is a metre. All sides are scaled alike. > 0.
+  // SRF_FROM_DATA, the default: the size stays.
+  double scale_to;
+  // The side that gets this length. A value of srf_scale_side, default SRF_SCALE_SIDE_LONGEST.
+  uint64_t scale_side;
+  // Stands the mesh on a flat face: the part below the height of the base is cut off. Off: nothing is cut off. 1 or 0,
+  // default 0.
+  uint64_t flat_base;
+  // Height of the base above the lowest point. > 0. SRF_FROM_DATA, the default: 0 if the mesh stands on a face, else at
+  // most a 50th of its height.
+  double base_height;
+  // Thinnest wall that the printer makes. Thinner ones are made as thick, where there is room. > 0. SRF_FROM_DATA, the
+  // default: no wall is moved.
+  double min_wall;
+  // Thickness of the walls around a cavity. Larger ones make smaller cavities. > 0. SRF_FROM_DATA, the default: nothing
+  // is hollowed out.
+  double hollow;
+  // Size of the cells in which the cavity is made, at most a third of the walls. Smaller ones take more memory and time.
+  // > 0. SRF_FROM_DATA, the default: a quarter of the walls, and at least a 256th of the longest side.
+  double hollow_cell;
+  // Diameter of a hole that leads from the base into the cavity, so that resin or powder runs out. It needs a base and a
+  // cavity. > 0. SRF_FROM_DATA, the default: the cavity stays shut.
+  double drain;
+  // Sides of the hole, which is a prism. 3 to 1024, default 32.
+  uint64_t drain_sides;
+  // Size across up of the space that the printer fills: along x, or along y if up is along x. Larger meshes are cut into
+  // parts. > 0. SRF_FROM_DATA, the default: any.
+  double printer_width;
+  // Size across up of the space that the printer fills: along y, or along z if up is not along z. > 0. SRF_FROM_DATA,
+  // the default: any.
+  double printer_depth;
+  // Size along up of the space that the printer fills. > 0. SRF_FROM_DATA, the default: any.
+  double printer_height;
+  // Direction away from the plate that is printed on. A value of srf_print_up, default SRF_PRINT_UP_Z.
+  uint64_t print_up;
+} srf_prepare_print_params;
+
+// The figures of preparing a print. Lengths are in the unit of the result. Starts with its size. Prepared by
+// srf_prepare_print_report_init().
+typedef struct {
+  // Bytes of this struct.
+  uint32_t struct_size;
+  // 0.
+  uint32_t reserved;
+  // Factor by which the mesh was scaled. 1 if it was not. Since 0.2.
+  double scale;
+  // Size along x. In the unit of the scans. Since 0.2.
+  double size_x;
+  // Size along y. In the unit of the scans. Since 0.2.
+  double size_y;
+  // Size along z. In the unit of the scans. Since 0.2.
+  double size_z;
+  // Volume before all steps, in the cube of the unit of the input. Since 0.2.
+  double volume_before;
+  // Volume of the result. Since 0.2.
+  double volume;
+  // Largest distance by which a vertex that was kept moved, but for scaling. In the unit of the scans. Since 0.2.
+  double deviation;
+  // Faces that were added. The attribute added marks them. Since 0.2.
+  uint64_t added_faces;
+  // Height of the base above the lowest point. There is none if no base was asked for. Then it is SRF_FROM_DATA. In the
+  // unit of the scans. Since 0.2.
+  double base_height;
+  // Faces of the base. Since 0.2.
+  uint64_t base_faces;
+  // Area of the base without a hole in it, in the square of the unit. Since 0.2.
+  double base_area;
+  // Thickness of the thinnest wall before walls were thickened, measured behind the centres of faces. There is none if
+  // that was not asked for, or no wall is thinner than twice that. Then it is SRF_FROM_DATA. In the unit of the scans.
+  // Since 0.2.
+  double wall_before;
+  // Thickness of the thinnest wall after that. Then it is SRF_FROM_DATA. In the unit of the scans. Since 0.2.
+  double wall_after;
+  // Faces that moved when walls were thickened. Since 0.2.
+  uint64_t moved_faces;
+  // Faces whose walls stay thinner than asked for. The attribute thin marks them. Since 0.2.
+  uint64_t thin_faces;
+  // Cell in which the cavity was made. The walls are as thick as asked for within one. Then it is SRF_FROM_DATA. In the
+  // unit of the scans. Since 0.2.
+  double hollow_cell;
+  // Least distance of the cavity from the surface. It is measured at the vertices and the centres of the faces of the
+  // cavity. There is none without a cavity. Then it is SRF_FROM_DATA. In the unit of the scans. Since 0.2.
+  double thinnest_wall;
+  // Largest distance of the cavity from the surface, measured likewise. Then it is SRF_FROM_DATA. In the unit of the
+  // scans. Since 0.2.
+  double thickest_wall;
+  // Cavities that no hole leads into. Since 0.2.
+  uint64_t shut_cavities;
+  // Diameter of the largest hole that would find room. There is none if no drain was asked for. Then it is
+  // SRF_FROM_DATA. In the unit of the scans. Since 0.2.
+  double drain_room;
+  // Whether a hole was made. 1 or 0. Since 0.2.
+  uint64_t is_drained;
+  // Parts that it was cut into. 1 if it was not cut. Since 0.2.
+  uint64_t parts;
+} srf_prepare_print_report;
 
 // Errors that a virtual scanner adds to the truth. The defaults add nothing. Starts with its size. Set to the defaults by
 // srf_scan_params_init().
@@ -4916,7 +5023,74 @@ srf_status srf_mesh_check_print(const srf_mesh *mesh,
                                 srf_mesh **out_mesh,
                                 srf_check_print_report *out_report);
 
-// ==== 15. The virtual scanner ==============================================================================
+// ==== 15. Preparing a print ================================================================================
+// A closed mesh is made ready for printing in 3D, by the steps that are asked for: its size, a flat base,
+// thicker walls, a cavity with a drain, parts that the printer holds. Each result is closed, and no faces
+// cross.
+//
+//     /* A statue of 120 mm that stands flat, hollow with walls of 2 mm, in parts for a printer of 100 mm. Prints how many there are. */
+//     static srf_status for_printer(const srf_mesh *mesh, srf_mesh **out_mesh)
+//     {
+//         srf_prepare_print_params params;
+//         srf_prepare_print_report report;
+//         srf_status status;
+//         srf_prepare_print_params_init(&params);
+//         srf_prepare_print_report_init(&report);
+//         params.scale_to = 120.0;
+//         params.flat_base = 1;
+//         params.hollow = 2.0;
+//         params.printer_height = 100.0;
+//         status = srf_mesh_prepare_print(mesh, &params, NULL, out_mesh, &report);
+//         if (status == SRF_OK) printf("%u parts\n", (unsigned)report.parts);
+//         return status;
+//     }
+//
+//     /* The first part of it, by itself. */
+//     static srf_status first_part(const srf_mesh *prepared, srf_mesh **out_mesh)
+//     {
+//         return srf_mesh_part(prepared, 0, out_mesh);
+//     }
+
+// Sets the defaults. Call srf_prepare_print_params_init(params), which adds the size that this header knows.
+// params   not NULL
+// size     sizeof(srf_prepare_print_params): what of the struct this library does not know becomes 0
+// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_prepare_print_params_init_sized(srf_prepare_print_params *params, size_t size);
+#define srf_prepare_print_params_init(params) srf_prepare_print_params_init_sized((params), sizeof(srf_prepare_print_params))
+
+// Prepares a struct of figures. Call srf_prepare_print_report_init(report), which adds the size that this header knows.
+// report   not NULL
+// size     sizeof(srf_prepare_print_report): what of the struct this library does not know becomes 0
+// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_prepare_print_report_init_sized(srf_prepare_print_report *report,
+                                               size_t size);
+#define srf_prepare_print_report_init(report) srf_prepare_print_report_init_sized((report), sizeof(srf_prepare_print_report))
+
+// Makes a closed mesh ready for printing, by the steps whose parameters are given. The attribute added of the triangles marks those that
+// were made up. If the mesh was cut into parts, the attribute part has the number of the part of each triangle, counted from 0.
+// mesh        closed, an oriented manifold, without crossings. Not NULL
+// params      NULL for the defaults, which change nothing
+// progress    NULL for none
+// out_mesh    receives a new handle on SRF_OK only. Not NULL
+// out_report  initialized by srf_prepare_print_report_init(). NULL if not wanted
+// returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT for a mesh that is not closed, crosses itself or is inside out,
+//             SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.2.
+srf_status srf_mesh_prepare_print(const srf_mesh *mesh,
+                                  const srf_prepare_print_params *params,
+                                  const srf_progress *progress,
+                                  srf_mesh **out_mesh,
+                                  srf_prepare_print_report *out_report);
+
+// The triangles of a mesh whose attribute part has a number, as a mesh with all attributes: a part that a printer holds.
+// mesh      made by srf_mesh_prepare_print(). Not NULL
+// number    of the part, counted from 0. The report has their count
+// out_mesh  receives a new handle on SRF_OK only. Not NULL
+// returns   SRF_OK, SRF_ERR_INPUT for a mesh that has no such part, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
+srf_status srf_mesh_part(const srf_mesh *mesh,
+                         size_t number,
+                         srf_mesh **out_mesh);
+
+// ==== 16. The virtual scanner ==============================================================================
 // Range images of any mesh, with the errors that a scanner makes: for tests that know the truth.
 //
 //     /* Scans a mesh from where the sensor stands. */
@@ -4966,7 +5140,7 @@ srf_status srf_scan_mesh(const srf_mesh *mesh,
                          const srf_progress *progress,
                          srf_image **out_image);
 
-// ==== 16. Measuring ========================================================================================
+// ==== 17. Measuring ========================================================================================
 // How far points or a surface lie from a mesh.
 //
 //     /* Prints the largest distance of a surface from a reference. */

@@ -559,6 +559,11 @@ struct CheckPrintParams : srf_check_print_params {
     CheckPrintParams() { check(srf_check_print_params_init(this)); }
 };
 
+// The parameters of `prepare_print`, with their defaults.
+struct PreparePrintParams : srf_prepare_print_params {
+    PreparePrintParams() { check(srf_prepare_print_params_init(this)); }
+};
+
 // The parameters of `scan`, with their defaults.
 struct ScanParams : srf_scan_params {
     ScanParams() { check(srf_scan_params_init(this)); }
@@ -602,6 +607,11 @@ struct CloseReport : srf_close_report {
 // The figures of the checks for printing.
 struct PrintReport : srf_check_print_report {
     PrintReport() { check(srf_check_print_report_init(this)); }
+};
+
+// The figures of preparing a print. Lengths are in the unit of the result.
+struct PrepareReport : srf_prepare_print_report {
+    PrepareReport() { check(srf_prepare_print_report_init(this)); }
 };
 
 // A mesh as a surface: counts, and what follows from them. Triangles that name a vertex out of range or a vertex twice are counted, then left out of all that follows. So are vertices without a triangle.
@@ -896,6 +906,23 @@ public:
         srf_mesh *mesh = nullptr;
         detail::Watcher watcher(progress);
         watcher.check(srf_mesh_check_print(get(), &params, watcher.get(), &mesh, report));
+        return Mesh(mesh);
+    }
+
+    // Ready for printing, by the steps that are asked for. Closed, and no faces cross. Its figures go to `report`, if given.
+    Mesh prepared_for_printing(const PreparePrintParams &params = {}, PrepareReport *report = nullptr, const Progress &progress = {}) const
+    {
+        srf_mesh *mesh = nullptr;
+        detail::Watcher watcher(progress);
+        watcher.check(srf_mesh_prepare_print(get(), &params, watcher.get(), &mesh, report));
+        return Mesh(mesh);
+    }
+
+    // A part of a mesh that was cut for a printer, counted from 0.
+    Mesh part(std::size_t number) const
+    {
+        srf_mesh *mesh = nullptr;
+        check(srf_mesh_part(get(), number, &mesh));
         return Mesh(mesh);
     }
 

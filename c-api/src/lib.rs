@@ -32,6 +32,7 @@
 //! | `params` | Structs of parameters, a file an operation, and how what is in them becomes the core's parameters |
 //! | `pointer` | Pointers of the caller, checked and used in one place |
 //! | `pose` | Poses across the border |
+//! | `prepare_print` | Preparing a print |
 //! | `progress` | Progress and cancelling |
 //! | `projection` | Projections by what they mean |
 //! | `provenance` | Provenance: what files say of where they are from |
@@ -96,6 +97,7 @@ mod mesh;
 mod params;
 mod pointer;
 mod pose;
+mod prepare_print;
 mod progress;
 mod projection;
 mod provenance;

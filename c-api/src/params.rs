@@ -9,6 +9,7 @@ pub mod cluster;
 pub mod merge;
 pub mod open;
 pub mod plane;
+pub mod prepare_print;
 pub mod quads;
 pub mod reconstruct;
 pub mod scan;

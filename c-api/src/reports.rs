@@ -8,6 +8,7 @@ pub mod cluster;
 pub mod distance;
 pub mod left_out;
 pub mod merge;
+pub mod prepare_print;
 pub mod quads;
 pub mod reconstruct;
 pub mod sculpt;

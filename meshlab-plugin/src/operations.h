@@ -159,6 +159,19 @@ inline const Filter check_print_filter = {
     run_check_print,
 };
 
+void ask_prepare_print(const MeshDocument &document, RichParameterList &list);
+Outputs run_prepare_print(Job &job);
+inline const Filter prepare_print_filter = {
+    "Prepare for Printing",
+    "meshing_prepare_for_printing",
+    "Makes the closed current layer ready for printing in 3D, by the steps that are asked for, in this order: its size, a flat base, thicker walls, a cavity, a drain, parts that the printer holds. The result is a new layer, or one for each part. It is closed, and no faces cross. <b>Faces that were added are selected.</b><br>"
+    "The log has the figures.",
+    compat::FilterBase::Remeshing,
+    compat::FilterBase::SINGLE_MESH,
+    ask_prepare_print,
+    run_prepare_print,
+};
+
 inline const Filter *const operation_filters[] = {
     &open_filter,
     &plane_filter,
@@ -170,6 +183,7 @@ inline const Filter *const operation_filters[] = {
     &cluster_filter,
     &close_filter,
     &check_print_filter,
+    &prepare_print_filter,
 };
 
 }  // namespace srf

@@ -175,4 +175,29 @@ inline const Figures check_print_figures = {
     {Figure::Kind::number, "overhang_area", "Area of overhangs", false, 1, offsetof(srf_check_print_report, overhang_area), {}, {}},
 };
 
+inline const Figures prepare_print_figures = {
+    {Figure::Kind::ratio, "scale", "Scale", false, 1, offsetof(srf_prepare_print_report, scale), {}, {}},
+    {Figure::Kind::length, "size_x", "Size", false, 1, offsetof(srf_prepare_print_report, size_x), {}, {}},
+    {Figure::Kind::length, "size_y", "Size", false, 1, offsetof(srf_prepare_print_report, size_y), {}, {}},
+    {Figure::Kind::length, "size_z", "Size", false, 1, offsetof(srf_prepare_print_report, size_z), {}, {}},
+    {Figure::Kind::number, "volume_before", "Volume before", false, 1, offsetof(srf_prepare_print_report, volume_before), {}, {}},
+    {Figure::Kind::number, "volume", "Volume", false, 1, offsetof(srf_prepare_print_report, volume), {}, {}},
+    {Figure::Kind::length, "deviation", "Deviation", false, 1, offsetof(srf_prepare_print_report, deviation), {}, {}},
+    {Figure::Kind::count, "added_faces", "Added faces", false, 1, offsetof(srf_prepare_print_report, added_faces), {}, {}},
+    {Figure::Kind::length, "base_height", "Height of the base", true, 1, offsetof(srf_prepare_print_report, base_height), {}, {}},
+    {Figure::Kind::count, "base_faces", "Faces of the base", false, 1, offsetof(srf_prepare_print_report, base_faces), {}, {}},
+    {Figure::Kind::number, "base_area", "Area of the base", false, 1, offsetof(srf_prepare_print_report, base_area), {}, {}},
+    {Figure::Kind::length, "wall_before", "Thinnest wall before", true, 1, offsetof(srf_prepare_print_report, wall_before), {}, {}},
+    {Figure::Kind::length, "wall_after", "Thinnest wall after", true, 1, offsetof(srf_prepare_print_report, wall_after), {}, {}},
+    {Figure::Kind::count, "moved_faces", "Moved faces", false, 1, offsetof(srf_prepare_print_report, moved_faces), {}, {}},
+    {Figure::Kind::count, "thin_faces", "Faces with thin walls", false, 1, offsetof(srf_prepare_print_report, thin_faces), {}, {}},
+    {Figure::Kind::length, "hollow_cell", "Cell of the cavity", true, 1, offsetof(srf_prepare_print_report, hollow_cell), {}, {}},
+    {Figure::Kind::length, "thinnest_wall", "Thinnest wall of the cavity", true, 1, offsetof(srf_prepare_print_report, thinnest_wall), {}, {}},
+    {Figure::Kind::length, "thickest_wall", "Thickest wall of the cavity", true, 1, offsetof(srf_prepare_print_report, thickest_wall), {}, {}},
+    {Figure::Kind::count, "shut_cavities", "Shut cavities", false, 1, offsetof(srf_prepare_print_report, shut_cavities), {}, {}},
+    {Figure::Kind::length, "drain_room", "Room for a drain", true, 1, offsetof(srf_prepare_print_report, drain_room), {}, {}},
+    {Figure::Kind::flag, "is_drained", "Drained", false, 1, offsetof(srf_prepare_print_report, is_drained), {}, {}},
+    {Figure::Kind::count, "parts", "Parts", false, 1, offsetof(srf_prepare_print_report, parts), {}, {}},
+};
+
 }  // namespace srf

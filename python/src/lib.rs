@@ -32,6 +32,7 @@
 //! | `paths` | Paths as Python has them: texts, bytes of the system's own coding, and objects that say one of these |
 //! | `pickling` | Objects as pickle takes them: a kind and the parts of that, from which `_again` makes the object in another process, to the bit |
 //! | `point_cloud` | `PointCloud`: what a file of points without a grid reads as |
+//! | `prepare_print` | Closed meshes made ready for printing |
 //! | `progress` | A Python callback and Ctrl-C -> the core's progress |
 //! | `projection` | How pixels see: a dict with `kind` and its parameters, both ways |
 //! | `quads` | Quad grids: a range image to a regular grid of quads |
@@ -86,6 +87,7 @@ mod params;
 mod paths;
 mod pickling;
 mod point_cloud;
+mod prepare_print;
 mod progress;
 mod projection;
 mod quads;
@@ -150,6 +152,8 @@ mod _native {
     use crate::params::{_nearest, Parameter, parameters};
     #[pymodule_export]
     use crate::point_cloud::PointCloud;
+    #[pymodule_export]
+    use crate::prepare_print::{Prepared, prepare_print};
     #[pymodule_export]
     use crate::quads::{QuadGrid, Spline, adaptive_quads};
     #[pymodule_export]

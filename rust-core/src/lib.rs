@@ -39,6 +39,8 @@ pub use merge;
 #[doc(inline)]
 pub use plane;
 #[doc(inline)]
+pub use printing;
+#[doc(inline)]
 pub use quads;
 #[doc(inline)]
 pub use reconstruct;

@@ -20,6 +20,7 @@ pub const OPERATIONS: &[Operation] = &[
     cluster::OPERATION,
     close::OPERATION,
     close::print::OPERATION,
+    printing::OPERATION,
     mesh::CHECK_OPERATION,
     scan::OPERATION,
 ];

@@ -115,6 +115,7 @@ mod tests {
         try_all::<cluster::ClusterParams>();
         try_all::<merge::MergeParams>();
         try_all::<plane::PlaneParams>();
+        try_all::<printing::PrepareParams>();
         try_all::<quads::QuadParams>();
         try_all::<quads::SplineParams>();
         try_all::<reconstruct::ReconstructParams>();

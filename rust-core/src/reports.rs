@@ -258,6 +258,7 @@ mod tests {
         look_at::<cluster::TriangleShapes>();
         look_at::<cluster::ClusterReport>();
         look_at::<merge::MergeReport>();
+        look_at::<printing::PrepareReport>();
         look_at::<quads::QuadReport>();
         look_at::<reconstruct::ReconstructReport>();
         look_at::<sculpt::SculptReport>();

@@ -320,6 +320,17 @@ def test_a_check_for_printing(c, truth):
     same_report(report, checked.report, 10)
 
 
+def test_a_print_made_ready(c):
+    ring = shapes.torus(detail=16)
+    options = dict(scale_to=10.0, flat_base=True, printer_width=6.0)
+    params = c.struct("prepare_print_params", **(options | {"flat_base": 1}))
+    found, report = c.mesh_prepare_print(c.mesh(ring), params)
+    prepared = surfrecon.prepare_print(ring, **options)
+    same_mesh(c, found, prepared.mesh)
+    same_report(report, prepared.report, 10)
+    same_mesh(c, c.mesh_part(found, 1), prepared.parts[1])
+
+
 def test_an_alignment_and_one_scan_drawn_to_the_others(c, truth, heap, aligned, in_place):
     aligner, still = c.aligner_create(), c.aligner_create()
     for scan, placed in zip(heap, truth, strict=True):

@@ -17,6 +17,7 @@ from ._reports import (
     DistanceReport,
     LeftOutReport,
     MergeReport,
+    PrepareReport,
     PrintReport,
     QuadReport,
     ReconstructReport,
@@ -47,6 +48,7 @@ __all__ = [
     "Pick",
     "Plane",
     "PointCloud",
+    "Prepared",
     "QuadGrid",
     "RangeImage",
     "Reconstructed",
@@ -91,6 +93,7 @@ __all__ = [
     "open",
     "operations",
     "parameters",
+    "prepare_print",
     "provenance",
     "read",
     "reconstruct",
@@ -920,6 +923,27 @@ class Job:
         threads: int | None = 0,
         # end
     ) -> Job: ...
+    @staticmethod
+    def prepare_print(
+        mesh: Mesh,
+        *,
+        # options: prepare_print
+        scale_to: float | None = None,
+        scale_side: Literal["longest", "height"] | None = "longest",
+        flat_base: bool | None = False,
+        base_height: float | None = None,
+        min_wall: float | None = None,
+        hollow: float | None = None,
+        hollow_cell: float | None = None,
+        drain: float | None = None,
+        drain_sides: int | None = 32,
+        printer_width: float | None = None,
+        printer_depth: float | None = None,
+        printer_height: float | None = None,
+        print_up: Literal["z", "y", "x", "minus_z", "minus_y", "minus_x"] | None = "z",
+        threads: int | None = 0,
+        # end
+    ) -> Job: ...
     # end of types of Job
 
 @final
@@ -1550,5 +1574,36 @@ def close(
     # end
     progress: _Progress | None = None,
 ) -> Closed: ...
+
+@final
+class Prepared:
+    @property
+    def mesh(self) -> Mesh: ...
+    @property
+    def parts(self) -> list[Mesh]: ...
+    @property
+    def report(self) -> PrepareReport: ...
+
+def prepare_print(
+    mesh: Mesh,
+    *,
+    # options: prepare_print
+    scale_to: float | None = None,
+    scale_side: Literal["longest", "height"] | None = "longest",
+    flat_base: bool | None = False,
+    base_height: float | None = None,
+    min_wall: float | None = None,
+    hollow: float | None = None,
+    hollow_cell: float | None = None,
+    drain: float | None = None,
+    drain_sides: int | None = 32,
+    printer_width: float | None = None,
+    printer_depth: float | None = None,
+    printer_height: float | None = None,
+    print_up: Literal["z", "y", "x", "minus_z", "minus_y", "minus_x"] | None = "z",
+    threads: int | None = 0,
+    # end
+    progress: _Progress | None = None,
+) -> Prepared: ...
 
 # end of types

@@ -21,6 +21,7 @@ __all__ = [
     "Freedom",
     "LeftOutReport",
     "MergeReport",
+    "PrepareReport",
     "PrintReport",
     "QuadReport",
     "ReconstructReport",
@@ -626,6 +627,76 @@ class PrintReport(Report):
     wall_spacing: float
     overhang_faces: int
     overhang_area: float
+    seconds: dict[str, float]
+
+
+class PrepareReport(Report):
+    """The figures of preparing a print. Lengths are in the unit of the result.
+
+    >>> report = surfrecon.prepare_print(mesh).report
+    >>> report.scale == report["scale"]
+    True
+
+    Attributes:
+        notes: Steps that were not done as they were asked for, with the reason. A kind and a sentence each:
+            ``base_moved``: The plane of the base lies a hair beside the height that was asked for. ``nothing_below``:
+            Nothing lies below the base. ``still_thin``: Some walls find no room to become thicker. ``nothing_hollow``:
+            The mesh is nowhere thick enough for a cavity. ``no_drain``: A hole of that diameter finds no room.
+            ``shut_cavities``: Some cavities have no hole. ``part_moved``: The plane between two parts lies a hair
+            beside the place that makes them equal.
+        scale: Factor by which the mesh was scaled. 1 if it was not.
+        size: Size along x, y and z. In the unit of the scans.
+        volume_before: Volume before all steps, in the cube of the unit of the input.
+        volume: Volume of the result.
+        deviation: Largest distance by which a vertex that was kept moved, but for scaling. In the unit of the
+            scans.
+        added_faces: Faces that were added. The attribute added marks them.
+        base_height: Height of the base above the lowest point. There is none if no base was asked for. Then it is
+            ``None``. In the unit of the scans.
+        base_faces: Faces of the base.
+        base_area: Area of the base without a hole in it, in the square of the unit.
+        wall_before: Thickness of the thinnest wall before walls were thickened, measured behind the centres of
+            faces. There is none if that was not asked for, or no wall is thinner than twice that. Then it is ``None``.
+            In the unit of the scans.
+        wall_after: Thickness of the thinnest wall after that. Then it is ``None``. In the unit of the scans.
+        moved_faces: Faces that moved when walls were thickened.
+        thin_faces: Faces whose walls stay thinner than asked for. The attribute thin marks them.
+        hollow_cell: Cell in which the cavity was made. The walls are as thick as asked for within one. Then it is
+            ``None``. In the unit of the scans.
+        thinnest_wall: Least distance of the cavity from the surface. It is measured at the vertices and the centres
+            of the faces of the cavity. There is none without a cavity. Then it is ``None``. In the unit of the scans.
+        thickest_wall: Largest distance of the cavity from the surface, measured likewise. Then it is ``None``. In
+            the unit of the scans.
+        shut_cavities: Cavities that no hole leads into.
+        drain_room: Diameter of the largest hole that would find room. There is none if no drain was asked for. Then
+            it is ``None``. In the unit of the scans.
+        is_drained: Whether a hole was made.
+        parts: Parts that it was cut into. 1 if it was not cut.
+        seconds: Wall-clock seconds by the name of the stage.
+    """
+
+    __slots__ = ()
+    notes: list[tuple[str, str]]
+    scale: float
+    size: tuple[float, float, float]
+    volume_before: float
+    volume: float
+    deviation: float
+    added_faces: int
+    base_height: float | None
+    base_faces: int
+    base_area: float
+    wall_before: float | None
+    wall_after: float | None
+    moved_faces: int
+    thin_faces: int
+    hollow_cell: float | None
+    thinnest_wall: float | None
+    thickest_wall: float | None
+    shut_cavities: int
+    drain_room: float | None
+    is_drained: bool
+    parts: int
     seconds: dict[str, float]
 
 

@@ -26,6 +26,7 @@ impl Grid {
     }
 
     /// Number of nodes.
+    #[allow(clippy::len_without_is_empty, reason = "a grid has nodes")]
     pub fn len(&self) -> usize {
         self.counts.iter().product()
     }

@@ -22,7 +22,8 @@ mod surface;
 mod visibility;
 
 // 1. the grid, and what is known on it
-mod grid;
+#[doc(hidden)]
+pub mod grid;
 mod known;
 
 // 2. the start
@@ -36,7 +37,8 @@ mod field;
 mod plate;
 
 // 4. its level set
-mod level;
+#[doc(hidden)]
+pub mod level;
 mod table;
 
 // 5. the part that fills
@@ -46,7 +48,8 @@ mod retreat;
 // 6. joined to the border
 mod bridge;
 mod clear;
-mod crossing;
+#[doc(hidden)]
+pub mod crossing;
 mod fan;
 mod stitch;
 

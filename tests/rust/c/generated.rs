@@ -28,6 +28,8 @@ pub type CloseParams = Sized<7>;
 
 pub type CheckPrintParams = Sized<8>;
 
+pub type PreparePrintParams = Sized<13>;
+
 pub type ScanParams = Sized<10>;
 
 pub type AlignedScan = Sized<105>;
@@ -264,6 +266,35 @@ pub mod check_print_report {
     pub const WALL_SPACING: usize = 20;
     pub const OVERHANG_FACES: usize = 21;
     pub const OVERHANG_AREA: usize = 22;
+}
+
+pub type PrepareReport = Sized<22>;
+
+/// Places of the figures of [`PrepareReport`].
+#[allow(dead_code, reason = "tests look at some")]
+pub mod prepare_print_report {
+    pub const SCALE: usize = 0;
+    pub const SIZE_X: usize = 1;
+    pub const SIZE_Y: usize = 2;
+    pub const SIZE_Z: usize = 3;
+    pub const VOLUME_BEFORE: usize = 4;
+    pub const VOLUME: usize = 5;
+    pub const DEVIATION: usize = 6;
+    pub const ADDED_FACES: usize = 7;
+    pub const BASE_HEIGHT: usize = 8;
+    pub const BASE_FACES: usize = 9;
+    pub const BASE_AREA: usize = 10;
+    pub const WALL_BEFORE: usize = 11;
+    pub const WALL_AFTER: usize = 12;
+    pub const MOVED_FACES: usize = 13;
+    pub const THIN_FACES: usize = 14;
+    pub const HOLLOW_CELL: usize = 15;
+    pub const THINNEST_WALL: usize = 16;
+    pub const THICKEST_WALL: usize = 17;
+    pub const SHUT_CAVITIES: usize = 18;
+    pub const DRAIN_ROOM: usize = 19;
+    pub const IS_DRAINED: usize = 20;
+    pub const PARTS: usize = 21;
 }
 
 pub type CheckReport = Sized<20>;

@@ -30,6 +30,7 @@ __all__ = [
     "measure",
     "merge",
     "plan",
+    "prepare_print",
     "quads",
     "reconstruct",
     "sculpt",
@@ -414,6 +415,42 @@ def check_print(work: Work) -> Made:
     said.append(f"{walls}, measured every {report.wall_spacing:.4g}")
     said += [text for _, text in report.findings] or ["nothing is in the way of printing"]
     return Made(report, [_counts(found.mesh), *said], _writer(work, found.mesh), _parts(work, found.mesh))
+
+
+def prepare_print(work: Work) -> Made:
+    """Makes a closed mesh ready for printing. Each part becomes a file."""
+    scan, content = contents.one(work)
+    if not isinstance(content, _native.Mesh):
+        raise InputError(
+            f"{scan.name} is a {contents.kind(content)}: give a closed mesh, such as surfrecon close makes"
+        )
+    mesh = contents.placed(content, scan.world_from_sensor, scan.crs)
+    with work.showing() as shown:
+        found = _native.prepare_print(mesh, progress=shown, **work.given("prepare_print"))
+    report, parts = found.report, found.parts
+    work.note(*(text for _, text in report.notes))
+    lines = [
+        _counts(found.mesh),
+        f"{' x '.join(f'{side:.4g}' for side in report.size)}, parts: {report.parts:,}, volume {report.volume:.4g}",
+    ]
+    if len(parts) == 1:
+        return Made(report, lines, _writer(work, found.mesh), _parts(work, found.mesh))
+    if work.request.parameters.get("part_triangles"):
+        raise UsageError("the print is cut into parts, each a file: leave out --part-triangles")
+
+    def beside(path: str) -> list[str]:
+        return [_native._part_path(path, number, len(parts)) for number in range(2, len(parts) + 1)]
+
+    writers = [_writer(work, part) for part in parts]
+
+    def write(path: str, shown: Shown, provenance: dict[str, Any] | None) -> None:
+        for file, one in zip([path, *beside(path)], writers, strict=True):
+            one(file, shown, provenance)
+
+    output = work.request.output
+    if output is not None:
+        work.note(f"the parts are in {len(parts)} files: {output} to {beside(output)[-1]}")
+    return Made(report, lines, write, beside)
 
 
 def measure(work: Work) -> Made:

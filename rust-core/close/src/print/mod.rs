@@ -6,7 +6,8 @@
 mod operation;
 mod params;
 mod report;
-mod walls;
+#[doc(hidden)]
+pub mod walls;
 
 pub use operation::OPERATION;
 pub use params::{PrintParams, SCHEMA};

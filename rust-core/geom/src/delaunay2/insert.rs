@@ -44,7 +44,7 @@ pub(super) fn triangulate(points: &[DVec3], view: &View, progress: &Progress<'_>
 }
 
 /// `0..count`, the coarsest round first.
-fn in_rounds(count: usize) -> impl Iterator<Item = usize> {
+pub(super) fn in_rounds(count: usize) -> impl Iterator<Item = usize> {
     let strides =
         std::iter::successors(Some(1), |&stride| Some(stride * GROWTH)).take_while(move |&s| s < count.max(2));
     let strides: Vec<usize> = strides.collect();

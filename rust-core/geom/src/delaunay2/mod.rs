@@ -6,6 +6,7 @@
 //! | triangulation of what is seen there, by the crate `spade` | `insert` |
 //! | edges turned until circles are empty in the plane itself | `flip` |
 //! | the inside of a polygon alone | `polygon` |
+//! | the inside of several loops of a coordinate plane | `region` |
 //!
 //! Seen along an axis the plane is sheared, so a triangulation that is Delaunay there is not Delaunay in the plane. But the same points
 //! turn counter-clockwise, without any rounding. Turning the plane into an axis' would round, and tear apart points on a line or a circle.
@@ -13,6 +14,7 @@
 mod flip;
 mod insert;
 mod polygon;
+mod region;
 #[cfg(test)]
 mod tests;
 mod triangulation;
@@ -25,6 +27,7 @@ use base::progress::Progress;
 use view::View;
 
 pub use polygon::polygon;
+pub use region::region;
 pub use triangulation::Delaunay2;
 
 impl Delaunay2 {

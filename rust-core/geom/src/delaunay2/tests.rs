@@ -1,4 +1,5 @@
 mod polygons;
+mod regions;
 
 use std::collections::{BTreeMap, BTreeSet};
 

@@ -52,6 +52,6 @@ impl View {
 }
 
 /// Whether exact arithmetic on doubles can multiply a coordinate.
-fn is_in_range(x: f64) -> bool {
+pub(super) fn is_in_range(x: f64) -> bool {
     x == 0.0 || (spade::MIN_ALLOWED_VALUE..=spade::MAX_ALLOWED_VALUE).contains(&x.abs())
 }
