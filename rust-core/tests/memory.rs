@@ -5,9 +5,11 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
+use surfrecon::close::print::{PrintParams, check_print};
 use surfrecon::cluster::ClusterParams;
 use surfrecon::geom::bvh::Bvh;
 use surfrecon::geom::delaunay3::Delaunay3;
+use surfrecon::printing::{PrepareParams, prepare_print};
 use surfrecon::quads::QuadParams;
 use surfrecon::range_image::Projection;
 use surfrecon::reconstruct::ReconstructParams;
@@ -92,6 +94,13 @@ fn work_that_does_not_fit_is_refused() {
     let sphere = Shape::Sphere { radius: 1.0 }.mesh(36);
     foreseen("Bvh", || Bvh::build(&sphere.positions, &sphere.triangles, 0).map(drop));
     foreseen("cluster", || cluster::run(&sphere, &ClusterParams::default(), &progress).map(drop));
+    foreseen("check print", || check_print(&sphere, &PrintParams::default(), &progress).map(drop));
+    let print = PrepareParams { flat_base: true, ..PrepareParams::default() };
+    foreseen("prepare print", || prepare_print(&sphere, &print, &progress).map(drop));
+    let walls = PrepareParams { min_wall: Some(0.01), ..print };
+    foreseen("thicken", || prepare_print(&sphere, &walls, &progress).map(drop));
+    let hollow = PrepareParams { hollow: Some(0.05), ..PrepareParams::default() };
+    foreseen("hollow", || prepare_print(&sphere, &hollow, &progress).map(drop));
     let points = sphere.positions.clone();
     foreseen("Delaunay", || Delaunay3::new(&points, 0, &progress).map(drop));
     let cloud = PointCloud { positions: points.clone(), ..Default::default() };

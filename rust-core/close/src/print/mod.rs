@@ -19,6 +19,7 @@ use rayon::prelude::*;
 
 use base::error::Result;
 use base::magnitude;
+use base::memory;
 use base::progress::Progress;
 use geom::bvh::Bvh;
 use mesh::measure::area;
@@ -35,13 +36,16 @@ base::stages! {
     WALLS = "measuring walls", 0.5;
 }
 
+/// At the peak: a copy of the mesh, its edges, its boxes and its walls.
+const BYTES_A_TRIANGLE: f64 = 250.0;
+
 /// Checks a mesh. Its faces get the attributes `wall`, `crossing` and `overhang`, which replace older ones of these names.
 ///
 /// # Guarantees
 /// The same result for any number of threads. Crossings are decided exactly, within the range of [`geom::predicates`].
 ///
 /// # Cost
-/// Time O(n log n) for n faces of which few cross. With a large `max_wall`, many faces of a round body are equally near to the middle of the
+/// Time O(n log n) for n faces of which few cross, and about 250 bytes per face. With a large `max_wall`, many faces of a round body are equally near to the middle of the
 /// same ball: one search looks at all of them. Neighbours share what it finds, unless noise turns them away from each other. Then a round
 /// body takes up to O(n^2). The example `print_figures` measures both.
 ///
@@ -52,6 +56,7 @@ pub fn check_print(mesh: &TriMesh, params: &PrintParams, progress: &Progress<'_>
     params.validate()?;
     mesh.validate()?;
     magnitude::points("vertex", &mesh.positions)?;
+    memory::expect_each(mesh.triangles.len(), BYTES_A_TRIANGLE, 0.0, "checking the print of", "triangles")?;
     progress.plan(PLAN);
     let pool = base::threads::pool(params.threads)?;
     progress.run(&pool, || run(mesh, params, progress))
