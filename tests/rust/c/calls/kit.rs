@@ -217,6 +217,10 @@ impl Kit {
 
     /// A handle of the kind that arguments of this name have.
     pub fn handle(&self, name: &str) -> Handle {
+        let name = match (name, self.function()) {
+            ("mesh", "srf_mesh_prepare_print" | "srf_mesh_part") if self.fault != Fault::Senseless => "solid",
+            _ => name,
+        };
         let found = self.handles.borrow().iter().find(|(known, _)| **known == name).map(|(_, handle)| *handle);
         if let Some(handle) = found {
             return handle;
@@ -235,6 +239,7 @@ impl Kit {
                 api().ok(unsafe { (api().srf_mesh_set_attribute)(mesh, 1, c"name".as_ptr(), &marks) });
                 ("mesh", mesh)
             }
+            "solid" => ("solid", self.solid()),
             "reference" => {
                 ("reference", made!(srf_image_triangulate(self.handle("image"), std::ptr::null(), std::ptr::null())))
             }
@@ -310,6 +315,17 @@ impl Kit {
         };
         self.handles.borrow_mut().insert(kind, handle);
         handle
+    }
+
+    /// A closed mesh of one part.
+    fn solid(&self) -> Handle {
+        let corners = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
+        let triangles = [0_u32, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2];
+        let solid = made!(srf_mesh_create(&Array::of(&corners, F64, 3), &Array::of(&triangles, U32, 3)));
+        let parts = Array::of(&[0_i32; 4], I32, 1);
+        // SAFETY: as the header wants it.
+        api().ok(unsafe { (api().srf_mesh_set_attribute)(solid, 2, c"part".as_ptr(), &parts) });
+        solid
     }
 
     /// A grid of points of the bent surface, seen from above.
@@ -462,7 +478,7 @@ impl Drop for Kit {
             let free = match *kind {
                 "cancel" => api().srf_cancel_free,
                 "context" => api().srf_context_free,
-                "mesh" | "reference" => api().srf_mesh_free,
+                "mesh" | "solid" | "reference" => api().srf_mesh_free,
                 "image" => api().srf_image_free,
                 "cloud" => api().srf_cloud_free,
                 "region" => api().srf_region_free,
