@@ -242,9 +242,9 @@ try {
     must(judged.is_closed && judged.crossing_pairs == 0 && marked.size() >= 3, "checked for printing");
     PreparePrintParams printing;
     printing.printer_height = 0.3;
-    PrepareReport made;
-    const Mesh cut = mesh.prepared_for_printing(printing, &made);
-    must(made.parts > 1 && cut.part(0).triangles().size() < cut.triangles().size(), "prepared for printing");
+    PrepareReport printed;
+    const Mesh cut = mesh.prepared_for_printing(printing, &printed);
+    must(printed.parts > 1 && cut.part(0).triangles().size() < cut.triangles().size(), "prepared for printing");
     mesh.write_obj("exercise.obj");
     for (const std::string &name : {std::string(), std::string("statue")}) {
         const std::string expected = "\"name\":\"" + (name.empty() ? "mesh" : name) + "\"";
