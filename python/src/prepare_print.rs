@@ -47,7 +47,7 @@ use crate::report;
 /// faces cross. Lengths are in the unit of the result. Options that are ``None`` leave their step out.
 ///
 /// >>> prepared = surfrecon.prepare_print(mesh, scale_to=120, flat_base=True)
-/// >>> max(prepared.report.size)
+/// >>> round(max(prepared.report.size), 6)
 /// 120.0
 ///
 /// Args:
