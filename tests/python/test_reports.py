@@ -55,7 +55,7 @@ def reports(tmp_path_factory):
         aligner.snap(1, np.eye(4)),
     ]
     # Operations that nothing above runs.
-    content = {"a mesh": mesh, "points": mesh.positions, "a range image": scans[0], "scans": scans}
+    content = {"a mesh": torus(), "points": mesh.positions, "a range image": scans[0], "scans": scans}
     for operation in surfrecon.operations():
         run = getattr(surfrecon, operation.name, None)
         if run is not None and operation.name not in {"align", "merge", "sculpt", "reconstruct", "cluster", "write"}:
