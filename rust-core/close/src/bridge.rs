@@ -262,10 +262,12 @@ mod tests {
         (places.map(DVec3::from).to_vec(), [&strip[..], &around, &beyond].concat())
     }
 
+    /// An edge and the triangle that it is a side of.
+    type Side = ([u32; 2], [u32; 3]);
+
     /// The border with its triangles, and the most faces of an edge, counted over all pairs of corners.
-    fn sides(triangles: &[[u32; 3]]) -> (Vec<([u32; 2], [u32; 3])>, usize) {
-        let all: Vec<([u32; 2], [u32; 3])> =
-            triangles.iter().flat_map(|&t| (0..3).map(move |k| ([t[k], t[(k + 1) % 3]], t))).collect();
+    fn sides(triangles: &[[u32; 3]]) -> (Vec<Side>, usize) {
+        let all: Vec<Side> = triangles.iter().flat_map(|&t| (0..3).map(move |k| ([t[k], t[(k + 1) % 3]], t))).collect();
         let faces = |edge: [u32; 2]| triangles.iter().filter(|t| edge.iter().all(|v| t.contains(v))).count();
         let most = all.iter().map(|side| faces(side.0)).max().unwrap_or(0);
         (all.into_iter().filter(|side| faces(side.0) == 1).collect(), most)
