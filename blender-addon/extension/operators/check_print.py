@@ -155,6 +155,7 @@ TRANSLATIONS = {
             '"{}" has no faces: choose the mesh that is to be printed': '"{}" hat keine Flächen: das Netz wählen, das gedruckt werden soll',
             '"{}" is checked without its modifiers: apply them first': '"{}" wird ohne seine Modifikatoren geprüft: sie erst anwenden',
             '"{}": nothing is in the way of printing': '"{}": dem Druck steht nichts im Weg',
+            "checking the print of {} triangles": "den Druck von {} Dreiecken prüfen",
             "checking": "prüfen",
             "looking for crossings": "Schnitte suchen",
             "measuring walls": "Wände messen",
