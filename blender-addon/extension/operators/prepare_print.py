@@ -71,7 +71,12 @@ class SURFRECON_OT_prepare_print(JobOperator, bpy.types.Operator):
             raise Refused(f'"{source.name}" is a scan: merge the scans first, and close their surface')
         self.source = Handle(source)
         ((mesh, matrix, _),) = yield from gathered(context, [source], scan_objects.scan_of_object)
-        return surfrecon.Job.prepare_print(placed(mesh, matrix), **given(self, PARAMETERS))
+        options = given(self, PARAMETERS)
+        for step, parts in STEPS:
+            if not getattr(self, step):
+                # Greyed out.
+                options |= dict.fromkeys(parts)
+        return surfrecon.Job.prepare_print(placed(mesh, matrix), **options)
 
     def finish(self, context, result):
         """Puts what is to be printed beside the mesh: an object for each part."""
@@ -104,7 +109,7 @@ TRANSLATIONS = {
     "de_DE": {
         "names": {
             "Prepare for Printing": "Für den Druck vorbereiten",
-            "Make the closed active mesh ready for printing: scale it, give it a flat base, thicken walls, hollow it out, cut it into parts": "Das geschlossene aktive Netz für den Druck vorbereiten: es skalieren, ihm einen flachen Fuß geben, Wände verdicken, es aushöhlen, es in Teile schneiden",
+            "Make the closed active mesh ready for printing: size, flat base, thicker walls, cavity with a drain, parts": "Das geschlossene aktive Netz für den Druck vorbereiten: Größe, flacher Fuß, dickere Wände, Hohlraum mit Abfluss, Teile",
             "Scale to": "Skalieren auf",
             "Scaled side": "Skalierte Seite",
             "Longest side": "Längste Seite",

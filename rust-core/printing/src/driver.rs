@@ -62,6 +62,7 @@ const BYTES_A_TRIANGLE: f64 = 400.0;
 /// with nothing above it. [`Error::OutOfMemory`]. [`Error::Cancelled`].
 pub fn prepare_print(mesh: &TriMesh, params: &PrepareParams, progress: &Progress<'_>) -> Result<PreparedPrint> {
     params.validate()?;
+    params.go_together()?;
     mesh.validate()?;
     base::magnitude::points("vertex", &mesh.positions)?;
     Crs::lengths(mesh.crs.as_ref())?;

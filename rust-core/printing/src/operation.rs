@@ -22,7 +22,7 @@ pub const OPERATION: Operation = Operation {
     blender: Some(Operator {
         id: "prepare_print",
         label: "Prepare for Printing",
-        text: "Make the closed active mesh ready for printing: scale it, give it a flat base, thicken walls, hollow it out, cut it into parts",
+        text: "Make the closed active mesh ready for printing: size, flat base, thicker walls, cavity with a drain, parts",
     }),
     meshlab: Some(Filter {
         label: "Prepare for Printing",

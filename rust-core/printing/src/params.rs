@@ -49,12 +49,14 @@ base::params! {
         /// Direction away from the plate that is printed on.
         print_up: UpAxis = choice("Up of the print", UpAxis::CHOICES).since("0.2"),
     }
-    checked by together
 }
 
 impl PrepareParams {
-    /// A drain leads from a base into a cavity, and cells are smaller than walls.
-    fn together(&self) -> Result<()> {
+    /// Refuses parameters that have no use without others: a drain leads from a base into a cavity, and cells are smaller than walls.
+    ///
+    /// # Errors
+    /// [`Error::Input`] says which parameter to give, too.
+    pub(super) fn go_together(&self) -> Result<()> {
         if self.base_height.is_some() && !self.flat_base {
             return Err(Error::input(
                 "base_height is given without flat_base, but has no use then: give flat_base, too",
