@@ -168,9 +168,9 @@ pub(crate) fn solve(views: &[View], params: &AlignParams, inside: &Inside, progr
         has_fixed(y).cmp(&has_fixed(x)).then(count(y).cmp(&count(x))).then(area(y).total_cmp(&area(x)))
     };
     solved.sort_by(rank);
-    if bound.binds() && count(&solved[0]) == 1 && !has_fixed(&solved[0]) {
-        let contradictions = |group: &SolvedGroup| contradictions(views, &bound, group.frame);
-        let counts: Vec<usize> = solved.par_iter().map(contradictions).collect();
+    if bound.binds() && solved.first().is_some_and(|first| count(first) == 1 && !has_fixed(first)) {
+        let contradictions = |group: &SolvedGroup| contradictions(views, &bound, group.frame, progress);
+        let counts: Vec<usize> = solved.par_iter().map(contradictions).collect::<Result<_>>()?;
         let least = (0..solved.len()).min_by_key(|&k| counts[k]).unwrap_or(0);
         solved[..=least].rotate_right(1);
     }
@@ -392,7 +392,7 @@ const ADRIFT: f64 = 3.0;
 fn settle(known: &Known<'_>, group: &Group, progress: &Progress<'_>) -> Result<Settled> {
     let Known { views, inside, limits, table, .. } = *known;
     let has_fixed = group.members.iter().any(|member| inside.is_fixed[member.0]);
-    let frame = frame_of(known, group);
+    let frame = frame_of(known, group, progress)?;
     let mut poses = vec![None; views.len()];
     let world_from_group = match group.pose(frame) {
         Some(pose) if !has_fixed => views[frame].reduced.world_from_local() * pose.inverse(),
@@ -441,7 +441,7 @@ fn settle(known: &Known<'_>, group: &Group, progress: &Progress<'_>) -> Result<S
 
 /// The scan of a group whose given pose is kept: one beside which the fewest others lie too far from where they were given, then one that the
 /// fewest scans contradict there, then the largest. A wrong pose so takes no right ones along.
-fn frame_of(known: &Known<'_>, group: &Group) -> usize {
+fn frame_of(known: &Known<'_>, group: &Group, progress: &Progress<'_>) -> Result<usize> {
     let Known { views, inside, bound, .. } = *known;
     // Numbers rise as areas fall.
     let mut members = group.members.clone();
@@ -455,23 +455,32 @@ fn frame_of(known: &Known<'_>, group: &Group) -> usize {
     };
     let (largest, _) = members[0];
     if !bound.binds() || beyond(&members[0]) == 0 {
-        return largest;
+        return Ok(largest);
     }
     let counts: Vec<usize> = members.iter().map(beyond).collect();
     let least = counts.iter().copied().min().unwrap_or(0);
-    let best = members.iter().zip(counts).filter(|(_, count)| *count == least).map(|(member, _)| member.0);
-    best.min_by_key(|&scan| contradictions(views, bound, scan)).unwrap_or(largest)
+    let best: Vec<usize> =
+        members.iter().zip(counts).filter(|(_, count)| *count == least).map(|(member, _)| member.0).collect();
+    let contradicted =
+        best.par_iter().map(|&scan| contradictions(views, bound, scan, progress)).collect::<Result<Vec<usize>>>()?;
+    let first = (0..best.len()).min_by_key(|&k| contradicted[k]);
+    Ok(first.map_or(largest, |k| best[k]))
 }
 
 /// By how many others a scan is contradicted where all were given: they see through each other further than rough poses may be off. Only the
 /// largest are asked, so that the time does not grow with the square of their number.
-fn contradictions(views: &[View], bound: &Bound, scan: usize) -> usize {
+fn contradictions(views: &[View], bound: &Bound, scan: usize, progress: &Progress<'_>) -> Result<usize> {
     let given = |k: usize| views[k].reduced.world_from_local();
-    let does_contradict = |&other: &usize| {
+    let does_contradict = |other: usize| {
         let tolerance = bound.reach(scan).max(bound.reach(other));
         contradict([&views[scan], &views[other]], &(given(scan).inverse() * given(other)), tolerance)
     };
-    (0..views.len().min(ASKED)).filter(|other| *other != scan).filter(does_contradict).count()
+    let mut count = 0;
+    for other in (0..views.len().min(ASKED)).filter(|other| *other != scan) {
+        progress.check()?;
+        count += usize::from(does_contradict(other));
+    }
+    Ok(count)
 }
 
 /// So many scans are asked whether another may lie where it was given.
