@@ -94,7 +94,9 @@ pub struct Progress<'a> {
     /// The largest share that the caller's function was told: a call may begin its work anew.
     highest: Mutex<f64>,
     /// The call that this one is a part of, and is cancelled with.
-    whole: Option<&'a dyn Check>,
+    whole: Option<&'a dyn Whole>,
+    /// Place in the plan of that call of this one's first stage. Without one nobody sees what this one counts.
+    first: Option<usize>,
 }
 
 impl Progress<'static> {
@@ -130,12 +132,24 @@ impl<'a> Progress<'a> {
             highest: Mutex::new(0.0),
             clock: Mutex::new(Clock { last: Instant::now(), seconds: Vec::new() }),
             whole: None,
+            first: None,
         }
     }
 
     /// For a part of this call that plans and counts for itself: it stops with this one, and nobody sees what it counts.
     pub fn unseen(&self) -> Progress<'_> {
         Progress { whole: Some(self), ..Progress::with_sink(None) }
+    }
+
+    /// For a part of this call whose stages stand in this one's plan from place `first` on: they are counted here, with the shares that
+    /// this plan gives them. The part stops with this call, and times itself.
+    pub fn part(&self, first: usize) -> Progress<'_> {
+        Progress { whole: Some(self), first: Some(first), ..Progress::with_sink(None) }
+    }
+
+    /// The call that counts for this one, and the place of this one's first stage there.
+    fn counted_by(&self) -> Option<(&dyn Whole, usize)> {
+        self.whole.zip(self.first)
     }
 
     /// Sets the stages of the call, and starts its clock. The driver calls it before the first stage, and again if the work begins anew.
@@ -168,6 +182,9 @@ impl<'a> Progress<'a> {
 
     /// Starts stage `index` of the plan, which will count up to `total`.
     pub fn stage(&self, index: usize, total: u64) {
+        if let Some((whole, first)) = self.counted_by() {
+            return whole.stage(first + index, total);
+        }
         self.done.store(0, Ordering::Relaxed);
         self.total.store(total.max(1), Ordering::Relaxed);
         self.stage.store(index, Ordering::Relaxed);
@@ -178,13 +195,23 @@ impl<'a> Progress<'a> {
     /// # Errors
     /// [`Error::Cancelled`] once the caller has cancelled: return it at once.
     pub fn advance(&self, n: u64) -> Result<()> {
-        self.done.fetch_add(n, Ordering::Relaxed);
+        self.count(n);
         self.check()
+    }
+
+    fn count(&self, n: u64) {
+        match self.counted_by() {
+            Some((whole, _)) => whole.count(n),
+            None => _ = self.done.fetch_add(n, Ordering::Relaxed),
+        }
     }
 
     /// Counts the running stage up to `done`, if it is not there yet: for work whose length is only guessed beforehand.
     pub fn reach(&self, done: u64) {
-        self.done.fetch_max(done, Ordering::Relaxed);
+        match self.counted_by() {
+            Some((whole, _)) => whole.reach(done),
+            None => _ = self.done.fetch_max(done, Ordering::Relaxed),
+        }
     }
 
     /// Like [`Progress::advance`] with nothing to count.
@@ -349,18 +376,33 @@ impl Progress<'_> {
 
 /// Checks once in so much work, where steps differ much in what they cost.
 pub struct Pace<'p> {
-    progress: &'p dyn Check,
+    progress: &'p dyn Whole,
     done: usize,
 }
 
 /// A progress whoever watches it.
-trait Check: Send + Sync {
+trait Whole: Send + Sync {
     fn check(&self) -> Result<()>;
+    fn stage(&self, index: usize, total: u64);
+    fn count(&self, n: u64);
+    fn reach(&self, done: u64);
 }
 
-impl Check for Progress<'_> {
+impl Whole for Progress<'_> {
     fn check(&self) -> Result<()> {
         Progress::check(self)
+    }
+
+    fn stage(&self, index: usize, total: u64) {
+        Progress::stage(self, index, total);
+    }
+
+    fn count(&self, n: u64) {
+        Progress::count(self, n);
+    }
+
+    fn reach(&self, done: u64) {
+        Progress::reach(self, done);
     }
 }
 

@@ -54,6 +54,28 @@ fn plans_of_the_same_stages_have_a_share_of_each() {
     assert_eq!((SORTED_PLAN, SORTING), (&[("reading", 0.0), ("sorting", 2.0)][..], 1));
 }
 
+#[test]
+fn a_part_counts_in_the_plan_of_the_whole() {
+    stages! { PLAN: FIRST = "first", 0.5; SECOND = "second", 0.25; THIRD = "third", 0.25; }
+    stages! { PART: ONE = "second", 1.0; TWO = "third", 1.0; }
+    let whole = Progress::none();
+    whole.plan(PLAN);
+    whole.stage(FIRST, 4);
+    let part = whole.part(SECOND);
+    part.plan(PART);
+    assert_eq!(whole.tick(), Tick { stage: "second", fraction: 0.5 });
+    part.stage(TWO, 10);
+    part.advance(5).unwrap();
+    assert_eq!(whole.tick(), Tick { stage: "third", fraction: 0.875 });
+    part.reach(8);
+    assert_eq!(whole.tick(), Tick { stage: "third", fraction: 0.95 });
+    part.lap("a part");
+    assert!(whole.seconds().is_empty() && part.seconds().len() == 1);
+    assert_eq!((ONE, THIRD), (0, 2));
+    whole.cancel();
+    assert!(matches!(part.advance(1), Err(Error::Cancelled)));
+}
+
 /// As when a scan is made by a function that merges others.
 #[test]
 fn work_within_work_ends_whatever_the_pools() {
