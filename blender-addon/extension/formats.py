@@ -21,6 +21,8 @@ IMAGES = {".png", ".pgm", ".pfm", ".exr", ".tif", ".tiff", ".npy", ".asc", ".hgt
 
 # Formats that say their unit.
 IN_METRES = {".e57", ".las", ".laz", ".ptx", ".glb", ".gltf", ".3mf"}
+# The note of a file of another format that says its unit too, with its name.
+SAYS_UNIT = re.compile(r"(.+): its header says .+: it is read in metres")
 
 # Formats with Y up. Recordings of phones have it too, and all others have Z up.
 Y_UP = {".conf", ".glb", ".gltf"}
@@ -41,9 +43,10 @@ def axes_of(paths, notes):
     return ("-Z", "Y") if is_phone or any(ending_of(path) in Y_UP for path in paths) else ("Y", "Z")
 
 
-def is_in_metres(paths):
-    """Whether all files are of formats in metres."""
-    return all(ending_of(path) in IN_METRES for path in paths)
+def is_in_metres(paths, notes):
+    """Whether all files are of formats in metres, or say their unit in these notes."""
+    said = {match[1] for note in notes if (match := SAYS_UNIT.fullmatch(note))}
+    return all(ending_of(path) in IN_METRES or os.path.basename(path) in said for path in paths)
 
 
 def is_recording(path):

@@ -83,7 +83,7 @@ TIPS = {
     "Colour the active surface by the distances of its vertices": "Die aktive Fläche nach den Abständen ihrer Ecken färben",
     # Exporting
     "Says its unit, and has the colours of the surface": "Nennt die Einheit und hat die Farben der Fläche",
-    "Triangles alone, for slicers that read no 3MF. It says no unit: choose millimetres there": "Nur Dreiecke, für Slicer, die kein 3MF lesen. Nennt keine Einheit: dort Millimeter wählen",
+    "Triangles alone, for slicers that read no 3MF. They see no unit: choose millimetres there": "Nur Dreiecke, für Slicer, die kein 3MF lesen. Sie sehen keine Einheit: dort Millimeter wählen",
     "A list that places the scans, and beside it a range-grid PLY for each": "Eine Liste, die die Scans platziert, und daneben je ein PLY mit Entfernungsgitter",
     "One text file of all scans, seen from a point each": "Eine Textdatei aller Scans, je von einem Punkt aus gesehen",
     "One binary file of all scans, seen from a point each": "Eine Binärdatei aller Scans, je von einem Punkt aus gesehen",

@@ -722,8 +722,9 @@ typedef struct {
   uint32_t struct_size;
   // 0.
   uint32_t reserved;
-  // Metres a unit of the mesh, for glTF, which is in metres, and 3MF, which says its unit: 0.001 for millimetres. Other
-  // formats keep the unit. > 0, default 1.
+  // Metres a unit of the mesh, for glTF, which is in metres, and 3MF, which says its unit: 0.001 for millimetres. STL
+  // files say it in their header, unless it is 1, and are then read in metres. Other formats keep the unit. > 0, default
+  // 1.
   double metres_per_unit;
   // Axis of the mesh that points up, for glTF, where y does. A value of srf_up, default SRF_UP_Y.
   uint64_t up;

@@ -198,7 +198,7 @@ pub unsafe extern "C" fn srf_mesh_write_stl(
     guard(|| {
         let (mesh, path) = (handle::get("mesh", mesh)?, path_of("path", path)?);
         watched(progress, |progress| {
-            export::write_stl(path, &mesh.mesh, progress)?;
+            export::write_stl(path, &mesh.mesh, 1.0, progress)?;
             tell_left_out(path, Holding::Mesh, mesh.mesh.crs.as_ref());
             Ok(())
         })

@@ -43,7 +43,7 @@ inline const Parameters open_parameters = {
 
 inline const Parameters write_parameters = {
     {Kind::ratio, "metres_per_unit", "Metres per unit",
-     "Metres a unit of the mesh, for glTF, which is in metres, and 3MF, which says its unit: 0.001 for millimetres. Other formats keep the unit. > 0.",
+     "Metres a unit of the mesh, for glTF, which is in metres, and 3MF, which says its unit: 0.001 for millimetres. STL files say it in their header, unless it is 1, and are then read in metres. Other formats keep the unit. > 0.",
      false, 1, 0, unbounded, false, offsetof(srf_write_options, metres_per_unit), {}},
     {Kind::choice, "up", "Up",
      "Axis of the mesh that points up, for glTF, where y does.<br>Y: As glTF has it: nothing is turned.<br>Z: A node above all others turns z up to y up.",

@@ -104,7 +104,7 @@ fn scan_seeds() -> BTreeMap<String, Vec<u8>> {
     export::write_obj(&path, &mesh, None, &none).unwrap();
     keep("mesh.obj", std::fs::read(&path).unwrap());
     keep("continued.obj", b"v 0 0 \\\r\n0\rv 1 0 0\nv 0 1 0\nf 1 \\\n\\\n2 3\n".to_vec());
-    export::write_stl(&path, &mesh, &none).unwrap();
+    export::write_stl(&path, &mesh, 1.0, &none).unwrap();
     keep("mesh.stl", std::fs::read(&path).unwrap());
     export::write_3mf(&path, "a", &mesh, &export::GlbOptions::default(), &none).unwrap();
     keep("mesh.3mf", std::fs::read(&path).unwrap());

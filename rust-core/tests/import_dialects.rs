@@ -409,7 +409,7 @@ fn empty_meshes_are_refused() {
         ("little.ply", |path, mesh, _| ply(path, mesh, PlyEncoding::BinaryLittleEndian)),
         ("big.ply", |path, mesh, _| ply(path, mesh, PlyEncoding::BinaryBigEndian)),
         ("a.obj", |path, mesh, progress| export::write_obj(path, mesh, None, progress)),
-        ("a.stl", export::write_stl),
+        ("a.stl", |path, mesh, progress| export::write_stl(path, mesh, 1.0, progress)),
         ("a.glb", |path, mesh, progress| {
             let node = GlbNode { name: "a", mesh, world_from_mesh: DAffine3::IDENTITY, coarser: &[] };
             export::write_glb(path, &[node], &GlbOptions::default(), progress)

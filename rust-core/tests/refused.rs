@@ -256,7 +256,7 @@ fn writers(folder: &Path) {
             Box::new(|| export::write_points_ply(&path, &cloud, export::PlyOptions::default(), &progress)),
         ),
         ("write_obj", Box::new(|| export::write_obj(&path, &sphere, None, &progress))),
-        ("write_stl", Box::new(|| export::write_stl(&path, &sphere, &progress))),
+        ("write_stl", Box::new(|| export::write_stl(&path, &sphere, 1.0, &progress))),
         ("write_3mf", Box::new(|| export::write_3mf(&path, "sphere", &sphere, &GlbOptions::default(), &progress))),
         ("write_glb", Box::new(|| export::write_glb(&path, &[node], &GlbOptions::default(), &progress))),
         ("write_e57", Box::new(|| export::write_e57(&path, &[&seen], None, &progress))),
@@ -294,7 +294,7 @@ fn seeds(written: &Path) -> Vec<PathBuf> {
             .unwrap();
     }
     export::write_obj(&written.join("large.obj"), &sphere, None, &progress).unwrap();
-    export::write_stl(&written.join("large.stl"), &sphere, &progress).unwrap();
+    export::write_stl(&written.join("large.stl"), &sphere, 1.0, &progress).unwrap();
     export::write_3mf(&written.join("large.3mf"), "sphere", &sphere, &GlbOptions::default(), &progress).unwrap();
     let node = GlbNode { name: "sphere", mesh: &sphere, world_from_mesh: DAffine3::IDENTITY, coarser: &[] };
     export::write_glb(&written.join("large.glb"), &[node], &GlbOptions::default(), &progress).unwrap();

@@ -132,9 +132,8 @@ def test_a_print_is_in_millimetres(tmp_path, ending, capfd):
     assert bpy.ops.surfrecon.export_for_printing(filepath=str(path), file_format=ending.upper()) == {"FINISHED"}
     assert f"ball.{ending}: 20.0 × 20.0 × 40.0 mm" in capfd.readouterr().out
     found = surfrecon.read(path.with_suffix(f".{ending}"))
-    # Metres, if read of 3MF.
-    size = np.ptp(found.positions, axis=0) * (1000 if ending == "3mf" else 1)
-    assert np.allclose(size, [20, 20, 40], rtol=1e-3)
+    # Both say their unit, so they are read in metres.
+    assert np.allclose(1000 * np.ptp(found.positions, axis=0), [20, 20, 40], rtol=1e-3)
     assert found.check().is_closed
     corners = found.positions[found.triangles]
     assert np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum() > 0

@@ -257,13 +257,19 @@ def write_las(path, points):
 def test_formats_that_say_their_unit_are_in_it(tmp_path, images, extension):
     grids = [surfrecon.RangeImage.from_points(images[0].world_points(), viewing=("from", (0, 0, 5)), name="hall")]
     surfrecon.write(tmp_path / "hall.e57", grids)
+    printed = grids[0].triangulate().transformed(surfrecon.Similarity(np.diag([1000.0, 1000.0, 1000.0, 1.0])))
+    printed.write(tmp_path / "printed.stl", metres_per_unit=0.001)
+    printed.write(tmp_path / "silent.stl")
     preferences = bpy.context.preferences.addons[extension.__name__].preferences
     preferences.unit = "MM"
     try:
-        assert import_scans(tmp_path / "hall.e57") == {"FINISHED"}
+        for name in ("hall.e57", "printed.stl", "silent.stl"):
+            assert import_scans(tmp_path / name) == {"FINISHED"}
     finally:
         preferences.unit = "M"
-    assert max(by_name("hall").dimensions) > 0.5
+    size = max(by_name("hall").dimensions)
+    assert size > 0.5
+    assert np.allclose([max(by_name(name).dimensions) for name in ("printed", "silent")], size, rtol=1e-5)
 
 
 def layout(names, texts):

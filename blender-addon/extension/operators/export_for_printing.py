@@ -17,7 +17,11 @@ from .export_glb import is_surface, proposed
 
 FORMATS = (
     ("3MF", "3MF (.3mf)", "Says its unit, and has the colours of the surface"),
-    ("STL", "STL (.stl)", "Triangles alone, for slicers that read no 3MF. It says no unit: choose millimetres there"),
+    (
+        "STL",
+        "STL (.stl)",
+        "Triangles alone, for slicers that read no 3MF. They see no unit: choose millimetres there",
+    ),
 )
 
 # Millimetres in a metre.

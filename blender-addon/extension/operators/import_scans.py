@@ -260,7 +260,7 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
         if self.follows_format():
             axes = formats.axes_of(seen.paths, seen.notes)
         turned = np.abs(axis_conversion(from_forward=axes[0], from_up=axes[1])) @ (seen.high - seen.low)
-        text = size(context, turned * self.factor(context, seen.paths, seen.of_frames))
+        text = size(context, turned * self.factor(context, seen.paths, seen.notes, seen.of_frames))
         return f"{word('about')} {text}" if seen.is_part else text
 
     def paths_at_hand(self, context):
@@ -331,9 +331,9 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
         self.scans = [self.opened[k] for k in self.numbers]
         return recording.reading(self.scans)
 
-    def factor(self, context, paths, of_frames):
+    def factor(self, context, paths, notes, of_frames):
         """Units of the scene a unit of these files. Recordings and some formats are in metres."""
-        preferred = "M" if of_frames or formats.is_in_metres(paths) else preference("unit")
+        preferred = "M" if of_frames or formats.is_in_metres(paths, notes) else preference("unit")
         unit = preferred if self.unit == "PREFERRED" else self.unit
         length = context.scene.unit_settings.scale_length
         return {"CUSTOM": self.scale, "SCENE": 1.0}.get(unit) or UNITS[unit] / length
@@ -341,7 +341,7 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
     def finish(self, context, contents):
         """Puts the scans into a collection. Nothing stays if anything fails."""
         of_frames = all(isinstance(scan, surfrecon.Frame) for scan in self.opened)
-        factor = self.factor(context, self.paths, of_frames)
+        factor = self.factor(context, self.paths, self.opened.notes, of_frames)
         made, views, blind, damaged = [], [], 0, []
         try:
             for index, scan in zip(self.numbers, self.scans, strict=True):

@@ -38,8 +38,9 @@ pub struct srf_write_options {
     pub struct_size: u32,
     /// 0.
     pub reserved: u32,
-    /// Metres a unit of the mesh, for glTF, which is in metres, and 3MF, which says its unit: 0.001 for millimetres. Other
-    /// formats keep the unit. > 0, default 1.
+    /// Metres a unit of the mesh, for glTF, which is in metres, and 3MF, which says its unit: 0.001 for millimetres. STL
+    /// files say it in their header, unless it is 1, and are then read in metres. Other formats keep the unit. > 0, default
+    /// 1.
     pub metres_per_unit: f64,
     /// Axis of the mesh that points up, for glTF, where y does. A value of srf_up, default SRF_UP_Y.
     pub up: u64,

@@ -41,8 +41,8 @@ base::params! {
     /// How a mesh is written.
     #[derive(Clone, Debug, PartialEq)]
     pub struct WriteOptions of "write" {
-        /// Metres a unit of the mesh, for glTF, which is in metres, and 3MF, which says its unit: 0.001 for millimetres. Other formats keep the
-        /// unit.
+        /// Metres a unit of the mesh, for glTF, which is in metres, and 3MF, which says its unit: 0.001 for millimetres. STL files say it in
+        /// their header, unless it is 1, and are then read in metres. Other formats keep the unit.
         metres_per_unit: f64 = ratio("Metres per unit").default(1.0).above(0.0),
         /// Axis of the mesh that points up, for glTF, where y does.
         up: Up = choice("Up", Up::CHOICES),
@@ -125,7 +125,7 @@ pub fn write_mesh(
             write_3mf(path, &name, mesh, &GlbOptions { up, metres_per_unit, provenance: None }, progress)
         }
         "obj" => write_obj(path, mesh, options.provenance.as_ref(), progress),
-        "stl" => write_stl(path, mesh, progress),
+        "stl" => write_stl(path, mesh, options.metres_per_unit, progress),
         other => unreachable!("{other} holds no mesh"),
     }
 }

@@ -98,7 +98,7 @@ pub(crate) fn writers() -> Vec<(&'static str, Write)> {
     ));
     let (first, second) = (mesh.clone(), mesh.clone());
     writers.push(("mesh.obj", Box::new(move |path, progress| write_obj(path, &first, None, progress))));
-    writers.push(("mesh.stl", Box::new(move |path, progress| write_stl(path, &second, progress))));
+    writers.push(("mesh.stl", Box::new(move |path, progress| write_stl(path, &second, 0.001, progress))));
     let third = mesh.clone();
     writers.push((
         "mesh.3mf",

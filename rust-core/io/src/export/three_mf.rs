@@ -4,7 +4,6 @@
 //! extension's group of colours, one for each corner of a triangle.
 
 use std::io::{Error as IoError, Write};
-use std::ops::RangeInclusive;
 use std::path::Path;
 
 use flate2::Compression;
@@ -14,6 +13,7 @@ use rustc_hash::FxHashMap;
 use super::archive::Archive;
 use super::atomic::{Output, write_atomically};
 use super::glb::{GlbOptions, origin};
+use crate::unit::{self, MILLIMETRE};
 use base::error::{Error, Result};
 use base::memory;
 use base::progress::Progress;
@@ -21,17 +21,12 @@ use mesh::{AttributeData, TriMesh};
 
 /// Elements that are written between two looks at the progress.
 const CHUNK: usize = 1 << 13;
-/// Metres in each of the format's units.
-const UNITS: [(&str, f64); 6] =
-    [("millimeter", 1e-3), ("meter", 1.0), ("centimeter", 1e-2), ("micron", 1e-6), ("inch", 0.0254), ("foot", 0.3048)];
 /// More colours than this are rounded to five bits a channel, so that readers need no longer list.
 const MOST_COLOURS: usize = 1 << 16;
 /// Of the table of colours, and the place of each vertex's.
 const BYTES_A_COLOUR: f64 = 24.0;
 /// Numbers of vertices and triangles in the format are below 2^31.
 const MOST: usize = i32::MAX as usize;
-/// Metres a unit whose scale single precision can hold.
-const METRES: RangeInclusive<f64> = 1e-30..=1e30;
 /// The transform that changes nothing.
 const SAME: [f64; 12] = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0];
 /// Longest text of a coordinate: a sign, a point, and up to 45 zeros and 9 digits.
@@ -63,12 +58,7 @@ pub fn write_3mf(path: &Path, name: &str, mesh: &TriMesh, options: &GlbOptions, 
     mesh.validate()?;
     check_counts(mesh.positions.len(), mesh.triangles.len())?;
     let metres = options.metres_per_unit;
-    if !METRES.contains(&metres) {
-        let (least, most) = (METRES.start(), METRES.end());
-        return Err(Error::input(format!(
-            "metres_per_unit must be from {least:e} to {most:e} for 3MF, got {metres:e}"
-        )));
-    }
+    unit::check(metres, "3MF")?;
     if mesh.triangles.iter().all(is_flat) {
         return Err(Error::input("a 3MF file holds triangles, but the mesh has none: write PLY"));
     }
@@ -86,7 +76,7 @@ pub fn write_3mf(path: &Path, name: &str, mesh: &TriMesh, options: &GlbOptions, 
     };
     progress.plan(&[("writing", 1.0)]);
     progress.stage(0, (mesh.positions.len() + mesh.triangles.len()) as u64);
-    let model = Model { name, mesh, origin, unit: unit(metres).0, transform, colours };
+    let model = Model { name, mesh, origin, unit: said(metres).0, transform, colours };
     write_atomically(path, progress, |file| {
         package(file, &model, progress).map_err(|problem| match problem {
             Problem::Ours(error) => error,
@@ -198,7 +188,7 @@ impl Model<'_> {
 
 /// The transform that puts vertices relative to an origin in their place, in the format's unit.
 fn transform(origin: DVec3, options: &GlbOptions) -> [f64; 12] {
-    let scale = unit(options.metres_per_unit).1;
+    let scale = said(options.metres_per_unit).1;
     let mut numbers = [0.0; 12];
     for (numbers, row) in numbers.as_chunks_mut::<3>().0.iter_mut().zip([DVec3::X, DVec3::Y, DVec3::Z, origin]) {
         // + 0: no negative zero.
@@ -213,9 +203,8 @@ fn is_flat(&[a, b, c]: &[u32; 3]) -> bool {
 }
 
 /// The format's unit, and the scale that makes it one of so many metres.
-fn unit(metres: f64) -> (&'static str, f64) {
-    let same = UNITS.iter().find(|(_, of_unit)| *of_unit == metres);
-    same.map_or((UNITS[0].0, metres / UNITS[0].1), |(name, _)| (name, 1.0))
+fn said(metres: f64) -> (&'static str, f64) {
+    unit::named(metres).map_or((MILLIMETRE.name, metres / MILLIMETRE.metres), |unit| (unit.name, 1.0))
 }
 
 /// The different colours of a mesh.
@@ -290,5 +279,7 @@ impl From<IoError> for Problem {
     }
 }
 
+#[cfg(test)]
+pub(super) mod size_tests;
 #[cfg(test)]
 mod tests;

@@ -874,6 +874,7 @@ mod tests {
         crate::export::write_stl(
             &stl,
             &TriMesh::new(vec![DVec3::ZERO, DVec3::X, DVec3::Y], vec![[0, 1, 2]]),
+            1.0,
             &Progress::none(),
         )
         .unwrap();

@@ -134,7 +134,7 @@ static FORMATS: &[Format] = &[
     several!("E57 (terrestrial scans)", ["e57"], e57).written("e57", &[Holding::Image, Holding::Images]),
     whole!("LAS or LAZ (aerial and mobile scans)", ["las", "laz"], las),
     whole!("glTF mesh", ["glb", "gltf"], gltf).written("glb", &[Holding::Mesh]),
-    whole!("STL mesh", ["stl"], stl).written("stl", &[Holding::Mesh]),
+    Format::of("STL mesh", &["stl"], stl::sniff, parsed!(stl, open: stl::open)).written("stl", &[Holding::Mesh]),
     own!("3MF mesh", ["3mf"], three_mf).written("3mf", &[Holding::Mesh]),
     Format::of("MeshLab project", &["mlp"], project::sniff_mlp, Role::List(project::open_mlp)),
     Format::of("MeshLab alignment", &["aln"], project::sniff_aln, Role::List(project::open_aln)),

@@ -1,13 +1,19 @@
 //! STL, binary and text: triangles without shared vertices. Corners at exactly the same place become one vertex, in the
-//! order of their first appearance.
+//! order of their first appearance. The format has no unit. A binary file whose header says one, as `export` writes it, is read in metres.
+
+use std::path::Path;
+use std::sync::Arc;
 
 use glam::DVec3;
 use rustc_hash::FxHashMap;
 
-use super::file::Input;
+use super::file::{self, Input};
+use super::options::ReadOptions;
 use super::scan::{Content, FileScan};
+use super::set::ScanSet;
 use super::text::Lines;
 use super::window::Window;
+use crate::unit;
 use base::error::{Error, Result};
 use base::memory;
 use base::progress::Progress;
@@ -31,6 +37,13 @@ pub(super) fn has_length_of_binary(start: &[u8], length: u64) -> bool {
     count > 0 && HEADER + count * TRIANGLE == length
 }
 
+/// Opens a file. A note says if it is read in metres.
+pub(super) fn open(path: &Path, options: &Arc<ReadOptions>) -> Result<ScanSet> {
+    let (header, _) = file::read_start(path, unit::STL_TEXT)?;
+    let note = |metres| format!("{}: its header says {}: it is read in metres", file::name(path), unit::words(metres));
+    Ok(ScanSet { notes: unit::of_stl_header(&header).map(note).into_iter().collect(), ..file::single(path, options)? })
+}
+
 /// At the peak, where each vertex is in six triangles. Measured.
 const BYTES_A_TRIANGLE: f64 = 82.0;
 /// Bytes of a triangle in a text, about.
@@ -44,7 +57,7 @@ struct Welder {
 }
 
 impl Welder {
-    fn add(&mut self, corners: [DVec3; 3], path: &std::path::Path) -> Result<()> {
+    fn add(&mut self, corners: [DVec3; 3], path: &Path) -> Result<()> {
         let mut triangle = [0; 3];
         for (vertex, corner) in triangle.iter_mut().zip(corners) {
             // + 0: the two zeros are one place.
@@ -65,13 +78,14 @@ impl Welder {
 
 pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &FileScan, progress: &Progress<'_>) -> Result<Content> {
     let mut window = Window::new(input, length);
-    let (binary, count) = match window.ensure(HEADER as usize) {
+    let (binary, count, metres) = match window.ensure(HEADER as usize) {
         true => {
             let b = &window.rest()[80..84];
             let count = u64::from(u32::from_le_bytes([b[0], b[1], b[2], b[3]]));
-            (HEADER + count * TRIANGLE == length || !sniff(window.rest()), count)
+            let binary = HEADER + count * TRIANGLE == length || !sniff(window.rest());
+            (binary, count, unit::of_stl_header(window.rest()).unwrap_or(1.0))
         }
-        false => (false, 0),
+        false => (false, 0, 1.0),
     };
     if let Some(error) = window.failure() {
         return Err(Error::io(&scan.path, error));
@@ -94,7 +108,7 @@ pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &FileScan, progres
                 return Err(window.failure().map_or(ends, |error| Error::io(&scan.path, error)));
             }
             let floats = window.rest()[12..48].as_chunks::<4>().0;
-            let number = |i: usize| f64::from(f32::from_le_bytes(floats[i]));
+            let number = |i: usize| f64::from(f32::from_le_bytes(floats[i])) * metres;
             let corners = [0, 3, 6].map(|i| DVec3::new(number(i), number(i + 1), number(i + 2)));
             if !corners.iter().all(|corner| corner.is_finite()) {
                 return Err(Error::format(&scan.path, at(), "a coordinate is not finite"));
@@ -170,7 +184,7 @@ mod tests {
 
     #[test]
     fn both_kinds_are_the_same_and_welded() {
-        let scan = FileScan::new(std::path::Path::new("x.stl"));
+        let scan = FileScan::new(Path::new("x.stl"));
         for bytes in [TEXT.as_bytes(), &binary()] {
             let Content::Mesh(mesh) = damage::read(parse, bytes, &scan).unwrap() else { panic!("no mesh") };
             assert_eq!((mesh.positions.len(), mesh.triangles.as_slice()), (4, &[[0, 1, 2], [0, 2, 3]][..]));

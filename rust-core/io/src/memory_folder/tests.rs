@@ -185,7 +185,7 @@ fn a_scan_keeps_its_folder_and_what_it_opened() {
     drop(set);
     let words = ": this folder in memory has gone: keep it as long as its paths are used";
     let mesh = mesh::shapes::Shape::Sphere { radius: 1.0 }.mesh(4);
-    for error in [import::open(&path).map(drop), crate::export::write_stl(&path, &mesh, &Progress::none())] {
+    for error in [import::open(&path).map(drop), crate::export::write_stl(&path, &mesh, 1.0, &Progress::none())] {
         assert!(matches!(&error, Err(e @ Error::Io { .. }) if e.to_string().ends_with(words)), "{error:?}");
     }
     assert!(folders().values().all(|weak| weak.strong_count() > 0));
@@ -229,8 +229,9 @@ fn names_are_those_of_files_within() {
         let text = folder.put(name, Vec::new()).unwrap_err().to_string();
         assert!(text.contains(words), "{text}");
         let mesh = mesh::shapes::Shape::Sphere { radius: 1.0 }.mesh(4);
-        let text =
-            crate::export::write_stl(&folder.path(name).unwrap(), &mesh, &Progress::none()).unwrap_err().to_string();
+        let text = crate::export::write_stl(&folder.path(name).unwrap(), &mesh, 1.0, &Progress::none())
+            .unwrap_err()
+            .to_string();
         assert!(text.contains(words), "{text}");
     }
     let text = import::open(&root.join("ä")).map(drop).unwrap_err().to_string();
@@ -263,7 +264,7 @@ fn sources_are_let_go_of_without_the_lock() {
     folder.put("a.stl", Vec::new()).unwrap();
     put();
     let mesh = mesh::shapes::Shape::Sphere { radius: 1.0 }.mesh(4);
-    crate::export::write_stl(&folder.path("a.stl").unwrap(), &mesh, &Progress::none()).unwrap();
+    crate::export::write_stl(&folder.path("a.stl").unwrap(), &mesh, 1.0, &Progress::none()).unwrap();
     assert_eq!(seen.load(Ordering::Relaxed), 1 + 2 + 2);
 }
 

@@ -85,7 +85,7 @@ fn what_can_not_be_said_is_told() {
     assert_eq!(crs_note(Path::new("a.stl"), Holding::Mesh, None), None);
     // Single precision is refused where it would lose detail.
     let path = std::env::temp_dir().join("never.stl");
-    let error = write_stl(&path, &square(None), &Progress::none()).unwrap_err().to_string();
+    let error = write_stl(&path, &square(None), 1.0, &Progress::none()).unwrap_err().to_string();
     assert!(error.contains("where STL's single precision would lose its detail") && !path.exists(), "{error}");
 }
 

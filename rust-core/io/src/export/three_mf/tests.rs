@@ -5,14 +5,14 @@ use crate::import::{self, Content};
 use mesh::Attribute;
 use proptest::prelude::*;
 
-fn written(mesh: &TriMesh, options: &GlbOptions) -> Vec<u8> {
+pub(super) fn written(mesh: &TriMesh, options: &GlbOptions) -> Vec<u8> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.3mf");
     write_3mf(&path, "a", mesh, options, &Progress::none()).unwrap();
     std::fs::read(path).unwrap()
 }
 
-fn read(bytes: &[u8]) -> TriMesh {
+pub(super) fn read(bytes: &[u8]) -> TriMesh {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.3mf");
     std::fs::write(&path, bytes).unwrap();
@@ -20,7 +20,7 @@ fn read(bytes: &[u8]) -> TriMesh {
     mesh
 }
 
-fn tetrahedron() -> TriMesh {
+pub(super) fn tetrahedron() -> TriMesh {
     let positions = vec![DVec3::ZERO, DVec3::new(0.25, 0.0, 0.0), DVec3::Y, DVec3::Z];
     TriMesh::new(positions, vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
 }

@@ -5,12 +5,10 @@ use quick_xml::events::{BytesStart, Event};
 use rustc_hash::FxHashMap;
 
 use super::part::Part;
+use crate::unit::{MILLIMETRE, UNITS};
 use base::error::Result;
 use base::progress::Progress;
 
-/// Metres in each of the format's units.
-const UNITS: [(&str, f64); 6] =
-    [("micron", 1e-6), ("millimeter", 1e-3), ("centimeter", 1e-2), ("inch", 0.0254), ("foot", 0.3048), ("meter", 1.0)];
 /// Extensions that a file may ask for: what they say is read, or changes no triangle.
 const KNOWN: [&str; 4] = [
     "http://schemas.microsoft.com/3dmanufacturing/material/2015/02",
@@ -62,7 +60,8 @@ const WHITE: [u8; 4] = [255; 4];
 pub(super) fn read<'a>(part: Part<'a>, entries: &'a mut usize, progress: &Progress<'_>) -> Result<Model> {
     let (groups, coloured) = (FxHashMap::default(), Vec::new());
     let mut reading = Reading { part, entries, groups, group: None, open: None, coloured };
-    let mut model = Model { metres: 1e-3, objects: FxHashMap::default(), order: Vec::new(), items: Vec::new() };
+    let mut model =
+        Model { metres: MILLIMETRE.metres, objects: FxHashMap::default(), order: Vec::new(), items: Vec::new() };
     let (mut is_model, mut elements, mut told) = (false, 0_usize, 0);
     let mut buffer = Vec::new();
     loop {
@@ -168,11 +167,11 @@ impl Reading<'_> {
                 return Err(self.part.fail(format!("it needs {namespace}, which is not read")));
             }
         }
-        let Some(unit) = self.text(tag, "unit")? else { return Ok(1e-3) };
-        let known = UNITS.iter().find(|(name, _)| *name == unit);
-        let names: Vec<&str> = UNITS.iter().map(|(name, _)| *name).collect();
+        let Some(unit) = self.text(tag, "unit")? else { return Ok(MILLIMETRE.metres) };
+        let known = UNITS.iter().find(|of| of.name == unit);
+        let names: Vec<&str> = UNITS.iter().map(|of| of.name).collect();
         let problem = || format!("unit must be one of {}, got \"{unit}\"", names.join(", "));
-        known.map(|(_, metres)| *metres).ok_or_else(|| self.part.fail(problem()))
+        known.map(|of| of.metres).ok_or_else(|| self.part.fail(problem()))
     }
 
     fn text(&self, tag: &BytesStart<'_>, name: &str) -> Result<Option<String>> {
