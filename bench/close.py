@@ -19,6 +19,7 @@ import close_shapes
 import measured
 import noise_scans
 import numpy as np
+import slicer
 import table
 
 HERE = Path(__file__).resolve().parent
@@ -178,8 +179,8 @@ def show(rows):
 
 def main(wanted, record):
     """Runs the benchmark."""
-    if not shutil.which("prusa-slicer"):
-        record.skip("slices: prusa-slicer is not installed")
+    if not slicer.is_there():
+        record.skip(f"slices: {slicer.PROGRAM} is not installed")
     for case in SMALLEST if wanted.smallest else CASES:
         ours = [OURS, SEEN] + [FLAT] * close_shapes.SHAPES[case.shape].stands
         tools = wanted.tools(case.name, ours + PEERS)

@@ -1,16 +1,14 @@
 """Judges closed surfaces with numpy, scipy and Open3D: what crosses, what lies in seen space, how far from the truth.
 
-Nothing here is shared with the library: signs are exact, sight is marched along the pixels of each image.
+Nothing here is shared with the library, but that it writes the files which `slicer` judges: signs are exact, sight is
+marched along the pixels of each image.
 """
 
-import shutil
-import tempfile
 from fractions import Fraction
-from pathlib import Path
 
-import measured
 import noise_figures
 import numpy as np
+import slicer
 from surface import topology
 
 # Cells: all that lies further from the measured surface was filled.
@@ -22,8 +20,6 @@ POINTS = 100_000
 OPPOSITE, THINNEST_SHARE = -0.5, 0.001
 # A vertex is where it was if the result has one within this share of the size: tools write float32.
 MOVED = 1e-6
-# A slicer prints the object as large, mm: what it repairs does not depend on it.
-PRINTED = 40.0
 # Of the largest product in a determinant: no rounding error is as large (7.8e-16 by Shewchuk).
 ROUNDING = 1e-15
 # Candidates are compared in parts.
@@ -162,30 +158,12 @@ def thinnest_wall(result, points, triangle, size):
     return float(np.quantile(thickness[opposite], THINNEST_SHARE)) if opposite.any() else None
 
 
-def sliced(vertices, faces):
-    """Whether PrusaSlicer slices the surface and repairs nothing; None where it is not installed."""
-    if not shutil.which("prusa-slicer"):
-        return None
-    scaled = (vertices - vertices.min(0)) * (PRINTED / float(np.ptp(vertices, axis=0).max()))
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "surface.stl"
-        write_stl(file, scaled, faces)
-        try:
-            _, told = measured.run(["prusa-slicer", "--info", file], timeout=300)
-            measured.run(["prusa-slicer", "--export-gcode", "--output", Path(folder) / "out.gcode", file], timeout=600)
-        except measured.Failed:
-            return False
-    lines = dict(line.split(" = ", 1) for line in told.splitlines() if " = " in line)
-    # Each kind of repair has a line of its own.
-    return lines.get("manifold") == "yes" and not any("fixed" in key or "degenerate" in key for key in lines)
-
-
-def write_stl(file, vertices, faces):
-    """A binary STL file."""
-    corners = vertices[faces].astype("<f4")
-    rows = np.zeros(len(faces), np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("none", "<u2")]))
-    rows["corners"] = corners
-    Path(file).write_bytes(bytes(80) + np.uint32(len(faces)).tobytes() + rows.tobytes())
+def sliced(vertices, faces, watertight):
+    """Whether the slicer takes the surface as it is, and else why not; None where it is not installed."""
+    if not watertight:
+        return {"slices": False, "slicer_says": ["it is not watertight"]}
+    said = slicer.faults(vertices, faces) if slicer.is_there() else None
+    return {"slices": None if said is None else not said, "slicer_says": said}
 
 
 def quality(result, merged, truth, shots, cell, slack, mm=1.0):
@@ -199,8 +177,7 @@ def quality(result, merged, truth, shots, cell, slack, mm=1.0):
     figures["watertight"] = len(faces) > 0 and not any(figures[key] for key in open_or_worse)
     figures["crossings"] = crossings(vertices, faces)
     figures["measured_moved"] = moved(merged[0], vertices)
-    # Open ones are repaired, whatever comes out.
-    figures["slices"] = sliced(vertices, faces) if figures["watertight"] else False
+    figures |= sliced(vertices, faces, figures["watertight"])
     size = float(np.ptp(vertices, axis=0).max())
     surface, known = noise_figures.Surface(vertices, faces), noise_figures.Surface(*merged)
     points, triangle = surface.sample(POINTS)
