@@ -54,6 +54,8 @@ LIBRARY = {
     "finding the plane of {}": "die Ebene suchen in {}",
     "finding the plane of": "die Ebene suchen in",
     "nodes of the fill's grid": "Knoten im Gitter der Füllung",
+    "looking from {} scans": "aus {} Scans sehen",
+    "close holes alone, merge fewer scans, or raise the limit": "nur Löcher schließen, weniger Scans vereinen, oder die Grenze erhöhen",
     "a surface of {} triangles": "eine Fläche von {} Dreiecken",
     "a surface of {} vertices is more than a mesh in memory has numbers for": "eine Fläche von {} Ecken ist mehr, als ein Netz im Speicher Nummern hat",
     "a grid of {} x {} vertices": "ein Gitter von {} x {} Ecken",

@@ -146,7 +146,7 @@ REASONS = {
     ". Unless the camera stood still, ": ". Wenn die Kamera nicht stillstand, ",
     ", and their surfaces lie on each other nowhere: ": ", und ihre Flächen liegen nirgends aufeinander: ",
     "the scans {}: align them first, or check their poses": "die Scans {}: erst ausrichten, oder ihre Lagen prüfen",
-    "the merged surface has {}: {} says which close": "die vereinte Fläche hat {}: {} sagt, welche geschlossen werden",
+    "the merged surface has {}: close and {} say which close": "die vereinte Fläche hat {}: Schließen und {} sagen, welche geschlossen werden",
     "open boundary": "offenen Rand",
     "open boundaries": "offene Ränder",
     "part was dropped": "Teil wurde entfernt",

@@ -75,13 +75,7 @@ PARAMETERS = {p.name: p for p in surfrecon.parameters("merge") + surfrecon.param
 class MergeOptions:
     """The options of a merge, for the operator and the sidebar alike."""
 
-    __annotations__ = {name: option(parameter) for name, parameter in PARAMETERS.items()} | {
-        "close_holes": BoolProperty(
-            name="Close holes",
-            description="Close holes whose boundary is at most as long as the limit below",
-            default=True,
-        )
-    }
+    __annotations__ = {name: option(parameter) for name, parameter in PARAMETERS.items()}
 
     def draw_options(self, layout):
         """One row an option, but for the threads."""
@@ -90,11 +84,18 @@ class MergeOptions:
         for name in distances:
             column.prop(self, name)
         column = layout.column(align=True)
-        column.prop(self, "close_holes")
-        row = column.row()
-        row.active = self.close_holes
-        row.prop(self, "max_hole_length")
-        draw_others(layout, self, PARAMETERS, {*distances, "max_hole_length", *limits})
+        column.prop(self, "close")
+        is_filled = self.close in {"all", "seen"}
+        for name, is_used in {
+            "max_hole_length": self.close == "holes",
+            "flat_base": is_filled,
+            "base_up": is_filled and self.flat_base,
+        }.items():
+            row = column.row()
+            row.active = is_used
+            row.prop(self, name)
+        closing = ("close", "max_hole_length", "flat_base", "base_up")
+        draw_others(layout, self, PARAMETERS, {*distances, *closing, *limits})
         column = layout.column(align=True)
         for name in limits:
             column.prop(self, name)
@@ -124,10 +125,7 @@ def threads(options):
 
 def arguments(options):
     """Keyword arguments of `surfrecon.merge` from a `MergeOptions`. Lengths are in Blender's unit."""
-    found = given(options, {name: p for name, p in PARAMETERS.items() if name != "threads"})
-    if not options.close_holes:
-        found["max_hole_length"] = 0.0
-    return found
+    return given(options, {name: p for name, p in PARAMETERS.items() if name != "threads"})
 
 
 class SurfreconSettings(MergeOptions, bpy.types.PropertyGroup):

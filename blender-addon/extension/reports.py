@@ -193,7 +193,9 @@ def merge_lines(context, report):
     if "rms_error" in report:
         yield "RMS error", length(context, report["rms_error"])
         yield "Largest error", length(context, report["max_error"])
-    yield from told("holes", "max_hole_length", "dropped_components", "shortest_edge")
+    filling = ("holes_seen_through", "filled_area", "filled_share")
+    yield from told("holes", "max_hole_length", *(name for name in filling if report.get(name)))
+    yield from told("dropped_components", "shortest_edge")
     if gains := list(report.get("colour_gains", ())):
         yield told.label("colour_gains"), f"{min(gains):.2f} {word('to')} {max(gains):.2f}"
     if report.get("in_files"):

@@ -50,6 +50,25 @@ def is_in(layer_collection, collection):
     return layer_collection.collection == collection or any(is_in(one, collection) for one in layer_collection.children)
 
 
+# The vertex group of what was filled.
+FILLED = "Filled"
+
+
+def group_filled(obj):
+    """Gives an object the vertex group of the corners of its filled faces, so that they are selected in edit mode."""
+    mesh = obj.data
+    if (fills := mesh.attributes.get("hole_fill")) is None:
+        return
+    filled = np.zeros(len(mesh.polygons), dtype=bool)
+    fills.data.foreach_get("value", filled)
+    corners = np.zeros(len(mesh.loops), dtype=np.int32)
+    mesh.loops.foreach_get("vertex_index", corners)
+    sides = np.zeros(len(mesh.polygons), dtype=np.int32)
+    mesh.polygons.foreach_get("loop_total", sides)
+    group = obj.vertex_groups.new(name=FILLED)
+    group.add(np.unique(corners[np.repeat(filled, sides)]).tolist(), 1.0, "REPLACE")
+
+
 # Properties by which Blender stores an object's place. Written back they give its matrix to the bit. No matrix does.
 TRANSFORM = ("location", "rotation_euler", "rotation_quaternion", "rotation_axis_angle", "scale")
 

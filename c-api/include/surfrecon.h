@@ -984,8 +984,8 @@ typedef struct {
   // residual of the registration and below the thinnest wall. >= 0. SRF_FROM_DATA, the default: from the voxel and the
   // measured distance between overlapping scans.
   double merge_distance;
-  // Holes whose boundary is at most this long are closed. 0: all are left open. >= 0. SRF_FROM_DATA, the default: 100
-  // voxels, but at most a fifth of the diagonal of the connected part the hole is in.
+  // Holes whose boundary is at most this long are closed, if holes alone are closed. 0: all are left open. >= 0.
+  // SRF_FROM_DATA, the default: 100 voxels, but at most a fifth of the diagonal of the connected part the hole is in.
   double max_hole_length;
   // Connected parts with fewer triangles than this share of the largest part's are dropped. Parts that no scan saw,
   // between layers of badly placed scans or out of their noise, are dropped in any case. 0: all are kept that scans are
@@ -1002,6 +1002,16 @@ typedef struct {
   // from scan to scan. By up to a factor of eight: what differs more is of different things. Off: colours are averaged
   // as they are. 1 or 0, default 1.
   uint64_t match_exposure;
+  // Openings that are closed. Nothing is filled where a scan saw through by more than the merge distance and half a
+  // cell. All and those inside the scans are closed by a smooth fill, with the whole surface in memory. A value of
+  // srf_close, default SRF_CLOSE_HOLES.
+  uint64_t close;
+  // Nothing is filled below the lowest measured point, so that what stood on the ground gets a flat foot instead of a
+  // round one. It is for more than holes. Off: parts that nobody saw from below continue as their sides bend. 1 or 0,
+  // default 0.
+  uint64_t flat_base;
+  // Direction away from the ground, where there is a flat base. A value of srf_base_up, default SRF_BASE_UP_Z.
+  uint64_t base_up;
 } srf_merge_params;
 
 // The figures of a merge, among them those of the paper's tables. Starts with its size. Prepared by
@@ -1068,6 +1078,14 @@ typedef struct {
   // Length of the shortest edge of the surface. It is at least a hundredth of a cell. In the unit of the scans. Since
   // 0.2.
   double shortest_edge;
+  // Holes of these that are open as a scan saw through where they would be closed. Since 0.2.
+  uint64_t holes_seen_through;
+  // Area that was filled, in the square of the unit of the scans. There is none where holes alone were closed. Then it
+  // is SRF_FROM_DATA. Since 0.2.
+  double filled_area;
+  // Share of the area of the surface that was filled. There is none where holes alone were closed. Then it is
+  // SRF_FROM_DATA. Since 0.2.
+  double filled_share;
 } srf_merge_report;
 
 // How a range image is sculpted to few triangles. Starts with its size. Set to the defaults by srf_sculpt_params_init().
@@ -1449,7 +1467,7 @@ typedef struct {
   // How far the surface and the poses of its scans may be off: the merge distance. > 0. SRF_FROM_DATA, the default: a
   // cell.
   double merge_distance;
-  // Nothing is filled below the lowest measured point, so that what stood on the ground gets a flat foot instead of a
+  // Nothing is filled below a plane under the surface, so that what stood on the ground gets a flat foot instead of a
   // round one. Off: parts that nobody saw from below continue as their sides bend. 1 or 0, default 0.
   uint64_t flat_base;
   // Closes too where scans saw through. These faces are marked in the attribute forced. Off: openings in seen space stay
@@ -1457,6 +1475,8 @@ typedef struct {
   uint64_t force;
   // Direction away from the ground, where there is a flat base. A value of srf_base_up, default SRF_BASE_UP_Z.
   uint64_t base_up;
+  // How far below the lowest measured point the flat base lies, if there is one. >= 0, default 0.
+  double base_depth;
 } srf_close_params;
 
 // The figures of closing. Starts with its size. Prepared by srf_close_report_init().
@@ -1584,7 +1604,8 @@ typedef struct {
   // Number of the face in front of the thinnest wall, counted from 0. There is none without such a wall. Then it is
   // UINT64_MAX. Since 0.2.
   uint64_t thinnest_face;
-  // Faces whose walls are thinner than the thinnest wall that the printer makes. Since 0.2.
+  // Faces whose walls are thinner than the thinnest wall that the printer makes, by more than the error of measuring, 2
+  // %. Since 0.2.
   uint64_t thin_faces;
   // Largest distance of a corner from the centre of its face. Walls are measured at centres. Where faces are larger than
   // walls are thick, a wall may be thinner between them. In the unit of the scans. Since 0.2.
@@ -1622,7 +1643,7 @@ typedef struct {
   // is hollowed out.
   double hollow;
   // Size of the cells in which the cavity is made, at most a third of the walls. Smaller ones take more memory and time.
-  // > 0. SRF_FROM_DATA, the default: a quarter of the walls, and at least a 256th of the longest side.
+  // > 0. SRF_FROM_DATA, the default: a 256th of the longest side, but from a quarter to a third of the walls.
   double hollow_cell;
   // Diameter of a hole that leads from the base into the cavity, so that resin or powder runs out. It needs a base and a
   // cavity. > 0. SRF_FROM_DATA, the default: the cavity stays shut.

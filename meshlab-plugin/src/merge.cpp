@@ -37,7 +37,6 @@ void parameters(const MeshDocument &document, RichParameterList &list)
 {
     const double longest = diagonal(document);
     add_parameters(list, merge_parameters, longest);
-    list.addParam(RichBool("close_holes", true, "Close holes", "Close the holes whose border is at most the longest one to close."));
     list.addParam(RichBool(
         "quality_as_confidence", false, "Quality is confidence",
         "Where layers overlap, vertices of higher quality count more. Layers with a custom vertex attribute "
@@ -59,6 +58,15 @@ void use_quality(surfrecon::Mesh &mesh, const MeshModel &layer)
     mesh.set_attribute(SRF_DOMAIN_VERTICES, "confidence", surfrecon::View<float>(weights.data(), weights.size()));
 }
 
+// The filled faces are selected, so that what nobody measured is told apart.
+void select_filled(MeshModel &merged, const surfrecon::Mesh &surface)
+{
+    const auto fills = surface.attribute<uint8_t>(SRF_DOMAIN_TRIANGLES, "hole_fill");
+    for (std::size_t i = 0; i < merged.cm.face.size(); ++i) {
+        if (*fills[i] != 0) merged.cm.face[i].SetS();
+    }
+}
+
 Outputs run(Job &job)
 {
     const RichParameterList &given = job.parameters;
@@ -68,7 +76,6 @@ Outputs run(Job &job)
     }
     surfrecon::MergeParams params;
     read_parameters(given, merge_parameters, &params);
-    if (!given.getBool("close_holes")) params.max_hole_length = 0;
     surfrecon::Merger merger;
     std::set<std::string> names;
     for (const MeshModel *layer : layers) {
@@ -95,7 +102,8 @@ Outputs run(Job &job)
     if (surface.triangles().size() == 0) {
         refuse("Nothing is left of the surface: choose a smaller voxel, or keep smaller parts");
     }
-    add_layer(job.document, "Merged", surface, "confidence");
+    MeshModel &merged = add_layer(job.document, "Merged", surface, "confidence");
+    if (report.filled_area != SRF_FROM_DATA) select_filled(merged, surface);
 
     job.log("Merged " + std::to_string(report.scans) + " layers, " + std::to_string(report.input_triangles) +
             " triangles, into " + std::to_string(surface.triangles().size()) + " triangles");

@@ -45,6 +45,9 @@ inline const Figures merge_figures = {
     {Figure::Kind::bytes, "working_bytes", "Memory", false, 1, offsetof(srf_merge_report, working_bytes), {}, {}},
     {Figure::Kind::flag, "in_files", "In files", false, 1, offsetof(srf_merge_report, in_files), {}, {}},
     {Figure::Kind::length, "shortest_edge", "Shortest edge", false, 1, offsetof(srf_merge_report, shortest_edge), {}, {}},
+    {Figure::Kind::count, "holes_seen_through", "Left open as seen through", false, 1, offsetof(srf_merge_report, holes_seen_through), {}, {}},
+    {Figure::Kind::number, "filled_area", "Area filled", true, 1, offsetof(srf_merge_report, filled_area), {}, {}},
+    {Figure::Kind::ratio, "filled_share", "Filled", true, 1, offsetof(srf_merge_report, filled_share), {}, {}},
 };
 
 inline const Figures sculpt_figures = {

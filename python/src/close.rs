@@ -71,7 +71,7 @@ use crate::sources::{Clouds, Source, as_dyn, sources};
 ///     Cancelled: ``progress`` returned ``False``.
 #[pyfunction]
 // options: close
-#[pyo3(signature = (mesh, scans = None, *, progress = None, **options), text_signature = "(mesh, scans = None, *, openings='all', max_hole_length=None, cell=None, merge_distance=None, flat_base=False, force=False, base_up='z', threads=0, progress=None)")]
+#[pyo3(signature = (mesh, scans = None, *, progress = None, **options), text_signature = "(mesh, scans = None, *, openings='all', max_hole_length=None, cell=None, merge_distance=None, flat_base=False, force=False, base_up='z', base_depth=0.0, threads=0, progress=None)")]
 pub fn close(
     py: Python<'_>,
     mesh: &Mesh,
@@ -150,7 +150,7 @@ impl Job {
     ///     ParameterError, TypeError: like ``close``, at once. Other errors are raised by ``result``.
     #[staticmethod]
     // options: close
-    #[pyo3(signature = (mesh, scans = None, **options), text_signature = "(mesh, scans = None, *, openings='all', max_hole_length=None, cell=None, merge_distance=None, flat_base=False, force=False, base_up='z', threads=0)")]
+    #[pyo3(signature = (mesh, scans = None, **options), text_signature = "(mesh, scans = None, *, openings='all', max_hole_length=None, cell=None, merge_distance=None, flat_base=False, force=False, base_up='z', base_depth=0.0, threads=0)")]
     fn close(mesh: &Mesh, scans: Option<&Bound<'_, PyAny>>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         let call = CloseCall::new(mesh, scans, options)?;
         Job::of(Background::start(move |progress| {

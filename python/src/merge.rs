@@ -67,7 +67,7 @@ use crate::sources::{Clouds, Source, as_dyn, sources};
 ///     Cancelled: ``progress`` returned ``False``.
 #[pyfunction]
 // options: merge
-#[pyo3(signature = (scans, *, measure = false, files = None, max_memory = None, workspace = None, progress = None, **options), text_signature = "(scans, *, voxel=None, merge_distance=None, max_hole_length=None, min_component_share=0.0, match_exposure=True, edge_limit=None, grazing_limit=1.5707963267948966, threads=0, measure=False, files=None, max_memory=None, workspace=None, progress=None)")]
+#[pyo3(signature = (scans, *, measure = false, files = None, max_memory = None, workspace = None, progress = None, **options), text_signature = "(scans, *, voxel=None, merge_distance=None, max_hole_length=None, min_component_share=0.0, match_exposure=True, close='holes', flat_base=False, base_up='z', edge_limit=None, grazing_limit=1.5707963267948966, threads=0, measure=False, files=None, max_memory=None, workspace=None, progress=None)")]
 #[expect(clippy::too_many_arguments, reason = "Python's keyword arguments")]
 pub fn merge(
     py: Python<'_>,

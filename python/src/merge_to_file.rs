@@ -74,7 +74,7 @@ pub fn _check_file_in_pieces(path: Place, encoding: Option<&str>) -> PyResult<()
 ///         was, but for what ``keep`` leaves there.
 #[pyfunction]
 // options: merge
-#[pyo3(signature = (scans, path, *, max_memory = None, workspace = None, keep = false, encoding = None, part_triangles = None, provenance = None, progress = None, **options), text_signature = "(scans, path, *, voxel=None, merge_distance=None, max_hole_length=None, min_component_share=0.0, match_exposure=True, edge_limit=None, grazing_limit=1.5707963267948966, threads=0, max_memory=None, workspace=None, keep=False, encoding=None, part_triangles=None, provenance=None, progress=None)")]
+#[pyo3(signature = (scans, path, *, max_memory = None, workspace = None, keep = false, encoding = None, part_triangles = None, provenance = None, progress = None, **options), text_signature = "(scans, path, *, voxel=None, merge_distance=None, max_hole_length=None, min_component_share=0.0, match_exposure=True, close='holes', flat_base=False, base_up='z', edge_limit=None, grazing_limit=1.5707963267948966, threads=0, max_memory=None, workspace=None, keep=False, encoding=None, part_triangles=None, provenance=None, progress=None)")]
 #[expect(clippy::too_many_arguments, reason = "Python's keyword arguments")]
 pub fn merge_to_file<'py>(
     py: Python<'py>,
@@ -167,7 +167,7 @@ impl Job {
     ///         ``result``.
     #[staticmethod]
     // options: merge
-    #[pyo3(signature = (scans, path, *, max_memory = None, workspace = None, keep = false, encoding = None, part_triangles = None, provenance = None, **options), text_signature = "(scans, path, *, voxel=None, merge_distance=None, max_hole_length=None, min_component_share=0.0, match_exposure=True, edge_limit=None, grazing_limit=1.5707963267948966, threads=0, max_memory=None, workspace=None, keep=False, encoding=None, part_triangles=None, provenance=None)")]
+    #[pyo3(signature = (scans, path, *, max_memory = None, workspace = None, keep = false, encoding = None, part_triangles = None, provenance = None, **options), text_signature = "(scans, path, *, voxel=None, merge_distance=None, max_hole_length=None, min_component_share=0.0, match_exposure=True, close='holes', flat_base=False, base_up='z', edge_limit=None, grazing_limit=1.5707963267948966, threads=0, max_memory=None, workspace=None, keep=False, encoding=None, part_triangles=None, provenance=None)")]
     #[expect(clippy::too_many_arguments, reason = "Python's keyword arguments")]
     fn merge_to_file(
         scans: &Bound<'_, PyAny>,

@@ -182,7 +182,7 @@ impl Merger {
     /// >>> merger[3] = scans[2]
     /// >>> mesh = merger.merge(voxel=4.0, merge_distance=6.0).mesh  # with the same options less is to be done
     // options: $self merge
-    #[pyo3(signature = (*, measure = false, files = None, max_memory = None, workspace = None, progress = None, **options), text_signature = "($self, *, voxel=None, merge_distance=None, max_hole_length=None, min_component_share=0.0, match_exposure=True, edge_limit=None, grazing_limit=1.5707963267948966, threads=0, measure=False, files=None, max_memory=None, workspace=None, progress=None)")]
+    #[pyo3(signature = (*, measure = false, files = None, max_memory = None, workspace = None, progress = None, **options), text_signature = "($self, *, voxel=None, merge_distance=None, max_hole_length=None, min_component_share=0.0, match_exposure=True, close='holes', flat_base=False, base_up='z', edge_limit=None, grazing_limit=1.5707963267948966, threads=0, measure=False, files=None, max_memory=None, workspace=None, progress=None)")]
     #[expect(clippy::too_many_arguments, reason = "Python's keyword arguments")]
     fn merge(
         &self,
@@ -230,7 +230,7 @@ impl Job {
     ///     ParameterError, TypeError: like ``merge``, at once. Other errors are raised by ``result``.
     #[staticmethod]
     // options: merge
-    #[pyo3(signature = (scans, *, measure = false, files = None, max_memory = None, workspace = None, **options), text_signature = "(scans, *, voxel=None, merge_distance=None, max_hole_length=None, min_component_share=0.0, match_exposure=True, edge_limit=None, grazing_limit=1.5707963267948966, threads=0, measure=False, files=None, max_memory=None, workspace=None)")]
+    #[pyo3(signature = (scans, *, measure = false, files = None, max_memory = None, workspace = None, **options), text_signature = "(scans, *, voxel=None, merge_distance=None, max_hole_length=None, min_component_share=0.0, match_exposure=True, close='holes', flat_base=False, base_up='z', edge_limit=None, grazing_limit=1.5707963267948966, threads=0, measure=False, files=None, max_memory=None, workspace=None)")]
     fn merge(
         scans: &Bound<'_, PyAny>,
         measure: bool,

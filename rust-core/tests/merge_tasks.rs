@@ -4,6 +4,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use surfrecon::close::{Openings, UpAxis};
 use surfrecon::export::WriteOptions;
 use surfrecon::geom::bvh::Bvh;
 use surfrecon::merge::out_of_core::{LEAST, Stage};
@@ -35,6 +36,9 @@ const PARAMS: MergeParams = MergeParams {
     max_hole_length: None,
     min_component_share: 0.0,
     match_exposure: true,
+    close: Openings::Holes,
+    flat_base: false,
+    base_up: UpAxis::Z,
     triangulation: surfrecon::triangulate::TriangulateParams {
         edge_limit: None,
         grazing_limit: std::f64::consts::FRAC_PI_2,

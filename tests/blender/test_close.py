@@ -24,7 +24,7 @@ def merged(tmp_path, images):
     # Range-grid PLY does not say from where a scan was seen.
     surfrecon.write_scans(tmp_path / "set.e57", images)
     bpy.ops.surfrecon.import_scans(filepath=str(tmp_path / "set.e57"))
-    assert bpy.ops.surfrecon.merge(close_holes=False) == {"FINISHED"}
+    assert bpy.ops.surfrecon.merge(close="none") == {"FINISHED"}
     assert surface(bpy.context.object).check()["boundary_loops"] > 0
     return bpy.context.object
 
@@ -46,6 +46,9 @@ def test_the_fill_is_marked_and_what_was_measured_stays(merged):
     assert marks(made, "interpolated")[len(before) :].all()
     faces = len(merged.data.polygons)
     assert not marks(made, "hole_fill")[:faces].any() and marks(made, "hole_fill")[faces:].all()
+    group = made.vertex_groups["Filled"].index
+    grouped = {vertex.index for vertex in made.data.vertices if any(one.group == group for one in vertex.groups)}
+    assert grouped == {v for face in made.data.polygons[faces:] for v in face.vertices}
     report = made["surfrecon_close"].to_dict()
     assert report["has_sight"] and report["closed"] > 0
     assert report["is_closed"] == surface(made).check()["is_closed"]

@@ -136,13 +136,30 @@ def test_zero_means_measured(scans):
 
 def test_open_holes_stay_open_on_request(scans, images):
     holes = {}
-    for close in (False, True):
+    for close in ("none", "holes"):
         for obj in bpy.data.objects:
             obj.select_set(obj in scans[:8])
-        bpy.ops.surfrecon.merge(voxel=VOXEL, close_holes=close, max_hole_length=100)
+        bpy.ops.surfrecon.merge(voxel=VOXEL, close=close, max_hole_length=100)
         holes[close] = bpy.context.object["surfrecon_report"].to_dict()["holes"]
-    assert holes[False][0] == 0
-    assert holes[True][0] > 0
+    assert holes["none"][0] == 0
+    assert holes["holes"][0] > 0
+
+
+def test_a_merge_closes_what_nobody_saw(tmp_path):
+    shape = surfrecon.sculpture(cell=8)
+    images = surfrecon.virtual_scan(shape, surfrecon.turntable(shape, pixels=100, height_angle=0.6))
+    # Range-grid PLY does not say from where a scan was seen.
+    surfrecon.write_scans(tmp_path / "set.e57", images)
+    bpy.ops.surfrecon.import_scans(filepath=str(tmp_path / "set.e57"))
+    assert bpy.ops.surfrecon.merge(close="all", flat_base=True, measure=False) == {"FINISHED"}
+    merged = bpy.context.object
+    report = merged["surfrecon_report"].to_dict()
+    assert report["filled_area"] > 0 and report["holes"][0] > 0
+    fills = np.array([face.value for face in merged.data.attributes["hole_fill"].data], bool)
+    corners = {v for face in np.flatnonzero(fills) for v in merged.data.polygons[face].vertices}
+    group = merged.vertex_groups["Filled"].index
+    grouped = {v.index for v in merged.data.vertices if any(one.group == group for one in v.groups)}
+    assert grouped == corners and len(corners) > 100
 
 
 def test_operators_ask_for_an_undo_step():

@@ -284,7 +284,7 @@ def test_every_text_has_its_translation_and_every_translation_its_text(extension
     # Pairs that the sidebar shows beside those it yields.
     pairs = {"95 % below", "Largest found", "Max", "Mean", "Of the uniform grid", "RMS", "Relative error"}
     pairs |= {"Selection", "scan", "scans", "mesh", "meshes", "frame in its file", "frames in their files"}
-    pairs |= {"other", "others"}
+    pairs |= {"other", "others", "Left open as seen through"}
     texts = {(context, text) for context in (module.TEXTS, module.NAMES) for text in texts | pairs}
     wanted = {(module.OPERATORS, text) for text in operators_} | texts
     wanted |= {(module.TEXTS, text) for text in set(tips(extension)) - SAME_TIPS}

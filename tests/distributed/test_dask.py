@@ -123,3 +123,18 @@ def test_workers_without_a_limit_need_one_given(scans, tmp_path):
         with Client(cluster) as client, pytest.raises(surfrecon.InputError, match="give max_memory"):
             distributed.merge(scans, tmp_path / "surface.ply", client=client)
     assert not list(tmp_path.iterdir())
+
+
+def test_a_cluster_closes_what_one_process_closes(client, workspace, tmp_path):
+    shape = surfrecon.sculpture(cell=8)
+    images = surfrecon.virtual_scan(shape, surfrecon.turntable(shape, pixels=80, height_angle=0.6))
+    for number, image in enumerate(images):
+        image.name = f"view{number}"
+    surfrecon.write_scans(tmp_path / "scans.e57", images)
+    given = {"voxel": 4.0, "close": "all", "flat_base": True}
+    one = surfrecon.merge_to_file(surfrecon.open(tmp_path / "scans.e57"), tmp_path / "one.ply", **given)
+    report = distributed.merge(
+        tmp_path / "scans.e57", tmp_path / "many.ply", client=client, workspace=workspace, tasks=3, **given
+    )
+    assert (tmp_path / "many.ply").read_bytes() == (tmp_path / "one.ply").read_bytes()
+    assert report.filled_share == one.filled_share > 0 and list(report.holes) == list(one.holes)

@@ -128,9 +128,20 @@ def test_open_holes_stay_open_on_request(document, surfaces):
         document.add(positions, triangles, name)
     closed = document.run(MERGE, voxel=length(VOXEL), max_hole_length=length(100))
     document.set.set_current_mesh_visibility(False)
-    opened = document.run(MERGE, voxel=length(VOXEL), close_holes=False)
+    opened = document.run(MERGE, voxel=length(VOXEL), close="None")
     assert opened["holes_closed"] == 0 < closed["holes_closed"]
     assert surface(document.current).check()["boundary_loops"] == opened["holes_open"]
+
+
+def test_what_is_filled_is_selected(document, surfaces):
+    for name, positions, triangles in surfaces[:8]:
+        document.add(positions, triangles, name)
+    out = document.run(MERGE, voxel=length(VOXEL), close="All")
+    filled = document.current.selected_face_number()
+    assert out["filled_area"] > 0 and 0 < filled < document.current.face_number()
+    document.set.set_current_mesh_visibility(False)
+    out = document.run(MERGE, voxel=length(VOXEL))
+    assert document.current.selected_face_number() == 0
 
 
 def test_colours_are_carried(document, surfaces):
@@ -245,7 +256,7 @@ for image in torus_scans(pixels=160, noise=0.001):
     for k in range(3):
         document.add_mesh(pymeshlab.Mesh(positions, np.asarray(mesh.triangles)), f"{image.name} {k}")
 scans = len(document)
-given = dict(voxel=length(1 / 128), close_holes=False)
+given = dict(voxel=length(1 / 128), close="None")
 found = []
 for room in (None, int(sys.argv[2])):
     for k in range(scans, len(document)):

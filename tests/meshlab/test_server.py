@@ -91,8 +91,8 @@ def importing(path):
 
 
 def merging(voxel):
-    own = [flag("close_holes", "true"), flag("quality_as_confidence")]
-    return ("Surface Reconstruction: Marching Intersections", [*asked("merge", "triangulate", voxel=voxel), *own])
+    parameters = [*asked("merge", "triangulate", voxel=voxel), flag("quality_as_confidence")]
+    return ("Surface Reconstruction: Marching Intersections", parameters)
 
 
 def sculpting(tolerance, triangles=0):

@@ -12,7 +12,7 @@ from conftest import ALIGN, BACKGROUND, CLUSTER, IMPORT, MERGE, QUADS, RECONSTRU
 FILTERS = {
     IMPORT: (["open"], [], {"file": "", "faces": True, "camera": "", "max_frames": 50}),
     ALIGN: (["align"], [], {}),
-    MERGE: (["merge", "triangulate"], [], {"close_holes": True, "quality_as_confidence": False}),
+    MERGE: (["merge", "triangulate"], [], {"quality_as_confidence": False}),
     SCULPT: (["sculpt", "triangulate"], [], {"max_triangles": 0}),
     # Rows and columns of the surface are the grid's.
     QUADS: (["quads", "spline"], [], {"surface_steps": 0}),

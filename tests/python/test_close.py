@@ -132,3 +132,35 @@ def test_the_command(merged, scans, closed, tmp_path):
     scans[0].write(tmp_path / "one.ply")
     done = run("close", "one.ply", "-o", "other.ply", cwd=tmp_path)
     assert done.returncode != 0 and "give the surface first" in done.stderr
+
+
+def test_a_merge_closes_its_surface(scans, merged, tmp_path):
+    result = surfrecon.merge(scans, close="all", flat_base=True)
+    report = result.report
+    after = surfrecon.close(merged, scans, cell=report.voxel, merge_distance=report.merge_distance, flat_base=True)
+    assert np.array_equal(result.mesh.positions, after.mesh.positions)
+    assert np.array_equal(result.mesh.triangles, after.mesh.triangles)
+    assert report.filled_share == after.report.filled_share and report.holes[0] == after.report.closed
+    assert not any_seen_through(after, merged, scans)
+    # The same bytes from files, and from the command line.
+    surfrecon.write_scans(tmp_path / "scans.e57", scans)
+    options = {"voxel": report.voxel, "close": "all", "flat_base": True}
+    surfrecon.merge_to_file(
+        surfrecon.open(tmp_path / "scans.e57"), tmp_path / "files.ply", workspace=tmp_path, **options
+    )
+    surfrecon.merge(surfrecon.open(tmp_path / "scans.e57"), **options).mesh.write(tmp_path / "memory.ply")
+    voxel = repr(report.voxel)
+    run("merge", tmp_path / "scans.e57", "-o", tmp_path / "line.ply", "--voxel", voxel, "--close", "all", "--flat-base")
+    files, memory = ((tmp_path / f"{name}.ply").read_bytes() for name in ("files", "memory"))
+    # The command line notes besides how it was made.
+    line, read = (surfrecon.read(tmp_path / f"{name}.ply") for name in ("line", "memory"))
+    assert files == memory and np.array_equal(line.positions, read.positions)
+    assert np.array_equal(line.triangles, read.triangles)
+
+
+def test_a_merge_leaves_all_open_or_only_what_was_seen_through(scans, merged):
+    assert np.array_equal(surfrecon.merge(scans, close="none").mesh.triangles, merged.triangles)
+    holes = surfrecon.merge(scans, max_hole_length=1e4).report
+    assert holes.filled_area is None and holes.holes_seen_through <= holes.holes[1] < len(merged.triangles)
+    with pytest.raises(ValueError, match='close must be "all", "seen", "holes" or "none"'):
+        surfrecon.merge(scans, close="some")

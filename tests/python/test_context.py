@@ -105,7 +105,7 @@ def test_threads_that_can_not_be_are_refused(threads):
         surfrecon.Context(threads=threads)
 
 
-GAPS = (logging.INFO, "the merged surface has 1 open boundary loop: max_hole_length says which close")
+GAPS = (logging.INFO, "the merged surface has 1 open boundary loop: close and max_hole_length say which close")
 
 
 OPTIONS = {"voxel": 0.1, "max_hole_length": 0.0}

@@ -10,7 +10,7 @@ from .. import convert, declared, recording, scan_objects, usable
 from ..job import JobOperator
 from ..properties import draw_others, given, option
 from ..running import Handle, Refused, gathered
-from ..scene import dress, link, put_forward
+from ..scene import dress, group_filled, link, put_forward
 from ..sources import all_sources_of, note, what_is_gone
 from ..telling import tell, told
 from ..words import sentence
@@ -50,7 +50,11 @@ class SURFRECON_OT_close_surface(JobOperator, bpy.types.Operator):
         row = layout.row()
         row.active = self.flat_base
         row.prop(self, "base_up")
-        draw_others(layout, self, PARAMETERS, {"openings", "max_hole_length", "flat_base", "base_up"})
+        row = layout.row()
+        row.active = self.flat_base
+        row.prop(self, "base_depth")
+        placed_above = {"openings", "max_hole_length", "flat_base", "base_up", "base_depth"}
+        draw_others(layout, self, PARAMETERS, placed_above)
 
     def launch(self, context):
         """Gathers the surface, and the scans that are selected beside it, or that it was made from."""
@@ -87,6 +91,7 @@ class SURFRECON_OT_close_surface(JobOperator, bpy.types.Operator):
         figures["open"] = "\n".join(text for _, text in result.report.open)
         made[REPORT] = figures
         link(context, made)
+        group_filled(made)
         sources = self.scans or [self.surface]
         note(made, [source.get() for source in sources], [source.name for source in sources])
         dress(made, [surface], context.evaluated_depsgraph_get())
@@ -126,6 +131,7 @@ TRANSLATIONS = {
             "Inside the scans": "Umschlossene",
             "Openings": "Öffnungen",
             "Up of the base": "Oben am Fuß",
+            "Depth of the base": "Tiefe des Fußes",
             "Area filled": "Gefüllte Fläche",
             "Cell of the fill": "Zelle der Füllung",
             "Filled": "Gefüllt",
@@ -145,7 +151,8 @@ TRANSLATIONS = {
             "Longest boundary of an opening that is closed, if holes alone are closed. 0: 100 cells": "Längster Rand einer Öffnung, die geschlossen wird, wenn nur Löcher geschlossen werden. 0: 100 Zellen",
             "Size of a cell of the merge that the surface is of. The fill has twice that size. 0: 1.3 times the median edge of the surface": "Größe einer Zelle der Vereinigung, aus der die Fläche ist. Die Füllung hat die doppelte. 0: das 1.3-Fache des Medians der Kanten der Fläche",
             "How far the surface and the poses of its scans may be off: the merge distance. 0: a cell": "Wie weit die Fläche und die Lagen ihrer Scans danebenliegen dürfen: der Vereinungsabstand. 0: eine Zelle",
-            "Nothing is filled below the lowest measured point, so that what stood on the ground gets a flat foot instead of a round one. Off: parts that nobody saw from below continue as their sides bend": "Unter dem tiefsten gemessenen Punkt wird nichts gefüllt, damit einen flachen Fuß statt eines runden bekommt, was auf dem Boden stand. Aus: Teile, die niemand von unten sah, gehen weiter, wie sich ihre Seiten biegen",
+            "Nothing is filled below a plane under the surface, so that what stood on the ground gets a flat foot instead of a round one. Off: parts that nobody saw from below continue as their sides bend": "Unter einer Ebene unter der Fläche wird nichts gefüllt, damit einen flachen Fuß statt eines runden bekommt, was auf dem Boden stand. Aus: Teile, die niemand von unten sah, gehen weiter, wie sich ihre Seiten biegen",
+            "How far below the lowest measured point the flat base lies, if there is one": "Wie weit unter dem tiefsten gemessenen Punkt der flache Fuß liegt, wenn es einen gibt",
             "Closes too where scans saw through. These faces are marked in the attribute forced. Off: openings in seen space stay open, and the report says where": "Auch dort schließen, wo Scans hindurchsahen. Diese Flächen sind im Attribut forced markiert. Aus: Öffnungen in gesehenem Raum bleiben offen, und der Bericht sagt, wo",
             "Direction away from the ground, where there is a flat base": "Richtung vom Boden weg, wo es einen flachen Fuß gibt",
             "Along z": "Längs z",
@@ -163,8 +170,9 @@ TRANSLATIONS = {
             "openings are none: choose all, seen or holes": "keine Öffnung war zu schließen: Alle, Umschlossene oder Löcher wählen",
             "its boundary is longer than max_hole_length: raise that, or choose all": "ihr Rand ist länger als der längste Lochrand: diesen erhöhen, oder Alle wählen",
             "no scan saw round it, so that it may be a rim: choose all to close it": "kein Scan sah um sie herum, sie kann also ein Rand sein: Alle wählen, um sie zu schließen",
-            "a scan saw through where it would be closed: force closes it, and marks that": "ein Scan sah durch den Ort, wo sie zu schließen wäre: Erzwingen schließt sie und markiert das",
-            "each fill crosses the surface: give a smaller cell, or edit the surface there": "jede Füllung schneidet die Fläche: eine kleinere Zelle wählen, oder die Fläche dort bearbeiten",
+            "a scan saw through where it would be closed: closing with force fills it, and marks that": "ein Scan sah durch den Ort, wo sie zu schließen wäre: Erzwingen schließt sie und markiert das",
+            "each fill crosses the surface: give another cell, or edit the surface there": "jede Füllung schneidet die Fläche: eine andere Zelle wählen, oder die Fläche dort bearbeiten",
+            "base_depth is {}, but the longest side of the surface is {}: give at most that": "die Tiefe des Fußes ist {}, aber die längste Seite der Fläche ist {}: höchstens so viel angeben",
             "the mesh has no triangles: there is nothing to close": "das Netz hat keine Dreiecke: es gibt nichts zu schließen",
         },
     }

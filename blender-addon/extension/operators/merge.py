@@ -14,7 +14,7 @@ from ..job import JobOperator
 from ..kept_merge import KeptMerge
 from ..properties import PARAMETERS, MergeOptions, arguments, threads
 from ..running import Handle, Refused, gathered
-from ..scene import dress, link, put_forward
+from ..scene import dress, group_filled, link, put_forward
 from ..sources import common_name, has_colours, note, sources_of, what_is_gone
 from ..telling import tell, told
 from ..words import number
@@ -44,7 +44,7 @@ class OfSelected(JobOperator, MergeOptions):
     def gather(self, context):
         """The selected scans, a generator for `launch`. Options that were not given are those of the sidebar."""
         settings = context.scene.surfrecon
-        for name in [*PARAMETERS, "close_holes"]:
+        for name in PARAMETERS:
             if not self.properties.is_property_set(name):
                 setattr(self, name, getattr(settings, name))
         objects = self.chosen(context)
@@ -149,6 +149,8 @@ class SURFRECON_OT_merge(OfSelected, bpy.types.Operator):
         merged[REPORT] = convert.plain(figures)
         note(merged, sources, [source.name for source in self.sources])
         link(context, merged)
+        if result.report.filled_area is not None:
+            group_filled(merged)
         if distances is not None:
             context.view_layer.update()
             measured.note(merged)

@@ -64,7 +64,7 @@ pub struct srf_close_params {
     /// How far the surface and the poses of its scans may be off: the merge distance. > 0. SRF_FROM_DATA, the default: a
     /// cell.
     pub merge_distance: f64,
-    /// Nothing is filled below the lowest measured point, so that what stood on the ground gets a flat foot instead of a
+    /// Nothing is filled below a plane under the surface, so that what stood on the ground gets a flat foot instead of a
     /// round one. Off: parts that nobody saw from below continue as their sides bend. 1 or 0, default 0.
     pub flat_base: u64,
     /// Closes too where scans saw through. These faces are marked in the attribute forced. Off: openings in seen space stay
@@ -72,6 +72,8 @@ pub struct srf_close_params {
     pub force: u64,
     /// Direction away from the ground, where there is a flat base. A value of srf_base_up, default SRF_BASE_UP_Z.
     pub base_up: u64,
+    /// How far below the lowest measured point the flat base lies, if there is one. >= 0, default 0.
+    pub base_depth: f64,
 }
 
 impl Fields for srf_close_params {
@@ -86,6 +88,7 @@ impl Fields for srf_close_params {
             flat_base: 0,
             force: 0,
             base_up: 1,
+            base_depth: 0.0,
         }
     }
 
@@ -99,6 +102,7 @@ impl Fields for srf_close_params {
             ("flat_base", Given::Whole(self.flat_base)),
             ("force", Given::Whole(self.force)),
             ("base_up", Given::Whole(self.base_up)),
+            ("base_depth", Given::Double(self.base_depth)),
         ]
     }
 }

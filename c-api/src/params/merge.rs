@@ -6,6 +6,41 @@ use crate::settings::SRF_FROM_DATA;
 use crate::sized;
 use crate::status::srf_status;
 
+/// Openings that are closed. Nothing is filled where a scan saw through by more than the merge distance and half a cell. All and those inside the scans are closed by a smooth fill, with the whole surface in memory.
+#[allow(non_camel_case_types, dead_code)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum srf_close {
+    /// Everything that seen space allows: the result is closed.
+    SRF_CLOSE_ALL = 1,
+    /// Openings that seen space or the surface surrounds: what lies before them is a pocket that nobody saw. A bowl's rim,
+    /// a relief's border and the foot of a statue stay open.
+    SRF_CLOSE_SEEN = 2,
+    /// Openings whose boundaries are at most as long as the longest hole.
+    SRF_CLOSE_HOLES = 3,
+    /// None: the surface stays as it is, and the report says what is open.
+    SRF_CLOSE_NONE = 4,
+}
+
+/// Direction away from the ground, where there is a flat base.
+#[allow(non_camel_case_types, dead_code)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum srf_base_up {
+    /// Along z.
+    SRF_BASE_UP_Z = 1,
+    /// Along y.
+    SRF_BASE_UP_Y = 2,
+    /// Along x.
+    SRF_BASE_UP_X = 3,
+    /// Against z.
+    SRF_BASE_UP_MINUS_Z = 4,
+    /// Against y.
+    SRF_BASE_UP_MINUS_Y = 5,
+    /// Against x.
+    SRF_BASE_UP_MINUS_X = 6,
+}
+
 /// How registered scans are merged into one surface. Lengths are in the unit of the scans. Starts with its size. Set to the
 /// defaults by srf_merge_params_init().
 #[allow(non_camel_case_types)]
@@ -25,8 +60,8 @@ pub struct srf_merge_params {
     /// residual of the registration and below the thinnest wall. >= 0. SRF_FROM_DATA, the default: from the voxel and the
     /// measured distance between overlapping scans.
     pub merge_distance: f64,
-    /// Holes whose boundary is at most this long are closed. 0: all are left open. >= 0. SRF_FROM_DATA, the default: 100
-    /// voxels, but at most a fifth of the diagonal of the connected part the hole is in.
+    /// Holes whose boundary is at most this long are closed, if holes alone are closed. 0: all are left open. >= 0.
+    /// SRF_FROM_DATA, the default: 100 voxels, but at most a fifth of the diagonal of the connected part the hole is in.
     pub max_hole_length: f64,
     /// Connected parts with fewer triangles than this share of the largest part's are dropped. Parts that no scan saw,
     /// between layers of badly placed scans or out of their noise, are dropped in any case. 0: all are kept that scans are
@@ -43,6 +78,16 @@ pub struct srf_merge_params {
     /// from scan to scan. By up to a factor of eight: what differs more is of different things. Off: colours are averaged
     /// as they are. 1 or 0, default 1.
     pub match_exposure: u64,
+    /// Openings that are closed. Nothing is filled where a scan saw through by more than the merge distance and half a
+    /// cell. All and those inside the scans are closed by a smooth fill, with the whole surface in memory. A value of
+    /// srf_close, default SRF_CLOSE_HOLES.
+    pub close: u64,
+    /// Nothing is filled below the lowest measured point, so that what stood on the ground gets a flat foot instead of a
+    /// round one. It is for more than holes. Off: parts that nobody saw from below continue as their sides bend. 1 or 0,
+    /// default 0.
+    pub flat_base: u64,
+    /// Direction away from the ground, where there is a flat base. A value of srf_base_up, default SRF_BASE_UP_Z.
+    pub base_up: u64,
 }
 
 impl Fields for srf_merge_params {
@@ -57,6 +102,9 @@ impl Fields for srf_merge_params {
             edge_limit: SRF_FROM_DATA,
             grazing_limit: std::f64::consts::FRAC_PI_2,
             match_exposure: 1,
+            close: 3,
+            flat_base: 0,
+            base_up: 1,
         }
     }
 
@@ -70,6 +118,9 @@ impl Fields for srf_merge_params {
             ("edge_limit", Given::Double(self.edge_limit)),
             ("grazing_limit", Given::Double(self.grazing_limit)),
             ("match_exposure", Given::Whole(self.match_exposure)),
+            ("close", Given::Whole(self.close)),
+            ("flat_base", Given::Whole(self.flat_base)),
+            ("base_up", Given::Whole(self.base_up)),
         ]
     }
 }

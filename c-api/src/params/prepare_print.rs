@@ -66,7 +66,7 @@ pub struct srf_prepare_print_params {
     /// is hollowed out.
     pub hollow: f64,
     /// Size of the cells in which the cavity is made, at most a third of the walls. Smaller ones take more memory and time.
-    /// > 0. SRF_FROM_DATA, the default: a quarter of the walls, and at least a 256th of the longest side.
+    /// > 0. SRF_FROM_DATA, the default: a 256th of the longest side, but from a quarter to a third of the walls.
     pub hollow_cell: f64,
     /// Diameter of a hole that leads from the base into the cavity, so that resin or powder runs out. It needs a base and a
     /// cavity. > 0. SRF_FROM_DATA, the default: the cavity stays shut.

@@ -54,7 +54,8 @@ pub struct srf_check_print_report {
     /// Number of the face in front of the thinnest wall, counted from 0. There is none without such a wall. Then it is
     /// UINT64_MAX. Since 0.2.
     pub thinnest_face: u64,
-    /// Faces whose walls are thinner than the thinnest wall that the printer makes. Since 0.2.
+    /// Faces whose walls are thinner than the thinnest wall that the printer makes, by more than the error of measuring, 2
+    /// %. Since 0.2.
     pub thin_faces: u64,
     /// Largest distance of a corner from the centre of its face. Walls are measured at centres. Where faces are larger than
     /// walls are thick, a wall may be thinner between them. In the unit of the scans. Since 0.2.

@@ -89,6 +89,14 @@ pub struct srf_merge_report {
     /// Length of the shortest edge of the surface. It is at least a hundredth of a cell. In the unit of the scans. Since
     /// 0.2.
     pub shortest_edge: f64,
+    /// Holes of these that are open as a scan saw through where they would be closed. Since 0.2.
+    pub holes_seen_through: u64,
+    /// Area that was filled, in the square of the unit of the scans. There is none where holes alone were closed. Then it
+    /// is SRF_FROM_DATA. Since 0.2.
+    pub filled_area: f64,
+    /// Share of the area of the surface that was filled. There is none where holes alone were closed. Then it is
+    /// SRF_FROM_DATA. Since 0.2.
+    pub filled_share: f64,
 }
 
 /// Prepares a struct of figures. Call srf_merge_report_init(report), which adds the size that this header knows.

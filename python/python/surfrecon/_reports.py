@@ -243,6 +243,11 @@ class MergeReport(Report):
         shortest_edge: Length of the shortest edge of the surface. It is at least a hundredth of a cell. In the unit
             of the scans.
         holes: Holes closed, and boundary loops left open.
+        holes_seen_through: Holes of these that are open as a scan saw through where they would be closed.
+        filled_area: Area that was filled, in the square of the unit of the scans. There is none where holes alone
+            were closed. Then it is ``None``.
+        filled_share: Share of the area of the surface that was filled. There is none where holes alone were closed.
+            Then it is ``None``.
         dropped_components: Connected parts dropped, and the triangles they had. These are parts that no scan saw,
             and those that are too small.
         colour_gains: Factors that the red, green and blue light of each scan was multiplied by to make all equally
@@ -253,7 +258,8 @@ class MergeReport(Report):
         warnings: Scans that plainly do not lie where they belong, or that were damaged, and what to do. Empty where
             all is well. A kind and a sentence each: ``no_poses``: No scan has a pose: all are depth images that stand
             at one place. ``apart``: Scans that overlap lie many times their noise, and the distance of their samples,
-            apart. ``damaged``: Files of scans are damaged: what they held is left out.
+            apart. ``damaged``: Files of scans are damaged: what they held is left out. ``open``: An opening that was to
+            be closed is open.
         seconds: Wall-clock seconds by the name of the stage.
     """
 
@@ -278,6 +284,9 @@ class MergeReport(Report):
     faces: tuple[int, int, int]
     shortest_edge: float
     holes: tuple[int, int]
+    holes_seen_through: int
+    filled_area: float | None
+    filled_share: float | None
     dropped_components: tuple[int, int]
     colour_gains: list[tuple[float, float, float]]
     working_bytes: int
@@ -574,8 +583,8 @@ class PrintReport(Report):
         findings: Faults with their remedies. There are none if the mesh can be printed as it is. A kind and a
             sentence each: ``not_manifold``: Edges of three faces, faces that are turned, or other places that bound no
             body. ``open``: Openings: the mesh bounds no body. ``crossing``: Faces that cross each other.
-            ``inside_out``: The outside is inside. ``too_large``: Larger than the printer. ``thin``: Walls thinner than
-            the printer makes. ``overhang``: Faces that hang over.
+            ``inside_out``: The outside is inside. ``no_volume``: Closed, but nothing is inside. ``too_large``: Larger
+            than the printer. ``thin``: Walls thinner than the printer makes. ``overhang``: Faces that hang over.
         is_closed: Whether the mesh is an oriented manifold without openings.
         is_manifold: Whether it is an oriented manifold, with or without openings.
         openings: Openings: groups of open edges that hang together.
@@ -596,7 +605,8 @@ class PrintReport(Report):
             Then it is ``None``. In the unit of the scans.
         thinnest_face: Number of the face in front of the thinnest wall, counted from 0. There is none without such
             a wall. Then it is ``None``.
-        thin_faces: Faces whose walls are thinner than the thinnest wall that the printer makes.
+        thin_faces: Faces whose walls are thinner than the thinnest wall that the printer makes, by more than the
+            error of measuring, 2 %.
         wall_spacing: Largest distance of a corner from the centre of its face. Walls are measured at centres. Where
             faces are larger than walls are thick, a wall may be thinner between them. In the unit of the scans.
         overhang_faces: Faces that hang over and do not lie on the ground.

@@ -1,8 +1,9 @@
 //! The driver: the stages in their order.
 
+use glam::DVec3;
 use rustc_hash::FxHashSet;
 
-use base::error::Result;
+use base::error::{Error, Result, Shown};
 use base::memory;
 use base::progress::Progress;
 use image::source::ScanSource;
@@ -15,7 +16,7 @@ use super::params::{CloseParams, Openings};
 use super::report::{CloseReport, Closed, LeftOpen, OpeningReport};
 use super::stitch::Growing;
 use super::surface::Surface;
-use super::visibility::{Envelope, Ground, Scans, Visibility};
+use super::visibility::{Blind, Envelope, Ground, Scans, Visibility};
 use super::{attributes, cut, fan, level, retreat};
 
 base::stages! {
@@ -40,6 +41,10 @@ const LITTLE: f64 = 0.05;
 const RETREATS: usize = 3;
 /// The most steps in a cell of the fill, so that tiny cells of the merge take no endless time.
 const MOST_STEPS: f64 = 16.0;
+/// Fills that are stuck are tried anew in finer and in coarser cells: where the level set runs beside the border is another chance.
+const FINENESS: [f64; 3] = [1.0, 1.25, 0.8];
+/// More stuck fills than this are of scans that contradict each other, whatever the cells.
+const MOST_STUCK: usize = 8;
 /// At the peak. Measured.
 const BYTES_A_TRIANGLE: f64 = 400.0;
 
@@ -92,17 +97,40 @@ pub fn close_seen_by(
     planned(mesh, params, progress, || run(mesh, visibility, params, progress))
 }
 
+/// The same on the pool that it is called on: as a part of another operation, which has planned its stages. `params` have the threads of
+/// that pool.
+///
+/// # Errors
+/// Those of [`close`].
+#[doc(hidden)]
+pub fn close_on_this_pool(
+    mesh: &TriMesh,
+    visibility: &dyn Visibility,
+    params: &CloseParams,
+    progress: &Progress<'_>,
+) -> Result<Closed> {
+    foreseen(mesh, params)?;
+    progress.plan(PLAN);
+    run(mesh, visibility, params, progress)
+}
+
 fn planned(
     mesh: &TriMesh,
     params: &CloseParams,
     progress: &Progress<'_>,
     run: impl FnOnce() -> Result<Closed> + Send,
 ) -> Result<Closed> {
-    params.validate()?;
-    memory::expect_each(mesh.triangles.len(), BYTES_A_TRIANGLE, 0.0, "closing", "triangles")?;
+    foreseen(mesh, params)?;
     progress.plan(PLAN);
     let pool = base::threads::pool(params.threads)?;
     progress.run(&pool, run)
+}
+
+/// Refuses parameters out of range, and work that needs more memory than there is.
+fn foreseen(mesh: &TriMesh, params: &CloseParams) -> Result<()> {
+    params.validate()?;
+    refuse_deep_base(mesh, params)?;
+    memory::expect_each(mesh.triangles.len(), BYTES_A_TRIANGLE, 0.0, "closing", "triangles")
 }
 
 /// Refuses scans that lie in another coordinate reference system than the surface.
@@ -115,61 +143,161 @@ fn in_one_world(mesh: &TriMesh, scans: &[&dyn ScanSource]) -> Result<()> {
 }
 
 fn run(mesh: &TriMesh, visibility: &dyn Visibility, params: &CloseParams, progress: &Progress<'_>) -> Result<Closed> {
+    run_in_cells(mesh, visibility, params, &FINENESS, progress)
+}
+
+/// `fineness` has the cells of each attempt to a cell of the merge, for as long as fills are stuck.
+pub(crate) fn run_in_cells(
+    mesh: &TriMesh,
+    visibility: &dyn Visibility,
+    params: &CloseParams,
+    fineness: &[f64],
+    progress: &Progress<'_>,
+) -> Result<Closed> {
     progress.stage(PREPARING, 1);
+    mesh.validate()?;
     let has_sight = !visibility.is_blind();
     let up = params.base_up.direction();
-    let height = mesh.positions.iter().map(|place| place.dot(up)).fold(f64::INFINITY, f64::min);
-    let ground = Ground { visibility, up, height };
+    let lowest = mesh.positions.iter().map(|place| place.dot(up)).fold(f64::INFINITY, f64::min);
+    let height = lowest - params.base_depth;
+    let (ground, bare_ground) = (Ground { visibility, up, height }, Ground { visibility: &Blind, up, height });
     let visibility: &dyn Visibility = if params.flat_base { &ground } else { visibility };
-    let surface = Surface::new(mesh, params.threads, progress)?;
-    let border = Border::new(&surface);
     let mut report = measures(mesh, has_sight, params);
-    progress.lap(PLAN[PREPARING].0);
-    let mut forced = vec![false; mesh.triangles.len()];
-    let mut result = TriMesh { crs: mesh.crs.clone(), ..TriMesh::new(mesh.positions.clone(), mesh.triangles.clone()) };
-    let longest = report.max_hole_length.unwrap_or(f64::INFINITY);
-    let wanted = wanted(&border, params.openings, longest);
-    if wanted {
+    let mut state = State::new(mesh);
+    let mut best: Option<Tried> = None;
+    for (turn, &finer) in fineness.iter().enumerate() {
+        let surface = Surface::new(&state.mesh, params.threads, progress)?;
+        let border = Border::new(&surface);
+        progress.lap(PLAN[PREPARING].0);
+        if !wanted(&border, params.openings, report.max_hole_length.unwrap_or(f64::INFINITY)) {
+            let left = Some(reason_alone(params.openings));
+            let openings = (0..border.loops.len() as u32).map(|number| opening_report(&border, &[number], left));
+            state.closed.extend(openings);
+            break;
+        }
+        let floor: Option<&dyn Visibility> = if params.flat_base { Some(&bare_ground) } else { None };
+        let attempt = Attempt { surface: &surface, border: &border, state: &state, params, visibility, floor, finer };
+        let (tried, rest, fill_cell) = attempt.run(&report, progress)?;
+        report.fill_cell = if turn == 0 { fill_cell } else { report.fill_cell };
+        if best.as_ref().is_none_or(|best| tried.open_edges < best.open_edges) {
+            best = Some(tried);
+        }
+        match rest {
+            Some(rest) if turn + 1 < fineness.len() => state = rest,
+            _ => break,
+        }
+        progress.stage(PREPARING, 1);
+    }
+    let found = best.unwrap_or(Tried { mesh: state.mesh, forced: state.forced, openings: state.closed, open_edges: 0 });
+    let mut result = TriMesh { crs: mesh.crs.clone(), ..found.mesh };
+    report.openings = found.openings;
+    attributes::extend(&mut result, mesh, &found.forced, progress)?;
+    finish(&mut report, &result, mesh);
+    progress.lap(PLAN[JUDGING].0);
+    report.seconds = progress.seconds();
+    Ok(Closed { mesh: result, report })
+}
+
+/// The surface as far as it is closed.
+struct State {
+    /// Without attributes. What was measured comes first.
+    mesh: TriMesh,
+    /// Of each of its faces.
+    forced: Vec<bool>,
+    /// The openings that are closed by now.
+    closed: Vec<OpeningReport>,
+}
+
+impl State {
+    fn new(mesh: &TriMesh) -> Self {
+        State {
+            mesh: TriMesh::new(mesh.positions.clone(), mesh.triangles.clone()),
+            forced: vec![false; mesh.triangles.len()],
+            closed: Vec::new(),
+        }
+    }
+}
+
+/// The result of an attempt.
+struct Tried {
+    mesh: TriMesh,
+    forced: Vec<bool>,
+    openings: Vec<OpeningReport>,
+    open_edges: usize,
+}
+
+/// One way through the stages.
+struct Attempt<'a> {
+    surface: &'a Surface<'a>,
+    border: &'a Border,
+    state: &'a State,
+    params: &'a CloseParams,
+    visibility: &'a dyn Visibility,
+    /// The ground alone: it holds for forced faces, too.
+    floor: Option<&'a dyn Visibility>,
+    /// Cells to a cell of the merge.
+    finer: f64,
+}
+
+impl Attempt<'_> {
+    /// The surface closed, and, if openings are left whose fills cross something, the surface without these fills. Also the cell of the
+    /// fill.
+    fn run(&self, report: &CloseReport, progress: &Progress<'_>) -> Result<(Tried, Option<State>, f64)> {
+        let &Attempt { surface, border, params, visibility, .. } = self;
         let envelope = Envelope { visibility, tolerance: report.merge_distance };
-        let judge = Envelope { tolerance: report.merge_distance + 0.5 * report.cell, ..envelope };
+        let strict = Envelope { tolerance: report.merge_distance + 0.5 * report.cell, ..envelope };
         progress.stage(SOLVING, field::STEPS);
-        let extent = extent(mesh, report.cell);
-        let (grid, field) = field::solve(&surface, &extent, envelope, progress)?;
-        report.fill_cell = grid.cell;
+        let extent = extent(surface.mesh, params, report.cell / self.finer);
+        let (grid, field) = field::solve(surface, &extent, envelope, progress)?;
         progress.lap(PLAN[SOLVING].0);
         progress.stage(JOINING, 1);
         let level = level::extract(&grid, &field, |a, b, t| level::between(&grid, a, b, t), progress)?;
-        let fill = cut::beyond_borders(&level, &surface, grid.cell, progress)?;
-        let mut growing = Growing::new(&surface, &fill);
-        retreat::retreat(&mut growing, envelope, step(&report), progress)?;
+        let fill = cut::beyond_borders(&level, surface, grid.cell, progress)?;
+        let mut growing = Growing::new(surface, &fill);
+        let step = report.cell.max(grid.cell / MOST_STEPS);
+        retreat::retreat(&mut growing, envelope, step, progress)?;
         growing.join(grid.cell, progress)?;
         for _ in 0..RETREATS {
-            retreat::retreat(&mut growing, envelope, step(&report), progress)?;
+            retreat::retreat(&mut growing, envelope, step, progress)?;
             growing.repair(progress)?;
-            let seen = retreat::in_seen_space(&growing, judge, step(&report), progress)?;
+            let seen = retreat::in_seen_space(&growing, strict, step, progress)?;
             if params.force || !seen.contains(&true) {
                 break;
             }
             growing.close_anew_around(&seen, progress)?;
         }
-        let judge = Judge { surface: &surface, border: &border, params, envelope, strict: judge };
-        judge.mend(&mut growing, step(&report), progress)?;
+        let max_hole_length = report.max_hole_length;
+        let floor = self.floor.map(|visibility| Envelope { visibility, ..strict });
+        let judge = Judge { surface, border, params, envelope, strict, floor, step, max_hole_length };
+        judge.mend(&mut growing, progress)?;
         growing.drop_loose(progress)?;
         progress.lap(PLAN[JOINING].0);
         progress.stage(JUDGING, 1);
-        forced = judge.settle(&mut growing, &mut report, progress)?;
+        let mut settled = judge.settle(&mut growing, progress)?;
+        let known = self.state.forced.len();
+        settled.forced[..known].copy_from_slice(&self.state.forced);
+        let open_edges = growing.open_edges(progress)?.len();
+        let openings = [&self.state.closed[..], &settled.openings].concat();
+        let stuck = settled.openings.iter().filter(|opening| opening.left_open == Some(LeftOpen::Crossing)).count();
+        let rest =
+            if (1..=MOST_STUCK).contains(&stuck) { Some(self.without(&growing, &settled, progress)?) } else { None };
         growing.drop_unused();
-        (result.positions, result.triangles) = (growing.positions, growing.triangles);
-    } else {
-        report.openings = (0..border.loops.len() as u32)
-            .map(|number| opening_report(&border, &[number], Some(reason_alone(params.openings))))
-            .collect();
+        let mesh = TriMesh::new(growing.positions, growing.triangles);
+        Ok((Tried { mesh, forced: settled.forced, openings, open_edges }, rest, grid.cell))
     }
-    attributes::extend(&mut result, mesh, &forced, progress)?;
-    finish(&mut report, &result, mesh);
-    progress.lap(PLAN[JUDGING].0);
-    report.seconds = progress.seconds();
-    Ok(Closed { mesh: result, report })
+
+    /// The surface without fills that are stuck.
+    fn without(&self, growing: &Growing, settled: &Settled, progress: &Progress<'_>) -> Result<State> {
+        let mut growing = growing.clone();
+        let kept = growing.take_away(&settled.stuck, progress)?;
+        growing.drop_unused();
+        let closed = settled.openings.iter().filter(|opening| opening.left_open.is_none()).cloned();
+        Ok(State {
+            mesh: TriMesh::new(growing.positions, growing.triangles),
+            forced: kept.iter().map(|&t| settled.forced[t as usize]).collect(),
+            closed: self.state.closed.iter().cloned().chain(closed).collect(),
+        })
+    }
 }
 
 /// Lengths as given or measured.
@@ -186,11 +314,6 @@ fn measures(mesh: &TriMesh, has_sight: bool, params: &CloseParams) -> CloseRepor
     }
 }
 
-/// The length that fills are looked at and moved by: a cell of the merge.
-fn step(report: &CloseReport) -> f64 {
-    report.cell.max(report.fill_cell / MOST_STEPS)
-}
-
 /// Whether anything is to be closed.
 fn wanted(border: &Border, openings: Openings, longest: f64) -> bool {
     openings != Openings::None && border.loops.iter().any(|edge_loop| edge_loop.length <= longest)
@@ -200,9 +323,24 @@ fn reason_alone(openings: Openings) -> LeftOpen {
     if openings == Openings::None { LeftOpen::NotAsked } else { LeftOpen::TooLong }
 }
 
-fn extent(mesh: &TriMesh, cell: f64) -> Extent {
+/// Of the surface down to its base.
+fn extent(mesh: &TriMesh, params: &CloseParams, cell: f64) -> Extent {
     let (lo, hi) = bounds(&mesh.positions).expect("a mesh with triangles has vertices");
-    Extent::new(lo, hi, FILL_CELLS * cell)
+    let down = if params.flat_base { -params.base_depth * params.base_up.direction() } else { DVec3::ZERO };
+    Extent::new(lo.min(lo + down), hi.max(hi + down), FILL_CELLS * cell)
+}
+
+/// Refuses a base so deep that the fill would be longer than all that was measured.
+fn refuse_deep_base(mesh: &TriMesh, params: &CloseParams) -> Result<()> {
+    let longest = bounds(&mesh.positions).map_or(0.0, |(lo, hi)| (hi - lo).max_element());
+    if params.flat_base && params.base_depth > longest {
+        return Err(Error::input(format!(
+            "base_depth is {}, but the longest side of the surface is {}: give at most that",
+            Shown::digits(params.base_depth, 4),
+            Shown::digits(longest, 4)
+        )));
+    }
+    Ok(())
 }
 
 /// The judge of which fills stay.
@@ -212,15 +350,29 @@ struct Judge<'a> {
     params: &'a CloseParams,
     envelope: Envelope<'a>,
     strict: Envelope<'a>,
+    floor: Option<Envelope<'a>>,
+    /// The length that fills are looked at and moved by: a cell of the merge.
+    step: f64,
+    /// The longest boundary that is closed.
+    max_hole_length: Option<f64>,
+}
+
+/// The fills that stay.
+struct Settled {
+    /// Of each face, those that were measured among them.
+    forced: Vec<bool>,
+    /// Faces of fills that are open somewhere, since each way to close them crosses something.
+    stuck: Vec<bool>,
+    openings: Vec<OpeningReport>,
 }
 
 impl Judge<'_> {
     /// Takes the few faces in seen space away that could not move back, and closes small loops that are open by fans.
-    fn mend(&self, growing: &mut Growing, cell: f64, progress: &Progress<'_>) -> Result<()> {
+    fn mend(&self, growing: &mut Growing, progress: &Progress<'_>) -> Result<()> {
         if self.params.force {
-            return fan::close_loops(growing, None, cell, progress);
+            return fan::close_loops(growing, self.floor, self.step, progress);
         }
-        let seen = retreat::in_seen_space(growing, self.strict, cell, progress)?;
+        let seen = retreat::in_seen_space(growing, self.strict, self.step, progress)?;
         let mut goes = vec![false; growing.triangles.len()];
         for opening in openings::find(growing, self.border, progress)? {
             let [all, in_seen] = areas(growing, &opening, &seen);
@@ -229,16 +381,17 @@ impl Judge<'_> {
             }
         }
         growing.take_away(&goes, progress)?;
-        fan::close_loops(growing, Some(self.strict), cell, progress)
+        fan::close_loops(growing, Some(self.strict), self.step, progress)
     }
 
-    /// Takes fills away that are not asked for, or lie in seen space. Writes the report's openings. Returns which faces are forced.
-    fn settle(&self, growing: &mut Growing, report: &mut CloseReport, progress: &Progress<'_>) -> Result<Vec<bool>> {
-        let seen = retreat::in_seen_space(growing, self.strict, step(report), progress)?;
+    /// Takes fills away that are not asked for, or lie in seen space.
+    fn settle(&self, growing: &mut Growing, progress: &Progress<'_>) -> Result<Settled> {
+        let seen = retreat::in_seen_space(growing, self.strict, self.step, progress)?;
         let found = openings::find(growing, self.border, progress)?;
         let mut goes = vec![false; growing.triangles.len()];
+        let mut openings = Vec::new();
         for opening in &found {
-            let refused = self.reason(opening, growing, report, progress)?;
+            let refused = self.reason(opening, growing, progress)?;
             let [all, in_seen] = areas(growing, opening, &seen);
             let is_seen = !self.params.force && in_seen > 0.0;
             let goes_whole = refused.is_some() || is_seen && in_seen > LITTLE * all;
@@ -246,58 +399,44 @@ impl Judge<'_> {
                 goes[t as usize] = goes_whole || is_seen && seen[t as usize];
             }
             let reason = refused.or(is_seen.then_some(LeftOpen::SeenThrough));
-            report.openings.push(opening_report(self.border, &opening.loops, reason));
+            openings.push(opening_report(self.border, &opening.loops, reason));
         }
         let kept = growing.take_away(&goes, progress)?;
-        let forced: Vec<bool> = kept.iter().map(|&t| seen[t as usize]).collect();
-        self.count(growing, report, &forced, progress)?;
-        Ok(forced)
+        let forced = kept.iter().map(|&t| seen[t as usize]).collect();
+        let mut settled = Settled { forced, stuck: vec![false; growing.triangles.len()], openings };
+        self.count(growing, &mut settled, progress)?;
+        Ok(settled)
     }
 
     /// Reason why an opening is not to be closed, whatever was seen in it.
-    fn reason(
-        &self,
-        opening: &Opening,
-        growing: &Growing,
-        report: &CloseReport,
-        progress: &Progress<'_>,
-    ) -> Result<Option<LeftOpen>> {
+    fn reason(&self, opening: &Opening, growing: &Growing, progress: &Progress<'_>) -> Result<Option<LeftOpen>> {
         if opening.triangles.is_empty() {
             return Ok(Some(LeftOpen::Crossing));
         }
         let length: f64 = opening.loops.iter().map(|&number| self.border.loops[number as usize].length).sum();
-        if report.max_hole_length.is_some_and(|longest| length > longest) {
+        if self.max_hole_length.is_some_and(|longest| length > longest) {
             return Ok(Some(LeftOpen::TooLong));
         }
         let is_open = self.params.openings == Openings::Seen
-            && !openings::is_enclosed(opening, growing, self.surface, self.envelope, step(report), progress)?;
+            && !openings::is_enclosed(opening, growing, self.surface, self.envelope, self.step, progress)?;
         Ok(is_open.then_some(LeftOpen::NotEnclosed))
     }
 
     /// Fills in the areas of what stayed. A fill that has an open edge of its own is not closed.
-    fn count(
-        &self,
-        growing: &Growing,
-        report: &mut CloseReport,
-        forced: &[bool],
-        progress: &Progress<'_>,
-    ) -> Result<()> {
+    fn count(&self, growing: &Growing, settled: &mut Settled, progress: &Progress<'_>) -> Result<()> {
         let found = openings::find(growing, self.border, progress)?;
-        let place_of = |loops: &[u32]| {
-            let vertex = self.border.loops[loops[0] as usize].vertex;
-            report.openings.iter().position(|opening| opening.vertices.contains(&vertex))
-        };
-        let places: Vec<Option<usize>> = found.iter().map(|opening| place_of(&opening.loops)).collect();
+        let Settled { forced, stuck, openings } = settled;
         let open: FxHashSet<u32> = growing.open_edges(progress)?.into_iter().flatten().collect();
-        for (opening, place) in found.iter().zip(places) {
-            let Some(place) = place else { continue };
+        for opening in &found {
+            let vertex = self.border.loops[opening.loops[0] as usize].vertex;
+            let Some(of) = openings.iter_mut().find(|of| of.vertices.contains(&vertex)) else { continue };
             let corners = opening.triangles.iter().flat_map(|&t| growing.triangles[t as usize]);
             let is_open = opening.triangles.is_empty() || corners.into_iter().any(|v| open.contains(&v));
-            let of = &mut report.openings[place];
             of.area += opening.triangles.iter().map(|&t| area(growing.corners(t as usize))).sum::<f64>();
             of.forced_faces += opening.triangles.iter().filter(|&&t| forced[t as usize]).count();
             if is_open && of.left_open.is_none() {
                 of.left_open = Some(LeftOpen::Crossing);
+                opening.triangles.iter().for_each(|&t| stuck[t as usize] = true);
             }
         }
         Ok(())
@@ -335,7 +474,7 @@ fn finish(report: &mut CloseReport, result: &TriMesh, mesh: &TriMesh) {
     let [filled, measured]: [f64; 2] = [sum(first..result.triangles.len()), sum(0..first)];
     report.filled_area = filled;
     report.filled_share = if filled > 0.0 { filled / (filled + measured) } else { 0.0 };
-    report.count_openings(mesh);
+    report.count_openings(result);
     let judged = check(result);
     report.open_edges = judged.boundary_edges;
     report.is_closed = judged.is_closed();

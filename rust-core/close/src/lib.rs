@@ -66,6 +66,8 @@ mod driver;
 pub mod print;
 
 pub use crossing::crossing_pairs;
+#[doc(hidden)]
+pub use driver::close_on_this_pool;
 pub use driver::{close, close_seen_by};
 pub use operation::OPERATION;
 pub use params::{CloseParams, Openings, SCHEMA, UpAxis};

@@ -63,11 +63,13 @@ base::params! {
         cell: Option<f64> = length("Cell").from_data("1.3 times the median edge of the surface").above(0.0).since("0.2"),
         /// How far the surface and the poses of its scans may be off: the merge distance.
         merge_distance: Option<f64> = length("Merge distance").from_data("a cell").above(0.0).since("0.2"),
-        /// Nothing is filled below the lowest measured point, so that what stood on the ground gets a flat foot instead of a round one.
+        /// Nothing is filled below a plane under the surface, so that what stood on the ground gets a flat foot instead of a round one.
         flat_base: bool = flag("Flat base").off("parts that nobody saw from below continue as their sides bend").since("0.2"),
         /// Closes too where scans saw through. These faces are marked in the attribute forced.
         force: bool = flag("Force").off("openings in seen space stay open, and the report says where").since("0.2"),
         /// Direction away from the ground, where there is a flat base.
         base_up: UpAxis = choice("Up of the base", UpAxis::CHOICES).since("0.2"),
+        /// How far below the lowest measured point the flat base lies, if there is one.
+        base_depth: f64 = length("Depth of the base").since("0.2"),
     }
 }

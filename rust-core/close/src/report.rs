@@ -28,8 +28,10 @@ impl LeftOpen {
             LeftOpen::NotAsked => "openings are none: choose all, seen or holes",
             LeftOpen::TooLong => "its boundary is longer than max_hole_length: raise that, or choose all",
             LeftOpen::NotEnclosed => "no scan saw round it, so that it may be a rim: choose all to close it",
-            LeftOpen::SeenThrough => "a scan saw through where it would be closed: force closes it, and marks that",
-            LeftOpen::Crossing => "each fill crosses the surface: give a smaller cell, or edit the surface there",
+            LeftOpen::SeenThrough => {
+                "a scan saw through where it would be closed: closing with force fills it, and marks that"
+            }
+            LeftOpen::Crossing => "each fill crosses the surface: give another cell, or edit the surface there",
         }
     }
 }
@@ -124,7 +126,7 @@ impl CloseReport {
         self.openings.iter().filter_map(|opening| Some((opening, opening.left_open?)))
     }
 
-    /// Sums the openings up, which are vertices of `mesh`.
+    /// Sums the openings up, which name vertices of `mesh`.
     pub(crate) fn count_openings(&mut self, mesh: &TriMesh) {
         let closed = || self.openings.iter().filter(|opening| opening.left_open.is_none());
         let largest_opening = closed().map(|opening| opening.length).fold(0.0, f64::max);

@@ -18,6 +18,7 @@ const LONG: usize = 64;
 const TRIES: u32 = 2;
 
 /// A surface that grows: measured vertices and triangles first, untouched.
+#[derive(Clone)]
 pub struct Growing {
     pub positions: Vec<DVec3>,
     pub triangles: Vec<[u32; 3]>,

@@ -8,7 +8,8 @@ use super::*;
 use base::error::Error;
 use base::progress::Progress;
 use geom::bvh::Bvh;
-use image::range_image::{Projection, RangeImage, Samples};
+use image::range_image::RangeImage;
+use image::range_image::test_images::is_past;
 use image::source::ScanSource;
 use mesh::shapes::Shape;
 use mesh::{Attribute, AttributeData, TriMesh, check};
@@ -82,22 +83,6 @@ fn images(mesh: &TriMesh, eyes: &[DVec3], pixels: usize) -> Vec<RangeImage> {
     eyes.iter().map(shoot).collect()
 }
 
-/// Marches every ray by itself: whether all of 3 x 3 pixels around a place lie behind it.
-fn is_past(image: &RangeImage, place: DVec3, slack: f64) -> bool {
-    let (Projection::Pinhole { focal, centre, .. }, Samples::Values(values)) = (*image.projection(), image.samples())
-    else {
-        panic!("pinhole images alone")
-    };
-    let at = image.world_from_sensor.inverse().transform_point3(place);
-    let pixel = [centre[1] + focal[1] * at.y / at.z, centre[0] + focal[0] * at.x / at.z].map(|x| x.round() as i64);
-    let rows = image.rows() as i64;
-    (0..9).all(|i| {
-        let [row, col] = [pixel[0] + i / 3 - 1, pixel[1] + i % 3 - 1];
-        let inside = at.z > 0.0 && row >= 0 && col >= 0 && row < rows && col < image.cols() as i64;
-        inside && values[(row * image.cols() as i64 + col) as usize] > at.z + slack * at.z / at.length()
-    })
-}
-
 #[test]
 fn the_end_of_a_ball_is_continued_as_a_ball() {
     let open = part(&ball(14), |p| p.z > -0.7);
@@ -126,6 +111,11 @@ fn what_stood_on_the_ground_gets_a_flat_foot() {
     assert!(lowest(&CloseParams { cell, ..params() }) < -1.1);
     let flat = lowest(&CloseParams { cell, flat_base: true, ..params() });
     assert!(flat > -1.02, "{flat}");
+    let deep = lowest(&CloseParams { cell, flat_base: true, base_depth: 0.3, ..params() });
+    assert!(deep > -1.32 && deep < -1.2, "{deep}");
+    let too_deep = CloseParams { cell, flat_base: true, base_depth: 7.0, ..params() };
+    let error = close_seen_by(&open, &Blind, &too_deep, &Progress::none()).unwrap_err().to_string();
+    assert!(error.starts_with("base_depth is 7, but the longest side of the surface is "), "{error}");
 }
 
 #[test]
@@ -464,4 +454,28 @@ fn every_loop_is_in_the_report() {
     let named: HashSet<u32> = closed.report.openings.iter().flat_map(|opening| opening.vertices.clone()).collect();
     assert_eq!(named.len(), loops);
     assert!(closed.report.is_closed && closed.report.closed == 6);
+}
+
+/// Takes half a minute.
+#[test]
+fn fills_that_are_stuck_are_tried_in_other_cells() {
+    if !base::tier::is_thorough() {
+        return;
+    }
+    let shape = scan::sculpture::sculpture(4.0, 0, &Progress::none()).unwrap();
+    let (lo, hi) = mesh::measure::bounds(&shape.positions).unwrap();
+    let mut state = 30_u64;
+    let mut next = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) as f64 / (1_u64 << 31) as f64
+    };
+    // Holes where balls meet the sculpture.
+    let balls: Vec<(DVec3, f64)> =
+        (0..12).map(|_| (lo + (hi - lo) * DVec3::new(next(), next(), next()), 10.0 + 20.0 * next())).collect();
+    let open = part(&shape, |p| p.z > lo.z + 6.0 && balls.iter().all(|(centre, r)| p.distance(*centre) > *r));
+    let params = CloseParams { flat_base: true, ..params() };
+    let once = driver::run_in_cells(&open, &Blind, &params, &[1.0], &Progress::none()).unwrap();
+    let more = closed(&open, &Blind, &params);
+    assert!(more.report.open_edges < once.report.open_edges, "{:?}", [more.report.open_edges, once.report.open_edges]);
+    assert_eq!(more.report.closed + more.report.left.iter().sum::<usize>(), more.report.openings.len());
 }

@@ -1,5 +1,7 @@
 //! Seen space: where scans saw that nothing is.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -41,7 +43,7 @@ impl Visibility for Blind {
 
 /// The lines of sight of several scans. A place is empty if one of them saw past it, in all of 3 x 3 pixels, by more than the tolerance.
 pub struct Scans {
-    scans: Vec<LinesOfSight>,
+    scans: Vec<Arc<LinesOfSight>>,
 }
 
 impl Scans {
@@ -55,7 +57,7 @@ impl Scans {
             false => Ok(None),
         };
         let scans: Vec<Option<LinesOfSight>> = images.par_iter().map(look).collect::<Result<_>>()?;
-        Ok(Scans::new(scans.into_iter().flatten().collect()))
+        Ok(Scans::new(scans.into_iter().flatten().map(Arc::new).collect()))
     }
 
     /// Of scans of any kind. Each is read once, and only its lines of sight are kept. Meshes and points say nothing.
@@ -74,11 +76,11 @@ impl Scans {
             }
         };
         let scans: Vec<Option<LinesOfSight>> = sources.par_iter().with_max_len(1).map(look).collect::<Result<_>>()?;
-        Ok(Scans::new(scans.into_iter().flatten().collect()))
+        Ok(Scans::new(scans.into_iter().flatten().map(Arc::new).collect()))
     }
 
     /// Of lines of sight that are made already.
-    pub fn new(scans: Vec<LinesOfSight>) -> Self {
+    pub fn new(scans: Vec<Arc<LinesOfSight>>) -> Self {
         Scans { scans }
     }
 }

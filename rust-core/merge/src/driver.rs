@@ -7,16 +7,17 @@ use crate::crossings::scan_order::ScanPlaces;
 use crate::dump;
 use crate::finish::close_holes::Room;
 use crate::finish::write::Besides;
-use crate::finish::{close_holes, components, noise, refuse_nothing, write};
+use crate::finish::{close_holes, close_openings, components, noise, refuse_nothing, write};
 use crate::intake::placing::Placing;
 use crate::params::MergeParams;
 use crate::report::MergeReport;
 use crate::surface::tile::Tiles;
 use crate::surface::whole::Whole;
+use crate::visibility::eyes::Eyes;
 use base::error::Result;
 use base::progress::Progress;
-use mesh::Crs;
 use mesh::sink::MeshSink;
+use mesh::{Crs, TriMesh};
 
 base::choices! {
     /// The stages of a merge. Tasks of a stage need nothing of each other, and all of the stages before.
@@ -67,11 +68,11 @@ pub trait Graph {
     ///
     /// # Errors
     /// It can't be read.
-    fn finished(&mut self) -> Result<Built<Self::Tiles>>;
+    fn finished(&mut self) -> Result<Built<'_, Self::Tiles>>;
 }
 
 /// Result of the stages.
-pub struct Built<T> {
+pub struct Built<'a, T> {
     /// The surface before holes are closed.
     pub tiles: T,
     /// The grid.
@@ -86,6 +87,8 @@ pub struct Built<T> {
     pub crs: Option<Crs>,
     /// Places of the scans of the vertices in their order.
     pub places: ScanPlaces,
+    /// The scans, to be asked where nothing is.
+    pub eyes: Eyes<'a>,
     /// Figures so far.
     pub report: MergeReport,
 }
@@ -114,7 +117,7 @@ pub fn merge(
     finish(graph, params, out, progress)
 }
 
-/// Steps 8 and 9, once all stages are done: what is made of the tiles is handed over.
+/// Steps 8 to 10, once all stages are done: what is made of the tiles is handed over.
 ///
 /// # Errors
 /// A tile can't be read. Nothing is left. More vertices than there are numbers for. The sink's. Cancelled.
@@ -124,7 +127,7 @@ pub fn finish(
     Out { sink, room }: Out<'_>,
     progress: &Progress<'_>,
 ) -> Result<MergeReport> {
-    let Built { tiles, lattice, reach, coloured, placing, crs, places, mut report } = graph.finished()?;
+    let Built { tiles, lattice, reach, coloured, placing, crs, places, eyes, mut report } = graph.finished()?;
     report.artificial_intersections = tiles.artificial();
     report.noise = noise::typical(&tiles, progress)?;
     report.warnings.extend(placing.warnings(&report));
@@ -133,10 +136,19 @@ pub fn finish(
     progress.lap("components");
     refuse_nothing(whole.triangles(), report.voxel, params.min_component_share)?;
     dump::parts(&whole)?;
-    close_holes::close(&mut whole, &lattice, params, room, &mut report, progress)?;
+    close_holes::close(&mut whole, &eyes, &lattice, params, room, &mut report, progress)?;
     progress.lap("holes");
-    let written = write::write(whole, Besides { coloured, crs, places }, sink, progress)?;
+    let besides = Besides { coloured, crs, places };
+    let closes = close_openings::is_asked(params);
+    let mut surface = TriMesh::default();
+    let written = write::write(whole, besides, if closes { &mut surface } else { sink }, progress)?;
     (report.faces, report.shortest_edge) = (written.faces, written.shortest_edge());
+    if closes {
+        let closed = close_openings::close(&surface, &eyes, params, &mut report, progress)?;
+        drop(surface);
+        progress.lap("close");
+        sink.whole(closed, progress)?;
+    }
     progress.lap("write");
     report.seconds = progress.seconds();
     Ok(report)

@@ -1,6 +1,7 @@
 //! The parameters of a merge.
 
-use base::params::{flag, length, ratio};
+use base::params::{choice, flag, length, ratio};
+use close::{Openings, UpAxis};
 use image::triangulate::TriangulateParams;
 
 base::params! {
@@ -14,7 +15,7 @@ base::params! {
         /// the registration and below the thinnest wall.
         merge_distance: Option<f64> = length("Merge distance")
             .from_data("from the voxel and the measured distance between overlapping scans"),
-        /// Holes whose boundary is at most this long are closed.
+        /// Holes whose boundary is at most this long are closed, if holes alone are closed.
         max_hole_length: Option<f64> = length("Max hole length")
             .from_data("100 voxels, but at most a fifth of the diagonal of the connected part the hole is in")
             .off("all are left open"),
@@ -24,6 +25,14 @@ base::params! {
         /// Colours of scans that overlap are made equally bright before they are averaged: exposure and white balance differ from scan to
         /// scan. By up to a factor of eight: what differs more is of different things.
         match_exposure: bool = flag("Match exposure").on().off("colours are averaged as they are").since("0.2"),
+        /// Openings that are closed. Nothing is filled where a scan saw through by more than the merge distance and half a cell. All and
+        /// those inside the scans are closed by a smooth fill, with the whole surface in memory.
+        close: Openings = choice("Close", Openings::CHOICES).default(2.0).since("0.2"),
+        /// Nothing is filled below the lowest measured point, so that what stood on the ground gets a flat foot instead of a round one.
+        /// It is for more than holes.
+        flat_base: bool = flag("Flat base").off("parts that nobody saw from below continue as their sides bend").since("0.2"),
+        /// Direction away from the ground, where there is a flat base.
+        base_up: UpAxis = choice("Up of the base", UpAxis::CHOICES).since("0.2"),
         /// How range images are triangulated.
         triangulation: TriangulateParams,
     }

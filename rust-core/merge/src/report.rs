@@ -32,6 +32,8 @@ base::choices! {
         Apart = "apart" "Far apart",
         /// Files of scans are damaged: what they held is left out.
         Damaged = "damaged" "Damaged",
+        /// An opening that was to be closed is open.
+        Open = "open" "Left open",
     }
 }
 
@@ -104,6 +106,12 @@ base::report! {
             ("holes_closed", "Holes closed."),
             ("holes_open", "Boundary loops left open."),
         ]),
+        /// Holes of these that are open as a scan saw through where they would be closed.
+        holes_seen_through: u64 = count("Left open as seen through").since("0.2"),
+        /// Area that was filled, in the square of the unit of the scans. There is none where holes alone were closed.
+        filled_area: Option<f64> = number("Area filled").optional().since("0.2"),
+        /// Share of the area of the surface that was filled. There is none where holes alone were closed.
+        filled_share: Option<f64> = ratio("Filled").optional().since("0.2"),
         /// Connected parts dropped, and the triangles they had. These are parts that no scan saw, and those that are too small.
         dropped_components: [u64; 2] = count("Stray parts dropped, triangles").parts(&[
             ("dropped_components", "Connected parts dropped: those that no scan saw, and those that are too small."),
@@ -132,7 +140,7 @@ impl MergeReport {
         let [_, open] = self.holes;
         if open > 0 {
             let loops = counted(open, "open boundary loop", "open boundary loops");
-            let text = format!("the merged surface has {loops}: max_hole_length says which close");
+            let text = format!("the merged surface has {loops}: close and max_hole_length say which close");
             log::tell(Level::Info, &text);
         }
         let [parts, faces] = self.dropped_components;

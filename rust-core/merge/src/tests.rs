@@ -4,6 +4,7 @@ use glam::{DAffine3, DVec3};
 use proptest::prelude::*;
 
 mod blocks;
+pub(crate) mod closing;
 mod colours;
 mod defaults;
 mod grazing;

@@ -1,6 +1,6 @@
 //! The driver: the steps in their order.
 
-use base::error::{Error, Result, counted};
+use base::error::{Error, Result, Shown, counted};
 use base::memory;
 use base::progress::Progress;
 use close::crossing_pairs;
@@ -90,6 +90,7 @@ fn steps(mesh: &TriMesh, params: &PrepareParams, progress: &Progress<'_>) -> Res
     progress.lap(PLAN[BASE].0);
     progress.stage(WALLS, 1);
     if let Some(min_wall) = params.min_wall {
+        refuse_thick(&mesh, min_wall)?;
         let base = base.filter(|_| report.base_faces > 0);
         thicken(&mut mesh, min_wall, base, &mut report, progress)?;
     }
@@ -140,6 +141,19 @@ fn steps(mesh: &TriMesh, params: &PrepareParams, progress: &Progress<'_>) -> Res
     Ok(PreparedPrint { mesh, report })
 }
 
+/// Refuses a wall that is thicker than the mesh is long: its unit is another one.
+fn refuse_thick(mesh: &TriMesh, min_wall: f64) -> Result<()> {
+    let longest = bounds(&mesh.positions).map_or(0.0, |(lo, hi)| (hi - lo).max_element());
+    if min_wall > longest {
+        return Err(Error::input(format!(
+            "min_wall is {}, but the longest side of the mesh is {}: give less than that, in the unit of the mesh",
+            Shown::digits(min_wall, 4),
+            Shown::digits(longest, 4)
+        )));
+    }
+    Ok(())
+}
+
 /// Refuses a mesh that encloses no space, with what to do. Gives the volume.
 fn refuse(mesh: &TriMesh, progress: &Progress<'_>) -> Result<f64> {
     if mesh.triangles.is_empty() {
@@ -165,10 +179,13 @@ fn refuse(mesh: &TriMesh, progress: &Progress<'_>) -> Result<f64> {
         )));
     }
     let volume = enclosed_volume(mesh);
+    if volume == 0.0 {
+        return Err(Error::input("the mesh encloses no volume: give it a thickness first"));
+    }
     if !(volume > 0.0) {
         return Err(Error::input(format!(
             "the mesh encloses a volume of {}, which must be above 0: it is inside out, flip its faces first",
-            base::error::Shown(volume)
+            Shown::digits(volume, 4)
         )));
     }
     Ok(volume)

@@ -35,7 +35,7 @@ base::params! {
         /// Thickness of the walls around a cavity. Larger ones make smaller cavities.
         hollow: Option<f64> = length("Hollow").from_data("nothing is hollowed out").above(0.0).since("0.2"),
         /// Size of the cells in which the cavity is made, at most a third of the walls. Smaller ones take more memory and time.
-        hollow_cell: Option<f64> = length("Cell of the cavity").from_data("a quarter of the walls, and at least a 256th of the longest side").above(0.0).since("0.2"),
+        hollow_cell: Option<f64> = length("Cell of the cavity").from_data("a 256th of the longest side, but from a quarter to a third of the walls").above(0.0).since("0.2"),
         /// Diameter of a hole that leads from the base into the cavity, so that resin or powder runs out. It needs a base and a cavity.
         drain: Option<f64> = length("Drain").from_data("the cavity stays shut").above(0.0).since("0.2"),
         /// Sides of the hole, which is a prism.

@@ -4,6 +4,7 @@ use std::cmp::Ordering;
 
 use base::error::{Error, Result, Shown};
 use base::progress::Progress;
+use glam::DVec3;
 use mesh::measure::bounds;
 use mesh::{Attribute, TriMesh};
 
@@ -13,14 +14,15 @@ use super::report::{PrepareProblem, PrepareReport};
 use super::section::{Section, axis_of};
 use super::slice;
 
-/// Most parts along an axis: more is a unit that was mistaken.
+/// Most parts along an axis, and in all: more is a unit that was mistaken.
 const MOST: f64 = 100.0;
+const MOST_IN_ALL: f64 = 1000.0;
 
 /// Cuts a closed mesh into equal boxes no larger than the printer. Each part is closed by itself, and the caps of neighbours lie on each
 /// other. The face attribute `part` numbers them from 0, along x first, then along y and z.
 ///
 /// # Errors
-/// [`Error::Input`] if there would be more than 100 along an axis, or the mesh can't be cut between them. [`Error::Cancelled`].
+/// [`Error::Input`] if there would be more than 100 along an axis or 1,000 in all, or the mesh can't be cut between them. [`Error::Cancelled`].
 pub fn split_parts(
     mesh: &mut TriMesh,
     params: &PrepareParams,
@@ -29,20 +31,12 @@ pub fn split_parts(
 ) -> Result<()> {
     let sizes = sizes(params);
     let (lo, hi) = bounds(&mesh.positions).unwrap_or_default();
+    let counts = [0, 1, 2].map(|axis| sizes[axis].map_or(1.0, |(_, size)| ((hi[axis] - lo[axis]) / size).ceil()));
+    refuse_many(sizes, counts, hi - lo)?;
     let mut parts = vec![std::mem::take(mesh)];
     // The last axis first, so that parts come in the order of x.
     for axis in [2, 1, 0] {
-        let Some((name, size)) = sizes[axis] else { continue };
-        let extent = hi[axis] - lo[axis];
-        let count = (extent / size).ceil();
-        if count > MOST {
-            return Err(Error::input(format!(
-                "{name} is {}, but the mesh is {} long there: at most {MOST} parts are made, give at least {}",
-                Shown(size),
-                Shown(extent),
-                Shown(extent / MOST)
-            )));
-        }
+        let (extent, count) = (hi[axis] - lo[axis], counts[axis]);
         let planes: Vec<f64> = (1..count as usize).map(|k| lo[axis] + extent * (k as f64 / count)).collect();
         let mut pieces = Vec::new();
         for part in parts {
@@ -52,6 +46,26 @@ pub fn split_parts(
     }
     report.parts = parts.len();
     *mesh = joined(parts);
+    Ok(())
+}
+
+/// Refuses more parts than anybody prints, of a mesh of this size.
+fn refuse_many(sizes: [Option<(&str, f64)>; 3], counts: [f64; 3], extent: DVec3) -> Result<()> {
+    for axis in 0..3 {
+        let Some((name, size)) = sizes[axis].filter(|_| counts[axis] > MOST) else { continue };
+        return Err(Error::input(format!(
+            "{name} is {}, but the mesh is {} long there: at most {MOST} parts are made, give at least {}",
+            Shown::digits(size, 4),
+            Shown::digits(extent[axis], 4),
+            Shown::digits(extent[axis] / MOST, 4)
+        )));
+    }
+    let count: f64 = counts.iter().product();
+    if count > MOST_IN_ALL {
+        return Err(Error::input(format!(
+            "the printer's size cuts the mesh into {count} parts: at most {MOST_IN_ALL} are made, give a larger printer"
+        )));
+    }
     Ok(())
 }
 

@@ -12,7 +12,7 @@ pub type PlaneParams = Sized<3>;
 
 pub type AlignParams = Sized<6>;
 
-pub type MergeParams = Sized<7>;
+pub type MergeParams = Sized<10>;
 
 pub type SculptParams = Sized<8>;
 
@@ -24,7 +24,7 @@ pub type ReconstructParams = Sized<6>;
 
 pub type ClusterParams = Sized<11>;
 
-pub type CloseParams = Sized<7>;
+pub type CloseParams = Sized<8>;
 
 pub type CheckPrintParams = Sized<8>;
 
@@ -83,7 +83,7 @@ pub mod align_report {
     pub const PLACED: usize = 12;
 }
 
-pub type MergeReport = Sized<28>;
+pub type MergeReport = Sized<31>;
 
 /// Places of the figures of [`MergeReport`].
 #[allow(dead_code, reason = "tests look at some")]
@@ -114,6 +114,9 @@ pub mod merge_report {
     pub const WORKING_BYTES: usize = 25;
     pub const IN_FILES: usize = 26;
     pub const SHORTEST_EDGE: usize = 27;
+    pub const HOLES_SEEN_THROUGH: usize = 28;
+    pub const FILLED_AREA: usize = 29;
+    pub const FILLED_SHARE: usize = 30;
 }
 
 pub type SculptReport = Sized<14>;

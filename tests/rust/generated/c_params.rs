@@ -7,7 +7,7 @@ use std::process::{Command, Stdio};
 
 use surfrecon::params::{ParamKind, ParamSchema, ParamSpec, schemas};
 
-use crate::words::{number, plain_default, range, rule, sentence, wrapped};
+use crate::words::{default_choice, number, plain_default, range, rule, sentence, wrapped};
 use crate::{compare, root};
 
 /// Lengths of lines of the C library's comments, whose lines the header takes over.
@@ -80,7 +80,7 @@ fn text_of(row: &ParamSpec) -> String {
     let range = range(row);
     let _ = match (row.kind, rule(row)) {
         (ParamKind::Choice(choices), _) => {
-            write!(text, " A value of srf_{}, default {}.", row.name, constant(row, choices[0].name))
+            write!(text, " A value of srf_{}, default {}.", row.name, constant(row, choices[default_choice(row)].name))
         }
         (ParamKind::Flag, _) => {
             write!(text, " 1 or 0, default {}.", plain_default(row).expect("flags have plain ones"))
@@ -112,7 +112,7 @@ fn text_of(row: &ParamSpec) -> String {
 
 fn default_of(row: &ParamSpec) -> String {
     match (row.kind, row.default) {
-        (ParamKind::Choice(_), _) => "1".to_owned(),
+        (ParamKind::Choice(_), _) => (default_choice(row) + 1).to_string(),
         (_, surfrecon::params::Default::FromData(_)) => match (is_whole(row), row.any_number) {
             (true, _) => "0".to_owned(),
             (false, false) => "SRF_FROM_DATA".to_owned(),

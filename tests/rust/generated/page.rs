@@ -7,7 +7,7 @@ use surfrecon::params::{ParamKind, ParamSchema, ParamSpec};
 use surfrecon::reports::{Figure, FigureKind, FigureShape, report};
 
 use crate::compare;
-use crate::words::{plain_default, range, rule};
+use crate::words::{default_choice, plain_default, range, rule};
 
 #[test]
 fn parameters() {
@@ -141,7 +141,7 @@ fn default(p: &ParamSpec) -> String {
     match (p.kind, rule(p)) {
         (_, Some(rule)) => rule.to_owned(),
         (ParamKind::Flag, _) => if plain_default(p).as_deref() == Some("1") { "on" } else { "off" }.to_owned(),
-        (ParamKind::Choice(choices), _) => format!("`{}`", choices[0].name),
+        (ParamKind::Choice(choices), _) => format!("`{}`", choices[default_choice(p)].name),
         _ => plain_default(p).unwrap_or_default(),
     }
 }

@@ -2,6 +2,14 @@
 
 use surfrecon::params::{Default, ParamKind, ParamSpec};
 
+/// Place of the default in the list of a choice's values.
+pub fn default_choice(row: &ParamSpec) -> usize {
+    match row.default {
+        Default::Value(place) => place as usize,
+        Default::FromData(_) => unreachable!("a choice has a default"),
+    }
+}
+
 /// A number as all our languages read it.
 pub fn number(value: f64) -> String {
     if value.fract() == 0.0 && value.abs() < 1e16 { format!("{value:.0}") } else { format!("{value:?}") }

@@ -17,7 +17,7 @@ pub use walls::Wall;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use base::error::Result;
+use base::error::{Error, Result};
 use base::magnitude;
 use base::memory;
 use base::progress::Progress;
@@ -50,11 +50,14 @@ const BYTES_A_TRIANGLE: f64 = 250.0;
 /// body takes up to O(n^2). The example `print_figures` measures both.
 ///
 /// # Errors
-/// Parameters out of range. A mesh with an index out of range or a coordinate that is not finite. [`base::Error::OutOfMemory`].
+/// Parameters out of range. A mesh without triangles, with an index out of range or a coordinate that is not finite. [`base::Error::OutOfMemory`].
 /// [`base::Error::Cancelled`].
 pub fn check_print(mesh: &TriMesh, params: &PrintParams, progress: &Progress<'_>) -> Result<Checked> {
     params.validate()?;
     mesh.validate()?;
+    if mesh.triangles.is_empty() {
+        return Err(Error::input("the mesh has no triangles, but must have some: give a surface"));
+    }
     magnitude::points("vertex", &mesh.positions)?;
     memory::expect_each(mesh.triangles.len(), BYTES_A_TRIANGLE, 0.0, "checking the print of", "triangles")?;
     progress.plan(PLAN);
@@ -68,7 +71,10 @@ fn run(mesh: &TriMesh, params: &PrintParams, progress: &Progress<'_>) -> Result<
     report.set_topology(try_check(mesh, &progress.unseen())?);
     report.bodies = parts(mesh, progress)?;
     report.parts = report.bodies.len();
-    let (lo, hi) = mesh::measure::bounds(&mesh.positions).unwrap_or_default();
+    // Vertices that no face uses are not printed.
+    let used: Vec<DVec3> = mesh.triangles.iter().flatten().map(|&v| mesh.positions[v as usize]).collect();
+    let (lo, hi) = mesh::measure::bounds(&used).unwrap_or_default();
+    drop(used);
     report.size = (hi - lo).to_array();
     report.is_fitting = params.too_short(report.size).is_empty();
     report.volume = report.is_closed.then(|| report.bodies.iter().map(|part| part.volume).sum::<f64>());

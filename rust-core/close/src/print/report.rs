@@ -6,7 +6,7 @@ use base::report::{FigureValue, Found};
 use mesh::{CheckReport, TriMesh};
 
 use super::params::{PrintParams, TooShort};
-use super::walls::Wall;
+use super::walls::{END, Wall};
 
 base::choices! {
     /// Kinds of faults that a printer, or its slicer, stumbles over.
@@ -19,6 +19,8 @@ base::choices! {
         Crossing = "crossing" "Crossing faces",
         /// The outside is inside.
         InsideOut = "inside_out" "Inside out",
+        /// Closed, but nothing is inside.
+        NoVolume = "no_volume" "No volume",
         /// Larger than the printer.
         TooLarge = "too_large" "Too large",
         /// Walls thinner than the printer makes.
@@ -36,6 +38,7 @@ impl Fault {
             Fault::Open => "Close them",
             Fault::Crossing => "Move or remove these faces",
             Fault::InsideOut => "Flip its faces",
+            Fault::NoVolume => "Give it a thickness",
             Fault::TooLarge => "Scale it, or cut it into parts",
             Fault::Thin => "Thicken it there, or print it larger",
             Fault::Overhang => "Turn the object, or print it with supports",
@@ -113,7 +116,7 @@ base::report! {
         thinnest_wall: Option<f64> = length("Thinnest wall").optional().since("0.2"),
         /// Number of the face in front of the thinnest wall, counted from 0. There is none without such a wall.
         thinnest_face: Option<usize> = count("Face of the thinnest wall").optional().since("0.2"),
-        /// Faces whose walls are thinner than the thinnest wall that the printer makes.
+        /// Faces whose walls are thinner than the thinnest wall that the printer makes, by more than the error of measuring, 2 %.
         thin_faces: usize = count("Faces with thin walls").since("0.2"),
         /// Largest distance of a corner from the centre of its face. Walls are measured at centres. Where faces are larger than walls are
         /// thick, a wall may be thinner between them.
@@ -159,7 +162,8 @@ impl PrintReport {
         // The first of several.
         self.thinnest_face = (0..walls.len()).filter(|&t| walls[t].thickness < self.wall_limit).fold(None, least);
         self.thinnest_wall = self.thinnest_face.map(|t| walls[t].thickness);
-        self.thin_faces = min_wall.map_or(0, |min| walls.iter().filter(|wall| wall.thickness < min).count());
+        let is_thin = |wall: &&Wall, min: f64| wall.thickness < min * (1.0 - END);
+        self.thin_faces = min_wall.map_or(0, |min| walls.iter().filter(|wall| is_thin(wall, min)).count());
         self.walls = walls;
     }
 
@@ -179,6 +183,9 @@ impl PrintReport {
         }
         if self.volume.is_some_and(|volume| volume < 0.0) {
             find(Fault::InsideOut, "The mesh is inside out".to_owned());
+        }
+        if self.volume == Some(0.0) {
+            find(Fault::NoVolume, "The mesh encloses no volume".to_owned());
         }
         for length in params.too_short(self.size) {
             let [x, y, z] = self.size.map(|length| Shown::digits(length, 4));

@@ -249,8 +249,14 @@ fn faults_are_told_with_what_to_do() {
     let mut twice = cuboid(DVec3::ONE, 1);
     twice.triangles.push(twice.triangles[0]);
     assert_eq!(kinds(&checked(&twice))[0], Fault::NotManifold);
-    let empty = checked(&TriMesh::default());
-    assert!(empty.bodies.is_empty() && empty.thinnest_wall.is_none());
+    let empty = check_print(&TriMesh::default(), &PrintParams::default(), &Progress::none()).unwrap_err().to_string();
+    assert_eq!(empty, "the mesh has no triangles, but must have some: give a surface");
+    let mut flat = cuboid(DVec3::ONE, 1);
+    flat.positions.iter_mut().for_each(|p| p.z = 0.0);
+    assert!(kinds(&checked(&flat)).contains(&Fault::NoVolume));
+    let mut unused = cuboid(DVec3::ONE, 1);
+    unused.positions.push(DVec3::splat(100.0));
+    assert_eq!(checked(&unused).size, checked(&cuboid(DVec3::ONE, 1)).size);
     let params = PrintParams { overhang: 2.0, ..PrintParams::default() };
     assert!(matches!(check_print(&cuboid(DVec3::ONE, 1), &params, &Progress::none()), Err(Error::Parameter { .. })));
     for checks in [0, 3, 6] {

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{DepthKind, Projection, RangeImage, Viewing};
+use super::{DepthKind, Projection, RangeImage, Samples, Viewing};
 
 /// Every projection at about `rows` x `cols` pixels over a field of view of 0.6 x 0.6 (lengths or radians), with steps of
 /// either sign.
@@ -73,4 +73,21 @@ pub fn as_point_grid(image: &RangeImage) -> RangeImage {
         _ => Viewing::From(DVec3::ZERO),
     };
     RangeImage::from_points(image.rows(), image.cols(), points, viewing).expect("an image")
+}
+
+/// Whether all of 3 x 3 pixels around a place lie behind it by more than `slack`, in pinhole images of planar depth without noise. A naive
+/// twin of lines of sight.
+pub fn is_past(image: &RangeImage, place: DVec3, slack: f64) -> bool {
+    let (Projection::Pinhole { focal, centre, .. }, Samples::Values(values)) = (*image.projection(), image.samples())
+    else {
+        panic!("pinhole images of planar depth alone")
+    };
+    let at = image.world_from_sensor.inverse().transform_point3(place);
+    let pixel = [centre[1] + focal[1] * at.y / at.z, centre[0] + focal[0] * at.x / at.z].map(|x| x.round() as i64);
+    let rows = image.rows() as i64;
+    (0..9).all(|i| {
+        let [row, col] = [pixel[0] + i / 3 - 1, pixel[1] + i % 3 - 1];
+        let inside = at.z > 0.0 && row >= 0 && col >= 0 && row < rows && col < image.cols() as i64;
+        inside && values[(row * image.cols() as i64 + col) as usize] > at.z + slack * at.z / at.length()
+    })
 }

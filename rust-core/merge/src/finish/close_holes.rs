@@ -1,11 +1,12 @@
 //! Stage 9: holes up to a length, in windows: those whose surroundings have something in common are closed together, with what lies around
-//! them in memory. \[MI04, sec. 3.4\]
+//! them in memory. \[MI04, sec. 3.4\] Ours besides: a hole that a scan sees through stays open.
 
 use std::collections::BTreeMap;
 
 use rustc_hash::FxHashMap;
 
 use super::retry_holes::{self, Attempt, Retried};
+use super::seen_fills::{SeeingRule, seen_through};
 use super::{components, refuse_nothing};
 use crate::crossings::lattice::Lattice;
 use crate::params::MergeParams;
@@ -15,7 +16,9 @@ use crate::surface::connected::parts;
 use crate::surface::extract::{self, Row, Surface};
 use crate::surface::numbering::{GONE, NONE};
 use crate::surface::tile::{Part, Tiles};
-use crate::surface::whole::{Changes, Whole, Window};
+use crate::surface::whole::{Whole, Window};
+use crate::visibility::eyes::Eyes;
+use ::close::Openings;
 use base::error::Result;
 use base::progress::Progress;
 use glam::DVec3;
@@ -44,9 +47,10 @@ pub enum Limit {
 impl Limit {
     /// As asked for, or the default for what is of this size. Said in the report.
     pub fn of(params: &MergeParams, report: &mut MergeReport, size: DVec3) -> Self {
-        let length = params.max_hole_length.unwrap_or((HOLE_VOXELS * report.voxel).min(HOLE_SHARE * size.length()));
+        let given = if params.close == Openings::Holes { params.max_hole_length } else { Some(0.0) };
+        let length = given.unwrap_or((HOLE_VOXELS * report.voxel).min(HOLE_SHARE * size.length()));
         report.max_hole_length = length;
-        match params.max_hole_length {
+        match given {
             Some(length) => Limit::Length(length),
             None => Limit::OfPart(length, HOLE_SHARE),
         }
@@ -103,12 +107,13 @@ struct Addition {
     triangles: Vec<[Corner; 3]>,
 }
 
-/// Closes the holes that `params` name, or up to the default length.
+/// Closes the holes that `params` name, or up to the default length, where no scan of `eyes` sees through.
 ///
 /// # Errors
-/// A tile can't be read. Nothing is left. Cancelled.
+/// A tile can't be read. A scan can't be loaded any more. Nothing is left. Cancelled.
 pub fn close<T: Tiles>(
     whole: &mut Whole<T>,
+    eyes: &Eyes<'_>,
     lattice: &Lattice,
     params: &MergeParams,
     room: Room,
@@ -133,22 +138,31 @@ pub fn close<T: Tiles>(
         let holes: Vec<&Vec<u32>> = batch.iter().map(|&hole| &wanted[hole]).collect();
         open.extend(fill(window, &boundary, &holes, shortest, &mut additions, &mut rims, progress)?);
     }
-    open.sort_by_key(|open| open.vertex);
+    let rule = SeeingRule::of(lattice.voxel, report.merge_distance);
+    let seen = seen_through(&additions, |fill| fill.corners(&rims), eyes, rule, progress)?;
+    let refused = take_out(&mut additions, &seen);
+    let mut stays: Vec<(u32, bool)> =
+        open.iter().map(|open| (open.vertex, open.reason == HoleReason::Crossing)).collect();
+    stays.extend(refused.iter().map(|fill| (boundary.local(fill.order), false)));
+    stays.sort_unstable();
     let closed = additions.len() as u64;
     whole.add(additions, rims);
     let next = successors(&boundary.sides);
     boundary.sides.clear();
     let mut stuck: Vec<Vec<u32>> = Vec::new();
-    for open in &open {
-        let sides = walk(open.vertex, &next);
+    for &(vertex, is_stuck) in &stays {
+        let sides = walk(vertex, &next);
         boundary.sides.extend(&sides);
-        if open.reason == HoleReason::Crossing {
+        if is_stuck {
             stuck.push(sides.iter().map(|side| side[0]).collect());
         }
     }
     let least = components::least(&whole.chosen.parts.list, params.min_component_share);
-    let retried = retry(whole, &boundary, &stuck, limit, least, lattice, room, progress)?;
-    report.holes = [closed + retried.closed, open.len() as u64 - retried.holes];
+    let (pastes, rims) = retry(whole, &boundary, &stuck, limit, least, lattice, room, progress)?;
+    let seen = seen_through(&pastes, |paste| paste.addition.corners(&rims), eyes, rule, progress)?;
+    let (retried, left_seen) = paste(whole, pastes, &seen, rims);
+    report.holes = [closed + retried.closed, stays.len() as u64 - retried.holes];
+    report.holes_seen_through = refused.len() as u64 + left_seen;
     (0..2).for_each(|i| report.dropped_components[i] += retried.dropped[i]);
     let left = whole.triangles() - whole.changes.removed.len() as u64;
     refuse_nothing(left, report.voxel, params.min_component_share)
@@ -288,6 +302,24 @@ impl Addition {
     }
 }
 
+impl Addition {
+    /// Corners of its triangles. `rims` are the vertices there were.
+    fn corners<'a>(&'a self, rims: &'a BTreeMap<u64, Row>) -> impl Iterator<Item = [DVec3; 3]> + 'a {
+        let place = |corner: Corner| match corner.checked_sub(NEW) {
+            Some(new) => self.vertices.positions[new as usize],
+            None => rims[&corner].position,
+        };
+        self.triangles.iter().map(move |t| t.map(place))
+    }
+}
+
+/// Takes those out that go, in their order.
+fn take_out<T>(list: &mut Vec<T>, goes: &[bool]) -> Vec<T> {
+    let (gone, stay): (Vec<_>, Vec<_>) = std::mem::take(list).into_iter().zip(goes).partition(|of| *of.1);
+    list.extend(stay.into_iter().map(|of| of.0));
+    gone.into_iter().map(|of| of.0).collect()
+}
+
 impl<T: Tiles> Whole<T> {
     /// Adds in order. `rims` are the vertices there were.
     fn add(&mut self, mut additions: Vec<Addition>, rims: BTreeMap<u64, Row>) {
@@ -303,10 +335,10 @@ impl<T: Tiles> Whole<T> {
     }
 }
 
-/// A second chance for holes whose surroundings stand in the way.
+/// A second chance for holes whose surroundings stand in the way: what would be added, with the vertices there were.
 #[expect(clippy::too_many_arguments, reason = "what a stage is told")]
 fn retry<T: Tiles>(
-    whole: &mut Whole<T>,
+    whole: &Whole<T>,
     boundary: &Boundary,
     stuck: &[Vec<u32>],
     limit: Limit,
@@ -314,8 +346,7 @@ fn retry<T: Tiles>(
     lattice: &Lattice,
     room: Room,
     progress: &Progress<'_>,
-) -> Result<Retried> {
-    let mut retried = Retried::default();
+) -> Result<(Vec<Paste>, BTreeMap<u64, Row>)> {
     let windows: Vec<Bounds> =
         stuck.iter().map(|hole| retry_holes::window(boundary.bounds(hole), lattice.voxel)).collect();
     let mut pastes: Vec<Paste> = Vec::new();
@@ -333,14 +364,28 @@ fn retry<T: Tiles>(
             part.map_or(limit.length(), |part| limit.of_part(&whole.chosen.parts.list[part as usize]))
         };
         for attempt in retry_holes::attempts(&window.surface, &holes, limit_of, least, lattice, progress)? {
-            retried.add(&attempt);
             let first = batch[attempt.first] as u64;
-            pastes.push(Paste::of(&attempt, first, &window, &mut whole.changes, &mut rims));
+            pastes.push(Paste::of(&attempt, first, &window, &mut rims));
         }
     }
     pastes.sort_by_key(|paste| paste.addition.order);
+    Ok((pastes, rims))
+}
+
+/// Adds what was found, but for those that go. Says what was closed so, and how many holes stay open for those.
+fn paste<T: Tiles>(
+    whole: &mut Whole<T>,
+    mut pastes: Vec<Paste>,
+    goes: &[bool],
+    rims: BTreeMap<u64, Row>,
+) -> (Retried, u64) {
+    let left = take_out(&mut pastes, goes).iter().map(|paste| paste.counts.holes).sum();
+    let mut retried = Retried::default();
     let mut first = whole.vertices();
-    for paste in &pastes {
+    for paste in &mut pastes {
+        retried.add(&paste.counts);
+        whole.changes.moved.extend(std::mem::take(&mut paste.moved));
+        whole.changes.removed.extend(std::mem::take(&mut paste.removed));
         whole.changes.bare.extend(paste.bare.iter().map(|&corner| numbered(corner, first)));
         let renamed = paste.renamed.iter().map(|(t, corners)| (*t, corners.map(|corner| numbered(corner, first))));
         whole.changes.renamed.extend(renamed);
@@ -348,7 +393,7 @@ fn retry<T: Tiles>(
     }
     whole.changes.bare.sort_unstable();
     whole.add(pastes.into_iter().map(|paste| paste.addition).collect(), rims);
-    Ok(retried)
+    (retried, left)
 }
 
 /// The number of a corner. Those of its own follow `first`.
@@ -359,6 +404,12 @@ fn numbered(corner: Corner, first: u64) -> u64 {
 /// The surface that an attempt makes.
 struct Paste {
     addition: Addition,
+    /// The holes that it closes.
+    counts: Retried,
+    /// Vertices that lie elsewhere, and whether they are on a scan still.
+    moved: Vec<(u64, (DVec3, i32))>,
+    /// Triangles that are gone.
+    removed: Vec<u64>,
     /// Triangles with other corners.
     renamed: Vec<(u64, [Corner; 3])>,
     /// Vertices without a triangle.
@@ -366,20 +417,12 @@ struct Paste {
 }
 
 impl Paste {
-    /// Notes what does not depend on others in `changes`.
-    fn of(
-        attempt: &Attempt,
-        order: u64,
-        window: &Window,
-        changes: &mut Changes,
-        rims: &mut BTreeMap<u64, Row>,
-    ) -> Self {
+    fn of(attempt: &Attempt, order: u64, window: &Window, rims: &mut BTreeMap<u64, Row>) -> Self {
         let numbers: Vec<u64> = attempt.cut.vertices.iter().map(|&v| window.vertices[v as usize]).collect();
         let known = numbers.len();
         let (before, now) = (&attempt.cut.surface, &attempt.surface);
-        for v in (0..known).filter(|&v| before.positions[v] != now.positions[v] || before.scan[v] != now.scan[v]) {
-            changes.moved.insert(numbers[v], (now.positions[v], now.scan[v]));
-        }
+        let is_moved = |v: &usize| before.positions[*v] != now.positions[*v] || before.scan[*v] != now.scan[*v];
+        let moved = (0..known).filter(is_moved).map(|v| (numbers[v], (now.positions[v], now.scan[v]))).collect();
         let triangle = |t: u32| window.triangles[attempt.cut.triangles[t as usize] as usize];
         let addition = Addition::new(
             order,
@@ -389,21 +432,20 @@ impl Paste {
             &numbers,
             rims,
         );
-        let mut renamed = Vec::new();
+        let (mut renamed, mut removed) = (Vec::new(), Vec::new());
         // New vertices have no number yet; those there were keep theirs.
         let corner = |v: u32| numbers.get(v as usize).map_or(NEW + Corner::from(v) - known as Corner, |&v| v);
         let mut origin = attempt.origin.iter().zip(&now.triangles).peekable();
         for t in 0..before.triangles.len() as u32 {
             match origin.next_if(|of| *of.0 == t) {
-                None => {
-                    changes.removed.insert(triangle(t));
-                }
+                None => removed.push(triangle(t)),
                 Some((_, corners)) if *corners != before.triangles[t as usize] => {
                     renamed.push((triangle(t), corners.map(corner)));
                 }
                 Some(_) => {}
             }
         }
-        Paste { addition, renamed, bare: attempt.bare().into_iter().map(corner).collect() }
+        let bare = attempt.bare().into_iter().map(corner).collect();
+        Paste { addition, counts: Retried::of(attempt), moved, removed, renamed, bare }
     }
 }

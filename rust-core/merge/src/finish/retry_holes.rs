@@ -38,11 +38,17 @@ pub struct Retried {
 }
 
 impl Retried {
-    /// Counts one that led to a fill.
-    pub fn add(&mut self, attempt: &Attempt) {
-        self.holes += attempt.holes;
-        self.closed += attempt.closed;
-        (0..2).for_each(|i| self.dropped[i] += attempt.dropped[i]);
+    /// Of one that led to a fill.
+    pub fn of(attempt: &Attempt) -> Self {
+        let &Attempt { holes, closed, dropped, .. } = attempt;
+        Retried { holes, closed, dropped }
+    }
+
+    /// Adds others.
+    pub fn add(&mut self, other: &Retried) {
+        self.holes += other.holes;
+        self.closed += other.closed;
+        (0..2).for_each(|i| self.dropped[i] += other.dropped[i]);
     }
 }
 

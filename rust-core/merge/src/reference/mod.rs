@@ -59,7 +59,7 @@ impl Graph for ByLines<'_> {
         }
     }
 
-    fn finished(&mut self) -> Result<Built<Vec<Tile>>> {
+    fn finished(&mut self) -> Result<Built<'_, Vec<Tile>>> {
         self.0.finished()
     }
 }

@@ -22,6 +22,7 @@ use crate::run::started::{started, surface};
 use crate::stages::{FUSING, LABELLING, LOOKING};
 use crate::surface::tile::Tile;
 use crate::surface::tiles;
+use crate::visibility::eyes::Eyes;
 use crate::visibility::{self, Votes};
 use base::error::Result;
 use base::fewer_threads;
@@ -203,13 +204,16 @@ impl Graph for Memory<'_> {
         }
     }
 
-    fn finished(&mut self) -> Result<Built<Vec<Tile>>> {
+    fn finished(&mut self) -> Result<Built<'_, Vec<Tile>>> {
         let (tiles, mut report) = (std::mem::take(&mut self.tiles), std::mem::take(&mut self.report));
         report.working_bytes = report.working_bytes.max(tiles.iter().map(|tile| tile.surface.bytes()).sum());
-        let &Discretized { lattice, coloured, placing, .. } = self.found();
-        report.warnings.extend(damage::warning(&self.scan_order.sources));
-        let (crs, places) = (common_crs(&self.scan_order.sources)?, self.scan_order.places());
-        Ok(Built { tiles, lattice, reach: self.reaches().reach, coloured, placing, crs, places, report })
+        let scan_order = std::mem::take(&mut self.scan_order);
+        let Discretized { lattice, coloured, placing, images, .. } = self.found();
+        report.warnings.extend(damage::warning(&scan_order.sources));
+        let (crs, places) = (common_crs(&scan_order.sources)?, scan_order.places());
+        let (lattice, coloured, placing, reach) = (*lattice, *coloured, *placing, self.reaches().reach);
+        let eyes = Eyes::new(scan_order, images);
+        Ok(Built { tiles, lattice, reach, coloured, placing, crs, places, eyes, report })
     }
 }
 

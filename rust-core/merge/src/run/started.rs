@@ -5,10 +5,11 @@ use rustc_hash::FxHashSet;
 use crate::crossings::crossing::MAX_SCANS;
 use crate::driver::{self, Graph, Out};
 use crate::finish::close_holes::Room;
+use crate::finish::close_openings;
 use crate::intake::setup::{Fit, Setup};
 use crate::params::MergeParams;
 use crate::report::Merged;
-use crate::stages::PLAN;
+use crate::stages::{CLOSED_PLAN, PLAN};
 use base::error::{Error, Result};
 use base::progress::Progress;
 use base::threads;
@@ -45,7 +46,7 @@ pub fn started<T: Send>(
         return Err(Error::input(format!("{} scans are more than the {MAX_SCANS} that fit", scans.len())));
     }
     common_crs(scans)?;
-    progress.plan(PLAN);
+    progress.plan(if close_openings::is_asked(params) { CLOSED_PLAN } else { PLAN });
     let pool = threads::pool(params.threads)?;
     let merged = progress.run(&pool, work);
     // The caller asked for an end, whatever else went wrong meanwhile.

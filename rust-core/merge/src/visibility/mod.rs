@@ -5,6 +5,8 @@
 //! scans see through it than measured it, before anything is made of it. Two at least have to see through it, since a rod thinner than a
 //! pixel is missed now and then.
 
+pub mod eyes;
+
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU16, Ordering::Relaxed};
 
@@ -19,12 +21,11 @@ use crate::crossings::scan_order::ScanOrder;
 use crate::field::Bundles;
 use base::error::Result;
 use base::progress::Progress;
+use eyes::{lines_of_sight, looking};
 use image::range_image::noise::Noise;
 use image::source::Measured;
 use image::visibility::{LinesOfSight, Seen};
 
-/// At most so many scans vote, those of the smallest numbers, which is as good as by chance: more would tell the same.
-const MOST_VOTERS: usize = 256;
 /// Fewest scans that see through a surface that goes: it stays if fewer do.
 const LEAST_THROUGH: u16 = 2;
 
@@ -101,31 +102,9 @@ pub fn drop_seen_through(bundles: Bundles, votes: Vec<Vec<Votes>>, progress: &Pr
 
 /// The numbers of the scans that vote, with their noise. None if they are too few.
 pub fn voters(images: &[(u32, Measured)]) -> Vec<(u32, &Noise)> {
-    let mut noises: Vec<_> =
-        images.iter().filter(|image| image.1.has_lines_of_sight).map(|(scan, image)| (*scan, &image.noise)).collect();
+    let looking = looking(images);
     // One has it, others see through.
-    if noises.len() <= usize::from(LEAST_THROUGH) {
-        return Vec::new();
-    }
-    noises.truncate(MOST_VOTERS);
-    noises
-}
-
-/// A scan, by its number, made to be asked what it sees.
-///
-/// # Errors
-/// It can't be loaded any more. Cancelled.
-pub fn lines_of_sight(
-    scan_order: &ScanOrder<'_>,
-    number: u32,
-    noise: &Noise,
-    progress: &Progress<'_>,
-) -> Result<Option<LinesOfSight>> {
-    let place = scan_order.place(number).expect("it is of a scan of the order");
-    match scan_order.sources[place].image(progress)? {
-        Some(image) => LinesOfSight::new(&image, noise.clone(), progress),
-        None => Ok(None),
-    }
+    if looking.len() > usize::from(LEAST_THROUGH) { looking } else { Vec::new() }
 }
 
 /// Whether an edge goes that so many scans see through, and so many have a surface at.

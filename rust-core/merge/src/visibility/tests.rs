@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 
+use super::eyes::MOST_VOTERS;
 use super::*;
 use crate::{MergeParams, Merged, Run, merge};
 use geom::bvh::Bvh;

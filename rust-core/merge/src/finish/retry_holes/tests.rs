@@ -16,6 +16,7 @@ use crate::surface::parts;
 use crate::surface::parts::Chosen;
 use crate::surface::tile::{Share, Tile, Tiles};
 use crate::surface::whole::Whole;
+use crate::visibility::eyes::Eyes;
 use crate::{MergeParams, MergeReport};
 use mesh::sink::{MeshOutline, MeshSink};
 use mesh::{AttributeData, TriMesh, check};
@@ -120,7 +121,7 @@ fn closed_into<T: Tiles>(mut whole: Whole<T>, sink: &mut dyn MeshSink) -> [u64; 
     let lattice = Lattice::new(1.0, DVec3::ZERO, [0; 3]).unwrap();
     let params = MergeParams { max_hole_length: Some(60.0), ..MergeParams::default() };
     let mut found = MergeReport::default();
-    close_holes::close(&mut whole, &lattice, &params, Room::ALL, &mut found, &progress).unwrap();
+    close_holes::close(&mut whole, &Eyes::default(), &lattice, &params, Room::ALL, &mut found, &progress).unwrap();
     let besides = Besides { places: ScanPlaces([(0, 0)].into_iter().collect()), ..Besides::default() };
     write::write(whole, besides, sink, &progress).unwrap();
     found.holes

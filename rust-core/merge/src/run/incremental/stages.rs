@@ -118,7 +118,9 @@ impl Graph for Incremental<'_> {
         }
     }
 
-    fn finished(&mut self) -> Result<Built<Vec<Tile>>> {
-        self.at_work.finished()
+    fn finished(&mut self) -> Result<Built<'_, Vec<Tile>>> {
+        let built = self.at_work.finished()?;
+        let eyes = built.eyes.knowing(self.kept.visibility.sights());
+        Ok(Built { eyes, ..built })
     }
 }

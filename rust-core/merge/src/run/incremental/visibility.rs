@@ -12,7 +12,8 @@ use crate::crossings::lines::SortedBundle;
 use crate::crossings::scan_order::ScanOrder;
 use crate::intake::Discretized;
 use crate::stages::LOOKING;
-use crate::visibility::{self, is_through, look};
+use crate::visibility::eyes::{KnownSights, lines_of_sight, looking};
+use crate::visibility::{is_through, look, voters, without};
 use base::error::Result;
 use base::progress::Progress;
 use image::visibility::{LinesOfSight, Seen};
@@ -21,7 +22,9 @@ use image::visibility::{LinesOfSight, Seen};
 #[derive(Default)]
 pub struct VisibilityCache {
     /// Those that were asked about all bundles that are not new, by version. Of some nothing is to be known.
-    asked: FxHashMap<u64, Option<Arc<LinesOfSight>>>,
+    asked: KnownSights,
+    /// Lines of sight of all scans that have some.
+    sights: KnownSights,
     /// Possible error of surfaces, in world units.
     tolerance: f64,
 }
@@ -53,20 +56,22 @@ impl VisibilityCache {
         tolerance: f64,
         progress: &Progress<'_>,
     ) -> Result<FxHashSet<[i32; 3]>> {
-        let voters = visibility::voters(&found.images);
-        progress.stage(LOOKING, voters.len() as u64);
-        let sights = voters.par_iter().with_max_len(1).map(|&(scan, noise)| {
+        let looking = looking(&found.images);
+        progress.stage(LOOKING, looking.len() as u64);
+        let sights = looking.par_iter().with_max_len(1).map(|&(scan, noise)| {
             progress.advance(1)?;
             let version = scan_order.version(scan);
-            let sight = match self.asked.get(&version) {
+            let sight = match self.sights.get(&version) {
                 Some(known) => known.clone(),
-                None => visibility::lines_of_sight(scan_order, scan, noise, progress)?.map(Arc::new),
+                None => lines_of_sight(scan_order, scan, noise, progress)?.map(Arc::new),
             };
             Ok((version, sight))
         });
-        let sights: FxHashMap<u64, Option<Arc<LinesOfSight>>> = sights.collect::<Result<_>>()?;
+        let sights: KnownSights = sights.collect::<Result<_>>()?;
         let is_asked_anew = self.tolerance != tolerance;
-        let looking = Looking { sights: &sights, asked: &self.asked, lattice: &found.lattice, tolerance };
+        // Of too few none votes.
+        let voters = if voters(&found.images).is_empty() { KnownSights::default() } else { sights.clone() };
+        let looking = Looking { voters: &voters, asked: &self.asked, lattice: &found.lattice, tolerance };
         let look = |(key, bundle): (&BundleKey, &KeptBundle)| {
             progress.check()?;
             Ok(looking.at(*key, bundle, is_asked_anew))
@@ -80,15 +85,20 @@ impl VisibilityCache {
             }
         }
         bundles.all.retain(|_, bundle| !bundle.is_empty());
-        *self = VisibilityCache { asked: sights, tolerance };
+        *self = VisibilityCache { asked: voters, sights, tolerance };
         Ok(changed)
+    }
+
+    /// The lines of sight of all scans that have some, at most as many as vote.
+    pub fn sights(&self) -> KnownSights {
+        self.sights.clone()
     }
 }
 
 /// Scans that are asked, and the place in question.
 struct Looking<'a> {
-    sights: &'a FxHashMap<u64, Option<Arc<LinesOfSight>>>,
-    asked: &'a FxHashMap<u64, Option<Arc<LinesOfSight>>>,
+    voters: &'a KnownSights,
+    asked: &'a KnownSights,
     lattice: &'a Lattice,
     tolerance: f64,
 }
@@ -101,13 +111,13 @@ impl Looking<'_> {
         let mut votes: FxHashMap<u64, Box<[u8]>> = FxHashMap::default();
         let mut is_changed = is_new;
         for (version, of_scan) in &bundle.votes {
-            let stays = self.sights.contains_key(version) && is_known(version);
+            let stays = self.voters.contains_key(version) && is_known(version);
             is_changed |= !stays;
             if stays {
                 votes.insert(*version, of_scan.clone());
             }
         }
-        for (version, sight) in self.sights.iter().filter(|(version, _)| !is_known(version)) {
+        for (version, sight) in self.voters.iter().filter(|(version, _)| !is_known(version)) {
             if let Some(sight) = sight
                 && let Some(of_scan) = self.votes(sight, &bundle.all)
             {
@@ -146,7 +156,7 @@ fn left(bundle: &Arc<SortedBundle>, votes: &FxHashMap<u64, Box<[u8]>>) -> (Arc<S
     if !goes.contains(&true) {
         return (bundle.clone(), 0);
     }
-    let (shown, dropped) = visibility::without(SortedBundle::clone(bundle), goes.into_iter());
+    let (shown, dropped) = without(SortedBundle::clone(bundle), goes.into_iter());
     (Arc::new(shown), dropped)
 }
 

@@ -29,6 +29,7 @@ use crate::intake::{damage, defaults};
 use crate::params::MergeParams;
 use crate::report::{MergeReport, VoxelReason};
 use crate::stages::FUSING;
+use crate::visibility::eyes::Eyes;
 use base::error::{Error, Result};
 use base::progress::Progress;
 use image::source::{Loading, ScanSource, common_crs};
@@ -416,7 +417,7 @@ impl Graph for Tasks<'_> {
         (0..stage.tasks(self.portions)).try_for_each(|number| self.task(stage, number, progress))
     }
 
-    fn finished(&mut self) -> Result<Built<Vec<TileFile>>> {
+    fn finished(&mut self) -> Result<Built<'_, Vec<TileFile>>> {
         let planned = self.planned()?;
         self.setting.cut = planned.cut;
         let Known { about, reaches, mut report } = self.compared(&planned)?;
@@ -426,10 +427,11 @@ impl Graph for Tasks<'_> {
         let tiles = tiles::open(&self.files(Stage::Build)?, &self.setting)?;
         // Nothing else is needed any more.
         self.setting.spend(&[labels::KIND])?;
-        let Discretized { lattice, coloured, placing, .. } = about.found;
+        let Discretized { lattice, coloured, placing, images, .. } = about.found;
         report.warnings.extend(damage::warning(&planned.scan_order.sources));
         let (crs, places) = (common_crs(&planned.scan_order.sources)?, planned.scan_order.places());
-        Ok(Built { tiles, lattice, reach: reaches.reach, coloured, placing, crs, places, report })
+        let eyes = Eyes::new(planned.scan_order, &images);
+        Ok(Built { tiles, lattice, reach: reaches.reach, coloured, placing, crs, places, eyes, report })
     }
 }
 

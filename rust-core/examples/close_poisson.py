@@ -1,4 +1,4 @@
-"""Makes Screened Poisson surfaces of the surfaces that the example close_figures writes: poisson.py FOLDER [DEPTH]."""
+"""Makes Screened Poisson surfaces of what the example close_figures writes: close_poisson.py FOLDER [DEPTH]."""
 
 import json
 import sys

@@ -2,9 +2,9 @@
 //! truth.
 //!
 //! ```sh
-//! cargo run --release -p surfrecon-close --example close_figures -- FOLDER            # writes FOLDER/*.merged.ply and the figures
-//! python rust-core/close/examples/poisson.py FOLDER                                   # Screened Poisson of the same surfaces
-//! cargo run --release -p surfrecon-close --example close_figures -- FOLDER            # once more: both side by side
+//! cargo run --release -p surfrecon --example close_figures -- FOLDER            # writes FOLDER/*.merged.ply and the figures
+//! python rust-core/examples/close_poisson.py FOLDER                                   # Screened Poisson of the same surfaces
+//! cargo run --release -p surfrecon --example close_figures -- FOLDER            # once more: both side by side
 //! ```
 //!
 //! Filled is what lies farther than 1.5 cells from the merged surface. It is in seen space where a scan sees past it by more than the merge
@@ -19,6 +19,7 @@ use glam::DVec3;
 
 use base::error::{Error, Result};
 use base::progress::Progress;
+use close::CloseParams;
 use geom::bvh::Bvh;
 use image::range_image::{Projection, RangeImage, Samples};
 use io::export::{PlyEncoding, write_ply};
@@ -28,7 +29,6 @@ use mesh::TriMesh;
 use mesh::measure::{Side, bounds, deviation};
 use scan::shapes::Shape;
 use scan::{ScanParams, VirtualCamera, scan};
-use surfrecon_close::{self as close, CloseParams};
 
 /// Longest side of each object, mm.
 const SIZE: f64 = 220.0;
