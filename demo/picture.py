@@ -34,11 +34,19 @@ def short(metres):
     return f"{metres * 1e3:.3f} mm" if metres < 0.01 else f"{metres * 1e3:.1f} mm"
 
 
+def filled(report):
+    """The row of what was filled, if more than holes was closed."""
+    if report.get("filled_share"):
+        yield "filled", f"{100 * report['filled_share']:.1f} % of the area"
+
+
 def captions(f):
     """Title and rows (name, value) of each panel."""
     report, check, error, residual = f["report"], f["check"], f["error"], f["residual"]
     closed, left = report["holes"]
     manifold = "manifold" if check["is_manifold"] else "NOT manifold"
+    if check["is_closed"]:
+        manifold = f"closed, {manifold}"
     parts = "one component" if check["components"] == 1 else f"{check['components']} components"
     source = "virtual scans, noisy and slightly misplaced" if f["virtual"] else "registered range scans"
     against = "the true surface" if f["virtual"] else "the scans"
@@ -57,7 +65,8 @@ def captions(f):
         [
             ("triangles", f"{f['triangles']:,}"),
             ("voxel", short(report["voxel"])),
-            ("holes", f"{closed} closed, {left} left"),
+            ("openings", f"{closed} closed, {left} left"),
+            *filled(report),
             ("merged in", f"{f['seconds']['merge']:.1f} s"),
         ],
     )
@@ -130,7 +139,8 @@ def table(f):
     yield "intersections", f"{report['intersections']:,}, after fusing {report['fused_intersections']:,}"
     yield "triangles, vertices", f"{f['triangles']:,}, {f['vertices']:,}"
     yield "faces by case a / b / c", " / ".join(f"{100 * n / total:.2f} %" for n in report["faces"])
-    yield "holes closed, left open", f"{report['holes'][0]}, {report['holes'][1]}"
+    yield "openings closed, left open", f"{report['holes'][0]}, {report['holes'][1]}"
+    yield from filled(report)
     yield "small parts dropped", f"{report['dropped_components'][0]}"
     yield "components, boundary loops", f"{check['components']}, {check['boundary_loops']}"
     yield "non-manifold edges, vertices", f"{check['non_manifold_edges']}, {check['non_manifold_vertices']}"
