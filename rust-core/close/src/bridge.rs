@@ -10,7 +10,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use base::error::Result;
 use base::progress::{Pace, Progress};
 
-use super::multigrid::NONE;
+use super::rows::NONE;
 use super::surface::normal;
 
 /// Longest distance between the middles of bridged edges, in cells: the gap is about one wide.

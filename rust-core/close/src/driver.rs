@@ -62,9 +62,10 @@ const BYTES_A_TRIANGLE: f64 = 400.0;
 /// * The same result for any number of threads and any order of the scans.
 ///
 /// # Cost
-/// Time O(n log n) for n triangles, and O(m) for the m cells of the fill's grid, at most 6 million. About 100 bytes per cell and 400 per
-/// triangle, and 11 per pixel of the scans. In larger things cells are larger. Openings smaller than two of them are closed by the mesh
-/// alone. \[Lie03\]
+/// Time O(n log n) for n triangles, and O(m) for m nodes of grids: one of at most 3 million with cells four times those of the merge over
+/// everything, and one with cells twice as large around openings. About 400 bytes per triangle, 200 and 110 per node, and 11 per pixel of
+/// the scans. In things so large that the first grid would have more nodes cells are larger. Openings smaller than two of them are closed by
+/// the mesh alone. \[Lie03\]
 ///
 /// # Errors
 /// Parameters out of range. A mesh that is no oriented manifold: the error says what is wrong. Scans of another coordinate reference system,
@@ -248,15 +249,18 @@ impl Attempt<'_> {
         let strict = Envelope { tolerance: report.merge_distance + 0.5 * report.cell, ..envelope };
         progress.stage(SOLVING, field::STEPS);
         let extent = extent(surface.mesh, params, report.cell / self.finer);
-        let (grid, field) = field::solve(surface, &extent, envelope, progress)?;
+        let (nodes, field) = field::solve(surface, &extent, envelope, progress)?;
+        let fill_cell = nodes.grid.cell;
         progress.lap(PLAN[SOLVING].0);
         progress.stage(JOINING, 1);
-        let level = level::extract(&grid, &field, |a, b, t| level::between(&grid, a, b, t), progress)?;
-        let fill = cut::beyond_borders(&level, surface, grid.cell, progress)?;
+        let place = |a, b, t| level::between([a, b].map(|node| nodes.place(node)), t);
+        let level = level::extract(nodes.cells(), &field, place, progress)?;
+        drop((nodes, field));
+        let fill = cut::beyond_borders(&level, surface, fill_cell, progress)?;
         let mut growing = Growing::new(surface, &fill);
-        let step = report.cell.max(grid.cell / MOST_STEPS);
+        let step = report.cell.max(fill_cell / MOST_STEPS);
         retreat::retreat(&mut growing, envelope, step, progress)?;
-        growing.join(grid.cell, progress)?;
+        growing.join(fill_cell, progress)?;
         for _ in 0..RETREATS {
             retreat::retreat(&mut growing, envelope, step, progress)?;
             growing.repair(progress)?;
@@ -283,7 +287,7 @@ impl Attempt<'_> {
             if (1..=MOST_STUCK).contains(&stuck) { Some(self.without(&growing, &settled, progress)?) } else { None };
         growing.drop_unused();
         let mesh = TriMesh::new(growing.positions, growing.triangles);
-        Ok((Tried { mesh, forced: settled.forced, openings, open_edges }, rest, grid.cell))
+        Ok((Tried { mesh, forced: settled.forced, openings, open_edges }, rest, fill_cell))
     }
 
     /// The surface without fills that are stuck.

@@ -3,6 +3,7 @@
 //! From coarse to fine, and on each grid several times: nodes near the zero level are solved for, those beyond have the distances of the
 //! level of the last time, values and slopes. So the squared Laplacian over the band is, up to a factor, the squared mean curvature of the
 //! level, and a part of a ball is continued as a ball. Coarse grids carry this over large openings in a few solves.
+//! Finer grids lie around openings alone: elsewhere the surface is measured.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -12,6 +13,7 @@ use base::memory;
 use base::progress::Progress;
 
 use super::grid::Grid;
+use super::nodes::Nodes;
 use super::plate::Plate;
 use super::surface::Surface;
 use super::visibility::Envelope;
@@ -28,10 +30,14 @@ const START: f64 = 2.0;
 /// Distance of the outer bound from the surface: a share of its longest side, and cells.
 const MARGIN: f64 = 0.15;
 const MARGIN_CELLS: f64 = 12.0;
-/// Most nodes of the finest grid: cells are larger where it takes more.
-const MOST_NODES: f64 = 6e6;
-/// At the peak. Measured.
-const BYTES_A_NODE: f64 = 100.0;
+/// Nodes of the next finer grid reach so far from the level that fills, in cells: it may move by a half of them.
+const MARKED: usize = 4;
+/// The field is solved for up to so far from the level that fills, along each axis, in cells. Beyond it the surface is measured.
+const BESIDE: usize = 6;
+/// Most nodes of the start's grid: cells are larger where it takes more.
+const MOST_NODES: f64 = 2e6;
+/// Of the start, at the peak. Measured.
+const BYTES_A_NODE: f64 = 200.0;
 /// Steps that progress counts.
 pub const STEPS: u64 = 7;
 
@@ -55,7 +61,7 @@ impl Extent {
         let margin = MARGIN * (hi - lo).max_element();
         let size = hi - lo + 2.0 * margin;
         let least = (size.x * size.y * size.z / MOST_NODES).cbrt().max(size.max_element() / MOST_NODES);
-        let cell = cell.max(least);
+        let cell = cell.max(least / START);
         Extent { lo, hi, cell, margin: margin + MARGIN_CELLS * cell }
     }
 
@@ -64,7 +70,7 @@ impl Extent {
     }
 }
 
-/// Solves for the field. Returns the finest grid and its values, negative inside and positive on the outer bound. Where a scan saw that
+/// Solves for the field. Returns the nodes of the finest grid around openings and its values, negative inside. Where a scan saw that
 /// nothing is they are not negative.
 ///
 /// # Errors
@@ -74,137 +80,141 @@ pub fn solve(
     extent: &Extent,
     envelope: Envelope<'_>,
     progress: &Progress<'_>,
-) -> Result<(Grid, Vec<f64>)> {
-    memory::expect_each(extent.grid(1.0).len(), BYTES_A_NODE, 0.0, "closing", "nodes of the fill's grid")?;
-    let mut grid = extent.grid(START);
-    let mut field: Vec<f64> = poisson::start(surface.mesh, &grid, progress)?.into_iter().map(|x| -x).collect();
-    let coarsest = OPENING_CELL * width(surface, &grid, &field, envelope, progress)?;
-    progress.advance(1)?;
-    let used = GRIDS.iter().position(|&(cells, _)| cells * extent.cell <= coarsest).unwrap_or(GRIDS.len() - 1);
-    let mut asked = vec![true; grid.len()];
-    for &(cells, times) in &GRIDS[used..] {
-        let next = extent.grid(cells);
-        field = resampled(&grid, &field, &next, progress)?;
-        asked = if cells == GRIDS[used].0 { vec![true; next.len()] } else { around(&grid, &asked, &next, progress)? };
-        grid = next;
-        let mut free = Vec::new();
-        for _ in 0..times {
-            (field, free) = once(surface, &grid, field, &asked, envelope, progress)?;
-            progress.advance(1)?;
-        }
-        asked = free;
-    }
-    Ok((grid, field))
+) -> Result<(Nodes, Vec<f64>)> {
+    solve_around(surface, extent, MARKED, envelope, progress)
 }
 
-/// Largest distance of the start's level from the surface, out of seen space.
-fn width(
+/// [`solve`] with nodes so far around openings.
+pub fn solve_around(
     surface: &Surface<'_>,
-    grid: &Grid,
+    extent: &Extent,
+    marked: usize,
+    envelope: Envelope<'_>,
+    progress: &Progress<'_>,
+) -> Result<(Nodes, Vec<f64>)> {
+    let grid = extent.grid(START);
+    memory::expect_each(grid.len(), BYTES_A_NODE, 0.0, "closing", "nodes of the fill's grid")?;
+    let mut field: Vec<f64> = poisson::start(surface.mesh, &grid, progress)?.into_iter().map(|x| -x).collect();
+    let mut nodes = Nodes::all(grid)?;
+    let (width, mut level) = look(surface, &nodes, &field, envelope, progress)?;
+    progress.advance(1)?;
+    let coarsest = OPENING_CELL * width;
+    let used = GRIDS.iter().position(|&(cells, _)| cells * extent.cell <= coarsest).unwrap_or(GRIDS.len() - 1);
+    for &(cells, times) in &GRIDS[used..] {
+        let grid = extent.grid(cells);
+        let next = match grid.cell > nodes.grid.cell {
+            true => Nodes::all(grid)?,
+            false => nodes.finer(&nodes.grown(level, marked, progress)?, grid, progress)?,
+        };
+        field = nodes.resampled(&field, &next, progress)?;
+        nodes = next;
+        level = Vec::new();
+        for _ in 0..times {
+            (field, level) = once(surface, &nodes, field, envelope, progress)?;
+            progress.advance(1)?;
+        }
+    }
+    Ok((nodes, field))
+}
+
+/// Looks at the start, out of seen space. Returns the largest distance of its level from the surface, and the nodes at the part of the level
+/// that fills.
+fn look(
+    surface: &Surface<'_>,
+    nodes: &Nodes,
     field: &[f64],
     envelope: Envelope<'_>,
     progress: &Progress<'_>,
-) -> Result<f64> {
-    let is_at_level =
-        |node: usize| field[node] < 0.0 && grid.neighbours(node).into_iter().flatten().any(|other| field[other] >= 0.0);
-    let nodes: Vec<usize> = (0..grid.len()).filter(|&node| is_at_level(node)).collect();
-    let distances: Vec<f64> = nodes
+) -> Result<(f64, Vec<bool>)> {
+    let mut seen = vec![NOT_ASKED; nodes.len()];
+    let inside: Vec<u32> = (0..nodes.len() as u32).filter(|&n| field[n as usize] < 0.0).collect();
+    ask(nodes, envelope, &inside, &mut seen, progress)?;
+    let is_inside = |node: usize| field[node] < 0.0 && seen[node] != SEEN;
+    let at_level: Vec<u32> =
+        inside.into_iter().filter(|&n| is_inside(n as usize) && !nodes.beside(n as usize).all(is_inside)).collect();
+    // The distance where the start has its level itself, and whether the node is at the fill.
+    let found: Vec<Vec<(f64, bool)>> = at_level
         .par_chunks(256)
-        .map(|nodes| {
+        .map(|numbers| {
             progress.check()?;
             let mut hint = None;
-            let places = nodes.iter().map(|&node| grid.place(node)).filter(|place| !envelope.is_seen(*place));
-            let distances = places.filter_map(|place| surface.beside_from(place, &mut hint)).map(|b| b.distance.abs());
-            Ok(distances.fold(0.0, f64::max))
+            let look = |&node: &u32| {
+                let node = node as usize;
+                let beside = surface.beside_from(nodes.place(node), &mut hint);
+                let distance = beside.map_or(f64::INFINITY, |beside| beside.distance.abs());
+                let is_of_start = nodes.beside(node).any(|other| field[other] >= 0.0);
+                let is_measured =
+                    beside.is_some_and(|beside| !beside.is_at_border) && distance <= known::LAYERS * nodes.grid.cell;
+                (if is_of_start { distance } else { 0.0 }, !is_measured)
+            };
+            Ok(numbers.iter().map(look).collect())
         })
         .collect::<Result<_>>()?;
-    Ok(distances.into_iter().fold(0.0, f64::max))
-}
-
-/// The nodes of a grid that lie within about a cell of marked nodes of a coarser one.
-fn around(coarse: &Grid, marked: &[bool], fine: &Grid, progress: &Progress<'_>) -> Result<Vec<bool>> {
-    let mut grown = marked.to_vec();
-    for stride in coarse.strides() {
-        progress.check()?;
-        let before = grown.clone();
-        for node in stride..coarse.len() {
-            grown[node] |= before[node - stride];
-            grown[node - stride] |= before[node];
-        }
+    let found = found.concat();
+    let mut level = vec![false; nodes.len()];
+    for (&node, &(_, fills)) in at_level.iter().zip(&found) {
+        level[node as usize] = fills;
     }
-    let is_near = |node: usize| {
-        let (first, fraction) = coarse.cell_of(fine.place(node));
-        coarse.corners(first, fraction).iter().any(|corner| grown[corner.0])
-    };
-    let mut near = vec![false; fine.len()];
-    near.par_chunks_mut(1 << 14).enumerate().try_for_each(|(chunk, near)| {
-        progress.check()?;
-        near.iter_mut().enumerate().for_each(|(i, near)| *near = is_near((chunk << 14) + i));
-        Ok(())
-    })?;
-    Ok(near)
+    for ([from, _], _) in surface.border() {
+        let (first, _) = nodes.grid.cell_of(surface.mesh.positions[from as usize]);
+        level[first] = true;
+    }
+    Ok((found.into_iter().map(|found| found.0).fold(0.0, f64::max), level))
 }
 
-/// A field on another grid.
-fn resampled(from: &Grid, field: &[f64], to: &Grid, progress: &Progress<'_>) -> Result<Vec<f64>> {
-    let mut values = vec![0.0; to.len()];
-    values.par_chunks_mut(1 << 14).enumerate().try_for_each(|(chunk, values)| {
-        progress.check()?;
-        for (i, value) in values.iter_mut().enumerate() {
-            *value = from.sample(field, to.place((chunk << 14) + i));
-        }
-        Ok(())
-    })?;
-    Ok(values)
-}
-
-/// One solve. Nodes that are not `asked` for keep their values: they hold distances. Returns the field, and which nodes it was solved for.
+/// One solve. Returns the field, and the nodes at the part of its level that fills.
 fn once(
     surface: &Surface<'_>,
-    grid: &Grid,
+    nodes: &Nodes,
     mut field: Vec<f64>,
-    asked: &[bool],
     envelope: Envelope<'_>,
     progress: &Progress<'_>,
 ) -> Result<(Vec<f64>, Vec<bool>)> {
-    let known = known::near(surface, grid, asked, progress)?;
-    let mut is_known = vec![false; grid.len()];
+    let known = known::near(surface, nodes, progress)?;
+    let mut is_known = vec![false; nodes.len()];
     known.iter().for_each(|&(node, _)| is_known[node as usize] = true);
-    let mut seen = vec![NOT_ASKED; grid.len()];
-    let inside: Vec<u32> = (0..grid.len() as u32)
-        .filter(|&n| asked[n as usize] && !is_known[n as usize] && field[n as usize] < 0.0)
-        .collect();
-    ask(grid, envelope, &inside, &mut seen, progress)?;
+    let mut seen = vec![NOT_ASKED; nodes.len()];
+    let inside: Vec<u32> =
+        (0..nodes.len() as u32).filter(|&n| !is_known[n as usize] && field[n as usize] < 0.0).collect();
+    ask(nodes, envelope, &inside, &mut seen, progress)?;
     for &node in inside.iter().filter(|&&node| seen[node as usize] == SEEN) {
         field[node as usize] = f64::MIN_POSITIVE;
     }
     for (node, value) in field.iter_mut().enumerate() {
-        if *value < 0.0 && grid.is_outermost(node) {
+        if *value < 0.0 && nodes.is_outermost(node) {
             *value = f64::MIN_POSITIVE;
         }
     }
-    let mut field = distance::signed(grid, &field, &known, asked, progress)?;
-    let is_free = |n: usize| asked[n] && !is_known[n] && field[n].abs() <= BAND * grid.cell && !grid.is_outermost(n);
-    let is_free: Vec<bool> = (0..grid.len()).map(is_free).collect();
-    let free: Vec<u32> = (0..grid.len() as u32).filter(|&n| is_free[n as usize]).collect();
-    ask(grid, envelope, &free, &mut seen, progress)?;
+    let mut field = distance::signed(nodes, &field, &known, progress)?;
+    let fills = nodes.grown(level_that_fills(nodes, &field, &is_known), BESIDE, progress)?;
+    let reach = BAND * nodes.grid.cell;
+    let is_free = |n: usize| fills[n] && !is_known[n] && field[n].abs() <= reach && nodes.is_within(n);
+    let free: Vec<u32> = (0..nodes.len() as u32).filter(|&n| is_free(n as usize)).collect();
+    ask(nodes, envelope, &free, &mut seen, progress)?;
     let is_seen: Vec<bool> = free.iter().map(|&node| seen[node as usize] == SEEN).collect();
-    Plate { grid, free: &free, is_seen: &is_seen }.solve(&mut field, progress)?;
-    Ok((field, is_free))
+    Plate { nodes, free: &free, is_seen: &is_seen }.solve(&mut field, progress)?;
+    let level = level_that_fills(nodes, &field, &is_known);
+    Ok((field, level))
+}
+
+/// Nodes at the level where it was not measured.
+fn level_that_fills(nodes: &Nodes, field: &[f64], is_known: &[bool]) -> Vec<bool> {
+    let crosses = |node: usize, other: usize| (field[other] < 0.0) != (field[node] < 0.0);
+    (0..nodes.len()).map(|node| !is_known[node] && nodes.beside(node).any(|other| crosses(node, other))).collect()
 }
 
 /// Asks what was seen at nodes that were not asked about yet.
-fn ask(grid: &Grid, envelope: Envelope<'_>, nodes: &[u32], seen: &mut [u8], progress: &Progress<'_>) -> Result<()> {
+fn ask(nodes: &Nodes, envelope: Envelope<'_>, asked: &[u32], seen: &mut [u8], progress: &Progress<'_>) -> Result<()> {
     if envelope.visibility.is_blind() {
         return Ok(());
     }
-    let new: Vec<u32> = nodes.iter().copied().filter(|&node| seen[node as usize] == NOT_ASKED).collect();
+    let new: Vec<u32> = asked.iter().copied().filter(|&node| seen[node as usize] == NOT_ASKED).collect();
     let answers: Vec<Vec<u8>> = new
         .par_chunks(512)
-        .map(|nodes| {
+        .map(|numbers| {
             progress.check()?;
-            let answer = |&node: &u32| if envelope.is_seen(grid.place(node as usize)) { SEEN } else { NOT_SEEN };
-            Ok(nodes.iter().map(answer).collect())
+            let answer = |&node: &u32| if envelope.is_seen(nodes.place(node as usize)) { SEEN } else { NOT_SEEN };
+            Ok(numbers.iter().map(answer).collect())
         })
         .collect::<Result<_>>()?;
     for (node, answer) in new.iter().zip(answers.into_iter().flatten()) {

@@ -52,19 +52,6 @@ impl Grid {
         self.origin + self.cell * DVec3::from(self.node(index).map(|i| i as f64))
     }
 
-    /// The six neighbours of a node, `None` beyond the box: -x, +x, -y, +y, -z, +z.
-    pub fn neighbours(&self, index: usize) -> [Option<usize>; 6] {
-        let (node, strides) = (self.node(index), self.strides());
-        std::array::from_fn(|side| {
-            let axis = side / 2;
-            if side % 2 == 0 {
-                (node[axis] > 0).then(|| index - strides[axis])
-            } else {
-                (node[axis] + 1 < self.counts[axis]).then(|| index + strides[axis])
-            }
-        })
-    }
-
     /// Whether a node lies on the outside of the box.
     pub fn is_outermost(&self, index: usize) -> bool {
         self.node(index).iter().zip(self.counts).any(|(&i, n)| i == 0 || i + 1 == n)
@@ -83,23 +70,43 @@ impl Grid {
         (self.index(first), fraction)
     }
 
-    /// The eight corners of a cell by its first node, with the weights of a place in it.
-    pub fn corners(&self, first: usize, fraction: [f64; 3]) -> [(usize, f64); 8] {
-        let strides = self.strides();
-        std::array::from_fn(|corner| {
-            let mut place = (first, 1.0);
-            for axis in 0..3 {
-                let far = corner >> axis & 1 == 1;
-                place.0 += if far { strides[axis] } else { 0 };
-                place.1 *= if far { fraction[axis] } else { 1.0 - fraction[axis] };
-            }
-            place
-        })
+    /// The eight corners of a cell by its first node, x fastest.
+    pub fn cell(&self, first: usize) -> [usize; 8] {
+        let [x, y, z] = self.strides();
+        std::array::from_fn(|corner| first + (corner & 1) * x + (corner >> 1 & 1) * y + (corner >> 2) * z)
     }
 
-    /// The value of a field at a place, linear along each axis.
-    pub fn sample(&self, field: &[f64], place: DVec3) -> f64 {
-        let (first, fraction) = self.cell_of(place);
-        self.corners(first, fraction).iter().map(|&(node, weight)| weight * field[node]).sum()
+    /// Weights of a cell's corners at a place in it.
+    pub fn weights(fraction: [f64; 3]) -> [f64; 8] {
+        let along = |axis: usize, far: bool| if far { fraction[axis] } else { 1.0 - fraction[axis] };
+        std::array::from_fn(|corner| (0..3).map(|axis| along(axis, corner >> axis & 1 == 1)).product())
+    }
+
+    /// The eight corners of a cell by its first node, with the weights of a place in it.
+    pub fn corners(&self, first: usize, fraction: [f64; 3]) -> [(usize, f64); 8] {
+        let (nodes, weights) = (self.cell(first), Grid::weights(fraction));
+        std::array::from_fn(|corner| (nodes[corner], weights[corner]))
+    }
+
+    /// Corners of all cells, x fastest.
+    pub fn cells(&self) -> impl Iterator<Item = [usize; 8]> {
+        let [nx, ny, nz] = self.counts.map(|n| n - 1);
+        let firsts = (0..nz).flat_map(move |k| (0..ny).flat_map(move |j| (0..nx).map(move |i| [i, j, k])));
+        firsts.map(|first| self.cell(self.index(first)))
+    }
+
+    /// Along each axis, the cell of this grid that each node of another lies in, by its first node, and the place in it, 0 to 1. It is
+    /// clamped to the box.
+    pub fn cells_along(&self, other: &Grid) -> [Vec<(u32, f64)>; 3] {
+        std::array::from_fn(|axis| {
+            let offset = (other.origin[axis] - self.origin[axis]) / self.cell;
+            let last = self.counts[axis] - 1;
+            let cell = |node: usize| {
+                let x = (offset + node as f64 * other.cell / self.cell).clamp(0.0, last as f64);
+                let first = (x as usize).min(last - 1);
+                (first as u32, x - first as f64)
+            };
+            (0..other.counts[axis]).map(cell).collect()
+        })
     }
 }

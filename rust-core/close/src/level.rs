@@ -7,72 +7,64 @@ use base::error::Result;
 use base::progress::{Pace, Progress};
 use mesh::TriMesh;
 
-use super::grid::Grid;
 use super::table::{CASES, EDGES, MIDDLE};
 
 /// Crossings keep this share of an edge from its ends, so that no triangle vanishes.
 const LEAST_SHARE: f64 = 0.02;
 
-/// Triangles between nodes with values below 0 and all others. Positive values are outside. The outermost nodes must be. `place` puts a
-/// vertex on an edge. It is given the inside node, the outside node and where between them linear values cross, 0 to 1.
+/// Triangles in cells, between corners with values below 0 and all others. Positive values are outside. The level set is closed where
+/// cells lie on all sides of it. `place` puts a vertex on an edge. It is given the inside node, the outside node and where between them
+/// linear values cross, 0 to 1.
 ///
 /// # Errors
 /// [`base::Error::Cancelled`].
 pub fn extract(
-    grid: &Grid,
+    cells: impl Iterator<Item = [usize; 8]>,
     field: &[f64],
     place: impl Fn(usize, usize, f64) -> DVec3,
     progress: &Progress<'_>,
 ) -> Result<TriMesh> {
-    let strides = grid.strides();
     let mut mesh = TriMesh::default();
     let mut vertices: FxHashMap<(u32, u8), u32> = FxHashMap::default();
     let mut pace = Pace::new(progress);
     let is_inside = |node: usize| field[node] < 0.0;
-    for k in 0..grid.counts[2] - 1 {
-        for j in 0..grid.counts[1] - 1 {
-            pace.after(grid.counts[0])?;
-            for i in 0..grid.counts[0] - 1 {
-                let first = grid.index([i, j, k]);
-                let corner =
-                    |c: usize| first + (c & 1) * strides[0] + (c >> 1 & 1) * strides[1] + (c >> 2 & 1) * strides[2];
-                let case = (0..8).fold(0, |case, c| case | usize::from(is_inside(corner(c))) << c);
-                for polygon in &CASES[case] {
-                    pace.after(16)?;
-                    let mut numbers = [0; 13];
-                    let mut middle = DVec3::ZERO;
-                    for &edge in &polygon.vertices {
-                        let (c, axis) = EDGES[edge as usize];
-                        let (a, b) = (corner(c), corner(c) + strides[axis]);
-                        let number = *vertices.entry((a as u32, axis as u8)).or_insert_with(|| {
-                            let (inside, outside) = if is_inside(a) { (a, b) } else { (b, a) };
-                            let share = field[inside] / (field[inside] - field[outside]);
-                            mesh.positions.push(place(inside, outside, share.clamp(LEAST_SHARE, 1.0 - LEAST_SHARE)));
-                            mesh.positions.len() as u32 - 1
-                        });
-                        numbers[edge as usize] = number;
-                        middle += mesh.positions[number as usize] / polygon.vertices.len() as f64;
-                    }
-                    if polygon.triangles.iter().any(|t| t.contains(&MIDDLE)) {
-                        numbers[MIDDLE as usize] = mesh.positions.len() as u32;
-                        mesh.positions.push(middle);
-                    }
-                    mesh.triangles.extend(polygon.triangles.iter().map(|t| t.map(|c| numbers[c as usize])));
-                }
+    for corners in cells {
+        pace.after(1)?;
+        let case = (0..8).fold(0, |case, c| case | usize::from(is_inside(corners[c])) << c);
+        for polygon in &CASES[case] {
+            pace.after(16)?;
+            let mut numbers = [0; 13];
+            let mut middle = DVec3::ZERO;
+            for &edge in &polygon.vertices {
+                let (c, axis) = EDGES[edge as usize];
+                let (a, b) = (corners[c], corners[c | 1 << axis]);
+                let number = *vertices.entry((a as u32, axis as u8)).or_insert_with(|| {
+                    let (inside, outside) = if is_inside(a) { (a, b) } else { (b, a) };
+                    let share = field[inside] / (field[inside] - field[outside]);
+                    mesh.positions.push(place(inside, outside, share.clamp(LEAST_SHARE, 1.0 - LEAST_SHARE)));
+                    mesh.positions.len() as u32 - 1
+                });
+                numbers[edge as usize] = number;
+                middle += mesh.positions[number as usize] / polygon.vertices.len() as f64;
             }
+            if polygon.triangles.iter().any(|t| t.contains(&MIDDLE)) {
+                numbers[MIDDLE as usize] = mesh.positions.len() as u32;
+                mesh.positions.push(middle);
+            }
+            mesh.triangles.extend(polygon.triangles.iter().map(|t| t.map(|c| numbers[c as usize])));
         }
     }
     Ok(mesh)
 }
 
 /// The point between two nodes at a share of the way.
-pub fn between(grid: &Grid, inside: usize, outside: usize, share: f64) -> DVec3 {
-    let (a, b) = (grid.place(inside), grid.place(outside));
-    a + share * (b - a)
+pub fn between([inside, outside]: [DVec3; 2], share: f64) -> DVec3 {
+    inside + share * (outside - inside)
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::grid::Grid;
     use super::*;
     use mesh::check;
 
@@ -80,7 +72,8 @@ mod tests {
         let grid = Grid { origin: DVec3::ZERO, cell: 1.0, counts };
         let values: Vec<f64> =
             (0..grid.len()).map(|node| if grid.is_outermost(node) { 1.0 } else { field(node) }).collect();
-        extract(&grid, &values, |a, b, t| between(&grid, a, b, t), &Progress::none()).unwrap()
+        let place = |a, b, t| between([a, b].map(|node| grid.place(node)), t);
+        extract(grid.cells(), &values, place, &Progress::none()).unwrap()
     }
 
     /// Any signs at all, all cases beside each other.

@@ -3,7 +3,7 @@
 //! | stage | file | in -> out |
 //! |---|---|---|
 //! | | `surface`, `visibility` | mesh, scans -> what can be asked: which side a place lies on, whether it was seen through |
-//! | 1 | `grid`, `known` | surface -> signed distances at the nodes beside it |
+//! | 1 | `grid`, `nodes`, `rows`, `known` | surface -> signed distances at the nodes beside it |
 //! | 2 | `poisson`, `multigrid`, `conjugate` | surface -> a start that is closed at the outer bound. \[KH13\] |
 //! | 3 | `field`, `distance`, `plate` | start -> the smoothest field that keeps what was measured and is not negative in seen space |
 //! | 4 | `level`, `table` | field -> its level set, closed. \[LC87\] |
@@ -25,6 +25,8 @@ mod visibility;
 #[doc(hidden)]
 pub mod grid;
 mod known;
+mod nodes;
+mod rows;
 
 // 2. the start
 mod conjugate;

@@ -4,12 +4,10 @@
 //! Smoothing goes forward before and backward after the coarser level. So the cycle is a symmetric positive definite operator. \[BHM00,
 //! chap. 3\]
 
-use super::grid::Grid;
+use super::rows::{NONE, Rows};
 use base::error::Result;
 use base::progress::{Pace, Progress};
 
-/// No node.
-pub const NONE: u32 = u32::MAX;
 /// Fewer nodes are smoothed often instead of made coarser.
 const FEW: usize = 200;
 const SWEEPS_OF_FEW: usize = 12;
@@ -36,23 +34,26 @@ pub struct Scratch {
 }
 
 impl Multigrid {
-    /// Of nodes given as rising indices of a grid. `mass` is added to the diagonal. About 150 bytes per node.
+    /// Of nodes of a grid that has these counts, rising with x fastest. `mass` is added to the diagonal. About 150 bytes per node.
     ///
     /// # Errors
     /// [`base::Error::Cancelled`].
-    pub fn new(grid: &Grid, nodes: &[u32], mass: Vec<f64>, progress: &Progress<'_>) -> Result<Self> {
+    pub fn new(
+        counts: [usize; 3],
+        nodes: impl Iterator<Item = [u32; 3]>,
+        mass: Vec<f64>,
+        progress: &Progress<'_>,
+    ) -> Result<Self> {
         let mut levels: Vec<Level> = Vec::new();
         // Counted from 1, so that the first even place is the second node and the outer bound stays where it is.
-        let mut counts = grid.counts.map(|n| n as u32 + 1);
-        let mut places: Vec<[u32; 3]> =
-            nodes.iter().map(|&node| grid.node(node as usize).map(|i| i as u32 + 1)).collect();
+        let mut counts = counts.map(|n| n as u32 + 2);
+        let mut rows = Rows::new(counts, nodes.map(|node| node.map(|i| i + 1)).collect());
         let (mut mass, mut scale) = (mass, 1.0);
         let mut pace = Pace::new(progress);
         loop {
             progress.check()?;
-            let table = Table::new(counts, &places);
-            let neighbours = places.iter().map(|&place| table.neighbours(place)).collect();
-            let is_last = places.len() <= FEW || counts.iter().any(|&n| n < 6);
+            let (neighbours, places) = (rows.neighbours(), rows.places());
+            let is_last = places.len() <= FEW || counts.iter().any(|&n| n < 7);
             let coarse: Vec<[u32; 3]> = match is_last {
                 true => Vec::new(),
                 false => places.iter().filter(|p| p.iter().all(|i| i % 2 == 0)).map(|p| p.map(|i| i / 2)).collect(),
@@ -61,13 +62,13 @@ impl Multigrid {
                 levels.push(Level { neighbours, scale, mass, parents: Vec::new() });
                 return Ok(Multigrid { levels });
             }
-            let coarse_counts = counts.map(|n| n.div_ceil(2));
-            let coarse_table = Table::new(coarse_counts, &coarse);
-            let mut parents = Vec::with_capacity(places.len());
+            let coarse_counts = counts.map(|n| (n - 1).div_ceil(2) + 1);
             let mut coarse_mass = vec![0.0; coarse.len()];
+            let coarse_rows = Rows::new(coarse_counts, coarse);
+            let mut parents = Vec::with_capacity(places.len());
             for (&place, &mass) in places.iter().zip(&mass) {
                 pace.after(1)?;
-                let of_place = coarse_table.parents(place);
+                let of_place = parents_among(&coarse_rows, place);
                 for (parent, weight) in of_place {
                     if parent != NONE {
                         coarse_mass[parent as usize] += f64::from(weight) * mass;
@@ -76,7 +77,7 @@ impl Multigrid {
                 parents.push(of_place);
             }
             levels.push(Level { neighbours, scale, mass, parents });
-            (places, counts, mass, scale) = (coarse, coarse_counts, coarse_mass, 2.0 * scale);
+            (rows, counts, mass, scale) = (coarse_rows, coarse_counts, coarse_mass, 2.0 * scale);
         }
     }
 
@@ -168,62 +169,24 @@ impl Level {
     }
 }
 
-/// Numbers of nodes by their places.
-struct Table {
-    counts: [u32; 3],
-    nodes: Vec<u32>,
-}
-
-impl Table {
-    fn new(counts: [u32; 3], places: &[[u32; 3]]) -> Self {
-        let size = counts.map(|n| n as usize + 1);
-        let mut table = Table { counts, nodes: vec![NONE; size.iter().product()] };
-        for (i, &place) in places.iter().enumerate() {
-            let at = table.at(place);
-            table.nodes[at] = i as u32;
-        }
-        table
-    }
-
-    fn at(&self, [i, j, k]: [u32; 3]) -> usize {
-        let [x, y] = [0, 1].map(|axis| self.counts[axis] as usize + 1);
-        i as usize + x * (j as usize + y * k as usize)
-    }
-
-    fn find(&self, place: [u32; 3]) -> u32 {
-        match place.iter().zip(self.counts).all(|(&i, n)| i <= n) {
-            true => self.nodes[self.at(place)],
-            false => NONE,
-        }
-    }
-
-    fn neighbours(&self, place: [u32; 3]) -> [u32; 6] {
-        std::array::from_fn(|side| {
-            let mut beside = place;
-            beside[side / 2] = if side % 2 == 0 { beside[side / 2] - 1 } else { beside[side / 2] + 1 };
-            self.find(beside)
-        })
-    }
-
-    /// Of a place of the finer level, in this one.
-    fn parents(&self, place: [u32; 3]) -> [(u32, f32); 8] {
-        let mut parents = [(NONE, 0.0); 8];
-        let mut count = 0;
-        for corner in 0..8 {
-            let (mut parent, mut weight, mut twice) = ([0; 3], 1.0, false);
-            for axis in 0..3 {
-                let far = (corner >> axis & 1) as u32;
-                match place[axis] % 2 {
-                    0 => (parent[axis], twice) = (place[axis] / 2, twice || far == 1),
-                    _ => (parent[axis], weight) = (place[axis] / 2 + far, 0.5 * weight),
-                }
-            }
-            let found = if twice { NONE } else { self.find(parent) };
-            if found != NONE {
-                parents[count] = (found, weight);
-                count += 1;
+/// Parents of a place of the finer level among the places of the coarser one, with their weights.
+fn parents_among(coarse: &Rows, place: [u32; 3]) -> [(u32, f32); 8] {
+    let mut parents = [(NONE, 0.0); 8];
+    let mut count = 0;
+    for corner in 0..8 {
+        let (mut parent, mut weight, mut twice) = ([0; 3], 1.0, false);
+        for axis in 0..3 {
+            let far = (corner >> axis & 1) as u32;
+            match place[axis] % 2 {
+                0 => (parent[axis], twice) = (place[axis] / 2, twice || far == 1),
+                _ => (parent[axis], weight) = (place[axis] / 2 + far, 0.5 * weight),
             }
         }
-        parents
+        let found = if twice { NONE } else { coarse.find(parent) };
+        if found != NONE {
+            parents[count] = (found, weight);
+            count += 1;
+        }
     }
+    parents
 }

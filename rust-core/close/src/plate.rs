@@ -7,19 +7,20 @@ use base::error::Result;
 use base::progress::Progress;
 
 use super::conjugate;
-use super::grid::Grid;
-use super::multigrid::{Multigrid, NONE};
+use super::multigrid::Multigrid;
+use super::nodes::Nodes;
+use super::rows::NONE;
 
-/// The residual falls to this share, in the norm of the preconditioner.
-const RESIDUAL: f64 = 3e-3;
+/// The residual falls to this share of the first round's, in the norm of the preconditioner.
+const RESIDUAL: f64 = 1e-2;
 const MOST_STEPS: usize = 100;
 /// Rounds of the active set.
 const ROUNDS: usize = 5;
 
-/// Nodes of a grid whose values are looked for. All others keep theirs.
+/// Nodes whose values are looked for. All others keep theirs.
 pub struct Plate<'a> {
-    pub grid: &'a Grid,
-    /// Rising. None on the outermost layer.
+    pub nodes: &'a Nodes,
+    /// Rising. All six nodes beside each are there.
     pub free: &'a [u32],
     /// Of each node of `free`: whether a scan saw that nothing is there.
     pub is_seen: &'a [bool],
@@ -33,7 +34,7 @@ impl Plate<'_> {
     pub fn solve(&self, field: &mut [f64], progress: &Progress<'_>) -> Result<usize> {
         let mut is_held: Vec<bool> =
             self.free.iter().zip(self.is_seen).map(|(&node, &seen)| seen && field[node as usize] <= 0.0).collect();
-        let mut steps = 0;
+        let (mut steps, mut whole) = (0, None);
         for _ in 0..ROUNDS {
             for (&node, _) in self.free.iter().zip(&is_held).filter(|(_, held)| **held) {
                 field[node as usize] = 0.0;
@@ -41,7 +42,7 @@ impl Plate<'_> {
             let loose: Vec<u32> =
                 self.free.iter().zip(&is_held).filter(|(_, held)| !**held).map(|(&node, _)| node).collect();
             let system = System::new(self, &loose, progress)?;
-            steps += system.relax(field, progress)?;
+            steps += system.relax(field, &mut whole, progress)?;
             if !self.hold(field, &system, &mut is_held) {
                 break;
             }
@@ -66,7 +67,7 @@ impl Plate<'_> {
                 // Letting it rise would lower the energy.
                 system.slope(field, node) < 0.0
             } else {
-                field[node] < -1e-3 * self.grid.cell
+                field[node] < -1e-3 * self.nodes.grid.cell
             };
             if is_wrong {
                 is_held[i] = !is_held[i];
@@ -79,44 +80,44 @@ impl Plate<'_> {
 
 /// Rows: nodes whose Laplacian counts, the loose ones first.
 struct System<'a> {
-    grid: &'a Grid,
+    nodes: &'a Nodes,
     multigrid: Multigrid,
     rows: Vec<u32>,
     /// Of each row, the places of its neighbours among the rows.
     neighbours: Vec<[u32; 6]>,
-    /// Place among the rows of each node of the grid.
+    /// Place among the rows of each node.
     place: Vec<u32>,
     loose: usize,
 }
 
 impl<'a> System<'a> {
     fn new(plate: &Plate<'a>, loose: &[u32], progress: &Progress<'_>) -> Result<Self> {
-        let grid = plate.grid;
-        let multigrid = Multigrid::new(grid, loose, vec![0.0; loose.len()], progress)?;
-        let mut place = vec![NONE; grid.len()];
+        let nodes = plate.nodes;
+        let places = loose.iter().map(|&node| nodes.node(node as usize));
+        let multigrid = Multigrid::new(nodes.grid.counts, places, vec![0.0; loose.len()], progress)?;
+        let mut place = vec![NONE; nodes.len()];
         let mut rows = loose.to_vec();
         for (i, &node) in loose.iter().enumerate() {
             place[node as usize] = i as u32;
         }
         for &node in loose {
-            for other in grid.neighbours(node as usize).into_iter().flatten() {
-                if place[other] == NONE && !grid.is_outermost(other) {
+            for other in nodes.beside(node as usize) {
+                if place[other] == NONE && nodes.is_within(other) {
                     place[other] = rows.len() as u32;
                     rows.push(other as u32);
                 }
             }
         }
         progress.check()?;
-        let neighbours_of =
-            |&node: &u32| grid.neighbours(node as usize).map(|other| other.map_or(NONE, |other| place[other]));
-        let neighbours = rows.iter().map(neighbours_of).collect();
-        Ok(System { grid, multigrid, rows, neighbours, place, loose: loose.len() })
+        let place_of = |&other: &u32| place.get(other as usize).copied().unwrap_or(NONE);
+        let neighbours = rows.iter().map(|&node| nodes.sides(node as usize).each_ref().map(place_of)).collect();
+        Ok(System { nodes, multigrid, rows, neighbours, place, loose: loose.len() })
     }
 
     /// Laplacian of the whole field at a row.
     fn bend(&self, field: &[f64], row: usize) -> f64 {
         let node = self.rows[row] as usize;
-        let sum: f64 = self.grid.neighbours(node).into_iter().flatten().map(|other| field[other]).sum();
+        let sum: f64 = self.nodes.beside(node).map(|other| field[other]).sum();
         sum - 6.0 * field[node]
     }
 
@@ -126,11 +127,12 @@ impl<'a> System<'a> {
             NONE => 0.0,
             row => self.bend(field, row as usize),
         };
-        let sum: f64 = self.grid.neighbours(node).into_iter().flatten().map(at).sum();
+        let sum: f64 = self.nodes.beside(node).map(at).sum();
         sum - 6.0 * at(node)
     }
 
-    fn relax(&self, field: &mut [f64], progress: &Progress<'_>) -> Result<usize> {
+    /// Until the residual has fallen to a share of `whole`, which the first call sets. Returns the steps made.
+    fn relax(&self, field: &mut [f64], whole: &mut Option<f64>, progress: &Progress<'_>) -> Result<usize> {
         let n = self.loose;
         let mut bends: Vec<f64> = (0..self.rows.len()).map(|row| self.bend(field, row)).collect();
         let mut right = vec![0.0; n];
@@ -138,25 +140,25 @@ impl<'a> System<'a> {
         right.iter_mut().for_each(|r| *r = -*r);
         let mut scratch = self.multigrid.scratch();
         let mut between = vec![0.0; n];
+        let precondition = |residual: &[f64], z: &mut [f64]| {
+            self.multigrid.cycle(residual, &mut between, &mut scratch, progress)?;
+            self.multigrid.cycle(&between, z, &mut scratch, progress)
+        };
         let mut x = vec![0.0; n];
-        let steps = conjugate::solve(
-            &mut x,
-            &right,
-            |x, y| {
-                for (row, neighbours) in self.neighbours.iter().enumerate() {
-                    let sum: f64 = neighbours.iter().map(|&place| x.get(place as usize).copied().unwrap_or(0.0)).sum();
-                    bends[row] = sum - if row < n { 6.0 * x[row] } else { 0.0 };
-                }
-                self.transposed(&bends, y);
-            },
-            |residual, z| {
-                self.multigrid.cycle(residual, &mut between, &mut scratch, progress)?;
-                self.multigrid.cycle(&between, z, &mut scratch, progress)
-            },
-            RESIDUAL,
-            MOST_STEPS,
-            progress,
-        )?;
+        let matrix = |x: &[f64], y: &mut [f64]| {
+            for (row, neighbours) in self.neighbours.iter().enumerate() {
+                let sum: f64 = neighbours.iter().map(|&place| x.get(place as usize).copied().unwrap_or(0.0)).sum();
+                bends[row] = sum - if row < n { 6.0 * x[row] } else { 0.0 };
+            }
+            self.transposed(&bends, y);
+        };
+        let mut system = conjugate::System { matrix, precondition };
+        let whole = match *whole {
+            Some(whole) => whole,
+            None => *whole.insert(system.norm(&right)?),
+        };
+        let goal = conjugate::Goal { energy: RESIDUAL * RESIDUAL * whole, most_steps: MOST_STEPS };
+        let steps = system.solve(&mut x, &right, goal, progress)?;
         for (&node, x) in self.rows[..n].iter().zip(&x) {
             field[node as usize] += x;
         }

@@ -10,13 +10,14 @@ use base::error::Result;
 use base::progress::{Pace, Progress};
 use mesh::TriMesh;
 
+use super::conjugate::{Goal, System};
 use super::grid::Grid;
 use super::multigrid::Multigrid;
 
 /// Weight of the samples beside the gradient: the paper's.
 const SCREENING: f64 = 4.0;
-/// The residual falls to this share.
-const RESIDUAL: f64 = 1e-4;
+/// The residual falls to this share: a start needs no more.
+const RESIDUAL: f64 = 1e-2;
 const MOST_STEPS: usize = 60;
 
 /// The indicator less its mean at the surface: positive inside.
@@ -25,7 +26,7 @@ const MOST_STEPS: usize = 60;
 /// [`base::Error::Cancelled`].
 pub fn start(mesh: &TriMesh, grid: &Grid, progress: &Progress<'_>) -> Result<Vec<f64>> {
     let samples = samples(mesh, grid, progress)?;
-    let all: Vec<u32> = (0..grid.len() as u32).collect();
+    let all = (0..grid.len()).map(|node| grid.node(node).map(|i| i as u32));
     let weight = |sample: &Sample| SCREENING * sample.area / (grid.cell * grid.cell);
     let mut mass = vec![0.0; grid.len()];
     for sample in &samples {
@@ -33,14 +34,14 @@ pub fn start(mesh: &TriMesh, grid: &Grid, progress: &Progress<'_>) -> Result<Vec
             mass[node] += weight(sample) * share;
         }
     }
-    let multigrid = Multigrid::new(grid, &all, mass, progress)?;
+    let multigrid = Multigrid::new(grid.counts, all, mass, progress)?;
     let mut right = divergence(&samples, grid);
     for sample in &samples {
         for (node, share) in grid.corners(sample.cell, sample.fraction) {
             right[node] += 0.5 * weight(sample) * share;
         }
     }
-    let apply = |x: &[f64], y: &mut [f64]| {
+    let matrix = |x: &[f64], y: &mut [f64]| {
         for (i, neighbours) in multigrid.neighbours().iter().enumerate() {
             let sum: f64 = neighbours.iter().map(|&n| x.get(n as usize).copied().unwrap_or(0.0)).sum();
             y[i] = 6.0 * x[i] - sum;
@@ -55,15 +56,10 @@ pub fn start(mesh: &TriMesh, grid: &Grid, progress: &Progress<'_>) -> Result<Vec
     };
     let mut scratch = multigrid.scratch();
     let mut x = vec![0.0; grid.len()];
-    super::conjugate::solve(
-        &mut x,
-        &right,
-        apply,
-        |residual, z| multigrid.cycle(residual, z, &mut scratch, progress),
-        RESIDUAL,
-        MOST_STEPS,
-        progress,
-    )?;
+    let precondition = |residual: &[f64], z: &mut [f64]| multigrid.cycle(residual, z, &mut scratch, progress);
+    let mut system = System { matrix, precondition };
+    let goal = Goal { energy: RESIDUAL * RESIDUAL * system.norm(&right)?, most_steps: MOST_STEPS };
+    system.solve(&mut x, &right, goal, progress)?;
     let area: f64 = samples.iter().map(|sample| sample.area).sum();
     let sum: f64 = samples
         .iter()

@@ -9,7 +9,7 @@ use geom::bvh::{Bvh, Closest, Feature};
 use mesh::measure::angles;
 use mesh::{TriMesh, try_check};
 
-use super::multigrid::NONE;
+use super::rows::NONE;
 
 /// The measured surface.
 pub struct Surface<'a> {
@@ -40,26 +40,29 @@ impl<'a> Surface<'a> {
         refuse(mesh, progress)?;
         let bvh = Bvh::build_with(&mesh.positions, &mesh.triangles, threads, progress)?;
         let mut pace = Pace::new(progress);
-        let mut sides: Vec<([u32; 2], u32)> = Vec::with_capacity(3 * mesh.triangles.len());
-        for (t, corners) in mesh.triangles.iter().enumerate() {
-            pace.after(16)?;
-            sides.extend((0..3).map(|k| (side(*corners, k), t as u32)));
-        }
-        progress.sort(&mut sides, &|a, b| a.cmp(b))?;
-        let find = |side: [u32; 2]| sides.binary_search_by(|other| other.0.cmp(&side)).ok().map(|at| sides[at].1);
-        let mut across = vec![[NONE; 3]; mesh.triangles.len()];
+        // Each edge with its triangle and the corner opposite. Both triangles of an edge come one after the other.
+        let mut sides: Vec<([u32; 2], u32, u8)> = Vec::with_capacity(3 * mesh.triangles.len());
         let mut vertex_normals = vec![DVec3::ZERO; mesh.positions.len()];
-        let mut is_on_border = vec![false; mesh.positions.len()];
         for (t, corners) in mesh.triangles.iter().enumerate() {
             pace.after(16)?;
             let (normal, angles) = (normal(mesh.corners(t)), angles(mesh.corners(t)));
             for k in 0..3 {
                 vertex_normals[corners[k] as usize] += normal * angles[k];
                 let [from, to] = side(*corners, k);
-                match find([to, from]) {
-                    Some(other) => across[t][k] = other,
-                    None => [from, to].iter().for_each(|&v| is_on_border[v as usize] = true),
+                sides.push(([from.min(to), from.max(to)], t as u32, k as u8));
+            }
+        }
+        progress.sort(&mut sides, &|a, b| a.cmp(b))?;
+        let mut across = vec![[NONE; 3]; mesh.triangles.len()];
+        let mut is_on_border = vec![false; mesh.positions.len()];
+        for edge in sides.chunk_by(|a, b| a.0 == b.0) {
+            pace.after(2)?;
+            match *edge {
+                [(_, one, k), (_, other, l)] => {
+                    across[one as usize][k as usize] = other;
+                    across[other as usize][l as usize] = one;
                 }
+                _ => edge[0].0.iter().for_each(|&v| is_on_border[v as usize] = true),
             }
         }
         Ok(Surface { mesh, bvh, across, vertex_normals, is_on_border })
@@ -70,6 +73,17 @@ impl<'a> Surface<'a> {
     pub fn beside_from(&self, place: DVec3, hint: &mut Option<u32>) -> Option<Beside> {
         let known = hint.map(|t| Closest::on_triangle(place, &self.mesh.corners(t as usize), t));
         let closest = self.bvh.closest_point_from(place, known)?;
+        *hint = Some(closest.triangle);
+        Some(self.side_of(place, &closest))
+    }
+
+    /// [`Surface::beside_from`] of places within a distance, `None` farther away. Costs little where nothing is near.
+    pub fn beside_within(&self, place: DVec3, distance: f64, hint: &mut Option<u32>) -> Option<Beside> {
+        let known = hint.map(|t| Closest::on_triangle(place, &self.mesh.corners(t as usize), t));
+        let closest = match known.filter(|known| known.distance() <= distance) {
+            Some(known) => self.bvh.closest_point_from(place, Some(known)),
+            None => self.bvh.closest_point_within(place, distance),
+        }?;
         *hint = Some(closest.triangle);
         Some(self.side_of(place, &closest))
     }

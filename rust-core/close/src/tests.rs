@@ -260,8 +260,8 @@ fn field_and_fill_keep_out_of_seen_space_each() {
     let extent = field::Extent::new(lo - 0.4 * DVec3::Z, hi, 2.0 * cell);
     let lowest = |visibility: &dyn Visibility| {
         let envelope = visibility::Envelope { visibility, tolerance: 0.0 };
-        let (grid, values) = field::solve(&surface, &extent, envelope, &progress).unwrap();
-        let inside = (0..grid.len()).filter(|&node| values[node] < 0.0).map(|node| grid.place(node).z);
+        let (nodes, values) = field::solve(&surface, &extent, envelope, &progress).unwrap();
+        let inside = (0..nodes.len()).filter(|&node| values[node] < 0.0).map(|node| nodes.place(node).z);
         inside.fold(0.0, f64::min)
     };
     assert!(lowest(&Blind) < -0.85);
@@ -276,6 +276,31 @@ fn field_and_fill_keep_out_of_seen_space_each() {
     retreat::retreat(&mut growing, envelope, cell, &progress).unwrap();
     assert_eq!(seen(&growing), 0);
     assert!(growing.positions[..open.positions.len()] == open.positions[..]);
+}
+
+/// The grid lies around openings: a naive twin on all nodes agrees, and a finer surface around the same hole takes no more of them.
+#[test]
+fn the_field_around_openings_is_that_on_all_nodes() {
+    let progress = Progress::none();
+    let envelope = visibility::Envelope { visibility: &Below(-0.97), tolerance: 0.0 };
+    let open = part(&ball(24), |p| p.z > -0.8);
+    let surface = surface::Surface::new(&open, 1, &progress).unwrap();
+    let (lo, hi) = mesh::measure::bounds(&open.positions).unwrap();
+    let extent = field::Extent::new(lo - 0.2 * DVec3::Z, hi, 0.05);
+    let (nodes, values) = field::solve(&surface, &extent, envelope, &progress).unwrap();
+    let (all, twin) = field::solve_around(&surface, &extent, 1000, envelope, &progress).unwrap();
+    assert_eq!(all.len(), all.grid.len());
+    assert!(6 * nodes.len() < all.len(), "{} of {}", nodes.len(), all.len());
+    let mut compared = 0;
+    for number in 0..nodes.len() {
+        let [i, j, k] = nodes.node(number).map(|i| i as usize);
+        let of_all = twin[all.grid.index([i, j, k])];
+        if of_all.abs() < nodes.grid.cell && nodes.place(number).z < -0.8 {
+            compared += 1;
+            assert!((values[number] - of_all).abs() < 0.02 * nodes.grid.cell, "{} {of_all}", values[number]);
+        }
+    }
+    assert!(compared > 100, "{compared}");
 }
 
 /// A loop that lies so that its least triangulation is seen through is closed by a fan around a vertex farther inside.

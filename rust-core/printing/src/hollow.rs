@@ -117,7 +117,8 @@ fn foresee(size: DVec3, cell: f64) -> Result<()> {
 /// The surface of the cavity, which no two faces of cross. Places where they would are left to the walls.
 fn level_set(grid: &Grid, field: &mut [f64], progress: &Progress<'_>) -> Result<TriMesh> {
     for _ in 0..ROUNDS {
-        let cavity = level::extract(grid, field, |a, b, share| level::between(grid, a, b, share), progress)?;
+        let place = |a, b, share| level::between([a, b].map(|node| grid.place(node)), share);
+        let cavity = level::extract(grid.cells(), field, place, progress)?;
         let crossings = crossing::pairs(&cavity.positions, &cavity.triangles, |_| true, progress)?;
         if crossings.is_empty() {
             return Ok(cavity);
