@@ -164,16 +164,6 @@ typedef enum {
   SRF_DOMAIN_TRIANGLES = 2,
 } srf_domain;
 
-// Sort of content of a scan.
-typedef enum {
-  // A srf_image.
-  SRF_CONTENT_IMAGE = 1,
-  // A srf_mesh.
-  SRF_CONTENT_MESH = 2,
-  // A srf_cloud.
-  SRF_CONTENT_CLOUD = 3,
-} srf_content;
-
 // Quantity that the pixels of depth images measure.
 typedef enum {
   // Distance from the image plane through the centre of projection (z).
@@ -194,15 +184,35 @@ typedef enum {
   SRF_PIXELS_TERRARIUM = 4,
 } srf_pixels;
 
-// Form of the numbers in PLY files. Other formats have one way.
+// Direction of the poses of a recording or of a list of poses.
 typedef enum {
-  // Coordinates in single precision unless they lie so far from the origin that they would lose detail.
-  SRF_ENCODING_BINARY = 1,
-  // Coordinates in double precision.
-  SRF_ENCODING_BINARY_DOUBLE = 2,
-  // Coordinates with the fewest digits that read back as the same numbers.
-  SRF_ENCODING_ASCII = 3,
-} srf_encoding;
+  // As the layout has them, unless the frames lie on each other only in the other sense.
+  SRF_POSES_AUTO = 1,
+  // From the camera to the world.
+  SRF_POSES_CAMERA_TO_WORLD = 2,
+  // From the world to the camera.
+  SRF_POSES_WORLD_TO_CAMERA = 3,
+} srf_poses;
+
+// Axes of the cameras that the poses of a recording or of a list of poses place.
+typedef enum {
+  // As the layout has them, unless the frames lie on each other only with the other axes.
+  SRF_AXES_AUTO = 1,
+  // y down, looking along z, as OpenCV and Open3D have them.
+  SRF_AXES_Y_DOWN = 2,
+  // y up, looking along -z, as OpenGL, Blender and ARKit have them.
+  SRF_AXES_Y_UP = 3,
+} srf_axes;
+
+// Sort of content of a scan.
+typedef enum {
+  // A srf_image.
+  SRF_CONTENT_IMAGE = 1,
+  // A srf_mesh.
+  SRF_CONTENT_MESH = 2,
+  // A srf_cloud.
+  SRF_CONTENT_CLOUD = 3,
+} srf_content;
 
 // Axis of the mesh that points up, for glTF, where y does.
 typedef enum {
@@ -212,79 +222,15 @@ typedef enum {
   SRF_UP_Z = 2,
 } srf_up;
 
-// Length that the perimeter of a facet is compared with.
+// Form of the numbers in PLY files. Other formats have one way.
 typedef enum {
-  // The spacing of the points around it: sparse parts may have large facets.
-  SRF_THRESHOLD_LOCAL = 1,
-  // The mean over the whole surface, as in the paper.
-  SRF_THRESHOLD_GLOBAL = 2,
-} srf_threshold;
-
-// Form of the surface.
-typedef enum {
-  // Every edge has at most two facets, every vertex one fan of them.
-  SRF_TOPOLOGY_MANIFOLD = 1,
-  // The paper's carving: closed, but not manifold where parts touch, and without the points carved away.
-  SRF_TOPOLOGY_FREE = 2,
-} srf_topology;
-
-// Whether the points are of a closed surface. Only with a manifold topology.
-typedef enum {
-  // Closed if a closed surface goes through more than half of the points at once, or through 5 % at once and 99 % in the
-  // end. But not if sensors saw it from one side only, or if points carry noise and more than 15 % of the area would be
-  // in facets above the threshold. Else it is open and grows from the most certain facet on. Parts are joined over
-  // facets up to 4 times as large as the threshold, or 16 times where they continue a part smoothly. Small holes are
-  // closed. Parts that lie further apart stay apart.
-  SRF_CLOSURE_AUTO = 1,
-  // Gaps in the sampling are spanned by large facets.
-  SRF_CLOSURE_CLOSED = 2,
-  // Facets above the threshold are left out, so that gaps stay open.
-  SRF_CLOSURE_OPEN = 3,
-} srf_closure;
-
-// Treatment of the noise of points.
-typedef enum {
-  // They are moved to the surface that those around them tell. Outliers, also around points that carry no noise, are
-  // left out.
-  SRF_NOISY_POINTS_MOVED = 1,
-  // The surface is found as with `moved`, and goes through the points as they were measured. Noise may make it cross
-  // itself.
-  SRF_NOISY_POINTS_PUT_BACK = 2,
-  // Nothing is smoothed and no outlier left out, whatever noise the points carry and whatever the smoothing is. If noise
-  // is half a spacing or more, no surface may be found, or one full of holes.
-  SRF_NOISY_POINTS_AS_CLEAN = 3,
-} srf_noisy_points;
-
-// Reasons why a point is not on a surface.
-typedef enum {
-  // It is on it.
-  SRF_DROPPED_USED = 0,
-  // A coordinate isn't a finite number.
-  SRF_DROPPED_NOT_FINITE = 1,
-  // At the same place as a point before it. Of points that are flat but for noise, also right above another.
-  SRF_DROPPED_DUPLICATE = 2,
-  // Inside the closed surface, out of its reach.
-  SRF_DROPPED_INSIDE = 3,
-  // Outside the surface: too far away for the threshold, or carved away.
-  SRF_DROPPED_OUTSIDE = 4,
-  // Far from any surface that the others tell. Since 0.2.
-  SRF_DROPPED_OUTLIER = 5,
-} srf_dropped;
-
-// Rule that decided the size of a cell.
-typedef enum {
-  // The caller gave it.
-  SRF_VOXEL_REASON_GIVEN = 1,
-  // 1.5 times the mean distance of neighbouring samples.
-  SRF_VOXEL_REASON_SPACING = 2,
-  // Half the median standard deviation of the samples.
-  SRF_VOXEL_REASON_NOISE = 3,
-  // 1.5 times the median distance between scans that overlap.
-  SRF_VOXEL_REASON_DISTANCE = 4,
-  // Coarser than that, so that it fits into memory: by the limit and the scans alone, or, where there is no limit, by
-  // what is free at that moment.
-  SRF_VOXEL_REASON_MEMORY = 5,
-} srf_voxel_reason;
+  // Coordinates in single precision unless they lie so far from the origin that they would lose detail.
+  SRF_ENCODING_BINARY = 1,
+  // Coordinates in double precision.
+  SRF_ENCODING_BINARY_DOUBLE = 2,
+  // Coordinates with the fewest digits that read back as the same numbers.
+  SRF_ENCODING_ASCII = 3,
+} srf_encoding;
 
 // Facts that are known of the poses of the scans.
 typedef enum {
@@ -347,6 +293,146 @@ typedef enum {
   // The caller rejected it.
   SRF_PAIR_STATE_REJECTED = 9,
 } srf_pair_state;
+
+// Openings that are closed. Nothing is filled where a scan saw through by more than the merge distance and half a cell. All and those inside the scans are closed by a smooth fill, with the whole surface in memory.
+typedef enum {
+  // Everything that seen space allows: the result is closed.
+  SRF_CLOSE_ALL = 1,
+  // Openings that seen space or the surface surrounds: what lies before them is a pocket that nobody saw. A bowl's rim,
+  // a relief's border and the foot of a statue stay open.
+  SRF_CLOSE_SEEN = 2,
+  // Openings whose boundaries are at most as long as the longest hole.
+  SRF_CLOSE_HOLES = 3,
+  // None: the surface stays as it is, and the report says what is open.
+  SRF_CLOSE_NONE = 4,
+} srf_close;
+
+// Rule that decided the size of a cell.
+typedef enum {
+  // The caller gave it.
+  SRF_VOXEL_REASON_GIVEN = 1,
+  // 1.5 times the mean distance of neighbouring samples.
+  SRF_VOXEL_REASON_SPACING = 2,
+  // Half the median standard deviation of the samples.
+  SRF_VOXEL_REASON_NOISE = 3,
+  // 1.5 times the median distance between scans that overlap.
+  SRF_VOXEL_REASON_DISTANCE = 4,
+  // Coarser than that, so that it fits into memory: by the limit and the scans alone, or, where there is no limit, by
+  // what is free at that moment.
+  SRF_VOXEL_REASON_MEMORY = 5,
+} srf_voxel_reason;
+
+// Length that the perimeter of a facet is compared with.
+typedef enum {
+  // The spacing of the points around it: sparse parts may have large facets.
+  SRF_THRESHOLD_LOCAL = 1,
+  // The mean over the whole surface, as in the paper.
+  SRF_THRESHOLD_GLOBAL = 2,
+} srf_threshold;
+
+// Form of the surface.
+typedef enum {
+  // Every edge has at most two facets, every vertex one fan of them.
+  SRF_TOPOLOGY_MANIFOLD = 1,
+  // The paper's carving: closed, but not manifold where parts touch, and without the points carved away.
+  SRF_TOPOLOGY_FREE = 2,
+} srf_topology;
+
+// Whether the points are of a closed surface. Only with a manifold topology.
+typedef enum {
+  // Closed if a closed surface goes through more than half of the points at once, or through 5 % at once and 99 % in the
+  // end. But not if sensors saw it from one side only, or if points carry noise and more than 15 % of the area would be
+  // in facets above the threshold. Else it is open and grows from the most certain facet on. Parts are joined over
+  // facets up to 4 times as large as the threshold, or 16 times where they continue a part smoothly. Small holes are
+  // closed. Parts that lie further apart stay apart.
+  SRF_CLOSURE_AUTO = 1,
+  // Gaps in the sampling are spanned by large facets.
+  SRF_CLOSURE_CLOSED = 2,
+  // Facets above the threshold are left out, so that gaps stay open.
+  SRF_CLOSURE_OPEN = 3,
+} srf_closure;
+
+// Treatment of the noise of points.
+typedef enum {
+  // They are moved to the surface that those around them tell. Outliers, also around points that carry no noise, are
+  // left out.
+  SRF_NOISY_POINTS_MOVED = 1,
+  // The surface is found as with `moved`, and goes through the points as they were measured. Noise may make it cross
+  // itself.
+  SRF_NOISY_POINTS_PUT_BACK = 2,
+  // Nothing is smoothed and no outlier left out, whatever noise the points carry and whatever the smoothing is. If noise
+  // is half a spacing or more, no surface may be found, or one full of holes.
+  SRF_NOISY_POINTS_AS_CLEAN = 3,
+} srf_noisy_points;
+
+// Reasons why a point is not on a surface.
+typedef enum {
+  // It is on it.
+  SRF_DROPPED_USED = 0,
+  // A coordinate isn't a finite number.
+  SRF_DROPPED_NOT_FINITE = 1,
+  // At the same place as a point before it. Of points that are flat but for noise, also right above another.
+  SRF_DROPPED_DUPLICATE = 2,
+  // Inside the closed surface, out of its reach.
+  SRF_DROPPED_INSIDE = 3,
+  // Outside the surface: too far away for the threshold, or carved away.
+  SRF_DROPPED_OUTSIDE = 4,
+  // Far from any surface that the others tell. Since 0.2.
+  SRF_DROPPED_OUTLIER = 5,
+} srf_dropped;
+
+// Openings that are closed. Nothing is filled where a scan saw through by more than the merge distance and half a cell.
+typedef enum {
+  // Everything that seen space allows: the result is closed.
+  SRF_OPENINGS_ALL = 1,
+  // Openings that seen space or the surface surrounds: what lies before them is a pocket that nobody saw. A bowl's rim,
+  // a relief's border and the foot of a statue stay open.
+  SRF_OPENINGS_SEEN = 2,
+  // Openings whose boundaries are at most as long as the longest hole.
+  SRF_OPENINGS_HOLES = 3,
+  // None: the surface stays as it is, and the report says what is open.
+  SRF_OPENINGS_NONE = 4,
+} srf_openings;
+
+// Direction away from the ground, where there is a flat base.
+typedef enum {
+  // Along z.
+  SRF_BASE_UP_Z = 1,
+  // Along y.
+  SRF_BASE_UP_Y = 2,
+  // Along x.
+  SRF_BASE_UP_X = 3,
+  // Against z.
+  SRF_BASE_UP_MINUS_Z = 4,
+  // Against y.
+  SRF_BASE_UP_MINUS_Y = 5,
+  // Against x.
+  SRF_BASE_UP_MINUS_X = 6,
+} srf_base_up;
+
+// Direction away from the plate that is printed on.
+typedef enum {
+  // Along z.
+  SRF_PRINT_UP_Z = 1,
+  // Along y.
+  SRF_PRINT_UP_Y = 2,
+  // Along x.
+  SRF_PRINT_UP_X = 3,
+  // Against z.
+  SRF_PRINT_UP_MINUS_Z = 4,
+  // Against y.
+  SRF_PRINT_UP_MINUS_Y = 5,
+  // Against x.
+  SRF_PRINT_UP_MINUS_X = 6,
+} srf_print_up;
+
+// The side that gets this length.
+typedef enum {
+  // The longest of the sides along x, y and z.
+  SRF_SCALE_SIDE_LONGEST = 1,
+  // The side along up.
+  SRF_SCALE_SIDE_HEIGHT = 2,
+} srf_scale_side;
 
 // An alignment being put together: scans are added, known facts about them are said, then it is run, as often as wanted. Scans are
 // numbered from 0 in the order of adding. They are read when srf_aligner_run(), srf_aligner_snap() or srf_aligner_misfit() first needs

@@ -22,25 +22,6 @@ pub enum srf_close {
     SRF_CLOSE_NONE = 4,
 }
 
-/// Direction away from the ground, where there is a flat base.
-#[allow(non_camel_case_types, dead_code)]
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum srf_base_up {
-    /// Along z.
-    SRF_BASE_UP_Z = 1,
-    /// Along y.
-    SRF_BASE_UP_Y = 2,
-    /// Along x.
-    SRF_BASE_UP_X = 3,
-    /// Against z.
-    SRF_BASE_UP_MINUS_Z = 4,
-    /// Against y.
-    SRF_BASE_UP_MINUS_Y = 5,
-    /// Against x.
-    SRF_BASE_UP_MINUS_X = 6,
-}
-
 /// How registered scans are merged into one surface. Lengths are in the unit of the scans. Starts with its size. Set to the
 /// defaults by srf_merge_params_init().
 #[allow(non_camel_case_types)]

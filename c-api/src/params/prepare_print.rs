@@ -17,25 +17,6 @@ pub enum srf_scale_side {
     SRF_SCALE_SIDE_HEIGHT = 2,
 }
 
-/// Direction away from the plate that is printed on.
-#[allow(non_camel_case_types, dead_code)]
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum srf_print_up {
-    /// Along z.
-    SRF_PRINT_UP_Z = 1,
-    /// Along y.
-    SRF_PRINT_UP_Y = 2,
-    /// Along x.
-    SRF_PRINT_UP_X = 3,
-    /// Against z.
-    SRF_PRINT_UP_MINUS_Z = 4,
-    /// Against y.
-    SRF_PRINT_UP_MINUS_Y = 5,
-    /// Against x.
-    SRF_PRINT_UP_MINUS_X = 6,
-}
-
 /// How a closed mesh is made ready for printing. Each step is left out unless its parameter is given. Lengths are in the
 /// unit of the result: if the mesh is scaled, in that of the scaled one. Meshes of scans are in metres. Starts with its
 /// size. Set to the defaults by srf_prepare_print_params_init().

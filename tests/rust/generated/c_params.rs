@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use std::io::Write as _;
 use std::process::{Command, Stdio};
 
-use surfrecon::params::{ParamKind, ParamSchema, ParamSpec, schemas};
+use surfrecon::params::{Choice, ParamKind, ParamSchema, ParamSpec, schemas};
 
 use crate::words::{default_choice, number, plain_default, range, rule, sentence, wrapped};
 use crate::{compare, root};
@@ -130,6 +130,31 @@ pub fn beside(schema: &ParamSchema) -> &'static [(&'static str, &'static str, &'
     BESIDE.iter().find(|beside| beside.operation == schema.operation).map_or(&[], |beside| beside.fields)
 }
 
+/// The operation whose file declares the enum of a row: the first of those that have the row, since names are unique in C.
+fn declared_by(row: &ParamSpec) -> &'static str {
+    let choices = |row: &ParamSpec| match row.kind {
+        ParamKind::Choice(choices) => choices.iter().map(|choice| choice.name).collect(),
+        _ => Vec::new(),
+    };
+    let same = |schema: &ParamSchema| {
+        let own = |other: &&&ParamSpec| other.operation == schema.operation && other.name == row.name;
+        (schema.all)().iter().find(own).is_some_and(|other| {
+            assert_eq!(choices(other), choices(row), "{} of {} and of {}", row.name, row.operation, other.operation);
+            true
+        })
+    };
+    schemas().filter(|schema| same(schema)).map(|schema| schema.operation).min().expect("its own operation has the row")
+}
+
+/// The enums that an operation's file declares.
+fn own_enums(schema: &ParamSchema) -> Vec<(&'static ParamSpec, &'static [Choice])> {
+    let choices = |row: &'static ParamSpec| match row.kind {
+        ParamKind::Choice(choices) if declared_by(row) == schema.operation => Some((row, choices)),
+        _ => None,
+    };
+    fields(schema).into_iter().filter(|row| row.operation == schema.operation).filter_map(choices).collect()
+}
+
 fn file(schema: &ParamSchema) -> String {
     let (name, argument) = names(schema.operation);
     let beside = beside(schema);
@@ -142,9 +167,7 @@ fn file(schema: &ParamSchema) -> String {
     out += "use crate::given::{Fields, Given};\nuse crate::guard::guard;\n";
     out += if uses_from_data { "use crate::settings::SRF_FROM_DATA;\n" } else { "" };
     out += "use crate::sized;\nuse crate::status::srf_status;\n";
-    // Enums of other operations' choices stand in theirs.
-    for row in rows.iter().filter(|row| row.operation == schema.operation) {
-        let ParamKind::Choice(choices) = row.kind else { continue };
+    for (row, choices) in own_enums(schema) {
         let _ = write!(
             out,
             "\n/// {}\n#[allow(non_camel_case_types, dead_code)]\n#[repr(C)]\n#[derive(Clone, Copy, Debug, PartialEq, Eq)]\npub enum srf_{} {{\n",
