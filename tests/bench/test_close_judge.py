@@ -75,6 +75,16 @@ found["wall"] = close_figures.thinnest_wall(surface, *surface.sample(20_000), 22
 print(json.dumps(found))
 """
 
+HALVED = """
+import close_statue
+corners = np.random.default_rng(1).normal(0, 4, (50, 3, 3))
+halved = close_statue.halved(corners, 1.5)
+edges = np.linalg.norm(halved - np.roll(halved, -1, axis=1), axis=2)
+facing = [np.cross(part[:, 1] - part[:, 0], part[:, 2] - part[:, 0]).sum(0).tolist() for part in (corners, halved)]
+short = close_statue.halved(halved, 1.5)
+print(json.dumps([float(edges.max()), facing, len(halved), len(short)]))
+"""
+
 
 def run(script):
     """Runs a script with the peers' Python; gives what it printed."""
@@ -112,3 +122,10 @@ def test_shapes_are_closed_and_known():
         assert (faults, parts) == (0, 1) and volume > 1e5, name
     assert moved == [7, 0]
     assert 2.0 < wall < 2.6
+
+
+@needs_peers
+def test_halved_triangles_are_small_and_face_as_before():
+    longest, (before, after), count, again = run(HALVED)
+    assert longest <= 1.5 and after == pytest.approx(before)
+    assert again == count > 50
