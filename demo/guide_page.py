@@ -37,6 +37,8 @@ def drawn(folder, row, type_, columns):
     for panel in row:
         with Image.open(folder / panel["file"]) as picture:
             own = picture.convert("RGBA")
+        if "behind" in panel:
+            own = Image.alpha_composite(Image.new("RGBA", own.size, tuple(panel["behind"])), own)
         scale = min(1.0, width / own.width)
         panels.append(own.resize((round(own.width * scale), round(own.height * scale)), Image.Resampling.LANCZOS))
     height = max(panel.height for panel in panels)

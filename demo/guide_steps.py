@@ -17,6 +17,7 @@ from guide_drawing import (
     surface,
     wires,
 )
+from guide_printing import printing
 from stage import scan_colour
 
 GREY = (0.33, 0.34, 0.36)
@@ -505,4 +506,5 @@ GUIDES = {
     "large": large,
     "library": library,
     "cluster": cluster,
+    "printing": printing,
 }
