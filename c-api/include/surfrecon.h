@@ -1667,8 +1667,8 @@ typedef struct {
   uint64_t crossing_pairs;
   // Faces that cross another. Since 0.2.
   uint64_t crossing_faces;
-  // Parts joined over edges. A cavity is a part, too. Since 0.2.
-  uint64_t parts;
+  // Bodies: faces joined over edges. A cavity is a body, too. Since 0.2.
+  uint64_t bodies;
   // Size along x. In the unit of the scans. Since 0.2.
   double size_x;
   // Size along y. In the unit of the scans. Since 0.2.
@@ -1677,7 +1677,7 @@ typedef struct {
   double size_z;
   // Whether it fits into the printer, as it is or turned by a quarter about the vertical. 1 or 0. Since 0.2.
   uint64_t is_fitting;
-  // Volume of all parts together, in the cube of the unit of the mesh. There is none unless the mesh is closed. Then it
+  // Volume of all bodies together, in the cube of the unit of the mesh. There is none unless the mesh is closed. Then it
   // is SRF_FROM_DATA. Since 0.2.
   double volume;
   // Volume times density. There is none without either. Then it is SRF_FROM_DATA. Since 0.2.
@@ -1711,7 +1711,7 @@ typedef struct {
   // Worker threads, at most 1024. 0, the default, for the number of srf_set_threads(). Results are the same for any
   // number.
   uint32_t threads;
-  // Length of the side after scaling: 0.1 for a print of 10 cm, if the unit is a metre. All sides are scaled alike. > 0.
+  // Length of the side of the result: 0.1 for a print of 10 cm, if the unit is a metre. All sides are scaled alike. > 0.
   // SRF_FROM_DATA, the default: the size stays.
   double scale_to;
   // The side that gets this length. A value of srf_scale_side, default SRF_SCALE_SIDE_LONGEST.
@@ -1782,11 +1782,12 @@ typedef struct {
   // that was not asked for, or no wall is thinner than twice that. Then it is SRF_FROM_DATA. In the unit of the scans.
   // Since 0.2.
   double wall_before;
-  // Thickness of the thinnest wall after that. Then it is SRF_FROM_DATA. In the unit of the scans. Since 0.2.
+  // Thickness of the thinnest wall after that. Faces beside a wall tilt when its sides move apart. So a wall at a sharp
+  // edge may be thinner than the thinnest before. Then it is SRF_FROM_DATA. In the unit of the scans. Since 0.2.
   double wall_after;
   // Faces that moved when walls were thickened. Since 0.2.
   uint64_t moved_faces;
-  // Faces whose walls stay thinner than asked for. The attribute thin marks them. Since 0.2.
+  // Faces of the result whose walls are thinner than asked for. The attribute thin marks them. Since 0.2.
   uint64_t thin_faces;
   // Cell in which the cavity was made. The walls are as thick as asked for within one. Then it is SRF_FROM_DATA. In the
   // unit of the scans. Since 0.2.
@@ -5094,8 +5095,8 @@ srf_status srf_mesh_close(const srf_mesh *mesh,
 //         srf_check_print_report_init(&report);
 //         params.min_wall = 0.8;
 //         if (srf_mesh_check_print(mesh, &params, NULL, NULL, &report) != SRF_OK) return 0;
-//         if (!report.is_closed) printf("%u openings\n", (unsigned)report.openings);
-//         if (report.crossing_pairs > 0) printf("%u pairs of faces cross\n", (unsigned)report.crossing_pairs);
+//         if (!report.is_closed) printf("openings: %u\n", (unsigned)report.openings);
+//         if (report.crossing_pairs > 0) printf("pairs of faces that cross: %u\n", (unsigned)report.crossing_pairs);
 //         if (report.thin_faces > 0) printf("a wall is %g mm thick\n", report.thinnest_wall);
 //         return report.is_closed && report.crossing_pairs == 0 && report.thin_faces == 0;
 //     }
@@ -5149,7 +5150,7 @@ srf_status srf_mesh_check_print(const srf_mesh *mesh,
 //         params.hollow = 2.0;
 //         params.printer_height = 100.0;
 //         status = srf_mesh_prepare_print(mesh, &params, NULL, out_mesh, &report);
-//         if (status == SRF_OK) printf("%u parts\n", (unsigned)report.parts);
+//         if (status == SRF_OK) printf("parts: %u\n", (unsigned)report.parts);
 //         return status;
 //     }
 //

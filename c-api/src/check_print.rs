@@ -12,8 +12,8 @@
 //!     srf_check_print_report_init(&report);
 //!     params.min_wall = 0.8;
 //!     if (srf_mesh_check_print(mesh, &params, NULL, NULL, &report) != SRF_OK) return 0;
-//!     if (!report.is_closed) printf("%u openings\n", (unsigned)report.openings);
-//!     if (report.crossing_pairs > 0) printf("%u pairs of faces cross\n", (unsigned)report.crossing_pairs);
+//!     if (!report.is_closed) printf("openings: %u\n", (unsigned)report.openings);
+//!     if (report.crossing_pairs > 0) printf("pairs of faces that cross: %u\n", (unsigned)report.crossing_pairs);
 //!     if (report.thin_faces > 0) printf("a wall is %g mm thick\n", report.thinnest_wall);
 //!     return report.is_closed && report.crossing_pairs == 0 && report.thin_faces == 0;
 //! }

@@ -17,7 +17,7 @@
 //!     params.hollow = 2.0;
 //!     params.printer_height = 100.0;
 //!     status = srf_mesh_prepare_print(mesh, &params, NULL, out_mesh, &report);
-//!     if (status == SRF_OK) printf("%u parts\n", (unsigned)report.parts);
+//!     if (status == SRF_OK) printf("parts: %u\n", (unsigned)report.parts);
 //!     return status;
 //! }
 //!

@@ -162,7 +162,7 @@ inline const Figures check_print_figures = {
     {Figure::Kind::count, "misoriented_edges", "Misoriented edges", false, 1, offsetof(srf_check_print_report, misoriented_edges), {}, {}},
     {Figure::Kind::count, "crossing_pairs", "Crossing pairs of faces", false, 1, offsetof(srf_check_print_report, crossing_pairs), {}, {}},
     {Figure::Kind::count, "crossing_faces", "Crossing faces", false, 1, offsetof(srf_check_print_report, crossing_faces), {}, {}},
-    {Figure::Kind::count, "parts", "Parts", false, 1, offsetof(srf_check_print_report, parts), {}, {}},
+    {Figure::Kind::count, "bodies", "Bodies", false, 1, offsetof(srf_check_print_report, bodies), {}, {}},
     {Figure::Kind::length, "size_x", "Size", false, 1, offsetof(srf_check_print_report, size_x), {}, {}},
     {Figure::Kind::length, "size_y", "Size", false, 1, offsetof(srf_check_print_report, size_y), {}, {}},
     {Figure::Kind::length, "size_z", "Size", false, 1, offsetof(srf_check_print_report, size_z), {}, {}},

@@ -38,7 +38,7 @@ def marked(checked, name):
 def test_a_box_has_the_figures_of_a_box():
     checked = surfrecon.check_print(box((2, 3, 4)), min_wall=1.5, max_wall=3, density=2)
     report = checked.report
-    assert report.findings == [] and report.is_closed and report.is_manifold and report.parts == 1
+    assert report.findings == [] and report.is_closed and report.is_manifold and report.bodies == 1
     assert report.size == (2, 3, 4) and report.volume == pytest.approx(24) and report.weight == pytest.approx(48)
     assert report.thinnest_wall == pytest.approx(2) and report.is_fitting
     assert checked.crossings.shape == (0, 2) and checked.crossings.dtype == np.uint32
@@ -48,7 +48,7 @@ def test_a_box_has_the_figures_of_a_box():
 
 def test_crossing_faces_are_found_and_marked():
     checked = surfrecon.check_print(joined(box(), box(at=(0.5, 0.5, 0.5))))
-    assert "crossing" in kinds(checked) and checked.report.parts == 2
+    assert "crossing" in kinds(checked) and checked.report.bodies == 2
     pairs = checked.crossings
     assert len(pairs) == checked.report.crossing_pairs > 0 and (pairs[:, 0] < pairs[:, 1]).all()
     assert np.array_equal(np.flatnonzero(marked(checked, "crossing")), np.unique(pairs))
@@ -188,6 +188,19 @@ def test_what_bounds_no_body_is_said_with_what_to_do():
     assert "inside_out" in kinds(turned) and turned.report.volume < 0
     twice = surfrecon.check_print(surfrecon.Mesh(whole.positions, np.vstack([whole.triangles, whole.triangles[:1]])))
     assert kinds(twice)[0] == "not_manifold" and not twice.report.is_manifold
+
+
+def test_bodies_are_judged_one_by_one():
+    whole = box((4, 4, 4))
+    lone = box(at=(9, 0, 0))
+    lone = surfrecon.Mesh(lone.positions, lone.triangles[:, ::-1])
+    assert "inside_out" in kinds(surfrecon.check_print(joined(whole, lone)))
+    cavity = box(at=(1, 1, 1))
+    cavity = surfrecon.Mesh(cavity.positions, cavity.triangles[:, ::-1])
+    assert not {"inside_out", "several_bodies"} & set(kinds(surfrecon.check_print(joined(whole, cavity))))
+    several = surfrecon.check_print(joined(whole, box(at=(9, 0, 0))))
+    assert several.report.findings[0][0] == "several_bodies" and several.report.bodies == 2
+    assert "The smallest has a volume of 1, at (" in several.report.findings[0][1]
 
 
 def test_other_attributes_stay_and_threads_change_nothing():

@@ -24,7 +24,8 @@ STEPS = (
     ("scale_to", ("scale_side",)),
     ("flat_base", ("base_height",)),
     ("min_wall", ()),
-    ("hollow", ("hollow_cell", "drain", "drain_sides")),
+    ("hollow", ("hollow_cell", "drain")),
+    ("drain", ("drain_sides",)),
     ("printer_width", ()),
     ("printer_depth", ()),
     ("printer_height", ()),
@@ -54,15 +55,25 @@ class SURFRECON_OT_prepare_print(JobOperator, bpy.types.Operator):
         layout = self.layout
         layout.use_property_split = True
         drawn = set()
+        idle = self.idle()
         for step, parts in STEPS:
             column = layout.column(align=True)
-            column.prop(self, step)
+            if step not in drawn:
+                column.prop(self, step)
             below = column.column(align=True)
-            below.active = bool(getattr(self, step))
+            below.active = not idle.intersection(parts)
             for name in parts:
                 below.prop(self, name)
             drawn |= {step, *parts}
         draw_others(layout, self, PARAMETERS, drawn)
+
+    def idle(self):
+        """The options that have no use, as the step that they belong to is left out."""
+        found = set()
+        for step, parts in STEPS:
+            if step in found or not getattr(self, step):
+                found |= set(parts)
+        return found
 
     def launch(self, context):
         """Gathers the mesh in the world."""
@@ -71,11 +82,8 @@ class SURFRECON_OT_prepare_print(JobOperator, bpy.types.Operator):
             raise Refused(f'"{source.name}" is a scan: merge the scans first, and close their surface')
         self.source = Handle(source)
         ((mesh, matrix, _),) = yield from gathered(context, [source], scan_objects.scan_of_object)
-        options = given(self, PARAMETERS)
-        for step, parts in STEPS:
-            if not getattr(self, step):
-                # Greyed out.
-                options |= dict.fromkeys(parts)
+        # Greyed out.
+        options = given(self, PARAMETERS) | dict.fromkeys(self.idle())
         return surfrecon.Job.prepare_print(placed(mesh, matrix), **options)
 
     def finish(self, context, result):
@@ -136,7 +144,7 @@ TRANSLATIONS = {
             "Drained": "Mit Abfluss",
         },
         "tips": {
-            "Length of the side after scaling: 0.1 for a print of 10 cm, if the unit is a metre. All sides are scaled alike. 0: the size stays": "Länge der Seite nach dem Skalieren: 0.1 für einen Druck von 10 cm, wenn die Einheit ein Meter ist. Alle Seiten werden gleich skaliert. 0: die Größe bleibt",
+            "Length of the side of the result: 0.1 for a print of 10 cm, if the unit is a metre. All sides are scaled alike. 0: the size stays": "Länge der Seite des Ergebnisses: 0.1 für einen Druck von 10 cm, wenn die Einheit ein Meter ist. Alle Seiten werden gleich skaliert. 0: die Größe bleibt",
             "The side that gets this length": "Die Seite, die diese Länge bekommt",
             "The longest of the sides along x, y and z": "Die längste der Seiten entlang x, y und z",
             "The side along up": "Die Seite entlang oben",
@@ -172,7 +180,15 @@ TRANSLATIONS = {
             "pairs": "Paare",
             "cavity": "Hohlraum",
             "cavities": "Hohlräume",
-            "the mesh encloses a volume of {}, which must be above 0: it is inside out, flip its faces first": "das Netz umschließt ein Volumen von {}, das über 0 sein muss: es ist von innen nach außen gekehrt, seine Flächen erst umdrehen",
+            "{} inside out, the first at {}: flip its faces first": "{} von innen nach außen gekehrt, der erste bei {}: seine Flächen erst umdrehen",
+            "{} in the solid of another, the first at {}: remove it first, or flip its faces if it is a cavity": "{} im Inneren eines anderen, der erste bei {}: ihn erst entfernen, oder seine Flächen umdrehen, wenn er ein Hohlraum ist",
+            "body is": "Körper ist",
+            "bodies are": "Körper sind",
+            "body lies": "Körper liegt",
+            "bodies lie": "Körper liegen",
+            '"Scaled side" is given without "Scale to", but has no use then: give "Scale to", too': '"Skalierte Seite" ist ohne "Skalieren auf" angegeben, und nützt dann nichts: auch "Skalieren auf" angeben',
+            '"Sides of the drain" is given without drain, but has no use then: give drain, too': '"Seiten des Abflusses" ist ohne "Abfluss" angegeben, und nützt dann nichts: auch "Abfluss" angeben',
+            "The side is {} long, not {}: walls as thick as asked for take more room": "Die Seite ist {} lang, nicht {}: so dicke Wände brauchen mehr Platz",
             "the mesh encloses no volume: give it a thickness first": "das Netz umschließt kein Volumen: ihm erst eine Dicke geben",
             "min_wall is {}, but the longest side of the mesh is {}: give less than that, in the unit of the mesh": "die dünnste Wand ist {}, aber die längste Seite des Netzes ist {}: weniger angeben, in der Einheit des Netzes",
             "the printer's size cuts the mesh into {} parts: at most {} are made, give a larger printer": "die Größe des Druckers zerschneidet das Netz in {} Teile: höchstens {} werden gemacht, einen größeren Drucker angeben",
@@ -180,10 +196,10 @@ TRANSLATIONS = {
             '"Height of the base" is given without "Flat base", but has no use then: give "Flat base", too': '"Höhe des Fußes" ist ohne "Flacher Fuß" angegeben, und nützt dann nichts: auch "Flacher Fuß" angeben',
             "drain is given without {}, but leads from a flat base into a cavity: give {}, too": "ein Abfluss ist ohne {} angegeben, führt aber von einem flachen Fuß in einen Hohlraum: auch {} angeben",
             '"Cell of the cavity" is given without hollow, but has no use then: give hollow, too': '"Zelle des Hohlraums" ist ohne "Aushöhlen" angegeben, und nützt dann nichts: auch "Aushöhlen" angeben',
-            '"Cell of the cavity" is {}, but must be at most a third of hollow, {}': '"Zelle des Hohlraums" ist {}, darf aber höchstens ein Drittel von "Aushöhlen" sein, {}',
+            '"Cell of the cavity" is {}, but must be at most a third of hollow, which is {}': '"Zelle des Hohlraums" ist {}, darf aber höchstens ein Drittel von "Aushöhlen" sein, und das ist {}',
             "the mesh can't be cut at {} along {}, where rounding makes its faces cross: cut it elsewhere": "das Netz kann bei {} entlang {} nicht geschnitten werden, weil Runden dort seine Flächen sich schneiden lässt: es woanders schneiden",
             "{} is {}, but the mesh is {} long there: at most {} parts are made, give at least {}": "{} ist {}, aber das Netz ist dort {} lang: höchstens {} Teile werden gemacht, wenigstens {} angeben",
-            "The base lies {} above the lowest point, not {}: rounding would make faces cross there": "Der Fuß liegt {} über dem tiefsten Punkt, nicht {}: Runden würde dort Flächen sich schneiden lassen",
+            "The base lies {} above the lowest point, {} beside the height asked for: rounding would make faces cross there": "Der Fuß liegt {} über dem tiefsten Punkt, {} neben der verlangten Höhe: Runden würde dort Flächen sich schneiden lassen",
             "The mesh does not stand on a face, and nothing lies below the base: give a larger height": "Das Netz steht auf keiner Fläche, und nichts liegt unter dem Fuß: eine größere Höhe angeben",
             'The mesh stands on no face that a hole could lead from: give a larger "Height of the base"': 'Das Netz steht auf keiner Fläche, von der ein Loch ausgehen könnte: eine größere "Höhe des Fußes" angeben',
             "A hole of {} finds no room in the floor of the cavity, where {} fits: give a smaller drain or a higher base": "Ein Loch von {} hat keinen Platz im Boden des Hohlraums, wo {} passt: einen kleineren Abfluss oder höheren Fuß angeben",
@@ -191,7 +207,7 @@ TRANSLATIONS = {
             "There is no cavity that a hole could lead into: give thinner walls": "Es gibt keinen Hohlraum, in den ein Loch führen könnte: dünnere Wände angeben",
             "The drain leads into one cavity, and {} stay shut: give thicker walls": "Der Abfluss führt in einen Hohlraum, und {} bleiben verschlossen: dickere Wände angeben",
             "The mesh is nowhere thicker than two walls of {}: give thinner ones": "Das Netz ist nirgends dicker als zwei Wände von {}: dünnere angeben",
-            "Parts meet at {} along {}, not at {}: rounding would make faces cross there": "Teile treffen sich bei {} entlang {}, nicht bei {}: Runden würde dort Flächen sich schneiden lassen",
+            "Parts meet at {} along {}, {} beside the place of equal parts: rounding would make faces cross there": "Teile treffen sich bei {} entlang {}, {} neben der Stelle gleicher Teile: Runden würde dort Flächen sich schneiden lassen",
             "{} walls thinner than {}, at sharp edges or where there is no room: print it larger": "{} Wände dünner als {}, an scharfen Kanten oder wo kein Platz ist: es größer drucken",
             "The attribute thin marks them": "Das Attribut thin markiert sie",
             "{} face still has": "{} Fläche hat noch",

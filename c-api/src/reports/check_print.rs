@@ -31,8 +31,8 @@ pub struct srf_check_print_report {
     pub crossing_pairs: u64,
     /// Faces that cross another. Since 0.2.
     pub crossing_faces: u64,
-    /// Parts joined over edges. A cavity is a part, too. Since 0.2.
-    pub parts: u64,
+    /// Bodies: faces joined over edges. A cavity is a body, too. Since 0.2.
+    pub bodies: u64,
     /// Size along x. In the unit of the scans. Since 0.2.
     pub size_x: f64,
     /// Size along y. In the unit of the scans. Since 0.2.
@@ -41,7 +41,7 @@ pub struct srf_check_print_report {
     pub size_z: f64,
     /// Whether it fits into the printer, as it is or turned by a quarter about the vertical. 1 or 0. Since 0.2.
     pub is_fitting: u64,
-    /// Volume of all parts together, in the cube of the unit of the mesh. There is none unless the mesh is closed. Then it
+    /// Volume of all bodies together, in the cube of the unit of the mesh. There is none unless the mesh is closed. Then it
     /// is SRF_FROM_DATA. Since 0.2.
     pub volume: f64,
     /// Volume times density. There is none without either. Then it is SRF_FROM_DATA. Since 0.2.

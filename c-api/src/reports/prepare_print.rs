@@ -41,11 +41,12 @@ pub struct srf_prepare_print_report {
     /// that was not asked for, or no wall is thinner than twice that. Then it is SRF_FROM_DATA. In the unit of the scans.
     /// Since 0.2.
     pub wall_before: f64,
-    /// Thickness of the thinnest wall after that. Then it is SRF_FROM_DATA. In the unit of the scans. Since 0.2.
+    /// Thickness of the thinnest wall after that. Faces beside a wall tilt when its sides move apart. So a wall at a sharp
+    /// edge may be thinner than the thinnest before. Then it is SRF_FROM_DATA. In the unit of the scans. Since 0.2.
     pub wall_after: f64,
     /// Faces that moved when walls were thickened. Since 0.2.
     pub moved_faces: u64,
-    /// Faces whose walls stay thinner than asked for. The attribute thin marks them. Since 0.2.
+    /// Faces of the result whose walls are thinner than asked for. The attribute thin marks them. Since 0.2.
     pub thin_faces: u64,
     /// Cell in which the cavity was made. The walls are as thick as asked for within one. Then it is SRF_FROM_DATA. In the
     /// unit of the scans. Since 0.2.

@@ -576,15 +576,17 @@ class PrintReport(Report):
     """The figures of the checks for printing.
 
     >>> report = surfrecon.check_print(mesh).report
-    >>> report.is_closed, report.crossing_pairs, report.parts
+    >>> report.is_closed, report.crossing_pairs, report.bodies
     (True, 0, 1)
 
     Attributes:
         findings: Faults with their remedies. There are none if the mesh can be printed as it is. A kind and a
             sentence each: ``not_manifold``: Edges of three faces, faces that are turned, or other places that bound no
             body. ``open``: Openings: the mesh bounds no body. ``crossing``: Faces that cross each other.
-            ``inside_out``: The outside is inside. ``no_volume``: Closed, but nothing is inside. ``too_large``: Larger
-            than the printer. ``thin``: Walls thinner than the printer makes. ``overhang``: Faces that hang over.
+            ``inside_out``: Bodies whose outside is inside. Cavities are no such bodies. ``no_volume``: Closed, but
+            nothing is inside. ``too_large``: Larger than the printer. ``thin``: Walls thinner than the printer makes.
+            ``overhang``: Faces that hang over. ``nested``: Bodies in the solid of others. ``several_bodies``: Several
+            bodies that hang together nowhere.
         is_closed: Whether the mesh is an oriented manifold without openings.
         is_manifold: Whether it is an oriented manifold, with or without openings.
         openings: Openings: groups of open edges that hang together.
@@ -594,10 +596,10 @@ class PrintReport(Report):
         misoriented_edges: Edges whose two faces are turned against each other.
         crossing_pairs: Pairs of faces that cross. This is exact.
         crossing_faces: Faces that cross another.
-        parts: Parts joined over edges. A cavity is a part, too.
+        bodies: Bodies: faces joined over edges. A cavity is a body, too.
         size: Size along x, y and z. In the unit of the scans.
         is_fitting: Whether it fits into the printer, as it is or turned by a quarter about the vertical.
-        volume: Volume of all parts together, in the cube of the unit of the mesh. There is none unless the mesh is
+        volume: Volume of all bodies together, in the cube of the unit of the mesh. There is none unless the mesh is
             closed. Then it is ``None``.
         weight: Volume times density. There is none without either. Then it is ``None``.
         wall_limit: Thickness up to which walls are measured. In the unit of the scans.
@@ -625,7 +627,7 @@ class PrintReport(Report):
     misoriented_edges: int
     crossing_pairs: int
     crossing_faces: int
-    parts: int
+    bodies: int
     size: tuple[float, float, float]
     is_fitting: bool
     volume: float | None
@@ -653,7 +655,7 @@ class PrepareReport(Report):
             Nothing lies below the base. ``still_thin``: Some walls find no room to become thicker. ``nothing_hollow``:
             The mesh is nowhere thick enough for a cavity. ``no_drain``: A hole of that diameter finds no room.
             ``shut_cavities``: Some cavities have no hole. ``part_moved``: The plane between two parts lies a hair
-            beside the place that makes them equal.
+            beside the place that makes them equal. ``size_missed``: The side has another length than was asked for.
         scale: Factor by which the mesh was scaled. 1 if it was not.
         size: Size along x, y and z. In the unit of the scans.
         volume_before: Volume before all steps, in the cube of the unit of the input.
@@ -668,9 +670,11 @@ class PrepareReport(Report):
         wall_before: Thickness of the thinnest wall before walls were thickened, measured behind the centres of
             faces. There is none if that was not asked for, or no wall is thinner than twice that. Then it is ``None``.
             In the unit of the scans.
-        wall_after: Thickness of the thinnest wall after that. Then it is ``None``. In the unit of the scans.
+        wall_after: Thickness of the thinnest wall after that. Faces beside a wall tilt when its sides move apart.
+            So a wall at a sharp edge may be thinner than the thinnest before. Then it is ``None``. In the unit of the
+            scans.
         moved_faces: Faces that moved when walls were thickened.
-        thin_faces: Faces whose walls stay thinner than asked for. The attribute thin marks them.
+        thin_faces: Faces of the result whose walls are thinner than asked for. The attribute thin marks them.
         hollow_cell: Cell in which the cavity was made. The walls are as thick as asked for within one. Then it is
             ``None``. In the unit of the scans.
         thinnest_wall: Least distance of the cavity from the surface. It is measured at the vertices and the centres

@@ -102,7 +102,7 @@ impl Crossed {
 }
 
 /// Boxes with their numbers, by halving.
-struct Tree {
+pub struct Tree {
     nodes: Vec<Node>,
     boxes: Vec<(u32, Bounds)>,
 }
@@ -117,7 +117,7 @@ struct Node {
 }
 
 impl Tree {
-    fn new(boxes: Vec<(u32, Bounds)>, progress: &Progress<'_>) -> Result<Self> {
+    pub fn new(boxes: Vec<(u32, Bounds)>, progress: &Progress<'_>) -> Result<Self> {
         let count = boxes.len();
         let mut tree = Tree { nodes: Vec::new(), boxes };
         if count > 0 {
@@ -147,7 +147,7 @@ impl Tree {
     }
 
     /// Calls `each` with the numbers of boxes that meet another, as long as it wants more.
-    fn meeting(&self, bounds: &Bounds, each: &mut dyn FnMut(u32) -> Result<bool>) -> Result<()> {
+    pub fn meeting(&self, bounds: &Bounds, each: &mut dyn FnMut(u32) -> Result<bool>) -> Result<()> {
         let mut stack = if self.nodes.is_empty() { Vec::new() } else { vec![0_u32] };
         while let Some(at) = stack.pop() {
             let node = &self.nodes[at as usize];

@@ -11,7 +11,7 @@
 //! | 6 | `bridge`, `stitch`, `fan`, `clear` | fill, border -> one surface |
 //! | 7 | `openings` | surface -> the openings that are asked for |
 //! | 8 | `attributes` | the filled part is marked |
-//! | | `print`, `crossing` | checks before printing |
+//! | | `print`, `crossing`, `bodies` | checks before printing |
 
 mod operation;
 mod params;
@@ -65,6 +65,8 @@ mod attributes;
 mod driver;
 
 // checks before printing
+#[doc(hidden)]
+pub mod bodies;
 pub mod print;
 
 pub use crossing::crossing_pairs;

@@ -31,7 +31,9 @@ pub mod sink;
 pub mod srgb;
 mod tri_mesh;
 
-pub use check::{CheckReport, OPERATION as CHECK_OPERATION, check, check_welded, try_check, try_check_welded};
+pub use check::{
+    CheckReport, OPERATION as CHECK_OPERATION, check, check_welded, first_fault, try_check, try_check_welded,
+};
 pub use crs::Crs;
 pub use extent::Extent;
 pub use point_cloud::PointCloud;

@@ -9,6 +9,7 @@ use rustc_hash::FxHashSet;
 
 use base::error::{Result, Shown};
 use base::progress::{Pace, Progress};
+use close::bodies::Bodies;
 use mesh::TriMesh;
 
 use super::cap::cap;
@@ -227,33 +228,11 @@ fn widest(borders: &[Border; 2], precision: f64, progress: &Progress<'_>) -> Res
     Ok(best)
 }
 
-/// Cavities without a way out: parts of a closed mesh that are inside out.
+/// Cavities without a way out: bodies of a closed mesh that are turned over.
 ///
 /// # Errors
 /// [`base::Error::Cancelled`].
 pub fn shut_cavities(mesh: &TriMesh, progress: &Progress<'_>) -> Result<usize> {
-    let mut pace = Pace::new(progress);
-    let mut above: Vec<u32> = (0..mesh.positions.len() as u32).collect();
-    let root = |above: &mut [u32], mut v: u32| {
-        while above[v as usize] != v {
-            above[v as usize] = above[above[v as usize] as usize];
-            v = above[v as usize];
-        }
-        v
-    };
-    for &[a, b, c] in &mesh.triangles {
-        pace.after(4)?;
-        for (one, other) in [(a, b), (b, c)] {
-            let (one, other) = (root(&mut above, one), root(&mut above, other));
-            above[one.max(other) as usize] = one.min(other);
-        }
-    }
-    let origin = mesh.positions.first().copied().unwrap_or_default();
-    let mut volumes = vec![0.0; mesh.positions.len()];
-    for t in 0..mesh.triangles.len() {
-        pace.after(4)?;
-        let [a, b, c] = mesh.corners(t).map(|place| place - origin);
-        volumes[root(&mut above, mesh.triangles[t][0]) as usize] += a.dot(b.cross(c));
-    }
-    Ok(volumes.iter().filter(|volume| **volume < 0.0).count())
+    let bodies = Bodies::new(mesh, false, progress)?;
+    Ok(bodies.list.iter().filter(|body| body.volume < 0.0).count())
 }

@@ -3,6 +3,7 @@
 use base::error::{Error, Result, Shown, counted};
 use base::memory;
 use base::progress::Progress;
+use close::bodies::{Bodies, Lies};
 use close::crossing_pairs;
 use mesh::measure::{bounds, enclosed_volume};
 use mesh::{AttributeData, Crs, TriMesh, try_check};
@@ -13,9 +14,10 @@ use super::hollow::hollow;
 use super::made::{ADDED, mark};
 use super::params::PrepareParams;
 use super::report::{PrepareProblem, PrepareReport, PreparedPrint};
-use super::scale_to::scale_to;
+use super::scale_to::{extent, scale_to, side};
+use super::section::Section;
 use super::split_parts::split_parts;
-use super::thicken::thicken;
+use super::thicken::{THIN, thicken};
 
 base::stages! {
     /// Stages with their shares of the time.
@@ -28,8 +30,12 @@ base::stages! {
     PARTS = "cutting into parts", 0.15;
 }
 
-/// At the peak: the mesh twice, its edges, its boxes and a triangulation.
-const BYTES_A_TRIANGLE: f64 = 400.0;
+/// At the peak: the mesh three times, its edges, its boxes and a triangulation.
+const BYTES_A_TRIANGLE: f64 = 450.0;
+/// Times that size, base and walls are made, so that the side has its length with thicker walls.
+const TURNS: usize = 4;
+/// Relative error of that length which is near enough. Walls jump by more when the size changes a little.
+const NEAR: f64 = 1e-4;
 
 /// Makes a closed mesh ready for printing, by the steps whose parameters are given, in this order: scaled, cut off flat, thickened,
 /// hollowed out, drained, cut into parts.
@@ -48,6 +54,7 @@ const BYTES_A_TRIANGLE: f64 = 400.0;
 /// * The result is a closed, oriented manifold, and no two of its faces cross. Both are decided exactly. If it is cut into parts, this holds
 ///   for each part ([`PreparedPrint::parts`]): caps of neighbours lie on each other.
 /// * A cavity lies as deep as asked for within a cell. The distance is measured.
+/// * No body jumps into another, whatever walls move.
 /// * Vertices keep their bits, but for scaling and thin walls. There none moves inward, or farther than the wall that is asked for. The report
 ///   says by how much any moved.
 /// * Faces that were made up have the face attribute `added`. Vertices on cuts have the means of their edges' ends.
@@ -58,8 +65,8 @@ const BYTES_A_TRIANGLE: f64 = 400.0;
 /// its grid.
 ///
 /// # Errors
-/// Parameters out of range. A mesh that is open, no oriented manifold, inside out, or crosses itself: the error says what to do. A base
-/// with nothing above it. [`Error::OutOfMemory`]. [`Error::Cancelled`].
+/// Parameters out of range. A mesh that is open, no oriented manifold, or crosses itself: the error says what to do. So does that of a body
+/// that is inside out or lies in the solid of another. A base with nothing above it. [`Error::OutOfMemory`]. [`Error::Cancelled`].
 pub fn prepare_print(mesh: &TriMesh, params: &PrepareParams, progress: &Progress<'_>) -> Result<PreparedPrint> {
     params.validate()?;
     params.go_together()?;
@@ -79,22 +86,7 @@ fn steps(mesh: &TriMesh, params: &PrepareParams, progress: &Progress<'_>) -> Res
     let mut mesh = mesh.clone();
     mark(&mut mesh);
     progress.lap(PLAN[CHECKING].0);
-    if let Some(length) = params.scale_to {
-        scale_to(&mut mesh, length, params, &mut report)?;
-    }
-    progress.stage(BASE, 1);
-    let base = match params.flat_base {
-        true => Some(flat_base(&mut mesh, params, &mut report, progress)?),
-        false => None,
-    };
-    progress.lap(PLAN[BASE].0);
-    progress.stage(WALLS, 1);
-    if let Some(min_wall) = params.min_wall {
-        refuse_thick(&mesh, min_wall)?;
-        let base = base.filter(|_| report.base_faces > 0);
-        thicken(&mut mesh, min_wall, base, &mut report, progress)?;
-    }
-    progress.lap(PLAN[WALLS].0);
+    let base = shaped(&mut mesh, params, &mut report, progress)?;
     progress.stage(CAVITY, 1);
     let cavity = match params.hollow {
         Some(wall) => {
@@ -130,15 +122,80 @@ fn steps(mesh: &TriMesh, params: &PrepareParams, progress: &Progress<'_>) -> Res
         split_parts(&mut mesh, params, &mut report, progress)?;
     }
     progress.lap(PLAN[PARTS].0);
-    let (lo, hi) = bounds(&mesh.positions).unwrap_or_default();
-    report.size = (hi - lo).to_array();
+    let bounds = extent(&mesh, None);
+    report.size = (bounds.max - bounds.min).to_array();
     report.volume = enclosed_volume(&mesh);
-    report.added_faces = match mesh.face_attribute(ADDED) {
-        Some(AttributeData::Bool(added)) => added.iter().filter(|added| **added).count(),
-        _ => 0,
-    };
+    report.added_faces = marked(&mesh, ADDED);
+    if let Some(min_wall) = params.min_wall {
+        tell_thin(&mesh, min_wall, &mut report);
+    }
     report.seconds = progress.seconds();
     Ok(PreparedPrint { mesh, report })
+}
+
+/// The mesh in its size, on its base, with its walls. If thicker walls make the side longer that a length is asked for, these steps are
+/// done again with a smaller one. Gives the plane of the base.
+fn shaped(
+    mesh: &mut TriMesh,
+    params: &PrepareParams,
+    report: &mut PrepareReport,
+    progress: &Progress<'_>,
+) -> Result<Option<Section>> {
+    let (whole, before) = (std::mem::take(mesh), report.clone());
+    let mut length = params.scale_to;
+    let mut turn = 0;
+    loop {
+        turn += 1;
+        (*mesh, *report) = (whole.clone(), before.clone());
+        if let Some(length) = length {
+            scale_to(mesh, length, params, report, progress)?;
+        }
+        progress.stage(BASE, 1);
+        let base = match params.flat_base {
+            true => Some(flat_base(mesh, params, report, progress)?),
+            false => None,
+        };
+        progress.lap(PLAN[BASE].0);
+        progress.stage(WALLS, 1);
+        if let Some(min_wall) = params.min_wall {
+            refuse_thick(mesh, min_wall)?;
+            thicken(mesh, min_wall, base.filter(|_| report.base_faces > 0), report, progress)?;
+        }
+        progress.lap(PLAN[WALLS].0);
+        let longer = params.scale_to.map_or(1.0, |asked| side(extent(mesh, None), params) / asked);
+        if (longer - 1.0).abs() <= NEAR {
+            return Ok(base);
+        }
+        if turn == TURNS {
+            let (side, asked) = (side(extent(mesh, None), params), params.scale_to.unwrap_or_default());
+            let (side, asked) = (Shown::digits(side, 4), Shown::digits(asked, 4));
+            let text = format!("The side is {side} long, not {asked}: walls as thick as asked for take more room");
+            report.note(PrepareProblem::SizeMissed, text);
+            return Ok(base);
+        }
+        length = length.map(|length| length / longer);
+    }
+}
+
+/// Faces that an attribute marks.
+fn marked(mesh: &TriMesh, name: &str) -> usize {
+    match mesh.face_attribute(name) {
+        Some(AttributeData::Bool(marks)) => marks.iter().filter(|mark| **mark).count(),
+        _ => 0,
+    }
+}
+
+/// Says how many faces of the result have thin walls. Cuts may have parted some.
+fn tell_thin(mesh: &TriMesh, min_wall: f64, report: &mut PrepareReport) {
+    report.thin_faces = marked(mesh, THIN);
+    if report.thin_faces > 0 {
+        let count = counted(report.thin_faces as u64, "face still has", "faces still have");
+        let text = format!(
+            "{count} walls thinner than {}, at sharp edges or where there is no room: print it larger. The attribute thin marks them",
+            Shown(min_wall)
+        );
+        report.note(PrepareProblem::StillThin, text);
+    }
 }
 
 /// Refuses a wall that is thicker than the mesh is long: its unit is another one.
@@ -182,10 +239,21 @@ fn refuse(mesh: &TriMesh, progress: &Progress<'_>) -> Result<f64> {
     if volume == 0.0 {
         return Err(Error::input("the mesh encloses no volume: give it a thickness first"));
     }
-    if !(volume > 0.0) {
+    let bodies = Bodies::new(mesh, true, progress)?;
+    let of_kind = |kind: Lies| {
+        let mut all = bodies.list.iter().filter(|body| body.lies() == kind);
+        let first = all.next()?;
+        let [x, y, z] = first.place.to_array().map(|x| Shown::digits(x, 4));
+        Some((1 + all.count() as u64, format!("({x}, {y}, {z})")))
+    };
+    if let Some((count, place)) = of_kind(Lies::InsideOut) {
+        let count = counted(count, "body is", "bodies are");
+        return Err(Error::input(format!("{count} inside out, the first at {place}: flip its faces first")));
+    }
+    if let Some((count, place)) = of_kind(Lies::Nested) {
+        let count = counted(count, "body lies", "bodies lie");
         return Err(Error::input(format!(
-            "the mesh encloses a volume of {}, which must be above 0: it is inside out, flip its faces first",
-            Shown::digits(volume, 4)
+            "{count} in the solid of another, the first at {place}: remove it first, or flip its faces if it is a cavity"
         )));
     }
     Ok(volume)

@@ -28,19 +28,14 @@ pub fn flat_base(
     report: &mut PrepareReport,
     progress: &Progress<'_>,
 ) -> Result<Section> {
-    let (axis, is_upward) = axis_of(params.print_up);
-    let (lo, hi) = bounds(&mesh.positions).unwrap_or_default();
-    let lowest = if is_upward { lo[axis] } else { hi[axis] };
-    let height = params.base_height.unwrap_or_else(|| match stands(mesh, axis, lowest) {
-        true => 0.0,
-        false => low_and_wide(mesh, params, hi[axis] - lo[axis]),
-    });
-    let plane = Section { axis, is_upward, at: if is_upward { lowest + height } else { lowest - height } };
+    let foot = Foot::of(mesh, params);
+    let (plane, lowest) = (foot.plane(params, 1.0), foot.lowest);
+    let height = params.base_height.unwrap_or(foot.height);
     if !mesh.positions.iter().any(|&place| plane.side(place) == Ordering::Greater) {
         return Err(Error::input(format!(
             "base_height is {}, but the mesh is {} high along {}: give less than that",
             Shown(height),
-            Shown(hi[axis] - lo[axis]),
+            Shown::digits(foot.extent, 4),
             params.print_up.name()
         )));
     }
@@ -58,9 +53,9 @@ pub fn flat_base(
     report.base_area = faces.iter().map(|&t| area(mesh.corners(t))).sum();
     if base != plane {
         let text = format!(
-            "The base lies {} above the lowest point, not {}: rounding would make faces cross there",
-            Shown(height_of),
-            Shown(height)
+            "The base lies {} above the lowest point, {} beside the height asked for: rounding would make faces cross there",
+            Shown::digits(height_of, 4),
+            Shown::digits((base.at - plane.at).abs(), 2)
         );
         report.note(PrepareProblem::BaseMoved, text);
     }
@@ -69,6 +64,33 @@ pub fn flat_base(
         report.note(PrepareProblem::NothingBelow, text.to_owned());
     }
     Ok(base)
+}
+
+/// The lowest part of a mesh.
+pub struct Foot {
+    /// Coordinate of the lowest point along up.
+    lowest: f64,
+    /// Size along up.
+    extent: f64,
+    /// Height of the base if none is given.
+    height: f64,
+}
+
+impl Foot {
+    pub fn of(mesh: &TriMesh, params: &PrepareParams) -> Self {
+        let (axis, is_upward) = axis_of(params.print_up);
+        let (lo, hi) = bounds(&mesh.positions).unwrap_or_default();
+        let (lowest, extent) = (if is_upward { lo[axis] } else { hi[axis] }, hi[axis] - lo[axis]);
+        let is_known = params.base_height.is_some() || stands(mesh, axis, lowest);
+        Foot { lowest, extent, height: if is_known { 0.0 } else { low_and_wide(mesh, params, extent) } }
+    }
+
+    /// The plane of the base in the mesh as it is, if it is to be scaled by a factor.
+    pub fn plane(&self, params: &PrepareParams, scale: f64) -> Section {
+        let (axis, is_upward) = axis_of(params.print_up);
+        let height = params.base_height.map_or(self.height, |height| height / scale);
+        Section { axis, is_upward, at: if is_upward { self.lowest + height } else { self.lowest - height } }
+    }
 }
 
 /// Whether a face lies in the lowest plane.

@@ -17,7 +17,8 @@ pub const OPERATION: Operation = Operation {
         files: "MESH",
         summary: "a closed mesh to one that a printer makes",
         text: "Makes a closed mesh ready for printing, by the steps that are asked for, in this order: its size, a flat base, thicker walls, \
-               a cavity, a drain, parts that the printer holds. Each result is closed, and no faces cross.",
+               a cavity, a drain, parts that the printer holds. Each result is closed, and no faces cross. Each part becomes a file: \
+               three parts of statue.stl are statue.stl, statue-2-of-3.stl and statue-3-of-3.stl.",
     }),
     blender: Some(Operator {
         id: "prepare_print",

@@ -22,7 +22,7 @@ base::params! {
     /// result: if the mesh is scaled, in that of the scaled one. Meshes of scans are in metres.
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct PrepareParams of "prepare_print" with threads {
-        /// Length of the side after scaling: 0.1 for a print of 10 cm, if the unit is a metre. All sides are scaled alike.
+        /// Length of the side of the result: 0.1 for a print of 10 cm, if the unit is a metre. All sides are scaled alike.
         scale_to: Option<f64> = length("Scale to").from_data("the size stays").above(0.0).since("0.2"),
         /// The side that gets this length.
         scale_side: ScaleSide = choice("Scaled side", ScaleSide::CHOICES).since("0.2"),
@@ -57,6 +57,12 @@ impl PrepareParams {
     /// # Errors
     /// [`Error::Input`] says which parameter to give, too.
     pub(super) fn go_together(&self) -> Result<()> {
+        if self.scale_side != ScaleSide::Longest && self.scale_to.is_none() {
+            return Err(Error::input("scale_side is given without scale_to, but has no use then: give scale_to, too"));
+        }
+        if self.drain_sides != Self::default().drain_sides && self.drain.is_none() {
+            return Err(Error::input("drain_sides is given without drain, but has no use then: give drain, too"));
+        }
         if self.base_height.is_some() && !self.flat_base {
             return Err(Error::input(
                 "base_height is given without flat_base, but has no use then: give flat_base, too",
@@ -73,9 +79,9 @@ impl PrepareParams {
                 Err(Error::input("hollow_cell is given without hollow, but has no use then: give hollow, too"))
             }
             (Some(wall), Some(cell)) if !(cell <= wall / LEAST_CELLS) => Err(Error::input(format!(
-                "hollow_cell is {}, but must be at most a third of hollow, {}",
+                "hollow_cell is {}, but must be at most a third of hollow, which is {}",
                 Shown(cell),
-                Shown(wall / LEAST_CELLS)
+                Shown(wall)
             ))),
             _ => Ok(()),
         }

@@ -23,6 +23,8 @@ base::choices! {
         ShutCavities = "shut_cavities" "Shut cavities",
         /// The plane between two parts lies a hair beside the place that makes them equal.
         PartMoved = "part_moved" "Part moved",
+        /// The side has another length than was asked for.
+        SizeMissed = "size_missed" "Size missed",
     }
 }
 
@@ -72,11 +74,12 @@ base::report! {
         /// Thickness of the thinnest wall before walls were thickened, measured behind the centres of faces. There is none if that was not
         /// asked for, or no wall is thinner than twice that.
         wall_before: Option<f64> = length("Thinnest wall before").optional().since("0.2"),
-        /// Thickness of the thinnest wall after that.
+        /// Thickness of the thinnest wall after that. Faces beside a wall tilt when its sides move apart. So a wall at a sharp edge may be
+        /// thinner than the thinnest before.
         wall_after: Option<f64> = length("Thinnest wall after").optional().since("0.2"),
         /// Faces that moved when walls were thickened.
         moved_faces: usize = count("Moved faces").since("0.2"),
-        /// Faces whose walls stay thinner than asked for. The attribute thin marks them.
+        /// Faces of the result whose walls are thinner than asked for. The attribute thin marks them.
         thin_faces: usize = count("Faces with thin walls").since("0.2"),
         /// Cell in which the cavity was made. The walls are as thick as asked for within one.
         hollow_cell: Option<f64> = length("Cell of the cavity").optional().since("0.2"),

@@ -91,10 +91,10 @@ fn along(
         let slice::Sliced { parts: [above, below], plane: found } = slice::both(&rest, plane, progress)?;
         if found != plane {
             let text = format!(
-                "Parts meet at {} along {}, not at {}: rounding would make faces cross there",
-                Shown(found.at),
+                "Parts meet at {} along {}, {} beside the place of equal parts: rounding would make faces cross there",
+                Shown::digits(found.at, 4),
                 ["x", "y", "z"][axis],
-                Shown(at)
+                Shown::digits((found.at - at).abs(), 2)
             );
             report.note(PrepareProblem::PartMoved, text);
         }

@@ -10,6 +10,7 @@ use glam::DVec3;
 
 use base::error::Error;
 use base::progress::Progress;
+use close::bodies::{Bodies, Lies};
 use close::{UpAxis, crossing_pairs};
 use mesh::measure::enclosed_volume;
 use mesh::shapes::Shape;
@@ -41,6 +42,8 @@ fn sound(mesh: &TriMesh) {
     assert!(report.is_closed(), "{report}");
     assert_eq!(report.unused_vertices, 0);
     assert_eq!(crossing_pairs(mesh, &Progress::none()).unwrap(), Vec::<[u32; 2]>::new());
+    let bodies = Bodies::new(mesh, true, &Progress::none()).unwrap().list;
+    assert!(bodies.iter().all(|body| matches!(body.lies(), Lies::Outer | Lies::Cavity)), "{bodies:?}");
 }
 
 fn is_near(a: f64, b: f64, share: f64) -> bool {
@@ -60,6 +63,15 @@ fn what_encloses_nothing_is_refused_with_the_remedy() {
     let mut turned = ball.clone();
     turned.triangles.iter_mut().for_each(|t| t.swap(0, 1));
     assert!(refused(&turned, &params()).contains("flip its faces"));
+    let small = Shape::Sphere { radius: 0.1 }.mesh(4);
+    let away = solids::mapped(&solids::reversed(&small), |p| p + 3.0 * DVec3::X);
+    let text = refused(&solids::beside(&ball, &away), &params());
+    assert!(
+        text.starts_with("1 body is inside out, the first at (") && text.ends_with("flip its faces first"),
+        "{text}"
+    );
+    let text = refused(&solids::beside(&ball, &small), &params());
+    assert!(text.starts_with("1 body lies in the solid of another, the first at ("), "{text}");
     let mut crossing = ball.clone();
     crossing.positions[0] *= -1.5;
     assert!(refused(&crossing, &params()).contains("of faces cross"), "{}", refused(&crossing, &params()));
@@ -84,6 +96,8 @@ fn what_encloses_nothing_is_refused_with_the_remedy() {
         ("hollow_cell is given without hollow", PrepareParams { hollow_cell: Some(0.1), ..params() }),
         ("hollow_cell is 0.1", PrepareParams { hollow: Some(0.2), hollow_cell: Some(0.1), ..params() }),
         ("drain_sides", PrepareParams { drain_sides: 2, ..params() }),
+        ("drain_sides is given without drain", PrepareParams { drain_sides: 8, ..params() }),
+        ("scale_side is given without", PrepareParams { scale_side: ScaleSide::Height, ..params() }),
         ("printer_width is 0.01", PrepareParams { printer_width: Some(0.01), ..params() }),
     ] {
         assert!(refused(&ball, &given).starts_with(name), "{}", refused(&ball, &given));
@@ -114,6 +128,51 @@ fn sides_get_the_length_that_is_asked_for() {
     }
 }
 
+/// The base cuts some height off, and thicker walls add some.
+#[test]
+fn sides_have_their_length_once_all_is_done() {
+    let ball = bumpy(10);
+    for (scale_side, base_height) in
+        [(ScaleSide::Longest, None), (ScaleSide::Height, None), (ScaleSide::Height, Some(60.0))]
+    {
+        let given = PrepareParams { scale_to: Some(300.0), scale_side, flat_base: true, base_height, ..params() };
+        let report = prepared(&ball, &given).report;
+        let longest = report.size.into_iter().fold(0.0, f64::max);
+        let side = if scale_side == ScaleSide::Height { report.size[2] } else { longest };
+        assert!(is_near(side, 300.0, 1e-9), "{report:?}");
+        assert!(
+            report.base_faces > 0
+                && is_near(report.base_height.unwrap(), base_height.unwrap_or(0.0), 1e-9) == base_height.is_some()
+        );
+    }
+    let at = |radius: f64| Shape::Sphere { radius }.mesh(6);
+    let shell = solids::beside(&at(1.0), &solids::reversed(&at(0.95)));
+    let report = prepared(&shell, &PrepareParams { scale_to: Some(2.0), min_wall: Some(0.15), ..params() }).report;
+    assert!(report.deviation > 0.02 && is_near(report.size[0], 2.0, 1e-4), "{report:?}");
+    assert!(report.scale < 0.98 && report.notes.is_empty(), "{report:?}");
+    // A wall that is thicker than the side may be.
+    let plate = Shape::Cuboid { half: DVec3::new(2.0, 2.0, 0.1) }.mesh(3);
+    let given = PrepareParams { scale_to: Some(4.0), scale_side: ScaleSide::Height, min_wall: Some(6.0), ..params() };
+    let notes = prepared(&plate, &given).report.notes;
+    assert_eq!(notes.iter().map(|note| note.kind).collect::<Vec<_>>(), [PrepareProblem::SizeMissed]);
+    assert!(notes[0].text.starts_with("The side is 6 long, not 4: "), "{notes:?}");
+}
+
+#[test]
+fn thin_faces_are_those_of_the_result() {
+    let plate = Shape::Cuboid { half: DVec3::new(2.0, 2.0, 0.1) }.mesh(2);
+    let above = |z: f64| solids::mapped(&plate, move |p| p + z * DVec3::Z);
+    let stack = solids::beside(&solids::beside(&plate, &above(0.25)), &above(0.5));
+    let given = PrepareParams { min_wall: Some(0.6), printer_width: Some(1.1), ..params() };
+    let result = prepared(&stack, &given);
+    let Some(AttributeData::Bool(thin)) = result.mesh.face_attribute("thin") else { panic!("they are marked") };
+    let count = thin.iter().filter(|thin| **thin).count();
+    assert!(result.report.parts > 1 && count > 0);
+    assert_eq!(result.report.thin_faces, count);
+    let note = result.report.notes.iter().find(|note| note.kind == PrepareProblem::StillThin).unwrap();
+    assert!(note.text.starts_with(&format!("{count} faces still have")), "{}", note.text);
+}
+
 #[test]
 fn cancelling_leaves_nothing_and_threads_change_nothing() {
     let ball = bumpy(16);
@@ -136,7 +195,7 @@ fn cancelling_leaves_nothing_and_threads_change_nothing() {
     let mut checks = 0;
     while let Err(error) = prepare_print(&ball, &whole, &Progress::cancel_after(checks)) {
         assert!(matches!(error, Error::Cancelled), "{error}");
-        checks += 1 + checks / 8;
+        checks += 1 + checks / 4;
     }
     assert!(checks > 20, "{checks}");
 }

@@ -1,25 +1,27 @@
 //! Thin walls made thicker: their vertices move outward by half of what the ball inside a wall lacks, from each side.
 //!
-//! Displacements fade out around thin places. Faces that would cross keep their vertices back, so that no step leaves a crossing. What stays
-//! thin then is counted and marked.
+//! Displacements fade out around thin places. Faces that would cross keep their vertices back, so that no step leaves a crossing. So do
+//! bodies that would jump into others or turn over without a crossing. Faces that stay thin are marked.
 
 use std::cmp::Ordering;
 
 use glam::DVec3;
 
-use base::error::{Result, Shown, counted};
+use base::error::Result;
 use base::progress::{Pace, Progress};
+use close::bodies::Bodies;
 use close::crossing;
 use close::print::walls;
 use geom::bvh::Bvh;
+use mesh::holes::Bounds;
 use mesh::measure::angles;
 use mesh::{Attribute, TriMesh};
 
-use super::report::{PrepareProblem, PrepareReport};
+use super::report::PrepareReport;
 use super::section::Section;
 
 /// Name of the attribute of faces whose walls stay thin.
-const THIN: &str = "thin";
+pub const THIN: &str = "thin";
 /// Walls are measured up to so many times the thinnest one that is asked for: thicker ones take longer to measure, and need nothing.
 const MEASURED: f64 = 2.0;
 /// Most times that walls are measured and moved apart.
@@ -47,9 +49,10 @@ pub fn thicken(
     let before = mesh.positions.clone();
     let mut lacks = lacks(mesh, min_wall, progress)?;
     report.wall_before = lacks.thinnest;
+    let bodies = Bodies::new(mesh, true, progress)?;
     let mut stand = (mesh.positions.clone(), lacks.clone());
     for _ in 0..ROUNDS {
-        if lacks.sum == 0.0 || !spread(mesh, &lacks, &before, min_wall, base, progress)? {
+        if lacks.sum == 0.0 || !spread(mesh, &bodies, &lacks, &before, min_wall, base, progress)? {
             break;
         }
         let earlier = lacks.sum;
@@ -68,15 +71,6 @@ pub fn thicken(
     report.deviation = moves.fold(0.0, f64::max);
     report.wall_after = lacks.thinnest;
     let is_thin: Vec<bool> = lacks.of.iter().map(|&lack| lack > 0.0).collect();
-    report.thin_faces = is_thin.iter().filter(|thin| **thin).count();
-    if report.thin_faces > 0 {
-        let count = counted(report.thin_faces as u64, "face still has", "faces still have");
-        let text = format!(
-            "{count} walls thinner than {}, at sharp edges or where there is no room: print it larger. The attribute thin marks them",
-            Shown(min_wall)
-        );
-        report.note(PrepareProblem::StillThin, text);
-    }
     mesh.rounding_room = None;
     mesh.face_attributes.retain(|attribute| attribute.name != THIN);
     mesh.face_attributes.push(Attribute::bool(THIN, is_thin));
@@ -107,6 +101,7 @@ fn lacks(mesh: &TriMesh, min_wall: f64, progress: &Progress<'_>) -> Result<Lacks
 /// Says whether any moved.
 fn spread(
     mesh: &mut TriMesh,
+    bodies: &Bodies,
     lacks: &Lacks,
     before: &[DVec3],
     most: f64,
@@ -130,13 +125,16 @@ fn spread(
     for _ in 0..LOOKS {
         let places: Vec<DVec3> = mesh.positions.iter().zip(&ways).map(|(place, way)| *place + *way).collect();
         let is_moved = |t: usize| mesh.triangles[t].iter().any(|&v| places[v as usize] != mesh.positions[v as usize]);
-        let crossings = crossing::pairs(&places, &mesh.triangles, is_moved, progress)?;
-        if crossings.is_empty() {
+        let mut faces = crossing::pairs(&places, &mesh.triangles, is_moved, progress)?.concat();
+        if faces.is_empty() {
+            faces = leading_into_others(mesh, bodies, &places, progress)?;
+        }
+        if faces.is_empty() {
             let is_any = places != mesh.positions;
             mesh.positions = places;
             return Ok(is_any);
         }
-        let mut vertices: Vec<u32> = crossings.iter().flatten().flat_map(|&t| mesh.triangles[t as usize]).collect();
+        let mut vertices: Vec<u32> = faces.iter().flat_map(|&t| mesh.triangles[t as usize]).collect();
         vertices.sort_unstable();
         vertices.dedup();
         for v in vertices {
@@ -146,6 +144,24 @@ fn spread(
         }
     }
     Ok(false)
+}
+
+/// The faces whose way to their new places meets that of a body which lies in other bodies there, or is turned over. No two faces cross
+/// before or after: the body jumped.
+fn leading_into_others(mesh: &TriMesh, bodies: &Bodies, places: &[DVec3], progress: &Progress<'_>) -> Result<Vec<u32>> {
+    let now = bodies.at(places, &mesh.triangles, true, progress)?;
+    let jumped: Vec<bool> = now.iter().zip(&bodies.list).map(|(now, before)| now.lies_unlike(before)).collect();
+    if !jumped.contains(&true) {
+        return Ok(Vec::new());
+    }
+    let way = |t: u32| {
+        let corners = mesh.triangles[t as usize].map(|v| v as usize);
+        Bounds::of(corners.into_iter().flat_map(|v| [mesh.positions[v], places[v]]))
+    };
+    let faces = || 0..mesh.triangles.len() as u32;
+    let of_jumped = faces().filter(|&t| jumped[bodies.of[t as usize] as usize]).map(way);
+    let all = Bounds::of(of_jumped.flat_map(|bounds| [bounds.min, bounds.max]));
+    Ok(faces().filter(|&t| way(t).meets(&all)).collect())
 }
 
 /// Displacements of the vertices. Those of thin faces move along the mean normal of these faces alone, so that borders of plates go straight

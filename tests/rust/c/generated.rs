@@ -255,7 +255,7 @@ pub mod check_print_report {
     pub const MISORIENTED_EDGES: usize = 6;
     pub const CROSSING_PAIRS: usize = 7;
     pub const CROSSING_FACES: usize = 8;
-    pub const PARTS: usize = 9;
+    pub const BODIES: usize = 9;
     pub const SIZE_X: usize = 10;
     pub const SIZE_Y: usize = 11;
     pub const SIZE_Z: usize = 12;

@@ -57,7 +57,7 @@ const EXAMPLES: &[(&str, &[&str])] = &[
         "PrintReport",
         &[
             ">>> report = surfrecon.check_print(mesh).report",
-            ">>> report.is_closed, report.crossing_pairs, report.parts",
+            ">>> report.is_closed, report.crossing_pairs, report.bodies",
             "(True, 0, 1)",
         ],
     ),

@@ -406,7 +406,7 @@ def check_print(work: Work) -> Made:
     with work.showing() as shown:
         found = _native.check_print(mesh, progress=shown, **work.given("check_print"))
     report = found.report
-    said = [f"{' x '.join(f'{side:.4g}' for side in report.size)}, parts: {report.parts:,}"]
+    said = [f"{' x '.join(f'{side:.4g}' for side in report.size)}, bodies: {report.bodies:,}"]
     if report.volume is not None:
         weight = "" if report.weight is None else f", weight {report.weight:.4g}"
         said.append(f"closed, volume {report.volume:.4g}{weight}")

@@ -1,4 +1,4 @@
-//! Checks of a mesh before it is printed: closed, manifold, without crossings. Also parts, volume, weight, size, walls and overhangs.
+//! Checks of a mesh before it is printed: closed, manifold, without crossings. Also bodies, volume, weight, size, walls and overhangs.
 //!
 //! Nothing is repaired. Topology is judged by [`mesh::check()`], crossings by exact predicates, walls by the mesh's hierarchy of boxes:
 //! none of it shares code with closing.
@@ -9,9 +9,10 @@ mod report;
 #[doc(hidden)]
 pub mod walls;
 
+pub use super::bodies::Body;
 pub use operation::OPERATION;
 pub use params::{PrintParams, SCHEMA};
-pub use report::{Checked, Fault, Finding, PrintPart, PrintReport};
+pub use report::{Checked, Fault, Finding, PrintReport};
 pub use walls::Wall;
 
 use glam::DVec3;
@@ -25,8 +26,9 @@ use geom::bvh::Bvh;
 use mesh::measure::area;
 use mesh::{Attribute, TriMesh, try_check};
 
+use super::bodies::Bodies;
+use super::crossing;
 use super::surface::normal;
-use super::{crossing, cut};
 
 base::stages! {
     /// Stages with their shares of the time.
@@ -69,15 +71,15 @@ fn run(mesh: &TriMesh, params: &PrintParams, progress: &Progress<'_>) -> Result<
     progress.stage(TOPOLOGY, 1);
     let mut report = PrintReport::default();
     report.set_topology(try_check(mesh, &progress.unseen())?);
-    report.bodies = parts(mesh, progress)?;
-    report.parts = report.bodies.len();
+    let bodies = Bodies::new(mesh, report.is_closed, progress)?;
+    report.bodies = bodies.list.len();
     // Vertices that no face uses are not printed.
     let used: Vec<DVec3> = mesh.triangles.iter().flatten().map(|&v| mesh.positions[v as usize]).collect();
     let (lo, hi) = mesh::measure::bounds(&used).unwrap_or_default();
     drop(used);
     report.size = (hi - lo).to_array();
     report.is_fitting = params.too_short(report.size).is_empty();
-    report.volume = report.is_closed.then(|| report.bodies.iter().map(|part| part.volume).sum::<f64>());
+    report.volume = report.is_closed.then(|| bodies.list.iter().map(|body| body.volume).sum::<f64>());
     report.weight = report.volume.zip(params.density).map(|(volume, density)| volume * density);
     progress.lap(PLAN[TOPOLOGY].0);
     progress.stage(CROSSINGS, 1);
@@ -95,7 +97,8 @@ fn run(mesh: &TriMesh, params: &PrintParams, progress: &Progress<'_>) -> Result<
     let mut crossing = vec![false; mesh.triangles.len()];
     report.crossings.iter().flatten().for_each(|&t| crossing[t as usize] = true);
     report.crossing_faces = crossing.iter().filter(|crossing| **crossing).count();
-    report.find(mesh, params);
+    let first_fault = if report.is_manifold { None } else { mesh::first_fault(mesh, &progress.unseen())? };
+    report.find(mesh, bodies, first_fault, params);
     progress.lap(PLAN[WALLS].0);
     report.seconds = progress.seconds();
 
@@ -113,20 +116,6 @@ fn run(mesh: &TriMesh, params: &PrintParams, progress: &Progress<'_>) -> Result<
 fn reach(corners: [DVec3; 3]) -> f64 {
     let centre = (corners[0] + corners[1] + corners[2]) / 3.0;
     corners.iter().map(|corner| corner.distance(centre)).fold(0.0, f64::max)
-}
-
-fn parts(mesh: &TriMesh, progress: &Progress<'_>) -> Result<Vec<PrintPart>> {
-    let (piece, count) = cut::pieces(&mesh.triangles, progress)?;
-    let origin = mesh.positions.first().copied().unwrap_or_default();
-    let mut parts = vec![PrintPart::default(); count];
-    for (t, &piece) in piece.iter().enumerate() {
-        let part = &mut parts[piece as usize];
-        let [a, b, c] = mesh.corners(t).map(|p| p - origin);
-        part.faces += 1;
-        part.area += area([a, b, c]);
-        part.volume += a.dot(b.cross(c)) / 6.0;
-    }
-    Ok(parts)
 }
 
 /// Faces that look down more steeply than the angle, but for those that lie on the ground.

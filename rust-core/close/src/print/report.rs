@@ -1,5 +1,7 @@
 //! Report of the checks for printing, with the findings and their remedies.
 
+use glam::DVec3;
+
 use base::error::Shown;
 use base::progress::Seconds;
 use base::report::{FigureValue, Found};
@@ -7,6 +9,7 @@ use mesh::{CheckReport, TriMesh};
 
 use super::params::{PrintParams, TooShort};
 use super::walls::{END, Wall};
+use crate::bodies::{Bodies, Body, Lies};
 
 base::choices! {
     /// Kinds of faults that a printer, or its slicer, stumbles over.
@@ -17,7 +20,7 @@ base::choices! {
         Open = "open" "Open",
         /// Faces that cross each other.
         Crossing = "crossing" "Crossing faces",
-        /// The outside is inside.
+        /// Bodies whose outside is inside. Cavities are no such bodies.
         InsideOut = "inside_out" "Inside out",
         /// Closed, but nothing is inside.
         NoVolume = "no_volume" "No volume",
@@ -27,6 +30,10 @@ base::choices! {
         Thin = "thin" "Thin walls",
         /// Faces that hang over.
         Overhang = "overhang" "Overhangs",
+        /// Bodies in the solid of others.
+        Nested = "nested" "Body in a body",
+        /// Several bodies that hang together nowhere.
+        SeveralBodies = "several_bodies" "Several bodies",
     }
 }
 
@@ -37,11 +44,13 @@ impl Fault {
             Fault::NotManifold => "Merge its scans again, or repair these places",
             Fault::Open => "Close them",
             Fault::Crossing => "Move or remove these faces",
-            Fault::InsideOut => "Flip its faces",
+            Fault::InsideOut => "Flip their faces",
             Fault::NoVolume => "Give it a thickness",
             Fault::TooLarge => "Scale it, or cut it into parts",
             Fault::Thin => "Thicken it there, or print it larger",
             Fault::Overhang => "Turn the object, or print it with supports",
+            Fault::Nested => "Remove them, or flip the faces of those that are cavities",
+            Fault::SeveralBodies => "Remove those that are not to be printed",
         }
     }
 }
@@ -59,17 +68,6 @@ impl FigureValue for Finding {
     fn found(&self) -> Found<'_> {
         Found::Array(vec![self.kind.found(), self.text.found()])
     }
-}
-
-/// A part of the mesh, joined over edges.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct PrintPart {
-    /// Its faces.
-    pub faces: usize,
-    /// Its area.
-    pub area: f64,
-    /// Its volume. Negative for a cavity, and for a part that is inside out. Of an open part it depends on where the origin lies.
-    pub volume: f64,
 }
 
 base::report! {
@@ -96,8 +94,8 @@ base::report! {
         crossing_pairs: usize = count("Crossing pairs of faces").since("0.2"),
         /// Faces that cross another.
         crossing_faces: usize = count("Crossing faces").since("0.2"),
-        /// Parts joined over edges. A cavity is a part, too.
-        parts: usize = count("Parts").since("0.2"),
+        /// Bodies: faces joined over edges. A cavity is a body, too.
+        bodies: usize = count("Bodies").since("0.2"),
         /// Size along x, y and z.
         size: [f64; 3] = length("Size").parts(&[
             ("size_x", "Size along x."),
@@ -106,7 +104,7 @@ base::report! {
         ]).since("0.2"),
         /// Whether it fits into the printer, as it is or turned by a quarter about the vertical.
         is_fitting: bool = flag("Fits into the printer").since("0.2"),
-        /// Volume of all parts together, in the cube of the unit of the mesh. There is none unless the mesh is closed.
+        /// Volume of all bodies together, in the cube of the unit of the mesh. There is none unless the mesh is closed.
         volume: Option<f64> = number("Volume").optional().since("0.2"),
         /// Volume times density. There is none without either.
         weight: Option<f64> = number("Weight").optional().since("0.2"),
@@ -133,8 +131,8 @@ base::report! {
         topology: CheckReport,
         /// The pairs of faces that cross, the smaller number first, rising.
         crossings: Vec<[u32; 2]>,
-        /// The parts in the order of their first faces.
-        bodies: Vec<PrintPart>,
+        /// The bodies in the order of their first faces.
+        body_list: Vec<Body>,
         /// Thickness of the wall behind the centre of each face. Infinite if nothing lies behind it, and behind a face without area.
         walls: Vec<Wall>,
     }
@@ -168,21 +166,56 @@ impl PrintReport {
     }
 
     /// Writes the findings, from all other figures.
-    pub(super) fn find(&mut self, mesh: &TriMesh, params: &PrintParams) {
+    ///
+    /// `first_fault` is the first vertex beside which the mesh is no oriented manifold.
+    pub(super) fn find(&mut self, mesh: &TriMesh, bodies: Bodies, first_fault: Option<u32>, params: &PrintParams) {
         let mut findings = Vec::new();
         let mut find = |kind: Fault, fault: String| {
             findings.push(Finding { kind, text: format!("{fault}. {}.", kind.remedy()) });
         };
         if !self.is_manifold {
-            find(Fault::NotManifold, format!("Places where the mesh is no oriented manifold: {}", self.bad_places()));
+            let places = format!("Places where the mesh is no oriented manifold: {}", self.bad_places());
+            find(
+                Fault::NotManifold,
+                match first_fault {
+                    Some(vertex) => format!("{places}. The first is at {}", shown(mesh.positions[vertex as usize])),
+                    None => places,
+                },
+            );
         } else if self.open_edges > 0 {
             find(Fault::Open, format!("Openings of the mesh: {}", self.openings));
         }
-        if self.crossing_pairs > 0 {
-            find(Fault::Crossing, format!("Pairs of faces that cross: {}", self.crossing_pairs));
+        if let Some(&[one, other]) = self.crossings.first() {
+            let place = shown(centre(mesh, one as usize));
+            let count = self.crossing_pairs;
+            find(
+                Fault::Crossing,
+                format!("Pairs of faces that cross: {count}. The first are {one} and {other}, at {place}"),
+            );
         }
-        if self.volume.is_some_and(|volume| volume < 0.0) {
-            find(Fault::InsideOut, "The mesh is inside out".to_owned());
+        if self.is_closed {
+            let lying = Lying::of(&bodies, &self.crossings);
+            if let Some((count, first)) = lying.those(Lies::InsideOut) {
+                find(
+                    Fault::InsideOut,
+                    format!("Bodies that are inside out: {count}. The first is at {}", shown(first.place)),
+                );
+            }
+            if let Some((count, first)) = lying.those(Lies::Nested) {
+                find(
+                    Fault::Nested,
+                    format!("Bodies in the solid of another: {count}. The first is at {}", shown(first.place)),
+                );
+            }
+            if let Some((count, smallest)) = lying.several() {
+                let (volume, place) = (Shown::digits(smallest.volume, 3), shown(smallest.place));
+                find(
+                    Fault::SeveralBodies,
+                    format!(
+                        "Bodies that hang together nowhere: {count}. The smallest has a volume of {volume}, at {place}"
+                    ),
+                );
+            }
         }
         if self.volume == Some(0.0) {
             find(Fault::NoVolume, "The mesh encloses no volume".to_owned());
@@ -212,12 +245,11 @@ impl PrintReport {
         if let (Some(min), Some(thinnest), Some(face)) = (params.min_wall, self.thinnest_wall, self.thinnest_face)
             && self.thin_faces > 0
         {
-            let [a, b, c] = mesh.corners(face);
-            let [x, y, z] = ((a + b + c) / 3.0).to_array().map(|x| Shown::digits(x, 4));
-            let (count, min, thinnest) = (self.thin_faces, Shown(min), Shown::digits(thinnest, 3));
+            let (place, count) = (shown(centre(mesh, face)), self.thin_faces);
+            let (min, thinnest) = (Shown(min), Shown::digits(thinnest, 3));
             find(
                 Fault::Thin,
-                format!("Faces with walls thinner than {min}: {count}. The thinnest is {thinnest}, at ({x}, {y}, {z})"),
+                format!("Faces with walls thinner than {min}: {count}. The thinnest is {thinnest}, at {place}"),
             );
         }
         if self.overhang_faces > 0 {
@@ -225,6 +257,7 @@ impl PrintReport {
             find(Fault::Overhang, format!("Faces that hang over by more than {degrees} degrees: {count}"));
         }
         self.findings = findings;
+        self.body_list = bodies.list;
     }
 
     /// Places that make the mesh no oriented manifold.
@@ -236,6 +269,52 @@ impl PrintReport {
             + topology.misoriented_edges
             + topology.non_manifold_vertices
     }
+}
+
+/// Bodies and their kinds, but for those that cross others: these lie nowhere.
+struct Lying<'a> {
+    bodies: &'a [Body],
+    kinds: Vec<Option<Lies>>,
+}
+
+impl<'a> Lying<'a> {
+    fn of(bodies: &'a Bodies, crossings: &[[u32; 2]]) -> Self {
+        let mut kinds: Vec<Option<Lies>> = bodies.list.iter().map(|body| Some(body.lies())).collect();
+        for pair in crossings {
+            let [one, other] = pair.map(|t| bodies.of[t as usize] as usize);
+            if one != other {
+                (kinds[one], kinds[other]) = (None, None);
+            }
+        }
+        Lying { bodies: &bodies.list, kinds }
+    }
+
+    fn all(&self, kind: Lies) -> impl Iterator<Item = &'a Body> {
+        self.bodies.iter().zip(&self.kinds).filter(move |(_, own)| **own == Some(kind)).map(|(body, _)| body)
+    }
+
+    /// How many are of a kind, and the first.
+    fn those(&self, kind: Lies) -> Option<(usize, &'a Body)> {
+        Some((self.all(kind).count(), self.all(kind).next()?))
+    }
+
+    /// How many are solids of their own, and the smallest, if they are several.
+    fn several(&self) -> Option<(usize, &'a Body)> {
+        let count = self.all(Lies::Outer).count();
+        let smallest = self.all(Lies::Outer).min_by(|a, b| a.volume.total_cmp(&b.volume))?;
+        (count > 1).then_some((count, smallest))
+    }
+}
+
+fn centre(mesh: &TriMesh, face: usize) -> DVec3 {
+    let [a, b, c] = mesh.corners(face);
+    (a + b + c) / 3.0
+}
+
+/// A place for a person.
+fn shown(place: DVec3) -> String {
+    let [x, y, z] = place.to_array().map(|x| Shown::digits(x, 4));
+    format!("({x}, {y}, {z})")
 }
 
 /// Result of the checks.

@@ -20,6 +20,11 @@ fn kinds(report: &PrintReport) -> Vec<Fault> {
     report.findings.iter().map(|finding| finding.kind).collect()
 }
 
+/// All but overhangs.
+fn standing(report: &PrintReport) -> Vec<Fault> {
+    kinds(report).into_iter().filter(|kind| *kind != Fault::Overhang).collect()
+}
+
 fn cuboid(half: DVec3, detail: usize) -> TriMesh {
     Shape::Cuboid { half }.mesh(detail)
 }
@@ -36,7 +41,7 @@ fn a_box_is_printable() {
     let report = checked(&cuboid(DVec3::new(1.0, 2.0, 0.5), 4));
     assert!(report.is_closed && report.crossings.is_empty() && report.findings.is_empty(), "{:?}", report.findings);
     assert!((report.volume.unwrap() - 8.0).abs() < 1e-9 && (report.weight.unwrap() - 16.0).abs() < 1e-9);
-    assert_eq!((report.parts, report.bodies.len(), report.size), (1, 1, [2.0, 4.0, 1.0]));
+    assert_eq!((report.bodies, report.body_list.len(), report.size), (1, 1, [2.0, 4.0, 1.0]));
     // Behind the middle of its top a ball fits that is as thick as the box; near its edges smaller ones.
     let top: Vec<&Wall> = report.walls.iter().filter(|wall| (wall.ray - 1.0).abs() < 1e-9).collect();
     assert!(top.iter().any(|wall| (wall.ball - 1.0).abs() < 1e-6));
@@ -51,8 +56,9 @@ fn walls_of_a_hollow_ball_are_as_thick_as_they_are() {
     let mut inner = Shape::Sphere { radius: 0.8 }.mesh(12);
     inner.triangles.iter_mut().for_each(|t| t.swap(1, 2));
     let report = checked(&both(outer, &inner, DVec3::ZERO));
-    assert_eq!(report.parts, 2);
-    assert!(report.bodies[0].volume > 0.0 && report.bodies[1].volume < 0.0);
+    assert_eq!(report.bodies, 2);
+    assert!(report.body_list[0].volume > 0.0 && report.body_list[1].volume < 0.0);
+    assert_eq!(standing(&report), [Fault::Thin], "a cavity is right to be inside out");
     assert!(report.walls.iter().all(|wall| (wall.ball - 0.2).abs() < 0.02), "{:?}", report.walls[0]);
     let thin = report.findings.iter().find(|finding| finding.kind == Fault::Thin).unwrap();
     assert!(thin.text.contains("thinner than 0.5: ") && thin.text.ends_with("print it larger."), "{thin:?}");
@@ -243,12 +249,18 @@ fn faults_are_told_with_what_to_do() {
     assert_eq!((open.volume, open.weight, open.thinnest_wall, open.thinnest_face), (None, None, None, None));
     let crossing = checked(&both(cuboid(DVec3::ONE, 1), &cuboid(DVec3::ONE, 1), DVec3::splat(0.5)));
     assert!(kinds(&crossing).contains(&Fault::Crossing) && crossing.crossing_pairs == crossing.crossings.len());
-    let mut inside_out = cuboid(DVec3::ONE, 1);
-    inside_out.triangles.iter_mut().for_each(|t| t.swap(0, 1));
-    assert!(kinds(&checked(&inside_out)).contains(&Fault::InsideOut));
+    assert!(!kinds(&crossing).contains(&Fault::SeveralBodies), "they hang together");
+    let [one, other] = crossing.crossings[0];
+    let text = &crossing.findings.iter().find(|finding| finding.kind == Fault::Crossing).unwrap().text;
+    assert!(text.contains(&format!(". The first are {one} and {other}, at (")), "{text}");
     let mut twice = cuboid(DVec3::ONE, 1);
     twice.triangles.push(twice.triangles[0]);
-    assert_eq!(kinds(&checked(&twice))[0], Fault::NotManifold);
+    let report = checked(&twice);
+    assert_eq!(kinds(&report)[0], Fault::NotManifold);
+    let first = *twice.triangles[0].iter().min().unwrap() as usize;
+    let [x, y, z] = twice.positions[first].to_array();
+    let text = &report.findings[0].text;
+    assert!(text.contains(&format!(". The first is at ({x}, {y}, {z}). ")), "{text}");
     let empty = check_print(&TriMesh::default(), &PrintParams::default(), &Progress::none()).unwrap_err().to_string();
     assert_eq!(empty, "the mesh has no triangles, but must have some: give a surface");
     let mut flat = cuboid(DVec3::ONE, 1);
@@ -263,6 +275,33 @@ fn faults_are_told_with_what_to_do() {
         let cancelled = check_print(&cuboid(DVec3::ONE, 4), &PrintParams::default(), &Progress::cancel_after(checks));
         assert!(matches!(cancelled, Err(Error::Cancelled)), "{checks}");
     }
+}
+
+#[test]
+fn each_body_is_judged_on_its_own() {
+    let turned = |mut mesh: TriMesh| {
+        mesh.triangles.iter_mut().for_each(|t| t.swap(0, 1));
+        mesh
+    };
+    let of = |half: f64| cuboid(DVec3::splat(half), 1);
+    let text = |report: &PrintReport, kind: Fault| {
+        let found = report.findings.iter().find(|finding| finding.kind == kind);
+        found.map(|finding| finding.text.clone()).unwrap_or_default()
+    };
+    let lone = checked(&turned(of(1.0)));
+    assert!(text(&lone, Fault::InsideOut).starts_with("Bodies that are inside out: 1. The first is at ("));
+    // The small one is outweighed by the large one.
+    let beside = checked(&both(of(3.0), &turned(of(1.0)), DVec3::splat(9.0)));
+    assert_eq!(standing(&beside), [Fault::InsideOut]);
+    assert!(beside.volume.unwrap() > 0.0);
+    assert_eq!(standing(&checked(&both(of(3.0), &turned(of(1.0)), DVec3::ZERO))), []);
+    let nested = checked(&both(of(3.0), &of(1.0), DVec3::ZERO));
+    assert_eq!(standing(&nested), [Fault::Nested]);
+    let several = checked(&both(of(1.0), &of(0.5), 9.0 * DVec3::X));
+    assert_eq!(standing(&several), [Fault::SeveralBodies]);
+    let said = text(&several, Fault::SeveralBodies);
+    let start = "Bodies that hang together nowhere: 2. The smallest has a volume of 1, at (";
+    assert!(said.starts_with(start) && said.ends_with("Remove those that are not to be printed."), "{said}");
 }
 
 #[test]

@@ -149,6 +149,29 @@ pub fn try_check(mesh: &TriMesh, progress: &Progress<'_>) -> Result<CheckReport>
     progress.watch(|| run(mesh, &mesh.triangles, progress))
 }
 
+/// The vertex of the smallest number at which a mesh is no oriented manifold: of a degenerate triangle, or beside a fault that [`check`]
+/// counts. `None` for a manifold. Cost as [`check`].
+///
+/// # Errors
+/// As [`try_check`].
+pub fn first_fault(mesh: &TriMesh, progress: &Progress<'_>) -> Result<Option<u32>> {
+    foresee(mesh, BYTES_A_TRIANGLE)?;
+    let is_degenerate = |[a, b, c]: &[u32; 3]| a == b || b == c || c == a;
+    let is_known = |t: &[u32; 3]| t.iter().all(|&v| (v as usize) < mesh.positions.len());
+    let known: Vec<[u32; 3]> = mesh.triangles.iter().copied().filter(is_known).collect();
+    let mut first = known.iter().filter(|t| is_degenerate(t)).flatten().copied().min();
+    let sound: Vec<[u32; 3]> = known.into_iter().filter(|t| !is_degenerate(t)).collect();
+    let (mut report, mut scratch, mut boundary) = (CheckReport::default(), Scratch::default(), Vec::new());
+    let look = |v: u32, star: &[Corner]| {
+        if first.is_none_or(|first| v < first) {
+            look_at(v, star, &mut scratch, &mut report, &mut boundary);
+            first = if report.is_manifold() { first } else { Some(v) };
+        }
+    };
+    stars(&sound, mesh.positions.len(), look, progress)?;
+    Ok(first)
+}
+
 /// Checks `mesh` with vertices at the same place, to the bit in single precision, taken as one: what a mesh is once
 /// written to a file of single-precision coordinates and welded there.
 ///

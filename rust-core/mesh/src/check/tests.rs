@@ -45,6 +45,21 @@ fn known_topologies() {
 }
 
 #[test]
+fn the_first_fault_has_a_place() {
+    let first = |extra: &[[u32; 3]]| {
+        let triangles = [&[[4, 6, 5], [4, 5, 7], [5, 6, 7], [6, 4, 7]], extra].concat();
+        first_fault(&mesh(16, &triangles), &Progress::none()).unwrap()
+    };
+    assert_eq!(first(&[]), None);
+    assert_eq!(first(&[[9, 8, 9]]), Some(8));
+    assert_eq!(first(&[[6, 5, 4]]), Some(4));
+    assert_eq!(first(&[[5, 6, 9]]), Some(5));
+    assert_eq!(first(&[[7, 8, 9]]), Some(7));
+    assert_eq!(first(&[[10, 11, 12], [10, 11, 13]]), Some(10));
+    assert_eq!(first(&[[10, 11, 12]]), None);
+}
+
+#[test]
 fn each_fault_is_found_and_named() {
     let fault = |extra: &[[u32; 3]]| {
         let mut triangles = TETRAHEDRON.to_vec();

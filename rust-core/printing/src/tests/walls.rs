@@ -54,6 +54,15 @@ fn without_room_they_stay_thin_and_nothing_crosses() {
     assert!(result.report.volume > result.report.volume_before);
 }
 
+/// The cavity would shrink past the ball in it: no two faces cross then, but the ball lies in the wall.
+#[test]
+fn a_body_in_a_cavity_stays_in_it() {
+    let at = |radius: f64, detail| Shape::Sphere { radius }.mesh(detail);
+    let shell = beside(&at(1.0, 9), &reversed(&at(0.9, 9)));
+    let result = thickened(&beside(&shell, &at(0.87, 2)), &thick(0.3));
+    assert!(result.report.moved_faces > 0, "{:?}", result.report);
+}
+
 #[test]
 fn a_base_stays_flat() {
     let plate = Shape::Cuboid { half: DVec3::new(2.0, 0.1, 2.0) }.mesh(5);
