@@ -42,19 +42,18 @@ class SURFRECON_OT_close_surface(JobOperator, bpy.types.Operator):
         """Sidebar of the last operation."""
         layout = self.layout
         layout.use_property_split = True
-        layout.prop(self, "openings")
-        row = layout.row()
-        row.active = self.openings == "holes"
-        row.prop(self, "max_hole_length")
-        layout.prop(self, "flat_base")
-        row = layout.row()
-        row.active = self.flat_base
-        row.prop(self, "base_up")
-        row = layout.row()
-        row.active = self.flat_base
-        row.prop(self, "base_depth")
-        placed_above = {"openings", "max_hole_length", "flat_base", "base_up", "base_depth"}
-        draw_others(layout, self, PARAMETERS, placed_above)
+        above = ("openings", "max_hole_length", "flat_base", "base_up", "base_depth")
+        for name in above:
+            row = layout.row()
+            row.active = name not in self.idle()
+            row.prop(self, name)
+        draw_others(layout, self, PARAMETERS, set(above))
+
+    def idle(self):
+        """The options that have no use with the others: they are greyed out."""
+        return ({"base_up", "base_depth"} if not self.flat_base else set()) | (
+            {"max_hole_length"} if self.openings != "holes" else set()
+        )
 
     def launch(self, context):
         """Gathers the surface, and the scans that are selected beside it, or that it was made from."""
@@ -71,7 +70,8 @@ class SURFRECON_OT_close_surface(JobOperator, bpy.types.Operator):
         ((mesh, self.matrix, _),) = yield from gathered(context, [surface], scan_objects.scan_of_object)
         self.positions = mesh.positions
         read = yield from gathered(context, scans, recording.scan_or_frames)
-        return surfrecon.Job.close(placed(mesh, self.matrix), recording.of_all(read), **given(self, PARAMETERS))
+        options = given(self, PARAMETERS) | dict.fromkeys(self.idle())
+        return surfrecon.Job.close(placed(mesh, self.matrix), recording.of_all(read), **options)
 
     def finish(self, context, result):
         """Puts the closed surface beside the open one."""
@@ -173,6 +173,15 @@ TRANSLATIONS = {
             "a scan saw through where it would be closed: closing with force fills it, and marks that": "ein Scan sah durch den Ort, wo sie zu schließen wäre: Erzwingen schließt sie und markiert das",
             "each fill crosses the surface: give another cell, or edit the surface there": "jede Füllung schneidet die Fläche: eine andere Zelle wählen, oder die Fläche dort bearbeiten",
             "base_depth is {}, but the longest side of the surface is {}: give at most that": "die Tiefe des Fußes ist {}, aber die längste Seite der Fläche ist {}: höchstens so viel angeben",
+            '"Max hole length" is given, but has no use unless openings are holes: choose holes, or leave it out': "der längste Lochrand ist angegeben, nützt aber nur, wenn Löcher geschlossen werden: Löcher wählen, oder ihn weglassen",
+            '"Up of the base" is given without "Flat base", but has no use then: give "Flat base", too': '"Oben am Fuß" ist ohne "Flacher Fuß" angegeben, und nützt dann nichts: auch "Flacher Fuß" angeben',
+            '"Depth of the base" is given without "Flat base", but has no use then: give "Flat base", too': '"Tiefe des Fußes" ist ohne "Flacher Fuß" angegeben, und nützt dann nichts: auch "Flacher Fuß" angeben',
+            "force is given, but has no use without scans that say where nothing is: give range images, too, or leave force out": "Erzwingen ist an, nützt aber nichts ohne Scans, die sagen, wo nichts ist: auch Tiefenbilder angeben, oder es ausschalten",
+            "no scan meets the surface: {} lies around {}, the surface around {}: give the scans that it was merged of, with their poses": "kein Scan trifft die Fläche: {} liegt um {}, die Fläche um {}: die Scans angeben, aus denen sie vereint ist, mit ihren Lagen",
+            "this scan does not meet the surface: leave it out if the surface was not merged of it": "dieser Scan trifft die Fläche nicht: ihn weglassen, wenn die Fläche nicht aus ihm vereint ist",
+            "{}: this scan does not meet the surface: leave it out if the surface was not merged of it": "{}: dieser Scan trifft die Fläche nicht: ihn weglassen, wenn die Fläche nicht aus ihm vereint ist",
+            "the surface looks toward its own middle: flip its faces and close it again, unless it is the inside of a thing": "die Fläche blickt zu ihrer eigenen Mitte: ihre Flächen umdrehen und sie noch einmal schließen, wenn sie nicht das Innere eines Dings ist",
+            "the surface seems to be inside out: flip its faces, and close it again": "die Fläche ist wohl von innen nach außen gekehrt: ihre Flächen umdrehen, und sie noch einmal schließen",
             "the mesh has no triangles: there is nothing to close": "das Netz hat keine Dreiecke: es gibt nichts zu schließen",
         },
     }

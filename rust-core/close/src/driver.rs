@@ -17,7 +17,7 @@ use super::report::{CloseReport, Closed, LeftOpen, OpeningReport};
 use super::stitch::Growing;
 use super::surface::Surface;
 use super::visibility::{Blind, Envelope, Ground, Scans, Visibility};
-use super::{attributes, cut, fan, level, retreat};
+use super::{attributes, cut, doubts, fan, level, retreat};
 
 base::stages! {
     /// Stages with their shares of the time.
@@ -68,8 +68,9 @@ const BYTES_A_TRIANGLE: f64 = 400.0;
 /// the mesh alone. \[Lie03\]
 ///
 /// # Errors
-/// Parameters out of range. A mesh that is no oriented manifold: the error says what is wrong. Scans of another coordinate reference system,
-/// or that can't be read. [`base::Error::OutOfMemory`]. [`base::Error::Cancelled`].
+/// Parameters out of range, or of no use with the others. A mesh that is no oriented manifold: the error says what is wrong. Scans of another
+/// coordinate reference system, or that can't be read. Scans none of which meets the surface.
+/// A warning tells of single scans that do not meet it, and of a surface that seems to be inside out. [`base::Error::OutOfMemory`]. [`base::Error::Cancelled`].
 pub fn close(
     mesh: &TriMesh,
     scans: &[&dyn ScanSource],
@@ -80,6 +81,8 @@ pub fn close(
     planned(mesh, params, progress, || {
         progress.stage(READING, scans.len() as u64);
         let visibility = Scans::of_sources(scans, progress)?;
+        refuse_blind_force(&visibility, params)?;
+        doubts::tell_elsewhere(mesh, &visibility, measures(mesh, true, params).merge_distance)?;
         progress.lap(PLAN[READING].0);
         run(mesh, &visibility, params, progress)
     })
@@ -121,6 +124,7 @@ fn planned(
     progress: &Progress<'_>,
     run: impl FnOnce() -> Result<Closed> + Send,
 ) -> Result<Closed> {
+    params.go_together()?;
     foreseen(mesh, params)?;
     progress.plan(PLAN);
     let pool = base::threads::pool(params.threads)?;
@@ -144,7 +148,19 @@ fn in_one_world(mesh: &TriMesh, scans: &[&dyn ScanSource]) -> Result<()> {
 }
 
 fn run(mesh: &TriMesh, visibility: &dyn Visibility, params: &CloseParams, progress: &Progress<'_>) -> Result<Closed> {
-    run_in_cells(mesh, visibility, params, &FINENESS, progress)
+    let closed = run_in_cells(mesh, visibility, params, &FINENESS, progress)?;
+    doubts::tell_turned(mesh, visibility, &closed, progress)?;
+    Ok(closed)
+}
+
+/// Refuses force without scans that say where nothing is.
+fn refuse_blind_force(scans: &Scans, params: &CloseParams) -> Result<()> {
+    if params.force && scans.is_blind() {
+        return Err(Error::input(
+            "force is given, but has no use without scans that say where nothing is: give range images, too, or leave force out",
+        ));
+    }
+    Ok(())
 }
 
 /// `fineness` has the cells of each attempt to a cell of the merge, for as long as fills are stuck.

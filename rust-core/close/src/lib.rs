@@ -2,6 +2,7 @@
 //!
 //! | stage | file | in -> out |
 //! |---|---|---|
+//! | | `doubts` | mesh, scans -> what seems wrong with them |
 //! | | `surface`, `visibility` | mesh, scans -> what can be asked: which side a place lies on, whether it was seen through |
 //! | 1 | `grid`, `nodes`, `rows`, `known` | surface -> signed distances at the nodes beside it |
 //! | 2 | `poisson`, `multigrid`, `conjugate` | surface -> a start that is closed at the outer bound. \[KH13\] |
@@ -57,6 +58,9 @@ mod stitch;
 
 // 7. which openings
 mod openings;
+
+// what seems wrong with what was handed in
+mod doubts;
 
 // 8. marked
 mod attributes;

@@ -16,7 +16,8 @@ pub const OPERATION: Operation = Operation {
         name: "close",
         files: "MESH [SCANS...]",
         summary: "a surface with openings to a closed one, which keeps out of what scans saw to be empty",
-        text: "Closes the openings of a surface. The scans that it was merged of say where nothing is: nothing is filled there.",
+        text: "Closes the openings of a surface. The range images that it was merged of say where nothing is: nothing is filled there. \
+               Meshes and points say nothing. Without range images the shape of the surface alone decides.",
     }),
     blender: Some(Operator {
         id: "close_surface",

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use base::error::{Error, Result};
 use base::params::{choice, flag, length};
 
 base::choices! {
@@ -71,5 +72,24 @@ base::params! {
         base_up: UpAxis = choice("Up of the base", UpAxis::CHOICES).since("0.2"),
         /// How far below the lowest measured point the flat base lies, if there is one.
         base_depth: f64 = length("Depth of the base").since("0.2"),
+    }
+}
+
+impl CloseParams {
+    /// Refuses parameters that have no use with the others.
+    ///
+    /// # Errors
+    /// [`Error::Input`] says which parameter to give, too.
+    pub(super) fn go_together(&self) -> Result<()> {
+        let problem = if self.max_hole_length.is_some() && self.openings != Openings::Holes {
+            "max_hole_length is given, but has no use unless openings are holes: choose holes, or leave it out"
+        } else if self.base_up != UpAxis::Z && !self.flat_base {
+            "base_up is given without flat_base, but has no use then: give flat_base, too"
+        } else if self.base_depth != 0.0 && !self.flat_base {
+            "base_depth is given without flat_base, but has no use then: give flat_base, too"
+        } else {
+            return Ok(());
+        };
+        Err(Error::input(problem))
     }
 }

@@ -1,11 +1,14 @@
 //! Whole closings, judged by code that shares nothing with them.
 
 use std::collections::HashSet;
+use std::sync::{Arc, Mutex};
 
 use glam::{DVec2, DVec3};
 
 use super::*;
+use base::context::{Context, choose};
 use base::error::Error;
+use base::log::Log;
 use base::progress::Progress;
 use geom::bvh::Bvh;
 use image::range_image::RangeImage;
@@ -503,4 +506,62 @@ fn fills_that_are_stuck_are_tried_in_other_cells() {
     let more = closed(&open, &Blind, &params);
     assert!(more.report.open_edges < once.report.open_edges, "{:?}", [more.report.open_edges, once.report.open_edges]);
     assert_eq!(more.report.closed + more.report.left.iter().sum::<usize>(), more.report.openings.len());
+}
+
+/// The result of a call, and the warnings that were told during it.
+fn heard<T: Send>(call: impl FnOnce() -> base::error::Result<T>) -> (base::error::Result<T>, Vec<String>) {
+    let heard = Arc::new(Mutex::new(Vec::new()));
+    let (listener, context) = (heard.clone(), Context::new().unwrap());
+    context.set_log(Log::To(Arc::new(move |_, text: &str| listener.lock().unwrap().push(text.to_owned()))));
+    choose(Some(context));
+    let result = base::memory::guarded(call);
+    choose(None);
+    let texts = heard.lock().unwrap().clone();
+    (result, texts)
+}
+
+#[test]
+fn scans_that_lie_elsewhere_are_told() {
+    let open = part(&ball(12), |p| p.z > -0.6);
+    let near = images(&ball(12), &[DVec3::new(0.0, 1.0, 4.0)], 60).remove(0);
+    let mut far = near.clone();
+    far.world_from_sensor.translation += 50.0 * DVec3::X;
+    let run = |scans: &[&RangeImage]| {
+        let sources: Vec<&dyn ScanSource> = scans.iter().map(|scan| *scan as &dyn ScanSource).collect();
+        heard(|| close(&open, &sources, &params(), &Progress::none()))
+    };
+    assert!(run(&[&near]).1.is_empty());
+    let (both, told) = run(&[&near, &far]);
+    assert!(both.is_ok() && told.len() == 1 && told[0].contains("this scan does not meet the surface"), "{told:?}");
+    let refused = run(&[&far]).0.unwrap_err().to_string();
+    assert!(refused.starts_with("no scan meets the surface: ") && refused.contains("lies around (50"), "{refused}");
+}
+
+#[test]
+fn surfaces_that_are_inside_out_are_told() {
+    let open = part(&ball(12), |p| p.z > -0.6);
+    let mut turned = open.clone();
+    turned.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+    let scans = images(&ball(12), &[DVec3::new(0.0, 1.0, 4.0), DVec3::new(3.0, 0.0, 3.0)], 80);
+    let scans = Scans::of_images(&scans, &Progress::none()).unwrap();
+    for (visibility, begin) in [
+        (&Blind as &dyn Visibility, "the surface looks toward its own middle: "),
+        (&scans, "the surface seems to be inside out: "),
+    ] {
+        let told = |mesh: &TriMesh| heard(|| close_seen_by(mesh, visibility, &params(), &Progress::none())).1;
+        assert_eq!(told(&open), Vec::<String>::new());
+        assert!(told(&turned).len() == 1 && told(&turned)[0].starts_with(begin), "{:?}", told(&turned));
+    }
+}
+
+#[test]
+fn parameters_without_use_are_refused() {
+    let open = part(&ball(8), |p| p.z > -0.5);
+    let refused = |given: CloseParams| close(&open, &[], &given, &Progress::none()).unwrap_err().to_string();
+    let longest = refused(CloseParams { max_hole_length: Some(1.0), ..params() });
+    assert!(longest.starts_with("max_hole_length is given, but has no use unless openings are holes"), "{longest}");
+    let force = refused(CloseParams { force: true, ..params() });
+    assert!(force.starts_with("force is given, but has no use without scans"), "{force}");
+    assert!(refused(CloseParams { base_up: UpAxis::X, ..params() }).starts_with("base_up is given without flat_base"));
+    assert!(refused(CloseParams { base_depth: 0.1, ..params() }).starts_with("base_depth is given without flat_base"));
 }

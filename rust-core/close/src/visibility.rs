@@ -12,6 +12,7 @@ use image::range_image::RangeImage;
 use image::range_image::noise::Noise;
 use image::source::ScanSource;
 use image::visibility::LinesOfSight;
+use mesh::holes::Bounds;
 
 /// Of an image at the peak, its noise being measured. Measured.
 const BYTES_A_PIXEL: f64 = 60.0;
@@ -44,6 +45,8 @@ impl Visibility for Blind {
 /// The lines of sight of several scans. A place is empty if one of them saw past it, in all of 3 x 3 pixels, by more than the tolerance.
 pub struct Scans {
     scans: Vec<Arc<LinesOfSight>>,
+    /// Names of those that were read from sources, with boxes around what they measured.
+    boxes: Vec<(String, Bounds)>,
 }
 
 impl Scans {
@@ -70,19 +73,34 @@ impl Scans {
             let Some(image) = source.image(progress)? else { return Ok(None) };
             let pixels = image.rows() * image.cols();
             memory::foresee(pixels, BYTES_A_PIXEL, "reading lines of sight", "pixels")?;
-            match LinesOfSight::are_known(image.projection()) {
-                true => LinesOfSight::new(&image, Noise::measure(&image, progress)?, progress),
-                false => Ok(None),
+            if !LinesOfSight::are_known(image.projection()) {
+                return Ok(None);
             }
+            let bounds = bounds(&image, progress)?;
+            let scan = LinesOfSight::new(&image, Noise::measure(&image, progress)?, progress)?;
+            Ok(scan.map(|scan| (scan, (source.name().to_owned(), bounds))))
         };
-        let scans: Vec<Option<LinesOfSight>> = sources.par_iter().with_max_len(1).map(look).collect::<Result<_>>()?;
-        Ok(Scans::new(scans.into_iter().flatten().map(Arc::new).collect()))
+        let scans: Vec<Option<_>> = sources.par_iter().with_max_len(1).map(look).collect::<Result<_>>()?;
+        let (scans, boxes): (Vec<LinesOfSight>, Vec<_>) = scans.into_iter().flatten().unzip();
+        Ok(Scans { boxes, ..Scans::new(scans.into_iter().map(Arc::new).collect()) })
     }
 
     /// Of lines of sight that are made already.
     pub fn new(scans: Vec<Arc<LinesOfSight>>) -> Self {
-        Scans { scans }
+        Scans { scans, boxes: Vec::new() }
     }
+
+    /// Names of the scans that were read from sources, with boxes around what they measured.
+    pub(crate) fn boxes(&self) -> &[(String, Bounds)] {
+        &self.boxes
+    }
+}
+
+/// Box around what an image measured.
+fn bounds(image: &RangeImage, progress: &Progress<'_>) -> Result<Bounds> {
+    let mut bounds = Bounds::of([]);
+    image.try_for_each_valid(|_, _, point| bounds.add(image.world_from_sensor.transform_point3(point)), progress)?;
+    Ok(bounds)
 }
 
 impl Visibility for Scans {
