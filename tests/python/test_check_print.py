@@ -237,5 +237,7 @@ def test_the_command_lists_findings_and_ends_well(tmp_path):
     header = (tmp_path / "marked.ply").read_bytes().split(b"end_header")[0]
     assert b"property float wall" in header and b"property uchar crossing" in header
     surfrecon.virtual_scan(torus(16), surfrecon.turntable(torus(16), pixels=40))[0].write(tmp_path / "scan.ply")
+    done = run("check", "box.stl", "--overhang", "45", cwd=tmp_path)
+    assert done.returncode != 0 and "in radians or in degrees as 80deg, got 45" in done.stderr, done.stderr
     done = run("check", "scan.ply", cwd=tmp_path)
     assert done.returncode == 1 and "give a mesh" in done.stderr

@@ -85,6 +85,14 @@ def test_what_can_not_be_printed_is_refused_with_the_remedy(ball):
         surfrecon.prepare_print(ball, flat_base=True, drain=0.1)
     with pytest.raises(surfrecon.SurfreconError, match="base_height is given without flat_base"):
         surfrecon.prepare_print(ball, base_height=0.1)
+    with pytest.raises(surfrecon.SurfreconError, match="drain_sides is given without drain"):
+        surfrecon.prepare_print(ball, drain_sides=8)
+    within = surfrecon.Mesh(
+        np.concatenate([ball.positions, 0.1 * ball.positions]),
+        np.concatenate([ball.triangles, ball.triangles + len(ball.positions)]),
+    )
+    with pytest.raises(surfrecon.InputError, match="1 body lies in the solid of another, the first at"):
+        surfrecon.prepare_print(within)
 
 
 def test_a_job_does_the_same(ball):
@@ -116,6 +124,18 @@ def test_the_command_writes_a_file_for_each_part(tmp_path, ball):
     for name in files:
         (scan,) = surfrecon.open(tmp_path / name)
         assert printable(scan.read())
+
+
+def test_parts_of_an_earlier_run_are_named(tmp_path, ball):
+    ball.write(tmp_path / "ball.ply")
+    for height, older in (("0.7", ""), ("1", "cut-2-of-3.ply to cut-3-of-3.ply: of an earlier run")):
+        done = run("prepare", "ball.ply", "-o", "cut.ply", "--printer-height", height, cwd=tmp_path)
+        assert done.returncode == 0 and ("earlier run" in done.stderr + done.stdout) == bool(older)
+        assert older in done.stderr + done.stdout
+    options = ("--printer-height", "1", "--part-triangles", "9")
+    done = run("prepare", "ball.ply", "-o", "cut.ply", *options, cwd=tmp_path)
+    assert done.returncode == 2 and "leave out" in done.stderr, done.stderr
+    assert "--scale-side" in run("prepare", "ball.ply", "-o", "a.ply", "--scale-side", "height", cwd=tmp_path).stderr
 
 
 def test_the_command_refuses_points(tmp_path):

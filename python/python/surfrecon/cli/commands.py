@@ -83,6 +83,7 @@ class Command:
             raise UsageError("keep needs a workspace: give --workspace, a folder")
         if request.parameters.get("part_triangles"):
             _check_parts(request)
+            _check_print_parts(request)
         levels = request.parameters.get("levels")
         if levels is None:
             return
@@ -119,6 +120,13 @@ def _check_pieces(request: Request, path: str) -> None:
 def _check_parts(request: Request) -> None:
     path = request.parameters.get("surface") or request.output or ""
     _check_pieces(request, path)
+
+
+def _check_print_parts(request: Request) -> None:
+    printer = [name for name in request.parameters if name.startswith("printer_")]
+    if request.command == "prepare" and printer:
+        problem = "cuts the print into parts, each a file, and part_triangles cuts them again"
+        raise UsageError(f"{printer[0]} {problem}: leave out part_triangles")
 
 
 def _check_plan(request: Request) -> None:

@@ -379,6 +379,9 @@ def cluster(work: Work) -> Made:
 _OPENINGS = 5
 
 
+_BLIND = "no scan says where nothing is, so the shape of the surface alone decided: give range images for that"
+
+
 def close(work: Work) -> Made:
     """Closes the openings of a surface, by its scans where they are given."""
     first, *others = work.request.inputs
@@ -393,8 +396,10 @@ def close(work: Work) -> Made:
         found = _native.close(surface, scans, progress=shown, **work.given("close"))
     report = found.report
     work.note(*(text for _, text in report.open[:_OPENINGS]))
-    said = f"{report.closed:,} openings closed, {len(report.open):,} left open, {report.filled_share:.1%} filled"
-    return Made(report, [_counts(found.mesh), said], _writer(work, found.mesh), _parts(work, found.mesh))
+    openings = "1 opening" if report.closed == 1 else f"{report.closed:,} openings"
+    said = f"{openings} closed, {len(report.open):,} left open, {report.filled_share:.1%} filled"
+    sight = "nothing is filled where a scan saw through" if report.has_sight else _BLIND
+    return Made(report, [_counts(found.mesh), said, sight], _writer(work, found.mesh), _parts(work, found.mesh))
 
 
 def check_print(work: Work) -> Made:
@@ -433,10 +438,12 @@ def prepare_print(work: Work) -> Made:
         _counts(found.mesh),
         f"{' x '.join(f'{side:.4g}' for side in report.size)}, parts: {report.parts:,}, volume {report.volume:.4g}",
     ]
+    output = work.request.output
     if len(parts) == 1:
-        return Made(report, lines, _writer(work, found.mesh), _parts(work, found.mesh))
-    if work.request.parameters.get("part_triangles"):
-        raise UsageError("the print is cut into parts, each a file: leave out --part-triangles")
+        beside_one = _parts(work, found.mesh)
+        if output is not None:
+            _tell_older_parts(work, output, beside_one(output))
+        return Made(report, lines, _writer(work, found.mesh), beside_one)
 
     def beside(path: str) -> list[str]:
         return [_native._part_path(path, number, len(parts)) for number in range(2, len(parts) + 1)]
@@ -447,10 +454,22 @@ def prepare_print(work: Work) -> Made:
         for file, one in zip([path, *beside(path)], writers, strict=True):
             one(file, shown, provenance)
 
-    output = work.request.output
     if output is not None:
         work.note(f"the parts are in {len(parts)} files: {output} to {beside(output)[-1]}")
+        _tell_older_parts(work, output, beside(output))
     return Made(report, lines, write, beside)
+
+
+def _tell_older_parts(work: Work, output: str, written: Sequence[str]) -> None:
+    """Notes files beside the output that are called as its parts, but are of another run: slicers would take both."""
+    folder, name = os.path.split(output)
+    stem, ending = os.path.splitext(name)
+    called = re.compile(re.escape(stem) + r"-\d+-of-\d+" + re.escape(ending))
+    own = {os.path.basename(path) for path in written}
+    older = sorted(file for file in os.listdir(folder or ".") if called.fullmatch(file) and file not in own)
+    if older:
+        names = older[0] if len(older) == 1 else f"{older[0]} to {older[-1]}"
+        work.note(f"{names}: of an earlier run with another count of parts: remove what is not to be printed")
 
 
 def measure(work: Work) -> Made:

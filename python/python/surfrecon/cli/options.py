@@ -125,7 +125,12 @@ def read(row: Row, text: str) -> Any:
         value = [_number(row, part) for part in text.split(",")]
     else:
         value = _number(row, text)
-    row.check(value)
+    try:
+        row.check(value)
+    except ParameterError:
+        if _is_angle(row) and isinstance(value, float):
+            raise _refused(row, value) from None
+        raise
     return value
 
 
