@@ -17,7 +17,7 @@ use super::nodes::Nodes;
 use super::plate::Plate;
 use super::surface::Surface;
 use super::visibility::Envelope;
-use super::{distance, known, poisson};
+use super::{distance, known, poisson, thickness};
 
 /// Distance from its zero level within which the field is solved for, in cells.
 const BAND: f64 = 4.0;
@@ -27,6 +27,8 @@ const GRIDS: [(f64, usize); 4] = [(8.0, 2), (4.0, 1), (2.0, 1), (1.0, 1)];
 const OPENING_CELL: f64 = 0.75;
 /// Cells of the finest grid in a cell of the start's.
 const START: f64 = 2.0;
+/// The start is thinner where its level lies farther from the surface than this many walls.
+const SWOLLEN: f64 = 1.5;
 /// Distance of the outer bound from the surface: a share of its longest side, and cells.
 const MARGIN: f64 = 0.15;
 const MARGIN_CELLS: f64 = 12.0;
@@ -92,13 +94,8 @@ pub fn solve_around(
     envelope: Envelope<'_>,
     progress: &Progress<'_>,
 ) -> Result<(Nodes, Vec<f64>)> {
-    let grid = extent.grid(START);
-    memory::expect_each(grid.len(), BYTES_A_NODE, 0.0, "closing", "nodes of the fill's grid")?;
-    let mut field: Vec<f64> = poisson::start(surface.mesh, &grid, progress)?.into_iter().map(|x| -x).collect();
-    let mut nodes = Nodes::all(grid)?;
-    let (width, mut level) = look(surface, &nodes, &field, envelope, progress)?;
+    let Start { mut nodes, mut field, mut level, coarsest, depth } = start(surface, extent, envelope, progress)?;
     progress.advance(1)?;
-    let coarsest = OPENING_CELL * width;
     let used = GRIDS.iter().position(|&(cells, _)| cells * extent.cell <= coarsest).unwrap_or(GRIDS.len() - 1);
     for &(cells, times) in &GRIDS[used..] {
         let grid = extent.grid(cells);
@@ -110,11 +107,49 @@ pub fn solve_around(
         nodes = next;
         level = Vec::new();
         for _ in 0..times {
-            (field, level) = once(surface, &nodes, field, envelope, progress)?;
+            (field, level) = once(surface, &nodes, depth, field, envelope, progress)?;
             progress.advance(1)?;
         }
     }
     Ok((nodes, field))
+}
+
+/// The field to begin with.
+struct Start {
+    nodes: Nodes,
+    field: Vec<f64>,
+    /// The nodes at the part of its level that fills.
+    level: Vec<bool>,
+    /// Largest cell to be used.
+    coarsest: f64,
+    /// Distances are known so deep behind the surface.
+    depth: f64,
+}
+
+/// A screened Poisson surface. Where all that was measured from both sides is thin, it does not swell behind the rest.
+fn start(surface: &Surface<'_>, extent: &Extent, envelope: Envelope<'_>, progress: &Progress<'_>) -> Result<Start> {
+    let grid = extent.grid(START);
+    memory::expect_each(grid.len(), BYTES_A_NODE, 0.0, "closing", "nodes of the fill's grid")?;
+    let mut field: Vec<f64> = poisson::start(surface.mesh, &grid, progress)?.into_iter().map(|x| -x).collect();
+    let nodes = Nodes::all(grid)?;
+    let (width, level) = look(surface, &nodes, &field, envelope, progress)?;
+    let wall = thickness::of_walls(surface, progress)?;
+    if width <= SWOLLEN * wall {
+        return Ok(Start { nodes, field, level, coarsest: OPENING_CELL * width, depth: f64::INFINITY });
+    }
+    let is_far = |n: usize| surface.bvh.closest_point_within(nodes.place(n), SWOLLEN * wall).is_none();
+    field.par_chunks_mut(1 << 10).enumerate().try_for_each(|(chunk, field)| {
+        progress.check()?;
+        for (i, value) in field.iter_mut().enumerate().filter(|(_, value)| **value < 0.0) {
+            if is_far((chunk << 10) + i) {
+                *value = f64::MIN_POSITIVE;
+            }
+        }
+        Ok(())
+    })?;
+    let (width, level) = look(surface, &nodes, &field, envelope, progress)?;
+    // Deeper than half of the wall its other side is nearer, seen or not.
+    Ok(Start { nodes, field, level, coarsest: wall.min(OPENING_CELL * width), depth: 0.5 * wall })
 }
 
 /// Looks at the start, out of seen space. Returns the largest distance of its level from the surface, and the nodes at the part of the level
@@ -162,15 +197,16 @@ fn look(
     Ok((found.into_iter().map(|found| found.0).fold(0.0, f64::max), level))
 }
 
-/// One solve. Returns the field, and the nodes at the part of its level that fills.
+/// One solve, with distances known so deep behind the surface. Returns the field, and the nodes at the part of its level that fills.
 fn once(
     surface: &Surface<'_>,
     nodes: &Nodes,
+    depth: f64,
     mut field: Vec<f64>,
     envelope: Envelope<'_>,
     progress: &Progress<'_>,
 ) -> Result<(Vec<f64>, Vec<bool>)> {
-    let known = known::near(surface, nodes, progress)?;
+    let known = known::near(surface, nodes, depth, progress)?;
     let mut is_known = vec![false; nodes.len()];
     known.iter().for_each(|&(node, _)| is_known[node as usize] = true);
     let mut seen = vec![NOT_ASKED; nodes.len()];

@@ -5,7 +5,7 @@
 //! | | `doubts` | mesh, scans -> what seems wrong with them |
 //! | | `surface`, `visibility` | mesh, scans -> what can be asked: which side a place lies on, whether it was seen through |
 //! | 1 | `grid`, `nodes`, `rows`, `known` | surface -> signed distances at the nodes beside it |
-//! | 2 | `poisson`, `multigrid`, `conjugate` | surface -> a start that is closed at the outer bound. \[KH13\] |
+//! | 2 | `poisson`, `multigrid`, `conjugate`, `thickness` | surface -> a start that is closed at the outer bound, and no thicker than what was seen. \[KH13\] |
 //! | 3 | `field`, `distance`, `plate` | start -> the smoothest field that keeps what was measured and is not negative in seen space |
 //! | 4 | `level`, `table` | field -> its level set, closed. \[LC87\] |
 //! | 5 | `cut`, `retreat` | level set -> what of it lies beyond the borders, out of seen space |
@@ -33,6 +33,7 @@ mod rows;
 mod conjugate;
 mod multigrid;
 mod poisson;
+mod thickness;
 
 // 3. the field
 mod distance;

@@ -101,6 +101,22 @@ fn the_end_of_a_ball_is_continued_as_a_ball() {
     assert!((whole - 4.0 * std::f64::consts::PI).abs() < 0.2, "{whole}");
 }
 
+/// Half of a hollow ball is seen from inside only. Its wall goes on about as thick as the half that was seen from both sides.
+#[test]
+fn a_wall_seen_from_inside_does_not_swell() {
+    let (outer, inner) = (part(&ball(30), |p| p.z > 0.0), ball(30));
+    let first = outer.positions.len() as u32;
+    let positions = outer.positions.iter().copied().chain(inner.positions.iter().map(|&p| 0.9 * p)).collect();
+    let turned = inner.triangles.iter().map(|&[a, b, c]| [a + first, c + first, b + first]);
+    let open = TriMesh::new(positions, outer.triangles.iter().copied().chain(turned).collect());
+    let closed = closed(&open, &Blind, &CloseParams { cell: Some(0.02), ..params() });
+    assert!(closed.report.is_closed);
+    let filled = &closed.mesh.positions[open.positions.len()..];
+    let radii = || filled.iter().map(|p| p.length());
+    let [least, most] = [radii().fold(f64::INFINITY, f64::min), radii().fold(0.0, f64::max)];
+    assert!(filled.len() > 100 && least > 0.9 && most < 1.2, "{} at {least} to {most}", filled.len());
+}
+
 #[test]
 fn what_stood_on_the_ground_gets_a_flat_foot() {
     let column = Shape::Cylinder { radius: 0.5, half_height: 1.0 }.mesh(10);
