@@ -69,8 +69,8 @@ const BYTES_A_TRIANGLE: f64 = 400.0;
 ///
 /// # Errors
 /// Parameters out of range, or of no use with the others. A mesh that is no oriented manifold: the error says what is wrong. Scans of another
-/// coordinate reference system, or that can't be read. Scans none of which meets the surface.
-/// A warning tells of single scans that do not meet it, and of a surface that seems to be inside out. [`base::Error::OutOfMemory`]. [`base::Error::Cancelled`].
+/// coordinate reference system, or that can't be read. Scans none of which meets the surface. [`base::Error::OutOfMemory`].
+/// [`base::Error::Cancelled`]. A warning tells of single scans that do not meet it, and of a surface that seems to be inside out.
 pub fn close(
     mesh: &TriMesh,
     scans: &[&dyn ScanSource],
