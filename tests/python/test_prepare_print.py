@@ -29,7 +29,8 @@ def sphere(count):
         for ring in range(count - 2):
             a, b = 2 + ring * n + k, 2 + ring * n + (k + 1) % n
             faces += [(a, b, a + n), (b, b + n, a + n)]
-    return np.array(poles + rings), np.array(faces)
+    # Numbers of single precision are not rounded.
+    return np.array(poles + rings, np.float32).astype(float), np.array(faces)
 
 
 def printable(mesh):

@@ -656,6 +656,7 @@ class PrepareReport(Report):
             The mesh is nowhere thick enough for a cavity. ``no_drain``: A hole of that diameter finds no room.
             ``shut_cavities``: Some cavities have no hole. ``part_moved``: The plane between two parts lies a hair
             beside the place that makes them equal. ``size_missed``: The side has another length than was asked for.
+            ``too_fine``: Some vertices lie closer together than single precision tells apart, as STL and 3MF have it.
         scale: Factor by which the mesh was scaled. 1 if it was not.
         size: Size along x, y and z. In the unit of the scans.
         volume_before: Volume before all steps, in the cube of the unit of the input.

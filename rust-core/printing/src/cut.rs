@@ -14,6 +14,7 @@ use mesh::TriMesh;
 
 use super::made::{Made, Origin};
 use super::section::Section;
+use super::single::Precision;
 
 const NONE: u32 = u32::MAX;
 
@@ -35,6 +36,7 @@ pub fn cut(mesh: &TriMesh, plane: Section, progress: &Progress<'_>) -> Result<Op
     let mut cutter = Cutter {
         mesh,
         plane,
+        precision: Precision::of(mesh),
         open: Open { made: Made::default(), rims: Vec::new(), in_plane: Vec::new() },
         numbers: vec![NONE; mesh.positions.len()],
         cuts: FxHashMap::default(),
@@ -60,6 +62,7 @@ pub fn cut(mesh: &TriMesh, plane: Section, progress: &Progress<'_>) -> Result<Op
 struct Cutter<'a> {
     mesh: &'a TriMesh,
     plane: Section,
+    precision: Precision,
     open: Open,
     /// Of each vertex that was kept or lies in the plane.
     numbers: Vec<u32>,
@@ -114,7 +117,7 @@ impl Cutter<'_> {
         if let Some(&known) = self.cuts.get(&[from, to]) {
             return known;
         }
-        let (place, share) = between(a, b, self.plane);
+        let (place, share) = between(a, b, self.plane, self.precision);
         let number = self.open.made.vertex(place, Origin::Between([from, to], share));
         self.cuts.insert([from, to], number);
         self.open.in_plane.push(number);
@@ -123,7 +126,7 @@ impl Cutter<'_> {
 }
 
 /// The place in the plane between two on either side of it, and its share of the way. It does not leave the box around them.
-fn between(a: DVec3, b: DVec3, plane: Section) -> (DVec3, f64) {
+fn between(a: DVec3, b: DVec3, plane: Section, precision: Precision) -> (DVec3, f64) {
     let axis = plane.axis;
     let share = ((plane.at - a[axis]) / (b[axis] - a[axis])).clamp(0.0, 1.0);
     // From the nearer end, where rounding is least.
@@ -132,7 +135,7 @@ fn between(a: DVec3, b: DVec3, plane: Section) -> (DVec3, f64) {
     } else {
         b + (a - b) * ((plane.at - b[axis]) / (a[axis] - b[axis])).clamp(0.0, 1.0)
     };
-    let mut place = place.clamp(a.min(b), a.max(b));
+    let mut place = precision.place(place).clamp(a.min(b), a.max(b));
     place[axis] = plane.at;
     (place, share)
 }

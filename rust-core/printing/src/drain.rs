@@ -19,6 +19,7 @@ use super::made::{Made, Origin};
 use super::params::PrepareParams;
 use super::report::{PrepareProblem, PrepareReport};
 use super::section::Section;
+use super::single::Precision;
 use super::slice::is_sound;
 
 /// Share of the diameter that the hole keeps from the borders of the floor and the base. Its place is found to half of it.
@@ -62,11 +63,12 @@ pub fn drain(
         report.note(PrepareProblem::NoDrain, text);
         return Ok(());
     }
+    let precision = Precision::of(mesh);
     for turn in TURNS {
         let ring = |at: f64| -> Vec<DVec3> {
             let corner = |k: u32| {
                 let angle = TAU * (f64::from(k) + turn) / f64::from(params.drain_sides);
-                lifted(place + 0.5 * diameter * DVec2::from_angle(angle), base, at)
+                precision.place(lifted(place + 0.5 * diameter * DVec2::from_angle(angle), base, at))
             };
             (0..params.drain_sides).map(corner).collect()
         };

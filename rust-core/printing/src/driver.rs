@@ -16,6 +16,7 @@ use super::params::PrepareParams;
 use super::report::{PrepareProblem, PrepareReport, PreparedPrint};
 use super::scale_to::{extent, scale_to, side};
 use super::section::Section;
+use super::single;
 use super::split_parts::split_parts;
 use super::thicken::{THIN, thicken};
 
@@ -55,8 +56,10 @@ const NEAR: f64 = 1e-4;
 ///   for each part ([`PreparedPrint::parts`]): caps of neighbours lie on each other.
 /// * A cavity lies as deep as asked for within a cell. The distance is measured.
 /// * No body jumps into another, whatever walls move.
-/// * Vertices keep their bits, but for scaling and thin walls. There none moves inward, or farther than the wall that is asked for. The report
-///   says by how much any moved.
+/// * Vertices keep their bits, but for scaling, thin walls and single precision. No wall moves inward, or farther than the one that is asked
+///   for. The report says by how much any moved.
+/// * All coordinates are numbers of single precision, as STL and 3MF hold them. If faces would cross in it, all stay in double precision, and
+///   a note says so.
 /// * Faces that were made up have the face attribute `added`. Vertices on cuts have the means of their edges' ends.
 /// * The same result for any number of threads.
 ///
@@ -129,6 +132,7 @@ fn steps(mesh: &TriMesh, params: &PrepareParams, progress: &Progress<'_>) -> Res
     if let Some(min_wall) = params.min_wall {
         tell_thin(&mesh, min_wall, &mut report);
     }
+    single::tell(&mesh, &mut report, progress)?;
     report.seconds = progress.seconds();
     Ok(PreparedPrint { mesh, report })
 }
@@ -150,6 +154,7 @@ fn shaped(
         if let Some(length) = length {
             scale_to(mesh, length, params, report, progress)?;
         }
+        single::round(mesh, progress)?;
         progress.stage(BASE, 1);
         let base = match params.flat_base {
             true => Some(flat_base(mesh, params, report, progress)?),

@@ -10,6 +10,7 @@ use mesh::measure::{area, bounds};
 use super::params::PrepareParams;
 use super::report::{PrepareProblem, PrepareReport};
 use super::section::{Section, axis_of};
+use super::single::Precision;
 use super::slice;
 
 /// Heights of a base that is not given, of that of the mesh. It lies at the first where it is nearly as wide as at the last.
@@ -29,7 +30,7 @@ pub fn flat_base(
     progress: &Progress<'_>,
 ) -> Result<Section> {
     let foot = Foot::of(mesh, params);
-    let (plane, lowest) = (foot.plane(params, 1.0), foot.lowest);
+    let (plane, lowest) = (foot.plane(params, 1.0).rounded(Precision::of(mesh)), foot.lowest);
     let height = params.base_height.unwrap_or(foot.height);
     if !mesh.positions.iter().any(|&place| plane.side(place) == Ordering::Greater) {
         return Err(Error::input(format!(

@@ -21,6 +21,7 @@ use super::made::{Made, Origin};
 use super::params::{LEAST_CELLS, PrepareParams};
 use super::report::{PrepareProblem, PrepareReport};
 use super::section::Section;
+use super::single::Precision;
 use super::slice;
 
 /// The default cell in the thickness of a wall.
@@ -68,13 +69,19 @@ pub fn hollow(
         return Ok(None);
     }
     foresee(hi - lo, cell)?;
-    let grid = Grid::around(lo + wall, hi - wall, cell, 2.0 * cell);
+    let precision = Precision::of(mesh);
+    let mut grid = Grid::around(lo + wall, hi - wall, cell, 2.0 * cell);
+    let floor_at = base.map(|base| base.moved(if base.is_upward { wall } else { -wall }).rounded(precision));
+    if let Some(plane) = floor_at {
+        // Between two layers of nodes, so that no edge of the level set lies in it.
+        let layers = (plane.at - grid.origin[plane.axis]) / cell;
+        grid.origin[plane.axis] += cell * (layers - layers.floor() - 0.5);
+    }
     let depths = Depths::new(mesh, wall, base, progress)?;
     let mut field = depths.field(&grid, progress)?;
-    let mut cavity = level_set(&grid, &mut field, progress)?;
+    let mut cavity = level_set(&grid, &mut field, precision, progress)?;
     let mut floor = None;
-    if let Some(base) = base {
-        let plane = base.moved(if base.is_upward { wall } else { -wall });
+    if let Some(plane) = floor_at {
         let lies = |side: Ordering| cavity.positions.iter().any(|&place| plane.side(place) == side);
         if !lies(Ordering::Greater) {
             cavity = TriMesh::default();
@@ -115,10 +122,11 @@ fn foresee(size: DVec3, cell: f64) -> Result<()> {
 }
 
 /// The surface of the cavity, which no two faces of cross. Places where they would are left to the walls.
-fn level_set(grid: &Grid, field: &mut [f64], progress: &Progress<'_>) -> Result<TriMesh> {
+fn level_set(grid: &Grid, field: &mut [f64], precision: Precision, progress: &Progress<'_>) -> Result<TriMesh> {
     for _ in 0..ROUNDS {
         let place = |a, b, share| level::between([a, b].map(|node| grid.place(node)), share);
-        let cavity = level::extract(grid.cells(), field, place, progress)?;
+        let mut cavity = level::extract(grid.cells(), field, place, progress)?;
+        cavity.positions.iter_mut().for_each(|place| *place = precision.place(*place));
         let crossings = crossing::pairs(&cavity.positions, &cavity.triangles, |_| true, progress)?;
         if crossings.is_empty() {
             return Ok(cavity);

@@ -32,6 +32,7 @@ mod made;
 mod cap;
 mod cut;
 mod section;
+mod single;
 mod slice;
 
 // 1. its size

@@ -25,6 +25,8 @@ base::choices! {
         PartMoved = "part_moved" "Part moved",
         /// The side has another length than was asked for.
         SizeMissed = "size_missed" "Size missed",
+        /// Some vertices lie closer together than single precision tells apart, as STL and 3MF have it.
+        TooFine = "too_fine" "Too fine",
     }
 }
 

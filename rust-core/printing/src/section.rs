@@ -6,6 +6,8 @@ use glam::{DVec2, DVec3};
 
 use close::UpAxis;
 
+use super::single::Precision;
+
 /// A plane across an axis, and its side that is kept.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Section {
@@ -41,6 +43,11 @@ impl Section {
     /// The same a little further along its axis.
     pub fn moved(self, by: f64) -> Self {
         Section { at: self.at + by, ..self }
+    }
+
+    /// The nearest plane in a precision.
+    pub fn rounded(self, precision: Precision) -> Self {
+        Section { at: precision.number(self.at), ..self }
     }
 }
 

@@ -1,6 +1,6 @@
 //! Closed parts of a closed surface beside a plane: cut, capped and looked at.
 //!
-//! Vertices on edges are rounded, so that a thin triangle may turn over or edges in the plane may cross. The plane then moves by a hair.
+//! Vertices on edges are rounded to single precision, so that a thin triangle may turn over or edges in the plane may cross. The plane then moves by a hair.
 
 use base::error::{Error, Result, Shown};
 use base::progress::Progress;
@@ -11,11 +11,17 @@ use super::cap::cap;
 use super::cut::cut;
 use super::made::Made;
 use super::section::Section;
+use super::single::Precision;
 
 /// Planes that are tried beside the one that is asked for.
 const TRIES: i32 = 12;
-/// Distance of the first of them, as a share of the size of the mesh. The others lie four times as far each.
-const HAIR: f64 = 1e-12;
+/// Distance of the first of them, as a share of the size of the mesh, and by how much farther each of the others lies.
+const fn hair(precision: Precision) -> (f64, f64) {
+    match precision {
+        Precision::Single => (1e-7, 2.0),
+        Precision::Double => (1e-12, 4.0),
+    }
+}
 
 /// Some closed parts of a mesh, and the plane between them.
 pub struct Sliced<const N: usize> {
@@ -51,10 +57,12 @@ fn near<const N: usize>(
     let (lo, hi) = mesh::measure::bounds(&mesh.positions).unwrap_or_default();
     let size = (hi - lo).max_element().max(lo.abs().max(hi.abs()).max_element() * 1e-3);
     let upward = if plane.is_upward { 1.0 } else { -1.0 };
+    let precision = Precision::of(mesh);
+    let (first, farther) = hair(precision);
     for hair in 0..=TRIES {
         progress.check()?;
-        let by = if hair == 0 { 0.0 } else { upward * size * HAIR * 4_f64.powi(hair - 1) };
-        let plane = plane.moved(by);
+        let by = if hair == 0 { 0.0 } else { upward * size * first * farther.powi(hair - 1) };
+        let plane = plane.moved(by).rounded(precision);
         if let Some(parts) = parts(plane)? {
             return Ok(Sliced { parts, plane });
         }

@@ -12,6 +12,7 @@ use super::made::{PART, append};
 use super::params::PrepareParams;
 use super::report::{PrepareProblem, PrepareReport};
 use super::section::{Section, axis_of};
+use super::single::Precision;
 use super::slice;
 
 /// Most parts along an axis, and in all: more is a unit that was mistaken.
@@ -80,7 +81,7 @@ fn along(
     let mut pieces = Vec::new();
     let mut rest = part;
     for &at in planes {
-        let plane = Section { axis, is_upward: true, at };
+        let plane = Section { axis, is_upward: true, at }.rounded(Precision::of(&rest));
         let lies = |side: Ordering| rest.positions.iter().any(|&place| plane.side(place) == side);
         if !lies(Ordering::Less) {
             continue;

@@ -30,6 +30,8 @@ fn params() -> PrepareParams {
 fn prepared(mesh: &TriMesh, params: &PrepareParams) -> PreparedPrint {
     let prepared = prepare_print(mesh, params, &Progress::none()).unwrap();
     prepared.parts().iter().for_each(sound);
+    let is_single = prepared.mesh.positions.iter().all(|&p| p == p.as_vec3().as_dvec3());
+    assert!(is_single || prepared.report.notes.iter().any(|note| note.kind == PrepareProblem::TooFine));
     assert_eq!(prepared.report.volume, enclosed_volume(&prepared.mesh));
     let Some(AttributeData::Bool(added)) = prepared.mesh.face_attribute("added") else { panic!("it is marked") };
     assert_eq!(prepared.report.added_faces, added.iter().filter(|added| **added).count());
@@ -119,12 +121,12 @@ fn sides_get_the_length_that_is_asked_for() {
     let half = DVec3::new(1.0, 3.0, 0.5);
     let cuboid = Shape::Cuboid { half }.mesh(2);
     let longest = prepared(&cuboid, &PrepareParams { scale_to: Some(0.12), ..params() });
-    assert!(is_near(longest.report.size[1], 0.12, 1e-15));
-    assert!(is_near(longest.report.volume, 12.0 * 0.02_f64.powi(3), 1e-12));
+    assert!(is_near(longest.report.size[1], 0.12, 1e-6));
+    assert!(is_near(longest.report.volume, 12.0 * 0.02_f64.powi(3), 1e-6));
     for (up, along) in UPS.into_iter().zip([2, 1, 0, 2, 1, 0]) {
         let given = PrepareParams { scale_to: Some(7.0), scale_side: ScaleSide::Height, print_up: up, ..params() };
         let report = prepared(&cuboid, &given).report;
-        assert!(is_near(report.size[along], 7.0, 1e-15) && is_near(report.scale, 7.0 / (2.0 * half[along]), 1e-15));
+        assert!(is_near(report.size[along], 7.0, 1e-6) && is_near(report.scale, 7.0 / (2.0 * half[along]), 1e-15));
     }
 }
 
@@ -139,10 +141,10 @@ fn sides_have_their_length_once_all_is_done() {
         let report = prepared(&ball, &given).report;
         let longest = report.size.into_iter().fold(0.0, f64::max);
         let side = if scale_side == ScaleSide::Height { report.size[2] } else { longest };
-        assert!(is_near(side, 300.0, 1e-9), "{report:?}");
+        assert!(is_near(side, 300.0, 1e-6), "{report:?}");
         assert!(
             report.base_faces > 0
-                && is_near(report.base_height.unwrap(), base_height.unwrap_or(0.0), 1e-9) == base_height.is_some()
+                && is_near(report.base_height.unwrap(), base_height.unwrap_or(0.0), 1e-6) == base_height.is_some()
         );
     }
     let at = |radius: f64| Shape::Sphere { radius }.mesh(6);
@@ -171,6 +173,44 @@ fn thin_faces_are_those_of_the_result() {
     assert_eq!(result.report.thin_faces, count);
     let note = result.report.notes.iter().find(|note| note.kind == PrepareProblem::StillThin).unwrap();
     assert!(note.text.starts_with(&format!("{count} faces still have")), "{}", note.text);
+}
+
+/// Nodes of the cavity lie in the plane of its floor unless the grid is moved: vertices would meet there once they are written.
+#[test]
+fn single_precision_tells_all_vertices_apart() {
+    let given = PrepareParams {
+        scale_to: Some(60.0),
+        flat_base: true,
+        min_wall: Some(2.0),
+        hollow: Some(3.0),
+        drain: Some(4.0),
+        ..params()
+    };
+    let solid = solids::mapped(&bumpy(12), |p| p * 0.1 + 0.7);
+    for given in [given, PrepareParams { printer_height: Some(35.0), ..given }] {
+        let result = prepared(&solid, &given);
+        assert!(result.report.is_drained && result.report.notes.is_empty(), "{:?}", result.report);
+        for part in result.parts() {
+            let mut places: Vec<_> = part.positions.iter().map(|p| (*p + 0.0).to_array().map(f64::to_bits)).collect();
+            places.sort_unstable();
+            assert!(places.windows(2).all(|pair| pair[0] != pair[1]));
+        }
+    }
+}
+
+#[test]
+fn too_fine_for_single_precision_stays_double_and_says_so() {
+    let ball = bumpy(6);
+    let far = solids::mapped(&ball, |p| p + 1e9);
+    let mut close = ball.clone();
+    let [a, b, _] = close.triangles[0].map(|v| v as usize);
+    close.positions[a] = close.positions[b].lerp(close.positions[a], 1e-9);
+    for (mesh, text) in [(&far, "where others do in single precision"), (&close, "2 vertices lie where others do")] {
+        let result = prepared(mesh, &params());
+        assert_eq!(result.mesh.positions, mesh.positions);
+        let [note] = &result.report.notes[..] else { panic!("{:?}", result.report.notes) };
+        assert!(note.kind == PrepareProblem::TooFine && note.text.contains(text), "{}", note.text);
+    }
 }
 
 #[test]

@@ -19,6 +19,7 @@ use mesh::{Attribute, TriMesh};
 
 use super::report::PrepareReport;
 use super::section::Section;
+use super::single::Precision;
 
 /// Name of the attribute of faces whose walls stay thin.
 pub const THIN: &str = "thin";
@@ -121,9 +122,11 @@ fn spread(
             }
         }
     }
+    let precision = Precision::of(mesh);
     let mut halvings = vec![0_u8; ways.len()];
     for _ in 0..LOOKS {
-        let places: Vec<DVec3> = mesh.positions.iter().zip(&ways).map(|(place, way)| *place + *way).collect();
+        let moved = |place: DVec3, way: DVec3| if way == DVec3::ZERO { place } else { precision.place(place + way) };
+        let places: Vec<DVec3> = mesh.positions.iter().zip(&ways).map(|(&place, &way)| moved(place, way)).collect();
         let is_moved = |t: usize| mesh.triangles[t].iter().any(|&v| places[v as usize] != mesh.positions[v as usize]);
         let mut faces = crossing::pairs(&places, &mesh.triangles, is_moved, progress)?.concat();
         if faces.is_empty() {

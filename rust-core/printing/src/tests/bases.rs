@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use glam::I64Vec3;
 use proptest::prelude::*;
 
-use super::solids::{beside, mapped, relief, reversed, voxels};
+use super::solids::{beside, mapped, relief, reversed, single, voxels};
 use super::*;
 
 fn cut_at(mesh: &TriMesh, height: f64, up: UpAxis) -> PreparedPrint {
@@ -27,7 +27,7 @@ fn kept(mesh: &TriMesh, result: &PreparedPrint, up: UpAxis) {
     let height = |p: DVec3| p.dot(up);
     let lowest = mesh.positions.iter().map(|&p| height(p)).fold(f64::INFINITY, f64::min);
     let base = result.mesh.positions.iter().map(|&p| height(p)).fold(f64::INFINITY, f64::min);
-    assert!((base - lowest - result.report.base_height.unwrap()).abs() < 1e-12 || result.report.base_faces == 0);
+    assert!(base - lowest == result.report.base_height.unwrap() || result.report.base_faces == 0);
     let mut count: HashMap<[u64; 3], i64> = HashMap::new();
     mesh.positions.iter().filter(|&&p| height(p) > base).for_each(|&p| *count.entry(bits(p)).or_default() += 1);
     result.mesh.positions.iter().filter(|&&p| height(p) > base).for_each(|&p| *count.entry(bits(p)).or_default() -= 1);
@@ -41,12 +41,12 @@ fn kept(mesh: &TriMesh, result: &PreparedPrint, up: UpAxis) {
 
 #[test]
 fn a_ball_loses_a_cap() {
-    let ball = Shape::Sphere { radius: 1.0 }.mesh(40);
+    let ball = single(&Shape::Sphere { radius: 1.0 }.mesh(40));
     for up in UPS {
         let result = cut_at(&ball, 0.3, up);
         let cap = std::f64::consts::PI * 0.09 * (1.0 - 0.1);
         assert!((result.report.volume_before - result.report.volume - cap).abs() < 0.005, "{:?}", result.report);
-        assert!(is_near(result.report.base_height.unwrap(), 0.3, 1e-15));
+        assert!(is_near(result.report.base_height.unwrap(), 0.3, 1e-6));
         assert!((result.report.base_area - std::f64::consts::PI * (1.0 - 0.49)).abs() < 0.01);
         assert!(result.report.notes.is_empty());
     }
@@ -68,27 +68,27 @@ fn a_cuboid_is_cut_exactly() {
 
 #[test]
 fn rings_and_shells_get_bases_with_holes() {
-    let torus = mapped(&Shape::Torus { major: 2.0, minor: 0.7 }.mesh(20), |p| DVec3::new(p.y, p.z, p.x));
+    let lying = single(&Shape::Torus { major: 2.0, minor: 0.7 }.mesh(20));
+    let torus = mapped(&lying, |p| DVec3::new(p.y, p.z, p.x));
     let result = cut_at(&torus, 2.7, UpAxis::Z);
-    assert!(is_near(2.0 * result.report.volume, result.report.volume_before, 1e-9));
+    assert!(is_near(2.0 * result.report.volume, result.report.volume_before, 1e-6));
     assert_eq!(check(&result.mesh).genus(), Some(0));
-    let lying = Shape::Torus { major: 2.0, minor: 0.7 }.mesh(20);
     let result = cut_at(&lying, 0.7, UpAxis::Z);
-    assert!(is_near(2.0 * result.report.volume, result.report.volume_before, 1e-9));
+    assert!(is_near(2.0 * result.report.volume, result.report.volume_before, 1e-6));
     assert_eq!(check(&result.mesh).genus(), Some(1));
     // A ball in a shell in a shell: a hole with an island that has a hole.
-    let at = |radius: f64| Shape::Sphere { radius }.mesh(12);
+    let at = |radius: f64| single(&Shape::Sphere { radius }.mesh(12));
     let onion = beside(&beside(&at(3.0), &reversed(&at(2.5))), &beside(&at(2.0), &reversed(&at(1.5))));
     let onion = beside(&onion, &at(1.0));
     let result = cut_at(&onion, 3.0, UpAxis::Y);
-    assert!(is_near(2.0 * result.report.volume, result.report.volume_before, 1e-9), "{:?}", result.report);
+    assert!(is_near(2.0 * result.report.volume, result.report.volume_before, 1e-6), "{:?}", result.report);
     assert_eq!(check(&result.mesh).components, 3);
 }
 
 /// A ball that stands on its point, or on a face: nothing lies below.
 #[test]
 fn what_has_nothing_below_stays_and_says_so() {
-    let ball = Shape::Sphere { radius: 1.0 }.mesh(4);
+    let ball = single(&Shape::Sphere { radius: 1.0 }.mesh(4));
     let result = cut_at(&ball, 1e-300, UpAxis::Z);
     assert_eq!(result.mesh.positions, ball.positions);
     assert_eq!(result.report.notes[0].kind, PrepareProblem::NothingBelow);
@@ -128,6 +128,11 @@ fn cells() -> impl Strategy<Value = (Vec<bool>, [i64; 2])> {
     (prop::collection::vec(prop::bool::weighted(0.6), 27), lean)
 }
 
+/// Whether all was done as it was asked for. Parts of a surface may touch: single precision does not tell them apart.
+fn is_done(report: &PrepareReport) -> bool {
+    report.notes.iter().all(|note| note.kind == PrepareProblem::TooFine && note.text.contains("STL joins them"))
+}
+
 /// Cuts a solid at whole and other heights from both sides.
 fn cut_both_ways(solid: &TriMesh, height: f64) -> (PrepareReport, PrepareReport) {
     let heights = || solid.positions.iter().map(|p| p.z);
@@ -135,10 +140,10 @@ fn cut_both_ways(solid: &TriMesh, height: f64) -> (PrepareReport, PrepareReport)
     assert!(height < highest);
     let above = cut_at(solid, height, UpAxis::Z).report;
     let below = cut_at(solid, highest - height, UpAxis::MinusZ).report;
-    assert!((above.volume + below.volume - above.volume_before).abs() < 1e-9);
+    assert!((above.volume + below.volume - above.volume_before).abs() < 1e-4);
     // Faces in the plane lie on one side only.
-    assert!((above.base_area - below.base_area).abs() < 1e-9 || height.fract() == 0.0);
-    assert!(above.notes.is_empty() && below.notes.is_empty(), "{:?} {:?}", above.notes, below.notes);
+    assert!((above.base_area - below.base_area).abs() < 1e-4 || height.fract() == 0.0);
+    assert!(is_done(&above) && is_done(&below), "{:?} {:?}", above.notes, below.notes);
     (above, below)
 }
 
@@ -188,7 +193,7 @@ proptest! {
             };
             let all = (0..27).map(|i| I64Vec3::new(i % 3, i / 3 % 3, i / 9)).filter(|&c| is_inside(c));
             prop_assert_eq!(result.report.volume, all.map(above).sum::<f64>());
-            prop_assert!(result.report.notes.is_empty(), "{:?}", result.report.notes);
+            prop_assert!(is_done(&result.report), "{:?}", result.report.notes);
         }
         // Leaning, each plane hits vertices, edges and slanted faces at once.
         let leaning = mapped(&solid, |p| DVec3::new(p.x, p.y, p.z + lean[0] as f64 * p.x + lean[1] as f64 * p.y));
@@ -211,12 +216,12 @@ proptest! {
     #[test]
     fn bumps_are_cut_at_any_height(share in 0.01..0.99_f64, up in 0_usize..3, tilt in -1.0..1.0_f64) {
         let turn = glam::DQuat::from_rotation_y(tilt) * glam::DQuat::from_rotation_x(2.0 * tilt);
-        let solid = mapped(&bumpy(8), |p| turn * p);
+        let solid = single(&mapped(&bumpy(8), |p| turn * p));
         let size = solid.positions.iter().map(|p| p.dot(UPS[up].direction()));
         let (lo, hi) = size.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), x| (lo.min(x), hi.max(x)));
         let above = cut_at(&solid, share * (hi - lo), UPS[up]).report;
         let below = cut_at(&solid, (1.0 - share) * (hi - lo), UPS[up + 3]).report;
-        prop_assert!((above.volume + below.volume - above.volume_before).abs() < 1e-9);
+        prop_assert!((above.volume + below.volume - above.volume_before).abs() < 1e-5);
         prop_assert!(above.notes.is_empty());
     }
 }

@@ -3,7 +3,7 @@
 use glam::I64Vec3;
 use proptest::prelude::*;
 
-use super::solids::voxels;
+use super::solids::{single, voxels};
 use super::*;
 
 fn printer(size: [f64; 3]) -> PrepareParams {
@@ -18,20 +18,20 @@ fn split(mesh: &TriMesh, size: [f64; 3]) -> PreparedPrint {
     assert_eq!(parts.len(), result.report.parts);
     for part in &parts {
         let (lo, hi) = mesh::measure::bounds(&part.positions).unwrap();
-        assert!((0..3).all(|axis| hi[axis] - lo[axis] <= size[axis] * (1.0 + 1e-12)), "{}", hi - lo);
+        assert!((0..3).all(|axis| hi[axis] - lo[axis] <= size[axis] * (1.0 + 1e-6)), "{}", hi - lo);
         assert!(enclosed_volume(part) > 0.0);
     }
-    assert!(is_near(parts.iter().map(enclosed_volume).sum(), result.report.volume_before, 1e-12));
+    assert!(is_near(parts.iter().map(enclosed_volume).sum(), result.report.volume_before, 1e-6));
     result
 }
 
 #[test]
 fn a_cuboid_becomes_boxes_in_order() {
-    let cuboid = Shape::Cuboid { half: DVec3::new(1.0, 2.0, 4.0) }.mesh(2);
+    let cuboid = single(&Shape::Cuboid { half: DVec3::new(1.0, 2.0, 4.0) }.mesh(2));
     let result = split(&cuboid, [2.0, 2.0, 3.0]);
     assert_eq!(result.report.parts, 6);
     let parts = result.parts();
-    assert!(parts.iter().all(|part| is_near(enclosed_volume(part), 64.0 / 6.0, 1e-14)));
+    assert!(parts.iter().all(|part| is_near(enclosed_volume(part), 64.0 / 6.0, 1e-6)));
     let lowest = |part: &TriMesh| mesh::measure::bounds(&part.positions).unwrap().0;
     assert!(lowest(&parts[0]).y < lowest(&parts[1]).y && lowest(&parts[1]).z < lowest(&parts[2]).z);
     // As large as the printer, and along each axis.
@@ -56,7 +56,7 @@ fn hollow_bodies_are_cut_with_their_cavity() {
     let result = prepared(&ball, &given);
     let parts = result.parts();
     assert_eq!((parts.len(), result.report.parts), (4, 4));
-    assert!(is_near(parts.iter().map(enclosed_volume).sum(), result.report.volume, 1e-9));
+    assert!(is_near(parts.iter().map(enclosed_volume).sum(), result.report.volume, 1e-6));
     let Some(AttributeData::F32(values)) = result.mesh.vertex_attribute("intensity") else { panic!("it is kept") };
     let Some(AttributeData::Bool(added)) = result.mesh.face_attribute("added") else { panic!("it is marked") };
     for (t, corners) in result.mesh.triangles.iter().enumerate().filter(|(t, _)| !added[*t]) {

@@ -7,6 +7,11 @@ use glam::{DVec3, I64Vec3};
 use mesh::TriMesh;
 use mesh::shapes::Shape;
 
+/// The mesh in single precision.
+pub fn single(mesh: &TriMesh) -> TriMesh {
+    mapped(mesh, |p| p.as_vec3().as_dvec3())
+}
+
 /// A ball with bumps.
 pub fn bumpy(detail: usize) -> TriMesh {
     let mut mesh = Shape::Sphere { radius: 1.0 }.mesh(detail);
@@ -14,7 +19,7 @@ pub fn bumpy(detail: usize) -> TriMesh {
         let wave = (7.0 * p.x).sin() + (5.0 * p.y + 1.0).sin() * (6.0 * p.z).cos();
         *p *= 1.0 + 0.12 * wave;
     });
-    mesh
+    single(&mesh)
 }
 
 /// The surface of the cells of a lattice that are inside. Cells have sides of 2, so that all vertices have whole coordinates: corners,
