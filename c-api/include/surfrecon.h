@@ -1595,6 +1595,10 @@ typedef struct {
   uint64_t left_seen_through;
   // Openings left open as each fill would cross the surface. Since 0.2.
   uint64_t left_crossing;
+  // Openings left open as the flat base cuts their fills. Since 0.2.
+  uint64_t left_base;
+  // Openings left open as their fills would turn the surface inside out. Since 0.2.
+  uint64_t left_inside_out;
   // Length of the longest boundary of an opening that was closed. In the unit of the scans. Since 0.2.
   double largest_opening;
   // Vertices that were added. Since 0.2.

@@ -142,6 +142,8 @@ inline const Figures close_figures = {
     {Figure::Kind::count, "left_not_enclosed", "Left open, by reason", false, 1, offsetof(srf_close_report, left_not_enclosed), {}, {}},
     {Figure::Kind::count, "left_seen_through", "Left open, by reason", false, 1, offsetof(srf_close_report, left_seen_through), {}, {}},
     {Figure::Kind::count, "left_crossing", "Left open, by reason", false, 1, offsetof(srf_close_report, left_crossing), {}, {}},
+    {Figure::Kind::count, "left_base", "Left open, by reason", false, 1, offsetof(srf_close_report, left_base), {}, {}},
+    {Figure::Kind::count, "left_inside_out", "Left open, by reason", false, 1, offsetof(srf_close_report, left_inside_out), {}, {}},
     {Figure::Kind::length, "largest_opening", "Largest opening closed", false, 1, offsetof(srf_close_report, largest_opening), {}, {}},
     {Figure::Kind::count, "added_vertices", "Vertices, triangles added", false, 1, offsetof(srf_close_report, added_vertices), {}, {}},
     {Figure::Kind::count, "added_triangles", "Vertices, triangles added", false, 1, offsetof(srf_close_report, added_triangles), {}, {}},

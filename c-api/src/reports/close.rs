@@ -37,6 +37,10 @@ pub struct srf_close_report {
     pub left_seen_through: u64,
     /// Openings left open as each fill would cross the surface. Since 0.2.
     pub left_crossing: u64,
+    /// Openings left open as the flat base cuts their fills. Since 0.2.
+    pub left_base: u64,
+    /// Openings left open as their fills would turn the surface inside out. Since 0.2.
+    pub left_inside_out: u64,
     /// Length of the longest boundary of an opening that was closed. In the unit of the scans. Since 0.2.
     pub largest_opening: f64,
     /// Vertices that were added. Since 0.2.

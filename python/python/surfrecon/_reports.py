@@ -542,7 +542,8 @@ class CloseReport(Report):
             ``not_asked``: No opening was to be closed. ``too_long``: Its boundary is longer than the longest hole.
             ``not_enclosed``: Seen space does not surround what lies before it: a rim, or a border of what was scanned.
             ``seen_through``: A scan saw through where it would be closed. ``crossing``: Any fill would cross the
-            surface.
+            surface. ``base``: The flat base cuts through where it would be closed. ``inside_out``: The surface is so
+            thin there that its fill would turn it inside out.
         largest_opening: Length of the longest boundary of an opening that was closed. In the unit of the scans.
         added: Vertices and triangles that were added.
         filled_area: Area of the triangles that were added, in the square of the unit of the surface.
@@ -560,7 +561,7 @@ class CloseReport(Report):
     max_hole_length: float | None
     has_sight: bool
     closed: int
-    left: tuple[int, int, int, int, int]
+    left: tuple[int, int, int, int, int, int, int]
     open: list[tuple[str, str]]
     largest_opening: float
     added: tuple[int, int]

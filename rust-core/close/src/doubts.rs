@@ -7,7 +7,7 @@ use base::log::{self, Level};
 use base::progress::Progress;
 use mesh::TriMesh;
 use mesh::holes::Bounds;
-use mesh::measure::{area, total_area};
+use mesh::measure::area;
 
 use super::report::Closed;
 use super::surface::normal;
@@ -58,7 +58,7 @@ pub fn tell_turned(
     progress: &Progress<'_>,
 ) -> Result<()> {
     let filled = closed.report.added[1] > 0;
-    if visibility.is_blind() && filled && looks_inward(mesh) {
+    if visibility.is_blind() && filled && looks_inward((0..mesh.triangles.len()).map(|t| mesh.corners(t))) {
         let text = "the surface looks toward its own middle: flip its faces and close it again, unless it is the inside of a thing";
         log::tell(Level::Warning, text);
     } else if !visibility.is_blind() && is_seen_from_behind(mesh, visibility, closed.report.merge_distance, progress)? {
@@ -67,12 +67,13 @@ pub fn tell_turned(
     Ok(())
 }
 
-fn looks_inward(mesh: &TriMesh) -> bool {
-    let faces = || (0..mesh.triangles.len()).map(|t| mesh.corners(t));
+/// Whether faces look toward their own middle.
+pub fn looks_inward(faces: impl Iterator<Item = [DVec3; 3]> + Clone) -> bool {
     let centre = |[a, b, c]: [DVec3; 3]| (a + b + c) / 3.0;
-    let middle = faces().map(|corners| centre(corners) * area(corners)).sum::<DVec3>() / total_area(mesh);
+    let whole: f64 = faces.clone().map(area).sum();
+    let middle = faces.clone().map(|corners| centre(corners) * area(corners)).sum::<DVec3>() / whole;
     let outward = |corners| (centre(corners) - middle).dot(normal(corners)) * area(corners);
-    faces().map(outward).sum::<f64>() < 0.0
+    faces.map(outward).sum::<f64>() < 0.0
 }
 
 fn is_seen_from_behind(

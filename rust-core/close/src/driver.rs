@@ -17,7 +17,7 @@ use super::report::{CloseReport, Closed, LeftOpen, OpeningReport};
 use super::stitch::Growing;
 use super::surface::Surface;
 use super::visibility::{Blind, Envelope, Ground, Scans, Visibility};
-use super::{attributes, cut, doubts, fan, level, retreat};
+use super::{attributes, cut, doubts, fan, level, retreat, turned};
 
 base::stages! {
     /// Stages with their shares of the time.
@@ -33,6 +33,8 @@ base::stages! {
 const FILL_CELLS: f64 = 2.0;
 /// The default cell by the median edge of a merge: its vertices lie on the edges of cells.
 const CELL_BY_EDGE: f64 = 1.3;
+/// The smallest cell by the median edge: edges of a surface that was simplified are longer than its cells.
+const LEAST_CELL: f64 = 0.01;
 /// The default longest hole, in cells.
 const HOLE_CELLS: f64 = 100.0;
 /// Share of an opening's fill that may lie in seen space and be left open as small holes. Beyond it the opening stays as it was.
@@ -134,7 +136,9 @@ fn planned(
 /// Refuses parameters out of range, and work that needs more memory than there is.
 fn foreseen(mesh: &TriMesh, params: &CloseParams) -> Result<()> {
     params.validate()?;
+    mesh.validate()?;
     refuse_deep_base(mesh, params)?;
+    refuse_tiny_cell(mesh, params)?;
     memory::expect_each(mesh.triangles.len(), BYTES_A_TRIANGLE, 0.0, "closing", "triangles")
 }
 
@@ -172,7 +176,6 @@ pub(crate) fn run_in_cells(
     progress: &Progress<'_>,
 ) -> Result<Closed> {
     progress.stage(PREPARING, 1);
-    mesh.validate()?;
     let has_sight = !visibility.is_blind();
     let up = params.base_up.direction();
     let lowest = mesh.positions.iter().map(|place| place.dot(up)).fold(f64::INFINITY, f64::min);
@@ -186,6 +189,7 @@ pub(crate) fn run_in_cells(
         let surface = Surface::new(&state.mesh, params.threads, progress)?;
         let border = Border::new(&surface);
         progress.lap(PLAN[PREPARING].0);
+        refuse_loose(&state.mesh, &border)?;
         if !wanted(&border, params.openings, report.max_hole_length.unwrap_or(f64::INFINITY)) {
             let left = Some(reason_alone(params.openings));
             let openings = (0..border.loops.len() as u32).map(|number| opening_report(&border, &[number], left));
@@ -288,7 +292,8 @@ impl Attempt<'_> {
         }
         let max_hole_length = report.max_hole_length;
         let floor = self.floor.map(|visibility| Envelope { visibility, ..strict });
-        let judge = Judge { surface, border, params, envelope, strict, floor, step, max_hole_length };
+        let has_sight = report.has_sight;
+        let judge = Judge { surface, border, params, envelope, strict, floor, step, max_hole_length, has_sight };
         judge.mend(&mut growing, progress)?;
         growing.drop_loose(progress)?;
         progress.lap(PLAN[JOINING].0);
@@ -297,10 +302,11 @@ impl Attempt<'_> {
         let known = self.state.forced.len();
         settled.forced[..known].copy_from_slice(&self.state.forced);
         let open_edges = growing.open_edges(progress)?.len();
-        let openings = [&self.state.closed[..], &settled.openings].concat();
         let stuck = settled.openings.iter().filter(|opening| opening.left_open == Some(LeftOpen::Crossing)).count();
         let rest =
             if (1..=MOST_STUCK).contains(&stuck) { Some(self.without(&growing, &settled, progress)?) } else { None };
+        judge.blame_base(&mut settled.openings);
+        let openings = [&self.state.closed[..], &settled.openings].concat();
         growing.drop_unused();
         let mesh = TriMesh::new(growing.positions, growing.triangles);
         Ok((Tried { mesh, forced: settled.forced, openings, open_edges }, rest, fill_cell))
@@ -334,6 +340,17 @@ fn measures(mesh: &TriMesh, has_sight: bool, params: &CloseParams) -> CloseRepor
     }
 }
 
+/// Refuses triangles that hang together nowhere.
+fn refuse_loose(mesh: &TriMesh, border: &Border) -> Result<()> {
+    let count = mesh.triangles.len();
+    if count > 1 && border.loops.iter().map(|edge_loop| edge_loop.edges).sum::<usize>() == 3 * count {
+        return Err(Error::input(format!(
+            "no two of the {count} triangles share an edge, and each would be closed by itself: merge vertices at one place first"
+        )));
+    }
+    Ok(())
+}
+
 /// Whether anything is to be closed.
 fn wanted(border: &Border, openings: Openings, longest: f64) -> bool {
     openings != Openings::None && border.loops.iter().any(|edge_loop| edge_loop.length <= longest)
@@ -348,6 +365,19 @@ fn extent(mesh: &TriMesh, params: &CloseParams, cell: f64) -> Extent {
     let (lo, hi) = bounds(&mesh.positions).expect("a mesh with triangles has vertices");
     let down = if params.flat_base { -params.base_depth * params.base_up.direction() } else { DVec3::ZERO };
     Extent::new(lo.min(lo + down), hi.max(hi + down), FILL_CELLS * cell)
+}
+
+/// Refuses a cell so small that it is of another unit, and takes long for nothing.
+fn refuse_tiny_cell(mesh: &TriMesh, params: &CloseParams) -> Result<()> {
+    let edge = mesh.median_edge();
+    match params.cell {
+        Some(cell) if cell < LEAST_CELL * edge => Err(Error::input(format!(
+            "cell is {}, but the median edge of the surface is {}: give at least a hundredth of that",
+            Shown(cell),
+            Shown::digits(edge, 4)
+        ))),
+        _ => Ok(()),
+    }
 }
 
 /// Refuses a base so deep that the fill would be longer than all that was measured.
@@ -375,6 +405,8 @@ struct Judge<'a> {
     step: f64,
     /// The longest boundary that is closed.
     max_hole_length: Option<f64>,
+    /// Whether scans say where nothing is.
+    has_sight: bool,
 }
 
 /// The fills that stay.
@@ -407,6 +439,10 @@ impl Judge<'_> {
     /// Takes fills away that are not asked for, or lie in seen space.
     fn settle(&self, growing: &mut Growing, progress: &Progress<'_>) -> Result<Settled> {
         let seen = retreat::in_seen_space(growing, self.strict, self.step, progress)?;
+        let below = match self.floor {
+            Some(floor) => retreat::in_seen_space(growing, floor, self.step, progress)?,
+            None => vec![false; growing.triangles.len()],
+        };
         let found = openings::find(growing, self.border, progress)?;
         let mut goes = vec![false; growing.triangles.len()];
         let mut openings = Vec::new();
@@ -418,13 +454,16 @@ impl Judge<'_> {
             for &t in &opening.triangles {
                 goes[t as usize] = goes_whole || is_seen && seen[t as usize];
             }
-            let reason = refused.or(is_seen.then_some(LeftOpen::SeenThrough));
+            let is_of_base = opening.triangles.iter().all(|&t| below[t as usize] || !seen[t as usize]);
+            let space = if is_of_base { LeftOpen::Base } else { LeftOpen::SeenThrough };
+            let reason = refused.or(is_seen.then_some(space));
             openings.push(opening_report(self.border, &opening.loops, reason));
         }
         let kept = growing.take_away(&goes, progress)?;
         let forced = kept.iter().map(|&t| seen[t as usize]).collect();
         let mut settled = Settled { forced, stuck: vec![false; growing.triangles.len()], openings };
         self.count(growing, &mut settled, progress)?;
+        self.take_turned_away(growing, &mut settled, progress)?;
         Ok(settled)
     }
 
@@ -440,6 +479,41 @@ impl Judge<'_> {
         let is_open = self.params.openings == Openings::Seen
             && !openings::is_enclosed(opening, growing, self.surface, self.envelope, self.step, progress)?;
         Ok(is_open.then_some(LeftOpen::NotEnclosed))
+    }
+
+    /// Takes fills away that turn the surface inside out.
+    fn take_turned_away(&self, growing: &mut Growing, settled: &mut Settled, progress: &Progress<'_>) -> Result<()> {
+        // Over a base nothing is the inside of a thing.
+        let over_base = self.params.flat_base.then_some(f64::INFINITY);
+        let tolerance = if self.has_sight { Some(self.strict.tolerance) } else { over_base };
+        let turned = turned::find(growing, tolerance, progress)?;
+        if !turned.contains(&true) {
+            return Ok(());
+        }
+        let of_turned = turned.iter().zip(&growing.triangles).filter(|(turned, _)| **turned);
+        let vertices: FxHashSet<u32> = of_turned.flat_map(|(_, corners)| *corners).collect();
+        for opening in settled.openings.iter_mut().filter(|opening| vertices.contains(&opening.vertices[0])) {
+            let reason = if self.params.flat_base { LeftOpen::Base } else { LeftOpen::InsideOut };
+            *opening = OpeningReport { area: 0.0, forced_faces: 0, left_open: Some(reason), ..opening.clone() };
+        }
+        let kept = growing.take_away(&turned, progress)?;
+        settled.forced = kept.iter().map(|&t| settled.forced[t as usize]).collect();
+        settled.stuck = kept.iter().map(|&t| settled.stuck[t as usize]).collect();
+        Ok(())
+    }
+
+    /// Gives the base as the reason beside which each fill crosses something.
+    fn blame_base(&self, openings: &mut [OpeningReport]) {
+        let Some(floor) = self.floor else { return };
+        let down = FILL_CELLS * self.step * self.params.base_up.direction();
+        let is_near = |v: u32| floor.is_seen(self.surface.mesh.positions[v as usize] - down);
+        for opening in openings.iter_mut().filter(|opening| opening.left_open == Some(LeftOpen::Crossing)) {
+            let is_of = |number: &u32| opening.vertices.contains(&self.border.loops[*number as usize].vertex);
+            let loops: Vec<u32> = (0..self.border.loops.len() as u32).filter(is_of).collect();
+            if self.border.vertices(&loops).any(is_near) {
+                opening.left_open = Some(LeftOpen::Base);
+            }
+        }
     }
 
     /// Fills in the areas of what stayed. A fill that has an open edge of its own is not closed.

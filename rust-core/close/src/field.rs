@@ -129,7 +129,9 @@ struct Start {
 /// A screened Poisson surface. Where all that was measured from both sides is thin, it does not swell behind the rest.
 fn start(surface: &Surface<'_>, extent: &Extent, envelope: Envelope<'_>, progress: &Progress<'_>) -> Result<Start> {
     let grid = extent.grid(START);
-    memory::expect_each(grid.len(), BYTES_A_NODE, 0.0, "closing", "nodes of the fill's grid")?;
+    let nodes = grid.len();
+    let bytes = BYTES_A_NODE * nodes as f64;
+    memory::expect(bytes, || format!("closing on a grid of {nodes} nodes"), "give a larger cell, or raise the limit")?;
     let mut field: Vec<f64> = poisson::start(surface.mesh, &grid, progress)?.into_iter().map(|x| -x).collect();
     let nodes = Nodes::all(grid)?;
     let (width, level) = look(surface, &nodes, &field, envelope, progress)?;

@@ -34,6 +34,7 @@ mod conjugate;
 mod multigrid;
 mod poisson;
 mod thickness;
+mod turned;
 
 // 3. the field
 mod distance;

@@ -56,6 +56,11 @@ impl Border {
         }
         found
     }
+
+    /// The vertices of some loops, in any order.
+    pub fn vertices<'a>(&'a self, loops: &'a [u32]) -> impl Iterator<Item = u32> + 'a {
+        self.of_vertex.iter().filter(|(_, number)| loops.contains(number)).map(|(&v, _)| v)
+    }
 }
 
 /// Loops that one connected fill joins.

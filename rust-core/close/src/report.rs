@@ -18,6 +18,10 @@ base::choices! {
         SeenThrough = "seen_through" "Seen through",
         /// Any fill would cross the surface.
         Crossing = "crossing" "Would cross the surface",
+        /// The flat base cuts through where it would be closed.
+        Base = "base" "Cut by the base",
+        /// The surface is so thin there that its fill would turn it inside out.
+        InsideOut = "inside_out" "Would turn inside out",
     }
 }
 
@@ -32,6 +36,8 @@ impl LeftOpen {
                 "a scan saw through where it would be closed: closing with force fills it, and marks that"
             }
             LeftOpen::Crossing => "each fill crosses the surface: give another cell, or edit the surface there",
+            LeftOpen::Base => "the flat base cuts its fill: close with a larger base_depth, or without a flat base",
+            LeftOpen::InsideOut => "its fill would turn the surface inside out: close with a smaller cell",
         }
     }
 }
@@ -85,12 +91,14 @@ base::report! {
         /// Openings closed.
         closed: usize = count("Openings closed").since("0.2"),
         /// Openings left open, wholly or in part, by reason.
-        left: [usize; 5] = count("Left open, by reason").parts(&[
+        left: [usize; 7] = count("Left open, by reason").parts(&[
             ("left_not_asked", "Openings left open as none was to be closed."),
             ("left_too_long", "Openings left open as their boundaries are longer than the longest hole."),
             ("left_not_enclosed", "Openings left open as they may be rims."),
             ("left_seen_through", "Openings left open as a scan saw through where they would be closed."),
             ("left_crossing", "Openings left open as each fill would cross the surface."),
+            ("left_base", "Openings left open as the flat base cuts their fills."),
+            ("left_inside_out", "Openings left open as their fills would turn the surface inside out."),
         ]).since("0.2"),
         /// The openings left open, each with its place, its reason and what to do.
         open: Vec<OpenPlace> = warning("Left open", LeftOpen::CHOICES).since("0.2"),
@@ -135,7 +143,7 @@ impl CloseReport {
         self.forced_triangles = self.openings.iter().map(|opening| opening.forced_faces).sum();
         let open: Vec<OpenPlace> =
             self.left_open().map(|(opening, kind)| OpenPlace { kind, text: told(opening, kind, mesh) }).collect();
-        self.left = [0; 5];
+        self.left = [0; 7];
         open.iter().for_each(|place| self.left[place.kind as usize] += 1);
         self.open = open;
     }

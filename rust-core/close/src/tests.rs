@@ -581,3 +581,63 @@ fn parameters_without_use_are_refused() {
     assert!(refused(CloseParams { base_up: UpAxis::X, ..params() }).starts_with("base_up is given without flat_base"));
     assert!(refused(CloseParams { base_depth: 0.1, ..params() }).starts_with("base_depth is given without flat_base"));
 }
+
+/// A plate of bumps, which faces up.
+fn relief(side: usize, height: impl Fn(f64, f64) -> f64) -> TriMesh {
+    let at = |i: usize| 2.0 * i as f64 / (side - 1) as f64 - 1.0;
+    let place = |i: usize, j: usize| DVec3::new(at(i), at(j), height(at(i), at(j)));
+    let positions = (0..side * side).map(|n| place(n / side, n % side)).collect();
+    let quads = (0..side - 1).flat_map(|i| (0..side - 1).map(move |j| (i * side + j) as u32));
+    let n = side as u32;
+    TriMesh::new(positions, quads.flat_map(|a| [[a, a + n, a + n + 1], [a, a + n + 1, a + 1]]).collect())
+}
+
+/// Nothing behind a surface has room over a base in its lowest places. Its fill would lie before it.
+#[test]
+fn no_fill_turns_a_surface_inside_out() {
+    for (side, height) in [(12, 0.1), (12, -0.1), (12, 0.3), (40, 0.1), (40, -0.1), (40, 0.0)] {
+        let bumps = relief(side, |x, y| height * (3.0 * x).cos() * (3.0 * y).cos());
+        for base_depth in [0.0, 0.3] {
+            let params = CloseParams { flat_base: true, base_depth, ..params() };
+            let closed = closed(&bumps, &Blind, &params);
+            let volume = mesh::measure::enclosed_volume(&closed.mesh);
+            assert!(!closed.report.is_closed || volume > 0.0, "{side} {height} {base_depth}: {volume}");
+            let left: Vec<LeftOpen> = closed.report.left_open().map(|left| left.1).collect();
+            assert!(closed.report.is_closed || left == [LeftOpen::Base], "{side} {height} {base_depth}: {left:?}");
+            assert!(closed.report.is_closed || base_depth == 0.0, "{side} {height}");
+        }
+    }
+    // Two sheets nearer to each other than a cell.
+    let up = relief(12, |_, _| 0.02);
+    let mut both = TriMesh::new(up.positions.clone(), up.triangles.clone());
+    both.positions.extend(up.positions.iter().map(|p| p.with_z(-0.02)));
+    let first = up.positions.len() as u32;
+    both.triangles.extend(up.triangles.iter().map(|&[a, b, c]| [a, c, b].map(|v| v + first)));
+    let closed = closed(&both, &Blind, &params());
+    assert!(!closed.report.is_closed || mesh::measure::enclosed_volume(&closed.mesh) > 0.0);
+    assert!(closed.report.left_open().all(|left| matches!(left.1, LeftOpen::InsideOut | LeftOpen::Crossing)));
+    // The inside of a ball is one.
+    let bowl = part(&ball(12), |p| p.z < 0.5);
+    let inside = TriMesh::new(bowl.positions, bowl.triangles.iter().map(|&[a, b, c]| [a, c, b]).collect());
+    assert!(closed_without_scans(&inside).report.is_closed);
+}
+
+fn closed_without_scans(mesh: &TriMesh) -> Closed {
+    closed(mesh, &Blind, &params())
+}
+
+#[test]
+fn triangles_that_hang_together_nowhere_are_refused() {
+    let ball = ball(4);
+    let positions = ball.triangles.iter().flatten().map(|&v| ball.positions[v as usize]).collect();
+    let loose = (0..ball.triangles.len() as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
+    let error = close(&TriMesh::new(positions, loose), &[], &params(), &Progress::none()).unwrap_err();
+    assert!(error.to_string().contains("merge vertices at one place first"), "{error}");
+}
+
+#[test]
+fn a_cell_of_another_unit_is_refused() {
+    let params = CloseParams { cell: Some(1e-9), ..params() };
+    let error = close_seen_by(&part(&ball(8), |p| p.z < 0.5), &Blind, &params, &Progress::none()).unwrap_err();
+    assert!(error.to_string().starts_with("cell is 1e-9, but the median edge of the surface is "), "{error}");
+}

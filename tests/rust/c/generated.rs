@@ -215,7 +215,7 @@ pub mod cluster_report {
     pub const RMS_ERROR: usize = 17;
 }
 
-pub type CloseReport = Sized<19>;
+pub type CloseReport = Sized<21>;
 
 /// Places of the figures of [`CloseReport`].
 #[allow(dead_code, reason = "tests look at some")]
@@ -231,14 +231,16 @@ pub mod close_report {
     pub const LEFT_NOT_ENCLOSED: usize = 8;
     pub const LEFT_SEEN_THROUGH: usize = 9;
     pub const LEFT_CROSSING: usize = 10;
-    pub const LARGEST_OPENING: usize = 11;
-    pub const ADDED_VERTICES: usize = 12;
-    pub const ADDED_TRIANGLES: usize = 13;
-    pub const FILLED_AREA: usize = 14;
-    pub const FILLED_SHARE: usize = 15;
-    pub const FORCED_TRIANGLES: usize = 16;
-    pub const OPEN_EDGES: usize = 17;
-    pub const IS_CLOSED: usize = 18;
+    pub const LEFT_BASE: usize = 11;
+    pub const LEFT_INSIDE_OUT: usize = 12;
+    pub const LARGEST_OPENING: usize = 13;
+    pub const ADDED_VERTICES: usize = 14;
+    pub const ADDED_TRIANGLES: usize = 15;
+    pub const FILLED_AREA: usize = 16;
+    pub const FILLED_SHARE: usize = 17;
+    pub const FORCED_TRIANGLES: usize = 18;
+    pub const OPEN_EDGES: usize = 19;
+    pub const IS_CLOSED: usize = 20;
 }
 
 pub type PrintReport = Sized<23>;

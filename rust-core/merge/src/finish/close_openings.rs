@@ -31,7 +31,8 @@ pub fn close(
     let params = CloseParams {
         openings: params.close,
         cell: Some(report.voxel),
-        merge_distance: Some(report.merge_distance),
+        // Of scans that are exact it may be 0. The fill keeps a cell away then.
+        merge_distance: Some(report.merge_distance).filter(|distance| *distance > 0.0),
         flat_base: params.flat_base,
         base_up: params.base_up,
         threads: params.threads,
