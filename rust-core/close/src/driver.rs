@@ -17,7 +17,7 @@ use super::report::{CloseReport, Closed, LeftOpen, OpeningReport};
 use super::stitch::Growing;
 use super::surface::Surface;
 use super::visibility::{Blind, Envelope, Ground, Scans, Visibility};
-use super::{attributes, cut, doubts, fan, level, retreat, turned};
+use super::{attributes, cut, doubts, fan, level, retreat, thickness, turned};
 
 base::stages! {
     /// Stages with their shares of the time.
@@ -45,6 +45,11 @@ const RETREATS: usize = 3;
 const MOST_STEPS: f64 = 16.0;
 /// Fills that are stuck are tried anew in finer and in coarser cells: where the level set runs beside the border is another chance.
 const FINENESS: [f64; 3] = [1.0, 1.25, 0.8];
+/// Cells of a fill in the thickness of a wall that it closes, if it is stuck, and how much finer it is tried then.
+const CELLS_IN_WALL: f64 = 2.0;
+const MOST_FINER: f64 = 4.0;
+/// The second of these sizes by the first.
+const STILL_FINER: f64 = 1.4;
 /// More stuck fills than this are of scans that contradict each other, whatever the cells.
 const MOST_STUCK: usize = 8;
 /// At the peak. Measured.
@@ -185,7 +190,9 @@ pub(crate) fn run_in_cells(
     let mut report = measures(mesh, has_sight, params);
     let mut state = State::new(mesh);
     let mut best: Option<Tried> = None;
-    for (turn, &finer) in fineness.iter().enumerate() {
+    let mut fineness = fineness.to_vec();
+    let mut turn = 0;
+    while let Some(&finer) = fineness.get(turn) {
         let surface = Surface::new(&state.mesh, params.threads, progress)?;
         let border = Border::new(&surface);
         progress.lap(PLAN[PREPARING].0);
@@ -198,8 +205,17 @@ pub(crate) fn run_in_cells(
         }
         let floor: Option<&dyn Visibility> = if params.flat_base { Some(&bare_ground) } else { None };
         let attempt = Attempt { surface: &surface, border: &border, state: &state, params, visibility, floor, finer };
-        let (tried, rest, fill_cell) = attempt.run(&report, progress)?;
-        report.fill_cell = if turn == 0 { fill_cell } else { report.fill_cell };
+        let (tried, rest, fill_cell) = match attempt.run(&report, progress) {
+            // Without memory for another attempt there is the last one.
+            Err(Error::OutOfMemory(_)) if best.is_some() => break,
+            found => found?,
+        };
+        if turn == 0 {
+            report.fill_cell = fill_cell;
+            if fineness.len() > 1 {
+                fineness.splice(1..1, for_walls(&surface, &border, &tried.openings, fill_cell, progress)?);
+            }
+        }
         if best.as_ref().is_none_or(|best| tried.open_edges < best.open_edges) {
             best = Some(tried);
         }
@@ -207,6 +223,7 @@ pub(crate) fn run_in_cells(
             Some(rest) if turn + 1 < fineness.len() => state = rest,
             _ => break,
         }
+        turn += 1;
         progress.stage(PREPARING, 1);
     }
     let found = best.unwrap_or(Tried { mesh: state.mesh, forced: state.forced, openings: state.closed, open_edges: 0 });
@@ -324,6 +341,28 @@ impl Attempt<'_> {
             closed: self.state.closed.iter().cloned().chain(closed).collect(),
         })
     }
+}
+
+/// Cells to a cell of the merge, two sizes, that fit into the walls around openings whose fills cross something. None if the walls are thick.
+fn for_walls(
+    surface: &Surface<'_>,
+    border: &Border,
+    openings: &[OpeningReport],
+    fill_cell: f64,
+    progress: &Progress<'_>,
+) -> Result<Vec<f64>> {
+    let is_stuck = |vertex: u32| {
+        let mut stuck = openings.iter().filter(|opening| opening.left_open == Some(LeftOpen::Crossing));
+        stuck.any(|opening| opening.vertices.contains(&vertex))
+    };
+    let loops: Vec<u32> =
+        (0..border.loops.len() as u32).filter(|&number| is_stuck(border.loops[number as usize].vertex)).collect();
+    let vertices: FxHashSet<u32> = border.vertices(&loops).collect();
+    let is_beside = |t: &u32| surface.mesh.triangles[*t as usize].iter().any(|v| vertices.contains(v));
+    let triangles: Vec<u32> = (0..surface.mesh.triangles.len() as u32).filter(is_beside).collect();
+    let wall = thickness::at(surface, &triangles, progress)?;
+    let finer = wall.map_or(0.0, |wall| CELLS_IN_WALL * fill_cell / wall);
+    Ok(if finer > 1.0 { [1.0, STILL_FINER].map(|times| (times * finer).min(MOST_FINER)).to_vec() } else { Vec::new() })
 }
 
 /// Lengths as given or measured.

@@ -607,19 +607,37 @@ fn no_fill_turns_a_surface_inside_out() {
             assert!(closed.report.is_closed || base_depth == 0.0, "{side} {height}");
         }
     }
-    // Two sheets nearer to each other than a cell.
-    let up = relief(12, |_, _| 0.02);
-    let mut both = TriMesh::new(up.positions.clone(), up.triangles.clone());
-    both.positions.extend(up.positions.iter().map(|p| p.with_z(-0.02)));
-    let first = up.positions.len() as u32;
-    both.triangles.extend(up.triangles.iter().map(|&[a, b, c]| [a, c, b].map(|v| v + first)));
-    let closed = closed(&both, &Blind, &params());
+    // Two sheets far nearer to each other than a cell.
+    let closed = closed(&sheets(12, 0.04), &Blind, &params());
     assert!(!closed.report.is_closed || mesh::measure::enclosed_volume(&closed.mesh) > 0.0);
     assert!(closed.report.left_open().all(|left| matches!(left.1, LeftOpen::InsideOut | LeftOpen::Crossing)));
     // The inside of a ball is one.
     let bowl = part(&ball(12), |p| p.z < 0.5);
     let inside = TriMesh::new(bowl.positions, bowl.triangles.iter().map(|&[a, b, c]| [a, c, b]).collect());
     assert!(closed_without_scans(&inside).report.is_closed);
+}
+
+/// Two sheets that face away from each other.
+fn sheets(side: usize, apart: f64) -> TriMesh {
+    let up = relief(side, |_, _| 0.5 * apart);
+    let mut both = TriMesh::new(up.positions.clone(), up.triangles.clone());
+    both.positions.extend(up.positions.iter().map(|p| p.with_z(-p.z)));
+    let first = up.positions.len() as u32;
+    both.triangles.extend(up.triangles.iter().map(|&[a, b, c]| [a, c, b].map(|v| v + first)));
+    both
+}
+
+/// Cells fit into the walls that are to be closed: a plate as thick as a cell of the fill, and thinner ones.
+#[test]
+fn thin_plates_are_closed() {
+    let edge = sheets(40, 1.0).median_edge();
+    for cells in [0.6, 0.8, 1.0, 1.5, 2.0] {
+        let plate = sheets(40, cells * 2.0 * edge);
+        let closed = closed(&plate, &Blind, &CloseParams { cell: Some(edge), ..params() });
+        let volume = mesh::measure::enclosed_volume(&closed.mesh);
+        let expected = 4.0 * cells * 2.0 * edge;
+        assert!(closed.report.is_closed && (volume / expected - 1.0).abs() < 0.2, "{cells}: {volume} of {expected}");
+    }
 }
 
 fn closed_without_scans(mesh: &TriMesh) -> Closed {

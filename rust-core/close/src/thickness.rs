@@ -38,6 +38,19 @@ pub fn of_walls(surface: &Surface<'_>, progress: &Progress<'_>) -> Result<f64> {
     Ok(known.get((MOST * known.len() as f64) as usize).copied().unwrap_or(f64::INFINITY))
 }
 
+/// Median distance from some triangles to their backs. `None` if most have none.
+///
+/// # Errors
+/// [`base::Error::Cancelled`].
+pub fn at(surface: &Surface<'_>, triangles: &[u32], progress: &Progress<'_>) -> Result<Option<f64>> {
+    let mut known = Vec::new();
+    for block in progress.blocks(triangles) {
+        known.extend(block?.iter().filter_map(|&t| to_back(surface, t as usize)));
+    }
+    known.sort_unstable_by(f64::total_cmp);
+    Ok(known.get(known.len() / 2).copied().filter(|_| 2 * known.len() > triangles.len()))
+}
+
 /// Distance from the middle of a triangle to the next one against its normal, if that faces away.
 fn to_back(surface: &Surface<'_>, t: usize) -> Option<f64> {
     let corners = surface.mesh.corners(t);
