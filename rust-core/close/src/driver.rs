@@ -12,12 +12,12 @@ use mesh::{Crs, TriMesh, check};
 
 use super::field::{self, Extent};
 use super::openings::{self, Border, Opening};
-use super::params::{CloseParams, Openings};
+use super::params::{CloseParams, FILL_CELLS, Openings};
 use super::report::{CloseReport, Closed, LeftOpen, OpeningReport};
 use super::stitch::Growing;
-use super::surface::Surface;
+use super::surface::{Surface, normal};
 use super::visibility::{Blind, Envelope, Ground, Scans, Visibility};
-use super::{attributes, cut, doubts, fan, level, retreat, thickness, turned};
+use super::{attributes, cells, cut, doubts, fan, foot, level, retreat, turned};
 
 base::stages! {
     /// Stages with their shares of the time.
@@ -29,8 +29,6 @@ base::stages! {
     JUDGING = "judging openings", 0.05;
 }
 
-/// Cells of the merge in a cell of the fill.
-const FILL_CELLS: f64 = 2.0;
 /// The default cell by the median edge of a merge: its vertices lie on the edges of cells.
 const CELL_BY_EDGE: f64 = 1.3;
 /// The smallest cell by the median edge: edges of a surface that was simplified are longer than its cells.
@@ -45,11 +43,8 @@ const RETREATS: usize = 3;
 const MOST_STEPS: f64 = 16.0;
 /// Fills that are stuck are tried anew in finer and in coarser cells: where the level set runs beside the border is another chance.
 const FINENESS: [f64; 3] = [1.0, 1.25, 0.8];
-/// Cells of a fill in the thickness of a wall that it closes, if it is stuck, and how much finer it is tried then.
-const CELLS_IN_WALL: f64 = 2.0;
-const MOST_FINER: f64 = 4.0;
-/// The second of these sizes by the first.
-const STILL_FINER: f64 = 1.4;
+/// Cosine between up and the normal of a surface that looks up.
+const LOOKS_UP: f64 = 0.5;
 /// More stuck fills than this are of scans that contradict each other, whatever the cells.
 const MOST_STUCK: usize = 8;
 /// At the peak. Measured.
@@ -191,7 +186,10 @@ pub(crate) fn run_in_cells(
     let mut state = State::new(mesh);
     let mut best: Option<Tried> = None;
     let mut fineness = fineness.to_vec();
-    let mut turn = 0;
+    if params.flat_base && fineness.len() > 1 {
+        fineness.splice(0..0, cells::over_base(mesh, up, height, FILL_CELLS * report.cell));
+    }
+    let (mut turn, mut is_for_walls) = (0, false);
     while let Some(&finer) = fineness.get(turn) {
         let surface = Surface::new(&state.mesh, params.threads, progress)?;
         let border = Border::new(&surface);
@@ -204,24 +202,30 @@ pub(crate) fn run_in_cells(
             break;
         }
         let floor: Option<&dyn Visibility> = if params.flat_base { Some(&bare_ground) } else { None };
-        let attempt = Attempt { surface: &surface, border: &border, state: &state, params, visibility, floor, finer };
+        let attempt =
+            Attempt { surface: &surface, border: &border, state: &state, params, visibility, floor, height, finer };
         let (tried, rest, fill_cell) = match attempt.run(&report, progress) {
-            // Without memory for another attempt there is the last one.
-            Err(Error::OutOfMemory(_)) if best.is_some() => break,
+            // Without memory for finer cells there are the others.
+            Err(Error::OutOfMemory(_)) if finer > 1.0 && turn + 1 < fineness.len() => {
+                turn += 1;
+                continue;
+            }
             found => found?,
         };
-        if turn == 0 {
-            report.fill_cell = fill_cell;
-            if fineness.len() > 1 {
-                fineness.splice(1..1, for_walls(&surface, &border, &tried.openings, fill_cell, progress)?);
-            }
+        if !is_for_walls && fineness.len() > 1 {
+            is_for_walls = true;
+            let walls = cells::for_walls(&surface, &border, &tried.openings, fill_cell * finer, progress)?;
+            fineness.splice(turn + 1..turn + 1, walls);
         }
-        if best.as_ref().is_none_or(|best| tried.open_edges < best.open_edges) {
-            best = Some(tried);
+        let is_best = best.as_ref().is_none_or(|best| tried.open_edges < best.open_edges);
+        if is_best {
+            (best, report.fill_cell) = (Some(tried), fill_cell);
         }
         match rest {
-            Some(rest) if turn + 1 < fineness.len() => state = rest,
-            _ => break,
+            Some(rest) => state = rest,
+            None if is_best => break,
+            // Cells that are worse end nothing.
+            None => {}
         }
         turn += 1;
         progress.stage(PREPARING, 1);
@@ -273,6 +277,8 @@ struct Attempt<'a> {
     visibility: &'a dyn Visibility,
     /// The ground alone: it holds for forced faces, too.
     floor: Option<&'a dyn Visibility>,
+    /// Height of the ground.
+    height: f64,
     /// Cells to a cell of the merge.
     finer: f64,
 }
@@ -323,6 +329,10 @@ impl Attempt<'_> {
         let rest =
             if (1..=MOST_STUCK).contains(&stuck) { Some(self.without(&growing, &settled, progress)?) } else { None };
         judge.blame_base(&mut settled.openings);
+        if self.floor.is_some() {
+            let seen = Some(strict).filter(|_| !params.force);
+            foot::flatten(&mut growing, params.base_up.direction(), self.height, fill_cell, seen, step, progress)?;
+        }
         let openings = [&self.state.closed[..], &settled.openings].concat();
         growing.drop_unused();
         let mesh = TriMesh::new(growing.positions, growing.triangles);
@@ -341,28 +351,6 @@ impl Attempt<'_> {
             closed: self.state.closed.iter().cloned().chain(closed).collect(),
         })
     }
-}
-
-/// Cells to a cell of the merge, two sizes, that fit into the walls around openings whose fills cross something. None if the walls are thick.
-fn for_walls(
-    surface: &Surface<'_>,
-    border: &Border,
-    openings: &[OpeningReport],
-    fill_cell: f64,
-    progress: &Progress<'_>,
-) -> Result<Vec<f64>> {
-    let is_stuck = |vertex: u32| {
-        let mut stuck = openings.iter().filter(|opening| opening.left_open == Some(LeftOpen::Crossing));
-        stuck.any(|opening| opening.vertices.contains(&vertex))
-    };
-    let loops: Vec<u32> =
-        (0..border.loops.len() as u32).filter(|&number| is_stuck(border.loops[number as usize].vertex)).collect();
-    let vertices: FxHashSet<u32> = border.vertices(&loops).collect();
-    let is_beside = |t: &u32| surface.mesh.triangles[*t as usize].iter().any(|v| vertices.contains(v));
-    let triangles: Vec<u32> = (0..surface.mesh.triangles.len() as u32).filter(is_beside).collect();
-    let wall = thickness::at(surface, &triangles, progress)?;
-    let finer = wall.map_or(0.0, |wall| CELLS_IN_WALL * fill_cell / wall);
-    Ok(if finer > 1.0 { [1.0, STILL_FINER].map(|times| (times * finer).min(MOST_FINER)).to_vec() } else { Vec::new() })
 }
 
 /// Lengths as given or measured.
@@ -460,6 +448,10 @@ struct Settled {
 impl Judge<'_> {
     /// Takes the few faces in seen space away that could not move back, and closes small loops that are open by fans.
     fn mend(&self, growing: &mut Growing, progress: &Progress<'_>) -> Result<()> {
+        let turned = self.turned(growing, progress)?;
+        if turned.contains(&true) {
+            growing.take_away(&turned, progress)?;
+        }
         if self.params.force {
             return fan::close_loops(growing, self.floor, self.step, progress);
         }
@@ -520,12 +512,16 @@ impl Judge<'_> {
         Ok(is_open.then_some(LeftOpen::NotEnclosed))
     }
 
-    /// Takes fills away that turn the surface inside out.
-    fn take_turned_away(&self, growing: &mut Growing, settled: &mut Settled, progress: &Progress<'_>) -> Result<()> {
+    fn turned(&self, growing: &Growing, progress: &Progress<'_>) -> Result<Vec<bool>> {
         // Over a base nothing is the inside of a thing.
         let over_base = self.params.flat_base.then_some(f64::INFINITY);
         let tolerance = if self.has_sight { Some(self.strict.tolerance) } else { over_base };
-        let turned = turned::find(growing, tolerance, progress)?;
+        turned::find(growing, tolerance, progress)
+    }
+
+    /// Takes fills away that turn the surface inside out.
+    fn take_turned_away(&self, growing: &mut Growing, settled: &mut Settled, progress: &Progress<'_>) -> Result<()> {
+        let turned = self.turned(growing, progress)?;
         if !turned.contains(&true) {
             return Ok(());
         }
@@ -541,17 +537,18 @@ impl Judge<'_> {
         Ok(())
     }
 
-    /// Gives the base as the reason beside which each fill crosses something.
+    /// Gives the base as the reason, where the surface looks up right above it: no fill has room there.
     fn blame_base(&self, openings: &mut [OpeningReport]) {
         let Some(floor) = self.floor else { return };
-        let down = FILL_CELLS * self.step * self.params.base_up.direction();
-        let is_near = |v: u32| floor.is_seen(self.surface.mesh.positions[v as usize] - down);
-        for opening in openings.iter_mut().filter(|opening| opening.left_open == Some(LeftOpen::Crossing)) {
-            let is_of = |number: &u32| opening.vertices.contains(&self.border.loops[*number as usize].vertex);
-            let loops: Vec<u32> = (0..self.border.loops.len() as u32).filter(is_of).collect();
-            if self.border.vertices(&loops).any(is_near) {
-                opening.left_open = Some(LeftOpen::Base);
-            }
+        let up = self.params.base_up.direction();
+        let down = FILL_CELLS * self.step * up;
+        let lies_on_base = |t: usize| {
+            let corners = self.surface.mesh.corners(t);
+            floor.is_seen(corners[0] - down) && normal(corners).dot(up) > LOOKS_UP
+        };
+        let mut stuck = openings.iter_mut().filter(|opening| opening.left_open == Some(LeftOpen::Crossing)).peekable();
+        if stuck.peek().is_some() && (0..self.surface.mesh.triangles.len()).any(lies_on_base) {
+            stuck.for_each(|opening| opening.left_open = Some(LeftOpen::Base));
         }
     }
 

@@ -37,6 +37,10 @@ const APART: usize = 64;
 /// The triangle over a chord that stands for it where it is asked whether it crosses anything: its height as a share of its length.
 const SLIVER: f64 = 1e-3;
 
+/// Cosine between the normals of a triangle of a fan and the one beside it, beyond which they lie on each other. A fan of such triangles
+/// alone encloses nothing.
+const FOLDED: f64 = -0.999;
+
 /// Rings of filled triangles around loops that stay open that go, so that wider loops are closed instead.
 const RINGS: usize = 3;
 
@@ -185,6 +189,12 @@ impl Patches<'_, '_> {
     fn fan(&mut self, vertices: &[u32], places: &[DVec3], apex: DVec3) -> Result<bool> {
         let n = vertices.len();
         let fan: Vec<[DVec3; 3]> = (0..n).map(|i| [places[i], places[(i + 1) % n], apex]).collect();
+        let is_folded = |(v, &triangle): (&u32, &[DVec3; 3])| {
+            self.normals.get(v).is_some_and(|beside| beside.dot(normal(triangle)) < FOLDED)
+        };
+        if vertices.iter().zip(&fan).all(is_folded) {
+            return Ok(false);
+        }
         for (i, &triangle) in fan.iter().enumerate() {
             let meets = fan[..i].iter().any(|&other| cross(triangle, other));
             if meets || !self.is_free(triangle)? {

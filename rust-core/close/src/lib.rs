@@ -52,10 +52,12 @@ mod retreat;
 
 // 6. joined to the border
 mod bridge;
+mod cells;
 mod clear;
 #[doc(hidden)]
 pub mod crossing;
 mod fan;
+mod foot;
 mod stitch;
 
 // 7. which openings

@@ -5,6 +5,11 @@ use glam::DVec3;
 use base::error::{Error, Result};
 use base::params::{choice, flag, length};
 
+/// Cells of the merge in a cell of the fill.
+pub const FILL_CELLS: f64 = 2.0;
+/// Cells of a fill between a surface that looks up and its base.
+pub const OVER_BASE: f64 = 2.5;
+
 base::choices! {
     /// Openings that are closed.
     pub enum Openings {

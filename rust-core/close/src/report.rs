@@ -5,6 +5,8 @@ use base::progress::Seconds;
 use base::report::{FigureValue, Found};
 use mesh::TriMesh;
 
+use super::params::{FILL_CELLS, OVER_BASE};
+
 base::choices! {
     /// Reasons why an opening was left open.
     pub enum LeftOpen {
@@ -36,7 +38,7 @@ impl LeftOpen {
                 "a scan saw through where it would be closed: closing with force fills it, and marks that"
             }
             LeftOpen::Crossing => "each fill crosses the surface: give another cell, or edit the surface there",
-            LeftOpen::Base => "the flat base cuts its fill: close with a larger base_depth, or without a flat base",
+            LeftOpen::Base => "the flat base leaves its fill no room: close without it, or with a larger base_depth",
             LeftOpen::InsideOut => "its fill would turn the surface inside out: close with a smaller cell",
         }
     }
@@ -142,18 +144,27 @@ impl CloseReport {
         self.largest_opening = largest_opening;
         self.forced_triangles = self.openings.iter().map(|opening| opening.forced_faces).sum();
         let open: Vec<OpenPlace> =
-            self.left_open().map(|(opening, kind)| OpenPlace { kind, text: told(opening, kind, mesh) }).collect();
+            self.left_open().map(|(opening, kind)| OpenPlace { kind, text: self.told(opening, kind, mesh) }).collect();
         self.left = [0; 7];
         open.iter().for_each(|place| self.left[place.kind as usize] += 1);
         self.open = open;
     }
-}
 
-fn told(opening: &OpeningReport, reason: LeftOpen, mesh: &TriMesh) -> String {
-    let vertex = opening.vertices[0];
-    let [x, y, z] = mesh.positions[vertex as usize].to_array().map(|x| Shown::digits(x, 4));
-    let length = Shown::digits(opening.length, 3);
-    format!("The opening at vertex {vertex}, at ({x}, {y}, {z}), {length} around, is open: {}.", reason.words())
+    /// Place and size of an opening, the reason why it is open, and the remedy.
+    fn told(&self, opening: &OpeningReport, reason: LeftOpen, mesh: &TriMesh) -> String {
+        let vertex = opening.vertices[0];
+        let [x, y, z] = mesh.positions[vertex as usize].to_array().map(|x| Shown::digits(x, 4));
+        let length = Shown::digits(opening.length, 3);
+        let open = if opening.area > 0.0 { "partly open" } else { "open" };
+        let words = match reason {
+            LeftOpen::Base => {
+                let depth = Shown::digits(OVER_BASE * FILL_CELLS * self.cell, 2);
+                format!("{}, from {depth} on", reason.words())
+            }
+            _ => reason.words().to_owned(),
+        };
+        format!("The opening at vertex {vertex}, at ({x}, {y}, {z}), {length} around, is {open}: {words}.")
+    }
 }
 
 /// Result of closing.

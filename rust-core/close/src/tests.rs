@@ -605,6 +605,17 @@ fn no_fill_turns_a_surface_inside_out() {
             let left: Vec<LeftOpen> = closed.report.left_open().map(|left| left.1).collect();
             assert!(closed.report.is_closed || left == [LeftOpen::Base], "{side} {height} {base_depth}: {left:?}");
             assert!(closed.report.is_closed || base_depth == 0.0, "{side} {height}");
+            // All that looks down lies on the base, as floats say.
+            let base = bumps.positions.iter().map(|p| p.z).fold(f64::INFINITY, f64::min) - base_depth;
+            let down = (0..closed.mesh.triangles.len()).map(|t| closed.mesh.corners(t)).filter(|corners| {
+                let [a, b, c] = *corners;
+                (b - a).cross(c - a).normalize_or_zero().z < -0.95
+            });
+            let [on, off] = down.fold([0.0; 2], |mut areas, corners| {
+                areas[usize::from(corners.iter().any(|p| p.z != base))] += mesh::measure::area(corners);
+                areas
+            });
+            assert!(base_depth == 0.0 || off <= 0.06 * on, "{side} {height} {base_depth}: {off} beside {on}");
         }
     }
     // Two sheets far nearer to each other than a cell.
@@ -658,4 +669,27 @@ fn a_cell_of_another_unit_is_refused() {
     let params = CloseParams { cell: Some(1e-9), ..params() };
     let error = close_seen_by(&part(&ball(8), |p| p.z < 0.5), &Blind, &params, &Progress::none()).unwrap_err();
     assert!(error.to_string().starts_with("cell is 1e-9, but the median edge of the surface is "), "{error}");
+}
+
+/// Crumbs of a few triangles beside a ball: bodies of some volume, not folded sheets.
+#[test]
+fn crumbs_become_bodies() {
+    let open = part(&ball(8), |p| p.z < 0.6);
+    for count in [1, 2, 4] {
+        let mut mesh = TriMesh::new(open.positions.clone(), open.triangles.clone());
+        let crumb = relief(3, |_, _| 0.0);
+        let kept = TriMesh::new(crumb.positions, crumb.triangles[..count].to_vec());
+        let kept = part(&kept, |_| true);
+        let first = mesh.positions.len() as u32;
+        mesh.positions.extend(kept.positions.iter().map(|p| 0.1 * *p + 3.0 * DVec3::X));
+        mesh.triangles.extend(kept.triangles.iter().map(|t| t.map(|v| v + first)));
+        let params = CloseParams { cell: Some(0.1), ..params() };
+        for params in [params, CloseParams { flat_base: true, ..params }] {
+            let closed = closed(&mesh, &Blind, &params);
+            assert!(closed.report.is_closed, "{count}: {:?}", closed.report.open);
+            let bodies = bodies::Bodies::new(&closed.mesh, true, &Progress::none()).unwrap().list;
+            let is_solid = |body: &bodies::Body| body.volume > 1e-3 * body.area.powf(1.5);
+            assert!(bodies.len() == 2 && bodies.iter().all(is_solid), "{count}: {bodies:?}");
+        }
+    }
 }

@@ -10,7 +10,10 @@ use super::cut;
 use super::doubts::looks_inward;
 use super::stitch::Growing;
 
-/// Whether each triangle is of a closed piece that its fill turned inside out. A piece whose outside is inside may be the inside of a
+/// Volume of a flat piece by its area to the power of 1.5: that of a ball is 0.09.
+const LEAST_VOLUME: f64 = 1e-6;
+
+/// Whether each triangle is of a closed piece that its fill turned inside out, or that encloses nothing. A piece whose outside is inside may be the inside of a
 /// thing: without lines of sight it then looks toward its own middle. With them its inside is wider than `tolerance`, as scans saw into it.
 ///
 /// # Errors
@@ -31,11 +34,12 @@ pub fn find(surface: &Growing, tolerance: Option<f64>, progress: &Progress<'_>) 
     }
     let mut is_turned = vec![false; count];
     for (number, piece_of) in pieces.iter().enumerate() {
-        if piece_of.volume > 0.0 || piece_of.is_open || !piece_of.is_filled {
+        if piece_of.is_open || !piece_of.is_filled || piece_of.volume > LEAST_VOLUME * piece_of.area.powf(1.5) {
             continue;
         }
         is_turned[number] = match tolerance {
             Some(tolerance) => -piece_of.volume <= tolerance * piece_of.area,
+            None if piece_of.volume >= 0.0 => true,
             None => {
                 let measured = (0..surface.measured[1]).filter(|&t| piece[t] as usize == number);
                 !looks_inward(measured.map(|t| surface.corners(t)))

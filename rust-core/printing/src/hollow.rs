@@ -57,8 +57,7 @@ pub fn hollow(
     progress: &Progress<'_>,
 ) -> Result<Option<Cavity>> {
     let (lo, hi) = bounds(&mesh.positions).unwrap_or_default();
-    let finest = (wall / CELLS).max((hi - lo).max_element() / ALONG).min(wall / LEAST_CELLS);
-    let cell = params.hollow_cell.unwrap_or(finest);
+    let cell = cell(hi - lo, wall, params);
     report.hollow_cell = Some(cell);
     let nothing = |report: &mut PrepareReport| {
         let text = format!("The mesh is nowhere thicker than two walls of {}: give thinner ones", Shown(wall));
@@ -108,6 +107,24 @@ pub fn hollow(
     }
     *mesh = made.finish(mesh);
     Ok(Some(Cavity { first_face, floor }))
+}
+
+/// The cell of a cavity in a mesh of this size.
+fn cell(size: DVec3, wall: f64, params: &PrepareParams) -> f64 {
+    let finest = (wall / CELLS).max(size.max_element() / ALONG).min(wall / LEAST_CELLS);
+    params.hollow_cell.unwrap_or(finest)
+}
+
+/// Refuses a cavity whose grid does not fit, as far as it is known at the beginning: neither a base nor a length changes the size.
+///
+/// # Errors
+/// [`Error::OutOfMemory`].
+pub fn expect(mesh: &TriMesh, params: &PrepareParams) -> Result<()> {
+    let (lo, hi) = bounds(&mesh.positions).unwrap_or_default();
+    match params.hollow.filter(|_| params.scale_to.is_none() && !params.flat_base) {
+        Some(wall) if (hi - lo).min_element() > 2.0 * wall => foresee(hi - lo, cell(hi - lo, wall, params)),
+        _ => Ok(()),
+    }
 }
 
 /// Refuses a grid that does not fit, before any of it is made.

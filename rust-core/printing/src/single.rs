@@ -85,13 +85,22 @@ fn shared(places: &[DVec3], mesh: &TriMesh, progress: &Progress<'_>) -> Result<V
 /// # Errors
 /// [`base::Error::Cancelled`].
 pub fn tell(mesh: &TriMesh, report: &mut PrepareReport, progress: &Progress<'_>) -> Result<()> {
-    let rounded = rounded(mesh);
-    let vertices = shared(&rounded, mesh, progress)?;
-    let text = if let Some(&first) = vertices.first() {
-        let [x, y, z] = mesh.positions[first as usize].to_array().map(|x| Shown::digits(x, 4));
+    let touching = shared(&mesh.positions, mesh, progress)?;
+    let near = if touching.is_empty() { shared(&rounded(mesh), mesh, progress)? } else { Vec::new() };
+    let of = |vertices: &[u32]| {
+        let [x, y, z] = mesh.positions[vertices[0] as usize].to_array().map(|x| Shown::digits(x, 4));
         let count = counted(vertices.len() as u64, "vertex lies", "vertices lie");
+        (count, format!("({x}, {y}, {z})"))
+    };
+    let text = if !touching.is_empty() {
+        let (count, place) = of(&touching);
         format!(
-            "{count} where others do in single precision, the first at ({x}, {y}, {z}). STL joins them: give another height, size or cell, or move the mesh to the origin"
+            "{count} where others do, the first at {place}. STL joins bodies that touch: move them apart, or give another height"
+        )
+    } else if !near.is_empty() {
+        let (count, place) = of(&near);
+        format!(
+            "{count} where others do in single precision, the first at {place}. STL and 3MF join them: give another size or cell, or move the mesh to the origin"
         )
     } else if Precision::of(mesh) == Precision::Double {
         "Faces cross in single precision, which STL and 3MF hold: move the mesh to the origin, or make it with a larger cell".to_owned()

@@ -379,7 +379,10 @@ def cluster(work: Work) -> Made:
 _OPENINGS = 5
 
 
-_BLIND = "no scan says where nothing is, so the shape of the surface alone decided: give range images for that"
+_BLIND = (
+    "no scan says where nothing is, so the shape of the surface alone decided: "
+    "give recordings, depth images, .ptx or .e57 for that"
+)
 
 
 def close(work: Work) -> Made:
@@ -417,7 +420,7 @@ def check_print(work: Work) -> Made:
         said.append(f"closed, volume {report.volume:.4g}{weight}")
     thinnest = report.thinnest_wall
     walls = f"no wall thinner than {report.wall_limit:.4g}" if thinnest is None else f"thinnest wall {thinnest:.4g}"
-    said.append(f"{walls}, measured every {report.wall_spacing:.4g}")
+    said.append(f"{walls}, measured at places up to {report.wall_spacing:.4g} apart")
     said += [text for _, text in report.findings] or ["nothing is in the way of printing"]
     return Made(report, [_counts(found.mesh), *said], _writer(work, found.mesh), _parts(work, found.mesh))
 

@@ -130,7 +130,10 @@ fn cells() -> impl Strategy<Value = (Vec<bool>, [i64; 2])> {
 
 /// Whether all was done as it was asked for. Parts of a surface may touch: single precision does not tell them apart.
 fn is_done(report: &PrepareReport) -> bool {
-    report.notes.iter().all(|note| note.kind == PrepareProblem::TooFine && note.text.contains("STL joins them"))
+    report
+        .notes
+        .iter()
+        .all(|note| note.kind == PrepareProblem::TooFine && note.text.contains("STL joins bodies that touch"))
 }
 
 /// Cuts a solid at whole and other heights from both sides.
