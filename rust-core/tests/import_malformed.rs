@@ -197,7 +197,7 @@ fn cases() -> Vec<(&'static str, Class, Vec<u8>, &'static str)> {
         ("a.gltf", Index, gltf_with(DATA, &VIEW.replace(": 36", ": 36, \"byteOffset\": 1"), POSITIONS, NODE), "accessor 0: its 3 elements don't fit their buffer"),
         ("a.gltf", Index, gltf_with(DATA, VIEW, &POSITIONS.replace("View\": 0", "View\": 7"), NODE), "accessor 0: it needs a buffer view"),
         ("a.gltf", Index, gltf_with(DATA, VIEW, &POSITIONS.replace(r#""count""#, r#""byteOffset": 18446744073709551615, "count""#), NODE), "accessor 0: its 3 elements don't fit their buffer"),
-        ("a.gltf", List, gltf_with(DATA, VIEW, &POSITIONS.replace("VEC3", "VEC2"), NODE), "accessor 0: its type must be SCALAR, VEC3 or VEC4"),
+        ("a.gltf", List, gltf_with(DATA, VIEW, &POSITIONS.replace("VEC3", "MAT2"), NODE), "accessor 0: its type must be SCALAR, VEC2, VEC3 or VEC4"),
         ("a.gltf", Cycle, gltf_with(DATA, VIEW, POSITIONS, r#"{"mesh": 0, "children": [0]}"#), "node 0: it must have one parent, but has two"),
         ("a.gltf", Path, gltf_with("../../secret.bin", VIEW, POSITIONS, NODE), "buffer ../../secret.bin: ../../secret.bin leads out of the folder of this file: put the scans beside it or below it, or allow files outside (allow_outside)"),
         ("a.gltf", Path, gltf_with("file:///etc/passwd", VIEW, POSITIONS, NODE), "buffer file:///etc/passwd: there is no such file: buffers must be in the file itself or in files beside it"),

@@ -2,9 +2,10 @@
 
 use super::net::Net;
 use super::surface::{Place, Surface};
-use mesh::{Attribute, AttributeData, TriMesh};
+use mesh::{Attribute, AttributeData, TriMesh, texture};
 
-/// Positions are on the surface. Floats and colours are interpolated there, integers and flags are those of the nearest corner.
+/// Positions are on the surface. Floats and colours are interpolated there, integers and flags are those of the nearest corner. Texture
+/// coordinates are left out: triangles may cross seams.
 pub fn mesh(surface: &Surface, input: &TriMesh, net: Net) -> TriMesh {
     let mut mesh = TriMesh::new(net.points.iter().map(|&p| surface.frame.outward(p)).collect(), net.triangles);
     mesh.crs = input.crs.clone();
@@ -27,7 +28,7 @@ pub fn mesh(surface: &Surface, input: &TriMesh, net: Net) -> TriMesh {
     let blend = |&(corners, weights): &([u32; 3], [f64; 3]), value: &dyn Fn(usize) -> f64| {
         (0..3).map(|k| value(corners[k] as usize) * weights[k]).sum::<f64>()
     };
-    for attribute in &input.vertex_attributes {
+    for attribute in input.vertex_attributes.iter().filter(|attribute| !texture::has_name(&attribute.name)) {
         let data = match &attribute.data {
             AttributeData::F32(v) => {
                 AttributeData::F32(places.iter().map(|p| blend(p, &|i| f64::from(v[i])) as f32).collect())

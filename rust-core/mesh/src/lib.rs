@@ -14,6 +14,7 @@
 //! | `shapes` | meshes of analytic shapes |
 //! | `measure/` | exact distances of points to a mesh; areas, angles, volume |
 //! | `srgb` | colours as light, and means of them |
+//! | `texture` | texture coordinates of vertices |
 //! | `dump` | stages of operations as files, for those who work on them |
 
 pub mod certify;
@@ -29,6 +30,7 @@ pub mod quads;
 pub mod shapes;
 pub mod sink;
 pub mod srgb;
+pub mod texture;
 mod tri_mesh;
 
 pub use check::{

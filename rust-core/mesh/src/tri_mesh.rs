@@ -25,7 +25,8 @@ pub struct TriMesh {
 }
 
 /// A named attribute. Names in use: `colour` (sRGB with straight alpha), `confidence`, `intensity`, `error` (world units),
-/// `range_row`, `range_col`, `source_scan`, `interpolated` (vertices not on any scan), `hole_fill` (faces).
+/// `range_row`, `range_col`, `source_scan`, `interpolated` (vertices not on any scan), `hole_fill` (faces), `s` and `t` (texture
+/// coordinates).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Attribute {
     /// Name, the same in files and hosts.

@@ -12,7 +12,7 @@ use super::provenance::extras;
 use base::error::{Error, Result, known_as};
 use base::memory;
 use base::progress::Progress;
-use mesh::{AttributeData, Crs, TriMesh};
+use mesh::{AttributeData, Crs, TriMesh, texture};
 
 /// Elements that are written between two looks at the progress.
 const CHUNK: usize = 1 << 14;
@@ -71,9 +71,10 @@ pub struct GlbNode<'a> {
 ///
 /// Written are positions, normals, the vertex attribute `colour` and every other vertex attribute. Positions have single precision,
 /// relative to an origin in the node's translation if they are far from zero. Normals are the mean of the faces by area. `colour` is
-/// written as `COLOR_0`, converted from sRGB to linear in 16 bits. Others have single precision under their name in capitals after an
-/// underscore: `confidence` is `_CONFIDENCE`. The coordinate reference system of meshes that their nodes leave in place goes into
-/// `asset.extras` ([`Provenance`]): the nodes below `world` are in it. Attributes of faces have no place in glTF and are left out.
+/// written as `COLOR_0`, converted from sRGB to linear in 16 bits. Texture coordinates ([`texture`]) are `TEXCOORD_0`. Others have single
+/// precision under their name in capitals after an underscore: `confidence` is `_CONFIDENCE`. The coordinate reference system of meshes
+/// that their nodes leave in place goes into `asset.extras` ([`Provenance`]): the nodes below `world` are in it. Attributes of faces have
+/// no place in glTF and are left out.
 /// Materials are matte, white and two-sided.
 ///
 /// With [`GlbNode::coarser`], the level of as many triangles per pixel as the finest has on half of the screen is the one to show: that is
@@ -154,6 +155,8 @@ struct Part<'a> {
     bounds: [Vec3; 2],
     normals: Vec<[f32; 3]>,
     colour: Option<&'a [[u8; 4]]>,
+    /// Texture coordinates to the right and upwards.
+    texture: Option<[&'a [f32]; 2]>,
     /// Names as written, and the data.
     custom: Vec<(String, &'a AttributeData)>,
 }
@@ -179,6 +182,7 @@ impl<'a> Part<'a> {
             )));
         }
         let mut colour = None;
+        let texture = texture::coordinates(mesh);
         let mut custom: Vec<(String, &AttributeData)> = Vec::new();
         for attribute in &mesh.vertex_attributes {
             if let ("colour", AttributeData::Colour(c)) = (attribute.name.as_str(), &attribute.data) {
@@ -190,6 +194,9 @@ impl<'a> Part<'a> {
                 return Err(Error::input(format!("{name}: two attributes would be written as {written}: rename one")));
             }
             check_values(name, &attribute.name, &attribute.data)?;
+            if texture.is_some() && texture::has_name(&attribute.name) {
+                continue;
+            }
             custom.push((written, &attribute.data));
         }
         Ok(Part {
@@ -202,6 +209,7 @@ impl<'a> Part<'a> {
             bounds,
             normals: if mesh.triangles.is_empty() { Vec::new() } else { normals(mesh) },
             colour,
+            texture,
             custom,
         })
     }
@@ -219,6 +227,13 @@ impl<'a> Part<'a> {
                 let [r, g, b] = [r, g, b].map(|x| linear[x as usize].to_le());
                 [r, g, b, (u16::from(a) * 257).to_le()]
             })?;
+        }
+        if let Some([s, t]) = self.texture {
+            for (s, t) in s.chunks(CHUNK).zip(t.chunks(CHUNK)) {
+                let pairs: Vec<[f32; 2]> = s.iter().zip(t).map(|(&s, &t)| [s, t]).collect();
+                // glTF counts from the top.
+                sink.all(&pairs, |&[s, t]| [s, 1.0 - t].map(|x| x.to_bits().to_le()))?;
+            }
         }
         for (_, data) in &self.custom {
             match data {
@@ -428,6 +443,10 @@ fn primitive(part: &Part<'_>, buffer: &mut Buffer) -> Option<String> {
     if part.colour.is_some() {
         let view = buffer.take(count, UNSIGNED_SHORT, "VEC4", 8, VERTICES, ",\"normalized\":true");
         let _ = write!(attributes, ",\"COLOR_0\":{view}");
+    }
+    if part.texture.is_some() {
+        let view = buffer.take(count, FLOAT, "VEC2", 8, VERTICES, "");
+        let _ = write!(attributes, ",\"TEXCOORD_0\":{view}");
     }
     for (name, data) in &part.custom {
         let view = match data {

@@ -10,7 +10,7 @@ use super::atomic::write_atomically;
 use super::provenance::comments;
 use base::error::{Error, Result};
 use base::progress::Progress;
-use mesh::{AttributeData, Crs, TriMesh};
+use mesh::{AttributeData, Crs, TriMesh, texture};
 
 /// Elements that are written between two looks at the progress.
 const CHUNK: usize = 1 << 14;
@@ -32,8 +32,8 @@ pub struct Polygons<'a> {
     pub crs: Option<&'a Crs>,
 }
 
-/// Writes a mesh. Of its attributes `colour`, as three more numbers per vertex, which most programs read. Its coordinate reference system
-/// is a comment.
+/// Writes a mesh. Of its attributes `colour`, as three more numbers per vertex, which most programs read, and texture coordinates
+/// ([`texture`]), one per vertex. Its coordinate reference system is a comment.
 ///
 /// # Errors
 /// As [`write_obj_polygons`].
@@ -45,7 +45,13 @@ pub fn write_obj(path: &Path, mesh: &TriMesh, provenance: Option<&Provenance>, p
     };
     let (positions, triangles, crs) = (&mesh.positions, &mesh.triangles, mesh.crs.as_ref());
     let polygons = Polygons { positions, colour, quads: &[], triangles, provenance, crs };
-    write_obj_polygons(path, &polygons, progress)
+    let texture = texture::coordinates(mesh);
+    for (name, along) in [texture::S, texture::T].into_iter().zip(texture.into_iter().flatten()) {
+        if let Some(v) = along.iter().position(|x| !x.is_finite()) {
+            return Err(Error::input(format!("attribute {name} of vertex {v} is {}, but must be finite", along[v])));
+        }
+    }
+    write(path, &polygons, texture, progress)
 }
 
 /// Writes polygons: vertices with the fewest digits that read back as the same number, then quads, then triangles.
@@ -55,6 +61,11 @@ pub fn write_obj(path: &Path, mesh: &TriMesh, provenance: Option<&Provenance>, p
 /// A coordinate that isn't finite, an index out of range, colours of another number than vertices. [`Error::Io`]. [`Error::Cancelled`].
 /// Then no file is left, and one that was there is untouched.
 pub fn write_obj_polygons(path: &Path, polygons: &Polygons<'_>, progress: &Progress<'_>) -> Result<()> {
+    write(path, polygons, None, progress)
+}
+
+/// As [`write_obj_polygons`], with the texture coordinates of the vertices.
+fn write(path: &Path, polygons: &Polygons<'_>, texture: Option<[&[f32]; 2]>, progress: &Progress<'_>) -> Result<()> {
     let count = polygons.positions.len();
     if let Some(v) = polygons.positions.iter().position(|p| !p.is_finite()) {
         return Err(Error::input(format!("vertex {v} has a coordinate that is not finite: {}", polygons.positions[v])));
@@ -88,22 +99,47 @@ pub fn write_obj_polygons(path: &Path, polygons: &Polygons<'_>, progress: &Progr
             }
             progress.advance(positions.len() as u64)?;
         }
-        for quads in polygons.quads.chunks(CHUNK) {
-            for q in quads {
-                let [a, b, c, d] = q.map(|v| u64::from(v) + 1);
-                writeln!(out, "f {a} {b} {c} {d}").map_err(io)?;
+        let [s, t] = texture.unwrap_or_default();
+        for (s, t) in s.chunks(CHUNK).zip(t.chunks(CHUNK)) {
+            for (s, t) in s.iter().zip(t) {
+                writeln!(out, "vt {s} {t}").map_err(io)?;
             }
-            progress.advance(quads.len() as u64)?;
+            progress.check()?;
         }
-        for triangles in polygons.triangles.chunks(CHUNK) {
-            for t in triangles {
-                let [a, b, c] = t.map(|v| u64::from(v) + 1);
-                writeln!(out, "f {a} {b} {c}").map_err(io)?;
-            }
-            progress.advance(triangles.len() as u64)?;
-        }
-        out.flush().map_err(io)
+        let mut faces = Faces { out, path, is_textured: texture.is_some(), progress };
+        faces.write(polygons.quads)?;
+        faces.write(polygons.triangles)?;
+        faces.out.flush().map_err(io)
     })
+}
+
+/// Writes faces. Corners of textured ones name the coordinates of their vertices.
+struct Faces<'a, 'p, W> {
+    out: W,
+    path: &'a Path,
+    is_textured: bool,
+    progress: &'a Progress<'p>,
+}
+
+impl<W: Write> Faces<'_, '_, W> {
+    fn write<const N: usize>(&mut self, faces: &[[u32; N]]) -> Result<()> {
+        for faces in faces.chunks(CHUNK) {
+            faces.iter().try_for_each(|face| self.put(face)).map_err(|e| Error::io(self.path, e))?;
+            self.progress.advance(faces.len() as u64)?;
+        }
+        Ok(())
+    }
+
+    fn put(&mut self, face: &[u32]) -> std::io::Result<()> {
+        self.out.write_all(b"f")?;
+        for vertex in face.iter().map(|&v| u64::from(v) + 1) {
+            write!(self.out, " {vertex}")?;
+            if self.is_textured {
+                write!(self.out, "/{vertex}")?;
+            }
+        }
+        self.out.write_all(b"\n")
+    }
 }
 
 #[cfg(test)]
@@ -125,6 +161,23 @@ mod tests {
         assert_eq!(read, mesh);
         write_obj(&second, &read, None, &Progress::none()).unwrap();
         assert_eq!(std::fs::read(&first).unwrap(), std::fs::read(&second).unwrap());
+    }
+
+    #[test]
+    fn texture_coordinates_come_back() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.obj");
+        let mut mesh = TriMesh::new(vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z], vec![[0, 2, 1]]);
+        mesh.vertex_attributes.push(Attribute::f32(texture::S, vec![0.0, 1.0, 0.1, 3.0]));
+        mesh.vertex_attributes.push(Attribute::f32(texture::T, vec![1.0 / 3.0, f32::MIN_POSITIVE, 1.0, 2.5]));
+        write_obj(&path, &mesh, None, &Progress::none()).unwrap();
+        let text = std::fs::read_to_string(&path).unwrap();
+        assert!(text.contains("\nvt 0.1 1\nvt 3 2.5\nf 1/1 3/3 2/2\n"), "{text}");
+        let Content::Mesh(read) = import::open(&path).unwrap().scans[0].read().unwrap() else { panic!("no mesh") };
+        assert_eq!(read, mesh);
+        mesh.vertex_attributes[1] = Attribute::f32(texture::T, vec![0.0, 0.0, f32::NAN, 0.0]);
+        let error = write_obj(&path, &mesh, None, &Progress::none()).unwrap_err().to_string();
+        assert_eq!(error, "attribute t of vertex 2 is NaN, but must be finite");
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Wavefront OBJ: vertices, with colours where six numbers are given, and faces. Polygons are cut into triangles. Colours count to 1, or to
-//! 255 where one is larger. Texture coordinates, normals, materials, lines and free-form surfaces are passed over. Without faces it is a
-//! cloud.
+//! 255 where one is larger. Texture coordinates are read where each vertex has one pair: vertices are not split at seams. Normals,
+//! materials, lines and free-form surfaces are passed over. Without faces it is a cloud.
 
 use glam::DVec3;
 
@@ -13,7 +13,7 @@ use base::error::{Result, known_as};
 use base::memory;
 use base::progress::Progress;
 use mesh::point_cloud::PointCloud;
-use mesh::{Attribute, TriMesh};
+use mesh::{Attribute, TriMesh, texture};
 
 /// Statements that a file may have before its first vertex or face, and all others that mean nothing here.
 const KNOWN: [&[u8]; 12] = [b"v", b"vn", b"vt", b"vp", b"f", b"o", b"g", b"s", b"mtllib", b"usemtl", b"l", b"p"];
@@ -60,6 +60,7 @@ pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &FileScan, progres
     let mut colours_count = Count::One;
     let mut triangles: Vec<[u32; 3]> = Vec::new();
     let mut polygons = Polygons::default();
+    let mut coordinates = Coordinates::default();
     // Faces may name vertices that come later: checked at the end.
     let (mut highest, mut highest_line) = (0, 0);
     while lines.next_content()? {
@@ -95,11 +96,16 @@ pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &FileScan, progres
                 }
                 positions.push(point);
             }
+            b"vt" => {
+                // Those of a texture of one dimension have one.
+                coordinates.add([lines.try_f64().unwrap_or(f64::NAN), lines.try_f64().unwrap_or_default()]);
+            }
             b"f" => {
                 let mut corners = [0_u32; 3];
                 let (first, mut count) = (triangles.len(), 0);
                 while !lines.is_done() {
-                    let vertex = corner(&mut lines, positions.len())?;
+                    let (vertex, named) = corner(&mut lines, positions.len(), coordinates.all.len())?;
+                    coordinates.name(vertex, named, positions.len());
                     if vertex > highest {
                         (highest, highest_line) = (vertex, lines.number);
                     }
@@ -144,24 +150,84 @@ pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &FileScan, progres
     polygons.cut(&positions, &mut triangles, progress)?;
     let mut mesh = TriMesh::new(positions, triangles);
     mesh.vertex_attributes.extend(colours.map(|c| Attribute::colour("colour", c)));
+    mesh.vertex_attributes.extend(coordinates.of_vertices(mesh.positions.len()).into_iter().flatten());
     Ok(Content::Mesh(mesh))
 }
 
-/// The vertex of a corner `v`, `v/t`, `v//n` or `v/t/n`, counted from 1, or from the last one where negative.
-fn corner(lines: &mut Lines<'_>, vertices: usize) -> Result<u32> {
+/// Texture coordinates, and which of them each vertex has.
+#[derive(Default)]
+struct Coordinates {
+    all: Vec<[f32; 2]>,
+    /// Of each vertex, counted from 1. 0 before any corner has named it.
+    of: Vec<u32>,
+    /// Whether they are passed over: a corner has none, or two corners of a vertex have two.
+    are_lost: bool,
+}
+
+impl Coordinates {
+    fn add(&mut self, coordinates: [f64; 2]) {
+        let single = coordinates.map(|x| x as f32);
+        if !single.iter().all(|x| x.is_finite()) || self.all.len() >= u32::MAX as usize {
+            self.lose();
+        } else if !self.are_lost {
+            self.all.push(single);
+        }
+    }
+
+    /// A corner of a vertex has the coordinates `named`, counted from 1. Vertices and coordinates that come later are not waited for.
+    fn name(&mut self, vertex: u32, named: Option<u32>, vertices: usize) {
+        if self.are_lost || self.all.is_empty() {
+            return;
+        }
+        let place = vertex as usize;
+        let named = named.filter(|&named| place < vertices && named as usize <= self.all.len());
+        self.of.resize(vertices, 0);
+        match (named, self.of.get_mut(place)) {
+            (Some(named), Some(of)) if *of == 0 || *of == named => *of = named,
+            _ => self.lose(),
+        }
+    }
+
+    fn lose(&mut self) {
+        *self = Coordinates { are_lost: true, ..Coordinates::default() };
+    }
+
+    /// Those of so many vertices. A vertex at no corner has the coordinates of its number, if there are as many.
+    fn of_vertices(mut self, count: usize) -> Option<[Attribute; 2]> {
+        if self.of.is_empty() {
+            return None;
+        }
+        self.of.resize(count, 0);
+        let is_alike = self.all.len() == count;
+        let of_vertex = |(v, &named): (usize, &u32)| match named {
+            0 if is_alike => self.all[v],
+            0 => [0.0; 2],
+            named => self.all[named as usize - 1],
+        };
+        let along = |axis: usize| self.of.iter().enumerate().map(|of| of_vertex(of)[axis]).collect();
+        Some([Attribute::f32(texture::S, along(0)), Attribute::f32(texture::T, along(1))])
+    }
+}
+
+/// The vertex of a corner `v`, `v/t`, `v//n` or `v/t/n`, and the number of its texture coordinates, counted from 1, if it has any that
+/// are there.
+fn corner(lines: &mut Lines<'_>, vertices: usize, coordinates: usize) -> Result<(u32, Option<u32>)> {
     let word = lines.word();
-    let end = word.iter().position(|&b| b == b'/').unwrap_or(word.len());
-    let index = std::str::from_utf8(&word[..end]).ok().and_then(|digits| digits.parse::<i64>().ok());
-    let vertex = match index {
-        Some(index) if index > 0 => u32::try_from(index - 1).ok(),
-        Some(index) if index < 0 => (vertices as i64).checked_add(index).and_then(|v| u32::try_from(v).ok()),
-        _ => None,
-    };
-    if let Some(vertex) = vertex {
-        return Ok(vertex);
+    let mut parts = word.split(|&b| b == b'/');
+    if let Some(vertex) = parts.next().and_then(|part| index(part, vertices)) {
+        return Ok((vertex, parts.next().and_then(|part| index(part, coordinates)?.checked_add(1))));
     }
     let shown: String = String::from_utf8_lossy(word).chars().take(40).collect();
     Err(lines.fail(format!("`{shown}` names no vertex: they are counted from 1, or backwards from -1")))
+}
+
+/// An index that is counted from 1, or from the last of `count` where negative.
+fn index(digits: &[u8], count: usize) -> Option<u32> {
+    match std::str::from_utf8(digits).ok()?.parse::<i64>().ok()? {
+        index if index > 0 => u32::try_from(index - 1).ok(),
+        index if index < 0 => u32::try_from((count as i64).checked_add(index)?).ok(),
+        _ => None,
+    }
 }
 
 #[cfg(test)]
@@ -188,6 +254,30 @@ mod tests {
         damage::endure(parse, TEXT.as_bytes(), &scan());
         assert!(sniff(TEXT.as_bytes()) && sniff(b"v 1 2 3\nf 1 2") && !sniff(b"1 2 3\n") && !sniff(b"hello v\n"));
         assert!(!sniff(b"v\nw\n") && !sniff(b""));
+    }
+
+    #[test]
+    fn texture_coordinates_are_read_where_each_vertex_has_one_pair() {
+        let read = |faces: &str| {
+            let text = format!("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvt 0.25 1\nvt 0.5\nvt 3 2\n{faces}\n");
+            let Content::Mesh(mesh) = damage::read(parse, text.as_bytes(), &scan()).unwrap() else { panic!("no mesh") };
+            texture::coordinates(&mesh).map(|all| all.map(<[f32]>::to_vec))
+        };
+        let expected = Some([vec![0.25, 3.0, 0.5, 0.0], vec![1.0, 2.0, 0.0, 0.0]]);
+        assert_eq!(read("f 1/1 2/3 3/2"), expected);
+        assert_eq!(read("f 1/-3/1 2/-1 3/-2\nf 3/2 2/3 1/1"), expected);
+        // A seam, a corner without any, none, one that is not there, and a vertex that comes later.
+        for faces in [
+            "f 1/1 2/3 3/2\nf 1/2 2/3 3/2",
+            "f 1/1 2 3/2",
+            "f 1//1 2//1 3//1",
+            "f 1/1 2/4 3/2",
+            "f 1/1 2/2 5/3\nv 0 0 0",
+        ] {
+            assert_eq!(read(faces), None, "{faces}");
+        }
+        assert_eq!(read("vt x\nf 1/1 2/3 3/2"), None);
+        assert_eq!(read("vt 1e300 0\nf 1/1 2/3 3/2"), None);
     }
 
     #[test]

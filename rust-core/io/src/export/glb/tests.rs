@@ -352,3 +352,37 @@ fn origins_round_no_further_than_single_precision() {
         }
     }
 }
+
+#[test]
+fn texture_coordinates_count_from_the_top_and_come_back() {
+    let mut mesh = TriMesh::new(vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z], vec![[0, 1, 2], [0, 2, 3]]);
+    let cell = 1.0 / f32::from(1_u16 << 12) / f32::from(1_u16 << 12);
+    mesh.vertex_attributes.push(Attribute::f32(texture::S, vec![0.0, 1.0, 0.25, cell]));
+    mesh.vertex_attributes.push(Attribute::f32(texture::T, vec![cell, 2.5, 1.0 - cell, 0.0]));
+    let bytes = written(&[still("a", leaked(mesh.clone()))], &GlbOptions::default());
+    let gltf = gltf::Gltf::from_slice(&bytes).unwrap();
+    let blob = gltf.blob.as_deref().unwrap();
+    let primitive = gltf.meshes().next().unwrap().primitives().next().unwrap();
+    let found: Vec<[f32; 2]> = primitive.reader(|_| Some(blob)).read_tex_coords(0).unwrap().into_f32().collect();
+    assert_eq!(found, [[0.0, 1.0 - cell], [1.0, -1.5], [0.25, cell], [cell, 1.0]]);
+    // They are no custom attributes as well.
+    assert_eq!(primitive.attributes().count(), 3);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.glb");
+    let read = |bytes: &[u8]| {
+        std::fs::write(&path, bytes).unwrap();
+        match crate::import::open(&path).unwrap().scans[0].read().unwrap() {
+            crate::import::Content::Mesh(mesh) => mesh,
+            other => panic!("{other:?}"),
+        }
+    };
+    assert_eq!(read(&bytes), mesh);
+    // Of a part of the scene alone they are left out.
+    let bare = leaked(TriMesh { vertex_attributes: Vec::new(), ..mesh.clone() });
+    let textured = leaked(mesh);
+    for nodes in [[still("a", textured), still("b", bare)], [still("b", bare), still("a", textured)]] {
+        assert_eq!(read(&written(&nodes, &GlbOptions::default())).vertex_attributes, []);
+    }
+    let both = read(&written(&[still("a", textured), still("b", textured)], &GlbOptions::default()));
+    assert_eq!(both.vertex_attributes[0], Attribute::f32(texture::S, [0.0, 1.0, 0.25, cell].repeat(2)));
+}

@@ -22,10 +22,14 @@ fn mesh(vertices: usize) -> TriMesh {
         ),
         Attribute::i32("range_row", (0..vertices).map(|i| i as i32 - 5).collect()),
         Attribute::bool("interpolated", (0..vertices).map(|i| i % 3 == 0).collect()),
+        Attribute::f32("t", (0..vertices).map(|i| f(i + 3)).collect()),
+        Attribute::f32("s", (0..vertices).map(|i| f(i + 4)).collect()),
+        Attribute::i32("source_vertex", (0..vertices).map(|i| i as i32 / 2).collect()),
     ];
     mesh.face_attributes = vec![
         Attribute::bool("hole_fill", (2..vertices).map(|i| i % 2 == 0).collect()),
         Attribute::i32("source_scan", (2..vertices).map(|i| i as i32).collect()),
+        Attribute::i32("chart", (2..vertices).map(|i| i as i32 % 7 - 1).collect()),
     ];
     mesh
 }

@@ -49,9 +49,10 @@ impl Accessors<'_> {
         let bytes = component.size();
         let channels = match accessor.type_ {
             Checked::Valid(Type::Scalar) => 1,
+            Checked::Valid(Type::Vec2) => 2,
             Checked::Valid(Type::Vec3) => 3,
             Checked::Valid(Type::Vec4) => 4,
-            _ => return self.fail(&at, "its type must be SCALAR, VEC3 or VEC4"),
+            _ => return self.fail(&at, "its type must be SCALAR, VEC2, VEC3 or VEC4"),
         };
         let size = bytes * channels;
         let Some(view) = accessor.buffer_view.and_then(|view| self.root.buffer_views.get(view.value())) else {
@@ -103,10 +104,31 @@ impl Accessors<'_> {
         Ok(all)
     }
 
+    /// Texture coordinates of the vertices of a mesh, upwards. `None` if they are in a form that is not read: a surface needs none.
+    pub fn texture(&self, accessor: Index<Accessor>, count: usize) -> Result<Option<Vec<[f32; 2]>>> {
+        let Ok(elements) = self.elements(accessor) else { return Ok(None) };
+        let one = match elements.component {
+            ComponentType::U8 => 255.0,
+            ComponentType::U16 => 65535.0,
+            ComponentType::F32 => 1.0,
+            _ => return Ok(None),
+        };
+        if (elements.channels, elements.count) != (2, count) {
+            return Ok(None);
+        }
+        let mut all = reserve(count, &self.scan.path)?;
+        // glTF counts from the top.
+        all.extend((0..count).map(|i| {
+            let [s, t] = [0, 1].map(|k| elements.value(i, k) / one);
+            [s as f32, (1.0 - t) as f32]
+        }));
+        Ok(Some(all).filter(|all| all.as_flattened().iter().all(|x| x.is_finite())))
+    }
+
     /// Linear colours of three or four channels, as sRGB.
     pub fn colours(&self, accessor: Index<Accessor>, count: usize, at: &str) -> Result<Vec<[u8; 4]>> {
         let elements = self.elements(accessor)?;
-        if elements.channels == 1 || elements.component == ComponentType::U32 {
+        if elements.channels < 3 || elements.component == ComponentType::U32 {
             return self.fail(at, "a colour must have three or four channels of bytes, 16 bits or floats");
         }
         if elements.count != count {

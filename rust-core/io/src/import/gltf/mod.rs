@@ -1,7 +1,7 @@
 //! glTF 2.0, binary and text: the triangles of all meshes of the scene as one mesh, placed by their nodes, with the colours of their
-//! vertices. A scene of points without triangles is a point cloud. If the scene names no node, all are placed. Buffers lie in the file, in
-//! the text (base64) or in the file's folder. A name that leads out of it is refused unless the options allow it. Triangle strips and fans
-//! are triangles. Lines, and points beside triangles, are passed over.
+//! vertices, and their texture coordinates if all have some. A scene of points without triangles is a point cloud. If the scene names no
+//! node, all are placed. Buffers lie in the file, in the text (base64) or in the file's folder. A name that leads out of it is refused
+//! unless the options allow it. Triangle strips and fans are triangles. Lines, and points beside triangles, are passed over.
 //!
 //! The `gltf` crate knows the schema. Three things are ours. Chunks, as its reader of them panics on short lengths. Nodes' transforms,
 //! which it rounds to 32 bits where surveyed coordinates have more digits. Elements, whose bounds it trusts.

@@ -17,7 +17,7 @@ use base::error::Result;
 use base::memory;
 use base::progress::Progress;
 use mesh::point_cloud::PointCloud;
-use mesh::{Attribute, TriMesh};
+use mesh::{Attribute, TriMesh, texture};
 
 /// Deepest tree of nodes.
 const DEEPEST: usize = 256;
@@ -83,6 +83,8 @@ pub(super) struct Reader<'a, 'p> {
     colours: Option<Vec<[u8; 4]>>,
     /// Of points, while all that were read have them.
     normals: Option<Vec<[f32; 3]>>,
+    /// Texture coordinates of a surface, likewise.
+    texture: Option<Vec<[f32; 2]>>,
     /// Nodes seen: each has one parent, whatever a damaged file says.
     visited: Vec<bool>,
     progress: &'a Progress<'p>,
@@ -102,8 +104,8 @@ impl<'a, 'p> Reader<'a, 'p> {
     pub fn new(accessors: Accessors<'a>, transforms: Vec<DMat4>, progress: &'a Progress<'p>) -> Result<Self> {
         let visited = vec![false; accessors.root.nodes.len()];
         let mesh = TriMesh::default();
-        let (wanted, colours, normals) = (Wanted::Triangles, None, None);
-        let mut reader = Reader { accessors, transforms, wanted, mesh, colours, normals, visited, progress };
+        let (wanted, colours, normals, texture) = (Wanted::Triangles, None, None, None);
+        let mut reader = Reader { accessors, transforms, wanted, mesh, colours, normals, texture, visited, progress };
         reader.foresee()?;
         Ok(reader)
     }
@@ -138,7 +140,7 @@ impl<'a, 'p> Reader<'a, 'p> {
                 if root.meshes.is_empty() { "there is no mesh" } else { "there are no triangles and no points" };
             return self.accessors.fail("scene", format!("{problem}: export a surface or points with it"));
         }
-        let Reader { mut mesh, colours, normals, wanted, accessors, .. } = self;
+        let Reader { mut mesh, colours, normals, texture, wanted, accessors, .. } = self;
         if wanted == Wanted::Points {
             return Ok(Content::Points(PointCloud {
                 positions: mesh.positions,
@@ -149,6 +151,11 @@ impl<'a, 'p> Reader<'a, 'p> {
             }));
         }
         mesh.vertex_attributes.extend(colours.map(|colours| Attribute::colour("colour", colours)));
+        if let Some(all) = texture {
+            let along = |axis: usize| all.iter().map(|at| at[axis]).collect();
+            mesh.vertex_attributes.push(Attribute::f32(texture::S, along(0)));
+            mesh.vertex_attributes.push(Attribute::f32(texture::T, along(1)));
+        }
         Ok(Content::Mesh(mesh))
     }
 
@@ -304,17 +311,12 @@ impl<'a, 'p> Reader<'a, 'p> {
         if self.wanted == Wanted::Points {
             let normals = attribute(Semantic::Normals);
             let normals = normals.map(|normals| self.accessors.normals(normals, count, world, at)).transpose()?;
-            // Of some points alone they are left out.
-            self.normals = match (self.normals.take(), normals) {
-                (Some(mut all), Some(more)) if all.len() == first => {
-                    all.extend(more);
-                    Some(all)
-                }
-                (None, Some(all)) if first == 0 => Some(all),
-                _ => None,
-            };
+            self.normals = joined(self.normals.take(), normals, first);
             return Ok(());
         }
+        let coordinates = attribute(Semantic::TexCoords(0));
+        let coordinates = coordinates.map(|accessor| self.accessors.texture(accessor, count)).transpose()?.flatten();
+        self.texture = joined(self.texture.take(), coordinates, first);
         let mirrored = world.determinant() < 0.0;
         let mut add = |a: u32, b: u32, c: u32| {
             let triangle = if mirrored { [a, c, b] } else { [a, b, c] };
@@ -333,5 +335,17 @@ impl<'a, 'p> Reader<'a, 'p> {
             _ => corners.as_chunks::<3>().0.iter().for_each(|&[a, b, c]| add(a, b, c)),
         }
         Ok(())
+    }
+}
+
+/// Those of the `first` vertices and of more behind them. Of some vertices alone they are left out.
+fn joined<T>(all: Option<Vec<T>>, more: Option<Vec<T>>, first: usize) -> Option<Vec<T>> {
+    match (all, more) {
+        (Some(mut all), Some(more)) if all.len() == first => {
+            all.extend(more);
+            Some(all)
+        }
+        (None, Some(all)) if first == 0 => Some(all),
+        _ => None,
     }
 }

@@ -7,7 +7,7 @@ use super::problem::{Parsed, Problem};
 use crate::import::colour::Count;
 use base::error::Error;
 use base::memory;
-use mesh::Attribute;
+use mesh::{Attribute, texture};
 
 /// A position in the precision it is kept in.
 pub(super) trait Position: Copy {
@@ -71,7 +71,7 @@ enum Type {
 }
 
 /// Attribute, its type, and the property names that mean it, in lower case.
-const SCALARS: [(&str, Type, &[&str]); 10] = [
+const SCALARS: [(&str, Type, &[&str]); 14] = [
     ("confidence", Type::F32, &["confidence"]),
     ("intensity", Type::F32, &["intensity", "scalar_intensity", "reflectance"]),
     ("quality", Type::F32, &["quality", "scalar_quality"]),
@@ -82,6 +82,10 @@ const SCALARS: [(&str, Type, &[&str]); 10] = [
     ("source_scan", Type::I32, &["source_scan"]),
     ("interpolated", Type::Bool, &["interpolated"]),
     ("hole_fill", Type::Bool, &["hole_fill"]),
+    (texture::S, Type::F32, &["s", "texture_u"]),
+    (texture::T, Type::F32, &["t", "texture_v"]),
+    ("source_vertex", Type::I32, &["source_vertex"]),
+    ("chart", Type::I32, &["chart"]),
 ];
 
 const VECTORS: [(&str, usize); 18] = [
