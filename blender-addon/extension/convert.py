@@ -75,14 +75,23 @@ def mesh_from_grid(name, grid, cut):
     corners = (result.triangles if cut else result.quads).view(np.int32).reshape(-1)
     mesh = new_mesh(name, result.positions_f32(), corners, 3 if cut else 4)
     store_all(mesh, result)
-    mesh.uv_layers.new(name="UVMap", do_init=False)
-    mesh.attributes["UVMap"].data.foreach_set("vector", grid.uvs[corners].reshape(-1))
+    store_uv(mesh, grid.uvs[corners])
     return mesh
+
+
+def store_uv(mesh, coordinates):
+    """Writes the texture coordinates of all corners, float32, into the active UV map. Makes one if there is none."""
+    layer = mesh.uv_layers.active or mesh.uv_layers.new(name="UVMap", do_init=False)
+    mesh.attributes[layer.name].data.foreach_set("vector", np.ascontiguousarray(coordinates).reshape(-1))
 
 
 def store_all(mesh, result):
     """Stores all attributes of vertices and faces of a result of the library."""
-    for attribute, values in result.vertex_attributes.items():
+    of_vertices = result.vertex_attributes
+    if {"s", "t"} <= of_vertices.keys() and len(mesh.loops):
+        coordinates = np.column_stack([of_vertices.pop("s"), of_vertices.pop("t")])
+        store_uv(mesh, coordinates[result.triangles])
+    for attribute, values in of_vertices.items():
         store(mesh, attribute, values)
     for attribute, values in result.face_attributes.items():
         # Blender's names are unique over all domains: the faces' `error` beside the vertices' is `face_error`.

@@ -23,7 +23,7 @@ OBJECT = (
     ("surfrecon.box_around", "surfrecon.keep_inside", "surfrecon.remove_inside"),
     ("surfrecon.align", "surfrecon.merge", "surfrecon.align_merge", "surfrecon.merge_to_file", "surfrecon.reconstruct"),
     ("surfrecon.close_surface",),
-    ("surfrecon.sculpt", "surfrecon.quads", "surfrecon.remesh"),
+    ("surfrecon.sculpt", "surfrecon.quads", "surfrecon.remesh", "surfrecon.unwrap"),
     ("surfrecon.error_map", "surfrecon.error_hide", "surfrecon.measure", "surfrecon.check_print"),
     ("surfrecon.prepare_print",),
     ("surfrecon.export_glb", "surfrecon.export_for_printing"),

@@ -283,6 +283,7 @@ class SURFRECON_PT_reduce(ScansPanel, bpy.types.Panel):
         ("surfrecon.quads", "MESH_GRID"),
         ("surfrecon.remesh", "MOD_TRIANGULATE"),
         ("surfrecon.prepare_print", "MOD_SOLIDIFY"),
+        ("surfrecon.unwrap", "UV"),
     )
 
     def draw(self, context):

@@ -30,8 +30,9 @@
  *   13. Closed surfaces                                 srf_mesh_close()
  *   14. Checks before printing                          srf_mesh_check_print()
  *   15. Preparing a print                               srf_mesh_prepare_print()
- *   16. The virtual scanner                             srf_scan_mesh()
- *   17. Measuring                                       srf_mesh_distances()
+ *   16. Texture coordinates                             srf_mesh_unwrap()
+ *   17. The virtual scanner                             srf_scan_mesh()
+ *   18. Measuring                                       srf_mesh_distances()
  *
  * Conventions
  *   Names begin with srf_. A call that can fail returns srf_status; srf_last_error_message() then has the text.
@@ -1813,6 +1814,60 @@ typedef struct {
   uint64_t parts;
 } srf_prepare_print_report;
 
+// How a mesh gets its texture coordinates. Starts with its size. Set to the defaults by srf_unwrap_params_init().
+typedef struct {
+  // Bytes of this struct.
+  uint32_t struct_size;
+  // Worker threads, at most 1024. 0, the default, for the number of srf_set_threads(). Results are the same for any
+  // number.
+  uint32_t threads;
+  // Tiles to fill, as densely as they hold the charts. 1 to 100. 0, the default: one.
+  uint64_t tiles;
+  // Texels per unit of length on the surface, in as many tiles as that takes. > 0. SRF_FROM_DATA, the default: as many
+  // as fit the tiles.
+  double texels_per_unit;
+  // Columns and rows of a tile, in texels. 16 to 16384, default 2048.
+  uint64_t size;
+  // Texels that stay free around each chart, twice as many between two. Mipmaps of level n need 2^n. 0 to 256, default
+  // 4.
+  uint64_t padding;
+  // Largest angle between the normal of a triangle and the mean normal of its chart. Smaller angles make flatter charts
+  // and more of them. Radians, 0.017453292519943295 to 1.5533430342749532, default 1.2217304763960306.
+  double cone;
+  // Largest factor by which the area of a triangle in the texture may differ from its share of the chart, either way.
+  // Charts that exceed it are split. 1.1 to 1000, default 4.
+  double max_stretch;
+} srf_unwrap_params;
+
+// The figures of unwrapping. Starts with its size. Prepared by srf_unwrap_report_init().
+typedef struct {
+  // Bytes of this struct.
+  uint32_t struct_size;
+  // 0.
+  uint32_t reserved;
+  // Charts. Since 0.2.
+  uint64_t charts;
+  // Charts before small ones were joined to their neighbours. Since 0.2.
+  uint64_t charts_before;
+  // Tiles. Since 0.2.
+  uint64_t tiles;
+  // Share of the tiles that triangles cover. Since 0.2.
+  double used;
+  // Texels per unit of length: the root of the texels that triangles cover over their area on the surface. Since 0.2.
+  double texels_per_unit;
+  // Mean stretch over the surface. The stretch of a triangle is the larger of its longest stretched length and the
+  // inverse of its shortest one, as a multiple of the texels per unit. 1 is none. Since 0.2.
+  double stretch;
+  // Nineteen twentieths of the surface are stretched less. Since 0.2.
+  double stretch_p95;
+  // Triangles that have no area in the texture: degenerate ones, and those too thin for single precision. Since 0.2.
+  uint64_t collapsed;
+  // Their share of the surface. Since 0.2.
+  double collapsed_area;
+  // Vertices that were moved as single precision turned one of their triangles. Since 0.2.
+  uint64_t moved;
+} srf_unwrap_report;
+
 // Errors that a virtual scanner adds to the truth. The defaults add nothing. Starts with its size. Set to the defaults by
 // srf_scan_params_init().
 typedef struct {
@@ -2698,7 +2753,7 @@ srf_status srf_mesh_triangles(const srf_mesh *mesh, srf_array *out_triangles);
 srf_status srf_mesh_attribute_count(const srf_mesh *mesh, uint32_t domain, size_t *out_count);
 
 // Name of an attribute. Names in use: colour, confidence, intensity, error (in the mesh's unit), range_row, range_col,
-// source_scan, interpolated (vertices that lie on no scan), hole_fill (triangles).
+// source_scan, interpolated (vertices that lie on no scan), hole_fill (triangles), s and t (texture coordinates, to the right and upwards).
 // mesh       not NULL
 // domain     a value of srf_domain
 // index      less than srf_mesh_attribute_count()
@@ -5203,7 +5258,62 @@ srf_status srf_mesh_part(const srf_mesh *mesh,
                          size_t number,
                          srf_mesh **out_mesh);
 
-// ==== 16. The virtual scanner ==============================================================================
+// ==== 16. Texture coordinates ==============================================================================
+// A mesh gets texture coordinates: charts that are packed into one tile or several. No triangle is flipped
+// and no two overlap.
+//
+//     /* A mesh with texture coordinates for images of 4096 texels. Prints how well they fill the image, and the first of them. */
+//     static srf_status unwrapped(const srf_mesh *mesh, srf_mesh **out_mesh)
+//     {
+//         srf_unwrap_params params;
+//         srf_unwrap_report report;
+//         srf_array s, t;
+//         srf_status status;
+//         srf_unwrap_params_init(&params);
+//         srf_unwrap_report_init(&report);
+//         params.size = 4096;
+//         status = srf_mesh_unwrap(mesh, &params, NULL, out_mesh, &report);
+//         if (status != SRF_OK) return status;
+//         printf("%u charts fill %.0f %% of the image\n", (unsigned)report.charts, 100 * report.used);
+//         status = srf_mesh_attribute(*out_mesh, SRF_DOMAIN_VERTICES, "s", &s);
+//         if (status == SRF_OK) status = srf_mesh_attribute(*out_mesh, SRF_DOMAIN_VERTICES, "t", &t);
+//         if (status == SRF_OK) printf("the first vertex lies at (%g, %g)\n", *(const float *)s.data, *(const float *)t.data);
+//         return status;
+//     }
+
+// Sets the defaults. Call srf_unwrap_params_init(params), which adds the size that this header knows.
+// params   not NULL
+// size     sizeof(srf_unwrap_params): what of the struct this library does not know becomes 0
+// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_unwrap_params_init_sized(srf_unwrap_params *params, size_t size);
+#define srf_unwrap_params_init(params) srf_unwrap_params_init_sized((params), sizeof(srf_unwrap_params))
+
+// Prepares a struct of figures. Call srf_unwrap_report_init(report), which adds the size that this header knows.
+// report   not NULL
+// size     sizeof(srf_unwrap_report): what of the struct this library does not know becomes 0
+// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_unwrap_report_init_sized(srf_unwrap_report *report,
+                                        size_t size);
+#define srf_unwrap_report_init(report) srf_unwrap_report_init_sized((report), sizeof(srf_unwrap_report))
+
+// Gives a mesh texture coordinates. The result has the same triangles in the same order. Vertices on seams come once per chart. Attributes
+// ride along. The attributes s and t of the vertices are the coordinates, to the right and upwards: the image of a tile fills a unit
+// square, with its first row at the top. Tile k begins at (k % 10, k / 10). The attribute source_vertex is the vertex of the input that
+// each vertex was. The attribute chart is the chart of each triangle, -1 for one without area in the texture.
+// mesh        any mesh. Not NULL
+// params      NULL for the defaults
+// progress    NULL for none
+// out_mesh    receives a new handle on SRF_OK only. Not NULL
+// out_report  initialized by srf_unwrap_report_init(). NULL if not wanted
+// returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT for a mesh without triangles or charts that do not fit the tiles,
+//             SRF_ERR_OUT_OF_MEMORY, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.2.
+srf_status srf_mesh_unwrap(const srf_mesh *mesh,
+                           const srf_unwrap_params *params,
+                           const srf_progress *progress,
+                           srf_mesh **out_mesh,
+                           srf_unwrap_report *out_report);
+
+// ==== 17. The virtual scanner ==============================================================================
 // Range images of any mesh, with the errors that a scanner makes: for tests that know the truth.
 //
 //     /* Scans a mesh from where the sensor stands. */
@@ -5253,7 +5363,7 @@ srf_status srf_scan_mesh(const srf_mesh *mesh,
                          const srf_progress *progress,
                          srf_image **out_image);
 
-// ==== 17. Measuring ========================================================================================
+// ==== 18. Measuring ========================================================================================
 // How far points or a surface lie from a mesh.
 //
 //     /* Prints the largest distance of a surface from a reference. */

@@ -564,6 +564,11 @@ struct PreparePrintParams : srf_prepare_print_params {
     PreparePrintParams() { check(srf_prepare_print_params_init(this)); }
 };
 
+// The parameters of `unwrap`, with their defaults.
+struct UnwrapParams : srf_unwrap_params {
+    UnwrapParams() { check(srf_unwrap_params_init(this)); }
+};
+
 // The parameters of `scan`, with their defaults.
 struct ScanParams : srf_scan_params {
     ScanParams() { check(srf_scan_params_init(this)); }
@@ -612,6 +617,11 @@ struct PrintReport : srf_check_print_report {
 // The figures of preparing a print. Lengths are in the unit of the result.
 struct PrepareReport : srf_prepare_print_report {
     PrepareReport() { check(srf_prepare_print_report_init(this)); }
+};
+
+// The figures of unwrapping.
+struct UnwrapReport : srf_unwrap_report {
+    UnwrapReport() { check(srf_unwrap_report_init(this)); }
 };
 
 // A mesh as a surface: counts, and what follows from them. Triangles that name a vertex out of range or a vertex twice are counted, then left out of all that follows. So are vertices without a triangle.
@@ -923,6 +933,15 @@ public:
     {
         srf_mesh *mesh = nullptr;
         check(srf_mesh_part(get(), number, &mesh));
+        return Mesh(mesh);
+    }
+
+    // With texture coordinates: the attributes s and t of the vertices. Its figures go to `report`, if given.
+    Mesh unwrapped(const UnwrapParams &params = {}, UnwrapReport *report = nullptr, const Progress &progress = {}) const
+    {
+        srf_mesh *mesh = nullptr;
+        detail::Watcher watcher(progress);
+        watcher.check(srf_mesh_unwrap(get(), &params, watcher.get(), &mesh, report));
         return Mesh(mesh);
     }
 

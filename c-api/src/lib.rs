@@ -51,6 +51,7 @@
 //! | `spline` | B-spline surfaces through quad grids |
 //! | `status` | The outcome of a call, and what is kept of the last failure |
 //! | `text` | Texts as C wants them |
+//! | `unwrap` | Texture coordinates |
 //! | `version` | Version of this library |
 //! | `vertices` | Range images as hosts keep them: a mesh of a vertex a valid pixel, whatever its user does with it |
 //! | `write` | Writing files |
@@ -116,6 +117,7 @@ mod sources;
 mod spline;
 mod status;
 mod text;
+mod unwrap;
 mod version;
 mod vertices;
 mod write;

@@ -134,7 +134,7 @@ pub unsafe extern "C" fn srf_mesh_attribute_count(
 }
 
 /// Name of an attribute. Names in use: colour, confidence, intensity, error (in the mesh's unit), range_row, range_col,
-/// source_scan, interpolated (vertices that lie on no scan), hole_fill (triangles).
+/// source_scan, interpolated (vertices that lie on no scan), hole_fill (triangles), s and t (texture coordinates, to the right and upwards).
 /// mesh       not NULL
 /// domain     a value of srf_domain
 /// index      less than srf_mesh_attribute_count()

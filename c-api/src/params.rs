@@ -16,6 +16,7 @@ pub mod scan;
 pub mod sculpt;
 pub mod spline;
 pub mod triangulate;
+pub mod unwrap;
 pub mod write;
 // end
 

@@ -13,3 +13,4 @@ pub mod quads;
 pub mod reconstruct;
 pub mod sculpt;
 pub mod snap;
+pub mod unwrap;

@@ -172,6 +172,20 @@ inline const Filter prepare_print_filter = {
     run_prepare_print,
 };
 
+void ask_unwrap(const MeshDocument &document, RichParameterList &list);
+Outputs run_unwrap(Job &job);
+inline const Filter unwrap_filter = {
+    "Texture: Unwrap",
+    "compute_texcoord_by_unwrapping_per_wedge",
+    "Gives the current layer texture coordinates of the corners of its faces: charts that are packed into one tile or several. No face is flipped and no two overlap. Vertices and faces stay as they are.<br>"
+    "Any faces are welcome: open, closed, of many parts. Edges that do not join two faces of the same orientation become seams.<br>"
+    "The log has the figures.",
+    compat::FilterBase::Texture,
+    compat::FilterBase::SINGLE_MESH,
+    ask_unwrap,
+    run_unwrap,
+};
+
 inline const Filter *const operation_filters[] = {
     &open_filter,
     &plane_filter,
@@ -184,6 +198,7 @@ inline const Filter *const operation_filters[] = {
     &close_filter,
     &check_print_filter,
     &prepare_print_filter,
+    &unwrap_filter,
 };
 
 }  // namespace srf

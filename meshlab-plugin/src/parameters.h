@@ -371,6 +371,27 @@ inline const Parameters prepare_print_parameters = {
      false, 0, 0, 5, true, offsetof(srf_prepare_print_params, print_up), {"Z", "Y", "X", "-Z", "-Y", "-X"}},
 };
 
+inline const Parameters unwrap_parameters = {
+    {Kind::count, "tiles", "Tiles",
+     "Tiles to fill, as densely as they hold the charts.<br>0: one.",
+     true, 0, 1, 100, true, offsetof(srf_unwrap_params, tiles), {}},
+    {Kind::ratio, "texels_per_unit", "Texels per unit",
+     "Texels per unit of length on the surface, in as many tiles as that takes.<br>0: as many as fit the tiles.",
+     true, 0, 0, unbounded, false, offsetof(srf_unwrap_params, texels_per_unit), {}},
+    {Kind::count, "size", "Size",
+     "Columns and rows of a tile, in texels. 16 to 16384.",
+     false, 2048, 16, 16384, true, offsetof(srf_unwrap_params, size), {}},
+    {Kind::count, "padding", "Padding",
+     "Texels that stay free around each chart, twice as many between two. Mipmaps of level n need 2^n. 0 to 256.",
+     false, 4, 0, 256, true, offsetof(srf_unwrap_params, padding), {}},
+    {Kind::angle, "cone", "Cone",
+     "Largest angle between the normal of a triangle and the mean normal of its chart. Smaller angles make flatter charts and more of them. Degrees, 1 to 89.",
+     false, 70, 1, 89, false, offsetof(srf_unwrap_params, cone), {}},
+    {Kind::ratio, "max_stretch", "Max stretch",
+     "Largest factor by which the area of a triangle in the texture may differ from its share of the chart, either way. Charts that exceed it are split. 1.1 to 1000.",
+     false, 4, 1.1, 1000, false, offsetof(srf_unwrap_params, max_stretch), {}},
+};
+
 inline const Parameters scan_parameters = {
     {Kind::length, "noise", "Noise",
      "Standard deviation of the Gaussian noise along each ray. >= 0.",

@@ -20,10 +20,11 @@ const std::vector<const srf::Filter *> filters = all();
 
 const srf::Filter &filter(int id) { return *filters[id]; }
 
-// The changes of filters in the document: they add layers, place them, take vertices and faces out of old ones, and select and rate faces.
+// The changes of filters in the document: they add layers, place them, take vertices and faces out of old ones, select and rate faces, and give
+// their corners texture coordinates.
 const int changed_elements = MeshModel::MM_VERTCOORD | MeshModel::MM_VERTNORMAL | MeshModel::MM_VERTNUMBER | MeshModel::MM_FACEVERT |
                              MeshModel::MM_FACENORMAL | MeshModel::MM_FACENUMBER | MeshModel::MM_FACEQUALITY | MeshModel::MM_FACEFLAGSELECT |
-                             MeshModel::MM_TRANSFMATRIX;
+                             MeshModel::MM_WEDGTEXCOORD | MeshModel::MM_TRANSFMATRIX;
 
 }  // namespace
 

@@ -205,4 +205,17 @@ inline const Figures prepare_print_figures = {
     {Figure::Kind::count, "parts", "Parts", false, 1, offsetof(srf_prepare_print_report, parts), {}, {}},
 };
 
+inline const Figures unwrap_figures = {
+    {Figure::Kind::count, "charts", "Charts", false, 1, offsetof(srf_unwrap_report, charts), {}, {}},
+    {Figure::Kind::count, "charts_before", "Charts before joining", false, 1, offsetof(srf_unwrap_report, charts_before), {}, {}},
+    {Figure::Kind::count, "tiles", "Tiles", false, 1, offsetof(srf_unwrap_report, tiles), {}, {}},
+    {Figure::Kind::ratio, "used", "Used", false, 1, offsetof(srf_unwrap_report, used), {}, {}},
+    {Figure::Kind::number, "texels_per_unit", "Texels per unit", false, 1, offsetof(srf_unwrap_report, texels_per_unit), {}, {}},
+    {Figure::Kind::number, "stretch", "Stretch", false, 1, offsetof(srf_unwrap_report, stretch), {}, {}},
+    {Figure::Kind::number, "stretch_p95", "Stretch, 95 %", false, 1, offsetof(srf_unwrap_report, stretch_p95), {}, {}},
+    {Figure::Kind::count, "collapsed", "Triangles without area", false, 1, offsetof(srf_unwrap_report, collapsed), {}, {}},
+    {Figure::Kind::ratio, "collapsed_area", "Share without area", false, 1, offsetof(srf_unwrap_report, collapsed_area), {}, {}},
+    {Figure::Kind::count, "moved", "Vertices moved", false, 1, offsetof(srf_unwrap_report, moved), {}, {}},
+};
+
 }  // namespace srf

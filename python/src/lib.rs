@@ -49,6 +49,7 @@
 //! | `similarity` | True size and ground: one similarity for all scans |
 //! | `sources` | Scans as Python hands them over |
 //! | `unpickling` | Objects made again of what `crate::pickling` gave pickle, to the bit |
+//! | `unwrap` | Meshes with texture coordinates |
 //! | `vertices` | `GridCamera`, and images of the vertices that a host keeps |
 
 #![allow(
@@ -104,6 +105,7 @@ mod settings;
 mod similarity;
 mod sources;
 mod unpickling;
+mod unwrap;
 mod vertices;
 // end
 
@@ -180,6 +182,8 @@ mod _native {
     use crate::similarity::{Similarity, ground, true_size};
     #[pymodule_export]
     use crate::unpickling::_again;
+    #[pymodule_export]
+    use crate::unwrap::{Unwrapped, unwrap};
     #[pymodule_export]
     use crate::vertices::GridCamera;
     // end

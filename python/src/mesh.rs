@@ -25,7 +25,7 @@ use crate::similarity::Given;
 ///
 /// Triangles turn counter-clockwise seen from outside. Attribute names in use: ``colour`` (uint8 RGBA, sRGB),
 /// ``confidence``, ``intensity``, ``error`` (world units), ``interpolated`` (vertices not on any scan), ``hole_fill``
-/// (triangles).
+/// (triangles), ``s`` and ``t`` (texture coordinates, to the right and upwards).
 ///
 /// >>> mesh = surfrecon.Mesh([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], [(0, 1, 2), (0, 2, 3)])
 /// >>> mesh.positions[mesh.triangles].shape  # three corners a triangle

@@ -48,6 +48,8 @@ pub use reconstruct;
 pub use scan;
 #[doc(inline)]
 pub use sculpt;
+#[doc(inline)]
+pub use unwrap;
 // end
 
 /// Errors: what the caller got wrong and what to do.

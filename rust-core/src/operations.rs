@@ -21,6 +21,7 @@ pub const OPERATIONS: &[Operation] = &[
     close::OPERATION,
     close::print::OPERATION,
     printing::OPERATION,
+    unwrap::OPERATION,
     mesh::CHECK_OPERATION,
     scan::OPERATION,
 ];

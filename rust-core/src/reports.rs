@@ -262,6 +262,7 @@ mod tests {
         look_at::<quads::QuadReport>();
         look_at::<reconstruct::ReconstructReport>();
         look_at::<sculpt::SculptReport>();
+        look_at::<unwrap::UnwrapReport>();
         // end
         for reported in reports() {
             let mut names = std::collections::HashSet::new();

@@ -16,6 +16,7 @@ use surfrecon::reconstruct::ReconstructParams;
 use surfrecon::scan::shapes::Shape;
 use surfrecon::sculpt::{SculptParams, Tolerance};
 use surfrecon::triangulate::TriangulateParams;
+use surfrecon::unwrap::{UnwrapParams, unwrap};
 use surfrecon::{Error, PointCloud, Progress, RangeImage, Result, cluster, memory, quads, reconstruct, sculpt};
 
 struct Counting;
@@ -94,6 +95,11 @@ fn work_that_does_not_fit_is_refused() {
     let sphere = Shape::Sphere { radius: 1.0 }.mesh(36);
     foreseen("Bvh", || Bvh::build(&sphere.positions, &sphere.triangles, 0).map(drop));
     foreseen("cluster", || cluster::run(&sphere, &ClusterParams::default(), &progress).map(drop));
+    let light = Shape::Sphere { radius: 10.0 }.mesh(12);
+    let small_tile = UnwrapParams { size: 256, ..UnwrapParams::default() };
+    foreseen("unwrap", || unwrap(&light, &small_tile, &progress).map(drop));
+    let large_tile = UnwrapParams { size: 8192, ..UnwrapParams::default() };
+    foreseen("unwrap in a large tile", || unwrap(&light, &large_tile, &progress).map(drop));
     foreseen("check print", || check_print(&sphere, &PrintParams::default(), &progress).map(drop));
     let print = PrepareParams { flat_base: true, ..PrepareParams::default() };
     foreseen("prepare print", || prepare_print(&sphere, &print, &progress).map(drop));

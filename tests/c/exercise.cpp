@@ -245,6 +245,9 @@ try {
     PrepareReport printed;
     const Mesh cut = mesh.prepared_for_printing(printing, &printed);
     must(printed.parts > 1 && cut.part(0).triangles().size() < cut.triangles().size(), "prepared for printing");
+    UnwrapReport atlas;
+    const Mesh flat = mesh.unwrapped({}, &atlas);
+    must(atlas.charts > 0 && flat.attribute<float>(SRF_DOMAIN_VERTICES, "s").size() == flat.positions().size(), "unwrapped");
     mesh.write_obj("exercise.obj");
     for (const std::string &name : {std::string(), std::string("statue")}) {
         const std::string expected = "\"name\":\"" + (name.empty() ? "mesh" : name) + "\"";

@@ -331,6 +331,18 @@ def test_a_print_made_ready(c):
     same_mesh(c, c.mesh_part(found, 1), prepared.parts[1])
 
 
+def test_texture_coordinates(c):
+    ring = shapes.torus(detail=16)
+    found, report = c.mesh_unwrap(c.mesh(ring), c.struct("unwrap_params", size=512, padding=2, tiles=4))
+    unwrapped = surfrecon.unwrap(ring, size=512, padding=2, tiles=4)
+    same_mesh(c, found, unwrapped.mesh)
+    same_report(report, unwrapped.report, 10)
+    same(c.attributes(found, 1)["s"], unwrapped.uv[:, 0])
+    same(c.attributes(found, 1)["t"], unwrapped.uv[:, 1])
+    same(c.attributes(found, 1)["source_vertex"], unwrapped.source.view(np.int32))
+    same(c.attributes(found, 2)["chart"], unwrapped.chart)
+
+
 def test_an_alignment_and_one_scan_drawn_to_the_others(c, truth, heap, aligned, in_place):
     aligner, still = c.aligner_create(), c.aligner_create()
     for scan, placed in zip(heap, truth, strict=True):

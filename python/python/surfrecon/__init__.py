@@ -58,6 +58,7 @@ from ._native import (
     Sculptor,
     Similarity,
     Spline,
+    Unwrapped,
     __version__,
     adaptive_quads,
     align,
@@ -94,6 +95,7 @@ from ._native import (
     transformed,
     true_size,
     turntable,
+    unwrap,
     virtual_scan,
     write,
     write_scans,
@@ -118,6 +120,7 @@ from ._reports import (
     Snap,
     TriangleShapes,
     TurntableFound,
+    UnwrapReport,
 )
 
 __all__ = [
@@ -181,6 +184,8 @@ __all__ = [
     "SurfreconError",
     "TriangleShapes",
     "TurntableFound",
+    "UnwrapReport",
+    "Unwrapped",
     "__version__",
     "adaptive_quads",
     "align",
@@ -219,6 +224,7 @@ __all__ = [
     "transformed",
     "true_size",
     "turntable",
+    "unwrap",
     "virtual_scan",
     "write",
     "write_scans",

@@ -23,6 +23,7 @@ from ._reports import (
     ReconstructReport,
     SculptReport,
     Snap,
+    UnwrapReport,
 )
 
 __all__ = [
@@ -59,6 +60,7 @@ __all__ = [
     "Sculptor",
     "Similarity",
     "Spline",
+    "Unwrapped",
     "__version__",
     "_again",
     "_check_file_in_pieces",
@@ -106,6 +108,7 @@ __all__ = [
     "transformed",
     "true_size",
     "turntable",
+    "unwrap",
     "virtual_scan",
     "write",
     "write_scans",
@@ -954,6 +957,20 @@ class Job:
         threads: int | None = 0,
         # end
     ) -> Job: ...
+    @staticmethod
+    def unwrap(
+        mesh: Mesh,
+        *,
+        # options: unwrap
+        tiles: int | None = None,
+        texels_per_unit: float | None = None,
+        size: int | None = 2048,
+        padding: int | None = 4,
+        cone: float | None = 1.2217304763960306,
+        max_stretch: float | None = 4.0,
+        threads: int | None = 0,
+        # end
+    ) -> Job: ...
     # end of types of Job
 
 @final
@@ -1622,5 +1639,33 @@ def prepare_print(
     # end
     progress: _Progress | None = None,
 ) -> Prepared: ...
+
+@final
+class Unwrapped:
+    @property
+    def mesh(self) -> Mesh: ...
+    @property
+    def uv(self) -> NDArray[np.float32]: ...
+    @property
+    def source(self) -> NDArray[np.uint32]: ...
+    @property
+    def chart(self) -> NDArray[np.int32]: ...
+    @property
+    def report(self) -> UnwrapReport: ...
+
+def unwrap(
+    mesh: Mesh,
+    *,
+    # options: unwrap
+    tiles: int | None = None,
+    texels_per_unit: float | None = None,
+    size: int | None = 2048,
+    padding: int | None = 4,
+    cone: float | None = 1.2217304763960306,
+    max_stretch: float | None = 4.0,
+    threads: int | None = 0,
+    # end
+    progress: _Progress | None = None,
+) -> Unwrapped: ...
 
 # end of types

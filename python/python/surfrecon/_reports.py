@@ -30,6 +30,7 @@ __all__ = [
     "Snap",
     "TriangleShapes",
     "TurntableFound",
+    "UnwrapReport",
 ]
 
 
@@ -713,6 +714,44 @@ class PrepareReport(Report):
     drain_room: float | None
     is_drained: bool
     parts: int
+    seconds: dict[str, float]
+
+
+class UnwrapReport(Report):
+    """The figures of unwrapping.
+
+    >>> report = surfrecon.unwrap(mesh).report
+    >>> report.charts == report["charts"]
+    True
+
+    Attributes:
+        charts: Charts.
+        charts_before: Charts before small ones were joined to their neighbours.
+        tiles: Tiles.
+        used: Share of the tiles that triangles cover.
+        texels_per_unit: Texels per unit of length: the root of the texels that triangles cover over their area on
+            the surface.
+        stretch: Mean stretch over the surface. The stretch of a triangle is the larger of its longest stretched
+            length and the inverse of its shortest one, as a multiple of the texels per unit. 1 is none.
+        stretch_p95: Nineteen twentieths of the surface are stretched less.
+        collapsed: Triangles that have no area in the texture: degenerate ones, and those too thin for single
+            precision.
+        collapsed_area: Their share of the surface.
+        moved: Vertices that were moved as single precision turned one of their triangles.
+        seconds: Wall-clock seconds by the name of the stage.
+    """
+
+    __slots__ = ()
+    charts: int
+    charts_before: int
+    tiles: int
+    used: float
+    texels_per_unit: float
+    stretch: float
+    stretch_p95: float
+    collapsed: int
+    collapsed_area: float
+    moved: int
     seconds: dict[str, float]
 
 

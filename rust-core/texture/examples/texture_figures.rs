@@ -84,7 +84,7 @@ fn main() -> Result<()> {
     detail.vertex_attributes.push(Attribute::colour("colour", colours));
     let coarse = ClusterParams { resolution: Resolution::Vertices(4000), iterations: 10, ..ClusterParams::default() };
     let light = cluster::run(&detail, &coarse, &none)?.mesh;
-    let flat = unwrap::run(&light, &UnwrapParams { size, ..UnwrapParams::default() }, &none)?;
+    let flat = unwrap::unwrap(&light, &UnwrapParams { size, ..UnwrapParams::default() }, &none)?;
     let target = TextureTarget { mesh: &flat.mesh, uv: &flat.uv };
     println!(
         "truth {} triangles, detailed {}, light {}, {} charts, {:.3} used, {:.2} texels per mm",

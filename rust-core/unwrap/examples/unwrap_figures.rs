@@ -27,7 +27,7 @@ fn main() -> Result<()> {
         }
         let mesh = read(&argument)?;
         let start = Instant::now();
-        let done = unwrap::run(&mesh, &params, &Progress::none())?;
+        let done = unwrap::unwrap(&mesh, &params, &Progress::none())?;
         let seconds = start.elapsed().as_secs_f64();
         let found = check::check(&done.uv, &done.mesh.triangles, &Progress::none())?;
         let of = &done.report;

@@ -5,6 +5,14 @@ use glam::DVec2;
 /// No chart.
 pub const NONE: u32 = u32::MAX;
 
+/// Cells of the grid of coordinates in a unit of length: as fine as single precision is just below 1.
+const GRID: f64 = (1 << 24) as f64;
+
+/// The nearest coordinates that single precision holds, and `1 - v` of them, too: files that count v from the top lose nothing.
+pub fn on_grid(at: DVec2) -> DVec2 {
+    ((at * GRID).round() / GRID).as_vec2().as_dvec2()
+}
+
 /// The flattened triangles. *Places* are vertices as charts have them: a vertex on a seam has one in each chart.
 #[derive(Clone, Debug, Default)]
 pub struct Charts {

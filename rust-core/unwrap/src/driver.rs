@@ -31,6 +31,7 @@ base::stages! {
 /// * No triangle is flipped and no two overlap, by exact signs of the coordinates as they are returned
 ///   ([`check`](super::check::check)). Triangles that are degenerate, or too thin for single precision, have no area.
 /// * Charts lie at least twice `padding` texels from each other and `padding` from the border of their tile.
+/// * Coordinates are multiples of 2^-24, so that `1 - v` of a file that counts from the top is exact.
 /// * The same input gives the same coordinates for any number of threads.
 ///
 /// # Cost
@@ -40,14 +41,15 @@ base::stages! {
 /// # Errors
 /// Parameters out of range. A mesh that is not valid or has no triangle. Charts that do not fit their tiles. [`base::Error::OutOfMemory`].
 /// [`base::Error::Cancelled`].
-pub fn run(mesh: &TriMesh, params: &UnwrapParams, progress: &Progress<'_>) -> Result<Unwrapped> {
+pub fn unwrap(mesh: &TriMesh, params: &UnwrapParams, progress: &Progress<'_>) -> Result<Unwrapped> {
     params.validate()?;
     Crs::lengths(mesh.crs.as_ref())?;
-    let surface = Surface::new(mesh)?;
     let triangles = mesh.triangles.len();
     // The packer's page, a bit per texel, and the charts' masks in four turns.
     let page = 0.6 * f64::from(params.size).powi(2);
     memory::expect_each(triangles, BYTES_A_TRIANGLE, page, "unwrapping", "triangles")?;
+    let surface = Surface::new(mesh)?;
+    pack::expect_density(&surface, params)?;
     progress.plan(PLAN);
     let pool = base::threads::pool(params.threads)?;
     progress.run(&pool, || stages(mesh, &surface, params, progress))

@@ -2,12 +2,17 @@
 
 use glam::DVec2;
 
-use mesh::{Attribute, TriMesh};
+use mesh::{Attribute, TriMesh, texture};
 
 use super::charts::{Charts, NONE};
 use super::join::{area_vector, stretches};
 use super::params::UnwrapParams;
 use super::report::{UnwrapReport, Unwrapped};
+
+/// Attribute of vertices: the vertex of the input.
+const SOURCE: &str = "source_vertex";
+/// Attribute of triangles: their charts.
+const CHART: &str = "chart";
 
 /// The mesh with the coordinates of `charts`, and what is measured of them.
 pub fn finish(input: &TriMesh, mut charts: Charts, params: &UnwrapParams, mut report: UnwrapReport) -> Unwrapped {
@@ -16,16 +21,25 @@ pub fn finish(input: &TriMesh, mut charts: Charts, params: &UnwrapParams, mut re
     let Charts { uv, vertex, corners, of } = charts;
     let (uv, source, triangles) = without_unused(&uv, &vertex, corners);
     let places: Vec<usize> = source.iter().map(|&v| v as usize).collect();
-    let gathered = |attributes: &[Attribute]| attributes.iter().map(|a| a.gather(&places)).collect();
+    let chart: Vec<i32> = of.iter().map(|&chart| if chart == NONE { -1 } else { chart as i32 }).collect();
+    let is_other = |a: &&Attribute| ![texture::S, texture::T, SOURCE, CHART].contains(&a.name.as_str());
+    let mut vertex_attributes: Vec<_> =
+        input.vertex_attributes.iter().filter(is_other).map(|a| a.gather(&places)).collect();
+    vertex_attributes.extend([
+        Attribute::f32(texture::S, uv.iter().map(|at| at.x as f32).collect()),
+        Attribute::f32(texture::T, uv.iter().map(|at| at.y as f32).collect()),
+        Attribute::i32(SOURCE, source.iter().map(|&v| v as i32).collect()),
+    ]);
+    let mut face_attributes: Vec<_> = input.face_attributes.iter().filter(is_other).cloned().collect();
+    face_attributes.push(Attribute::i32(CHART, chart.clone()));
     let mesh = TriMesh {
         positions: places.iter().map(|&v| input.positions[v]).collect(),
         triangles,
-        vertex_attributes: gathered(&input.vertex_attributes),
-        face_attributes: input.face_attributes.clone(),
+        vertex_attributes,
+        face_attributes,
         rounding_room: input.rounding_room,
         crs: input.crs.clone(),
     };
-    let chart = of.iter().map(|&chart| if chart == NONE { -1 } else { chart as i32 }).collect();
     Unwrapped { mesh, uv, source, chart, report }
 }
 

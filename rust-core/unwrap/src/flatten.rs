@@ -97,11 +97,11 @@ fn told(error: uvunwrap::Error) -> Error {
     match error {
         uvunwrap::Error::Cancelled => Error::Cancelled,
         uvunwrap::Error::ChartTooLarge { width, height, page_size } => Error::input(format!(
-            "a chart takes {width} x {height} texels with its padding, but a tile has {page_size} x {page_size}: use larger tiles, \
-             fewer texels per unit, less padding or a smaller cone"
+            "a chart takes {width} x {height} texels with its padding, but a tile has {page_size} x {page_size}. Use larger tiles, \
+             fewer texels per unit, less padding or a smaller cone."
         )),
         uvunwrap::Error::AtlasTooLarge { texels } => Error::input(format!(
-            "the charts would take {texels} texels, more than 2^30: use fewer texels per unit or fewer tiles"
+            "the charts would take {texels} texels, more than 2^30: use fewer texels per unit or smaller tiles"
         )),
         other => Error::input(format!("the mesh can't be unwrapped: {other}")),
     }

@@ -13,6 +13,7 @@
 //! Coordinates are those of UDIM tiles: tile `t` is the unit square whose lower left corner is `(t % 10, t / 10)`, number
 //! 1001 + t in file names. Its image has the first row at the top, where v is largest.
 
+mod operation;
 mod params;
 mod report;
 
@@ -42,7 +43,8 @@ mod driver;
 
 pub mod check;
 
-pub use driver::run;
+pub use driver::unwrap;
+pub use operation::OPERATION;
 pub use params::{ChartScale, SCHEMA, UnwrapParams};
 pub use report::{UnwrapReport, Unwrapped};
 

@@ -6,7 +6,7 @@ use base::error::Result;
 use base::progress::Progress;
 use geom::predicates::orient2d;
 
-use super::charts::{Charts, NONE};
+use super::charts::{Charts, NONE, on_grid};
 use super::check::check;
 use super::join::area_vector;
 use super::surface::Surface;
@@ -103,8 +103,8 @@ fn raise(charts: &mut Charts, t: usize, around: &rustc_hash::FxHashMap<u32, Vec<
         let up = edge.perp().try_normalize().unwrap_or(DVec2::Y);
         let place = corners[k] as usize;
         for step in 0..STEPS {
-            let by = f64::from(f32::EPSILON) * uv[k].max_element().max(1.0 / 64.0) * f64::from(1 << step);
-            charts.uv[place] = (uv[k] + up * by).as_vec2().as_dvec2();
+            let by = f64::from(f32::EPSILON) * uv[k].max_element().max(0.5) * f64::from(1 << step);
+            charts.uv[place] = on_grid(uv[k] + up * by);
             if around[&corners[k]]
                 .iter()
                 .all(|&other| other != t && !was_sound(charts, other, place, uv[k]) || is_sound(charts.triangle(other)))

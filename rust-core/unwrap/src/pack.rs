@@ -2,11 +2,11 @@
 
 use uvunwrap::{Density, Options};
 
-use base::error::{Error, Result};
+use base::error::{Error, Result, Shown};
 use base::progress::Progress;
 use glam::DVec2;
 
-use super::charts::{Charts, NONE};
+use super::charts::{Charts, NONE, on_grid};
 use super::flatten::{Generated, Known, generated};
 use super::join::area_vector;
 use super::params::{ChartScale, UnwrapParams};
@@ -17,9 +17,12 @@ const ROW: u32 = 10;
 /// Densities that are tried to fill several tiles, each halving the range.
 const TRIALS: usize = 7;
 
+/// Texels along the longest side of the mesh, at most.
+const LONGEST: f64 = 1e9;
+
 /// Charts in their tiles.
 pub struct Packed {
-    /// Their coordinates, as single precision holds them.
+    /// Their coordinates, on the grid.
     pub charts: Charts,
     /// Tiles.
     pub tiles: u32,
@@ -38,9 +41,11 @@ pub fn pack(charts: &Charts, surface: &Surface, params: &UnwrapParams, progress:
             let generated = packer.at(density * surface.unit)?;
             if generated.pages > ROW * ROW {
                 return Err(Error::input(format!(
-                    "{density} texels per unit need {} tiles of {} texels, but 100 are the most: use fewer texels per unit or larger \
+                    "{} texels per unit need {} tiles of {} texels, but 100 are the most: use fewer texels per unit or larger \
                      tiles",
-                    generated.pages, params.size
+                    Shown(density),
+                    generated.pages,
+                    params.size
                 )));
             }
             return Ok(packer.placed(generated));
@@ -48,17 +53,33 @@ pub fn pack(charts: &Charts, surface: &Surface, params: &UnwrapParams, progress:
     };
     let one = packer.filling_one()?;
     if one.pages > most {
-        let count = charts.members().len();
+        let (count, UnwrapParams { padding, size, .. }) = (charts.members().len(), params);
         return Err(Error::input(format!(
-            "{count} charts with a padding of {} texels do not fit {most} tiles of {} texels. Use more or larger \
-                tiles or less padding, or drop small parts of the mesh.",
-            params.padding, params.size
+            "{count} charts with a padding of {padding} texels do not fit the tiles: {most} of {size} x {size} texels. Use more or larger \
+             tiles or less padding, or drop small parts of the mesh."
         )));
     }
     if most == 1 || one.pages > 1 {
         return Ok(packer.placed(one));
     }
     packer.filling(most, one).map(|best| packer.placed(best))
+}
+
+/// Refuses a density at which the mesh is smaller than a texel, or larger than single precision counts.
+///
+/// # Errors
+/// [`Error::Input`].
+pub fn expect_density(surface: &Surface, params: &UnwrapParams) -> Result<()> {
+    let ChartScale::TexelsPerUnit(density) = params.extent else { return Ok(()) };
+    let side = density * surface.unit;
+    if (1.0..=LONGEST).contains(&side) {
+        return Ok(());
+    }
+    Err(Error::input(format!(
+        "{} texels per unit make the mesh {} texels long, but 1 to 10^9 are allowed: use more or fewer texels per unit",
+        Shown(density),
+        Shown::digits(side, 4)
+    )))
 }
 
 struct Packer<'a, 'p> {
@@ -135,7 +156,8 @@ impl<'a, 'p> Packer<'a, 'p> {
         }
         for (at, tile) in charts.uv.iter_mut().zip(tile) {
             let corner = DVec2::new(f64::from(tile % ROW), f64::from(tile / ROW));
-            *at = ((*at * scale).clamp(DVec2::ZERO, DVec2::ONE) + corner).as_vec2().as_dvec2();
+            *at = (*at * scale).clamp(DVec2::ZERO, DVec2::ONE) + corner;
+            *at = on_grid(*at);
         }
         // It was given places, not vertices.
         charts.vertex.iter_mut().for_each(|place| *place = self.charts.vertex[*place as usize]);

@@ -2,42 +2,47 @@
 
 use glam::DVec2;
 
+use base::progress::Seconds;
 use mesh::TriMesh;
 
-/// The figures of a run.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct UnwrapReport {
-    /// Charts.
-    pub charts: usize,
-    /// Charts before small ones were joined to their neighbours.
-    pub charts_before: usize,
-    /// Tiles.
-    pub tiles: usize,
-    /// Share of the tiles that triangles cover.
-    pub used: f64,
-    /// Texels per unit of length: the root of the texels that triangles cover over their area on the surface.
-    pub texels_per_unit: f64,
-    /// Stretch of a triangle: the larger of its longest stretched length and its shortest one's inverse, as a multiple of
-    /// `texels_per_unit`. 1 is none. Mean over the surface.
-    pub stretch: f64,
-    /// Nineteen twentieths of the surface are stretched less.
-    pub stretch_p95: f64,
-    /// Triangles that have no area in the texture: degenerate ones, and those too thin for single precision.
-    pub collapsed: usize,
-    /// Their share of the surface.
-    pub collapsed_area: f64,
-    /// Vertices that were moved as single precision turned one of their triangles.
-    pub moved: usize,
-    /// Names of the stages with their wall-clock seconds.
-    pub seconds: Vec<(&'static str, f64)>,
+base::report! {
+    /// The figures of unwrapping.
+    #[derive(Default)]
+    pub struct UnwrapReport {
+        /// Charts.
+        charts: usize = count("Charts").since("0.2"),
+        /// Charts before small ones were joined to their neighbours.
+        charts_before: usize = count("Charts before joining").since("0.2"),
+        /// Tiles.
+        tiles: usize = count("Tiles").since("0.2"),
+        /// Share of the tiles that triangles cover.
+        used: f64 = ratio("Used").since("0.2"),
+        /// Texels per unit of length: the root of the texels that triangles cover over their area on the surface.
+        texels_per_unit: f64 = number("Texels per unit").since("0.2"),
+        /// Mean stretch over the surface. The stretch of a triangle is the larger of its longest stretched length and the inverse of its
+        /// shortest one, as a multiple of the texels per unit. 1 is none.
+        stretch: f64 = number("Stretch").since("0.2"),
+        /// Nineteen twentieths of the surface are stretched less.
+        stretch_p95: f64 = number("Stretch, 95 %").since("0.2"),
+        /// Triangles that have no area in the texture: degenerate ones, and those too thin for single precision.
+        collapsed: usize = count("Triangles without area").since("0.2"),
+        /// Their share of the surface.
+        collapsed_area: f64 = ratio("Share without area").since("0.2"),
+        /// Vertices that were moved as single precision turned one of their triangles.
+        moved: usize = count("Vertices moved").since("0.2"),
+        /// Wall-clock seconds by the name of the stage.
+        seconds: Seconds = stages().since("0.2"),
+    }
 }
 
 /// Result of unwrapping.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Unwrapped {
-    /// The mesh with the same triangles in the same order. Vertices on seams come once per chart. Attributes ride along.
+    /// The mesh with the same triangles in the same order. Vertices on seams come once per chart. Attributes ride along. What follows
+    /// here is in it as attributes, too: `s` and `t` have the texture coordinates of the vertices, `source_vertex` their sources, and
+    /// `chart` the charts of the triangles.
     pub mesh: TriMesh,
-    /// Texture coordinates, one per vertex of `mesh`: numbers that single precision holds.
+    /// Texture coordinates, one per vertex of `mesh`: multiples of 2^-24 that single precision holds.
     pub uv: Vec<DVec2>,
     /// The vertex of the input that each vertex was.
     pub source: Vec<u32>,

@@ -6,11 +6,11 @@ use proptest::prelude::*;
 use base::{Error, Progress};
 use geom::bvh::Closest;
 use mesh::shapes::Shape;
-use mesh::{Attribute, TriMesh};
+use mesh::{Attribute, AttributeData, TriMesh, texture};
 
 use super::check::{UvReport, check};
 use super::params::{ChartScale, UnwrapParams};
-use super::{Unwrapped, run};
+use super::{Unwrapped, unwrap};
 
 const SMALL: UnwrapParams =
     UnwrapParams { extent: ChartScale::OneTile, size: 512, padding: 2, cone: 1.2, max_stretch: 4.0, threads: 1 };
@@ -21,7 +21,7 @@ fn found(done: &Unwrapped) -> UvReport {
 
 /// Unwraps, and checks all that is promised of every mesh.
 fn sound(mesh: &TriMesh, params: &UnwrapParams) -> Unwrapped {
-    let done = run(mesh, params, &Progress::none()).unwrap();
+    let done = unwrap(mesh, params, &Progress::none()).unwrap();
     let report = found(&done);
     assert!(report.is_sound(), "{report:?}");
     let collapsed: Vec<u32> = (0..mesh.triangles.len() as u32).filter(|&t| done.chart[t as usize] < 0).collect();
@@ -31,6 +31,12 @@ fn sound(mesh: &TriMesh, params: &UnwrapParams) -> Unwrapped {
     assert!(done.mesh.triangles.iter().map(vertices).eq(mesh.triangles.iter().copied()));
     assert!(done.source.iter().zip(&done.mesh.positions).all(|(&v, p)| mesh.positions[v as usize] == *p));
     assert!(done.uv.iter().all(|at| at.as_vec2().as_dvec2() == *at && at.min_element() >= 0.0));
+    assert!(done.uv.iter().all(|at| f64::from(1.0 - at.y as f32) == 1.0 - at.y));
+    let [s, t] = texture::coordinates(&done.mesh).unwrap();
+    assert!(s.iter().zip(t).map(|(&s, &t)| DVec2::new(s.into(), t.into())).eq(done.uv.iter().copied()));
+    let sources = AttributeData::I32(done.source.iter().map(|&v| v as i32).collect());
+    assert_eq!(done.mesh.vertex_attribute("source_vertex"), Some(&sources));
+    assert_eq!(done.mesh.face_attribute("chart"), Some(&AttributeData::I32(done.chart.clone())));
     assert!(done.uv.iter().all(|at| at.max_element() <= 10.0));
     done.mesh.validate().unwrap();
     done
@@ -234,6 +240,9 @@ fn tiles_by_number_and_by_density() {
     let four = sound(&mesh, &UnwrapParams { extent: ChartScale::Tiles(4), ..SMALL });
     assert!(four.report.tiles > 1 && four.report.tiles <= 4, "{:?}", four.report);
     assert!(four.report.texels_per_unit > 1.5 * one.report.texels_per_unit, "{:?}", four.report);
+    if base::tier::is_thorough() {
+        sound(&mesh, &UnwrapParams { size: 16_384, ..SMALL });
+    }
     // Each triangle lies in one tile.
     for t in &four.mesh.triangles {
         let middle = t.iter().map(|&v| four.uv[v as usize]).sum::<DVec2>() / 3.0;
@@ -243,12 +252,6 @@ fn tiles_by_number_and_by_density() {
     let wanted = 1.6 * one.report.texels_per_unit;
     let dense = sound(&mesh, &UnwrapParams { extent: ChartScale::TexelsPerUnit(wanted), ..SMALL });
     assert!((dense.report.texels_per_unit / wanted - 1.0).abs() < 0.01 && dense.report.tiles > 1, "{:?}", dense.report);
-    let refused = |extent| run(&mesh, &UnwrapParams { extent, ..SMALL }, &Progress::none()).unwrap_err().to_string();
-    assert!(
-        refused(ChartScale::TexelsPerUnit(1e4)).contains("use larger tiles"),
-        "{}",
-        refused(ChartScale::TexelsPerUnit(1e4))
-    );
 }
 
 #[test]
@@ -260,8 +263,11 @@ fn attributes_ride_along_and_no_number_of_threads_matters() {
     let mut one = sound(&mesh, &SMALL);
     let mut many = sound(&mesh, &UnwrapParams { threads: 7, ..SMALL });
     let sources = one.source.iter().map(|&v| v as i32).collect();
-    assert_eq!(one.mesh.vertex_attributes, [Attribute::i32("source_scan", sources)]);
-    assert_eq!(one.mesh.face_attributes, mesh.face_attributes);
+    assert_eq!(one.mesh.vertex_attributes[0], Attribute::i32("source_scan", sources));
+    assert_eq!(one.mesh.face_attributes[0], mesh.face_attributes[0]);
+    // Those of an earlier run are replaced.
+    let again = sound(&one.mesh, &SMALL);
+    assert_eq!((again.mesh.vertex_attributes.len(), again.mesh.face_attributes.len()), (4, 2));
     one.report.seconds.clear();
     many.report.seconds.clear();
     assert!(one == many);
@@ -272,7 +278,7 @@ fn it_can_be_cancelled_anywhere() {
     let mesh = Shape::Torus { major: 3.0, minor: 1.0 }.mesh(2);
     let mut checks = 0;
     let mut cancelled = 0;
-    while let Err(error) = run(&mesh, &SMALL, &Progress::cancel_after(checks)) {
+    while let Err(error) = unwrap(&mesh, &SMALL, &Progress::cancel_after(checks)) {
         assert!(matches!(error, Error::Cancelled), "{error}");
         cancelled += 1;
         checks += 1 + checks / 4;
@@ -282,7 +288,7 @@ fn it_can_be_cancelled_anywhere() {
 
 #[test]
 fn what_cannot_be_unwrapped_is_named() {
-    let told = |mesh: &TriMesh, params: &UnwrapParams| run(mesh, params, &Progress::none()).unwrap_err().to_string();
+    let told = |mesh: &TriMesh, params: &UnwrapParams| unwrap(mesh, params, &Progress::none()).unwrap_err().to_string();
     let plane = Shape::Plane { half: DVec2::ONE }.mesh(1);
     assert!(told(&TriMesh::default(), &SMALL).contains("no triangles"));
     assert!(told(&moved(plane.clone(), DVec3::ONE, 0.0), &SMALL).contains("at one point"));
@@ -293,7 +299,16 @@ fn what_cannot_be_unwrapped_is_named() {
     assert!(told(&plane, &UnwrapParams { size: 2, ..SMALL }).contains("size must be"));
     let parts: Vec<TriMesh> = (0..200).map(|i| moved(plane.clone(), DVec3::X * f64::from(3 * i), 1.0)).collect();
     let crowded = told(&joined(&parts), &UnwrapParams { size: 64, padding: 4, ..SMALL });
-    assert!(crowded.contains("200 charts") && crowded.contains("drop small parts"), "{crowded}");
+    assert!(crowded.contains("200 charts") && crowded.contains("1 of 64 x 64 texels"), "{crowded}");
+    let dense = |texels| UnwrapParams { extent: ChartScale::TexelsPerUnit(texels), size: 64, ..SMALL };
+    let many = told(&joined(&parts), &dense(25.0));
+    assert!(many.contains("25 texels per unit need 200 tiles") && many.contains("or larger tiles"), "{many}");
+    let large = told(&joined(&parts), &dense(1e4));
+    assert!(large.contains("a chart takes 2000") && large.contains("Use larger tiles"), "{large}");
+    for texels in [1e-9, 1e39] {
+        let told = told(&plane, &dense(texels));
+        assert!(told.contains("texels long") && told.contains("10^9"), "{told}");
+    }
     let line = TriMesh::new(vec![DVec3::ZERO, DVec3::X, DVec3::X * 2.0], vec![[0, 1, 2]]);
     let done = sound(&line, &SMALL);
     assert_eq!((done.report.charts, done.report.collapsed), (0, 1));

@@ -30,6 +30,8 @@ pub type CheckPrintParams = Sized<8>;
 
 pub type PreparePrintParams = Sized<13>;
 
+pub type UnwrapParams = Sized<6>;
+
 pub type ScanParams = Sized<10>;
 
 pub type AlignedScan = Sized<105>;
@@ -300,6 +302,23 @@ pub mod prepare_print_report {
     pub const DRAIN_ROOM: usize = 19;
     pub const IS_DRAINED: usize = 20;
     pub const PARTS: usize = 21;
+}
+
+pub type UnwrapReport = Sized<10>;
+
+/// Places of the figures of [`UnwrapReport`].
+#[allow(dead_code, reason = "tests look at some")]
+pub mod unwrap_report {
+    pub const CHARTS: usize = 0;
+    pub const CHARTS_BEFORE: usize = 1;
+    pub const TILES: usize = 2;
+    pub const USED: usize = 3;
+    pub const TEXELS_PER_UNIT: usize = 4;
+    pub const STRETCH: usize = 5;
+    pub const STRETCH_P95: usize = 6;
+    pub const COLLAPSED: usize = 7;
+    pub const COLLAPSED_AREA: usize = 8;
+    pub const MOVED: usize = 9;
 }
 
 pub type CheckReport = Sized<20>;

@@ -367,6 +367,9 @@ functions! {
     srf_prepare_print_report_init_sized(report: *mut PrepareReport, size: usize) -> i32;
     srf_mesh_prepare_print(mesh: Handle, params: *const PreparePrintParams, progress: *const Watch, out_mesh: *mut Handle, out_report: *mut PrepareReport) -> i32;
     srf_mesh_part(mesh: Handle, number: usize, out_mesh: *mut Handle) -> i32;
+    srf_unwrap_params_init_sized(params: *mut UnwrapParams, size: usize) -> i32;
+    srf_unwrap_report_init_sized(report: *mut UnwrapReport, size: usize) -> i32;
+    srf_mesh_unwrap(mesh: Handle, params: *const UnwrapParams, progress: *const Watch, out_mesh: *mut Handle, out_report: *mut UnwrapReport) -> i32;
     srf_scan_params_init_sized(params: *mut ScanParams, size: usize) -> i32;
     srf_scan_mesh(mesh: Handle, rows: usize, cols: usize, projection: *const Projection, world_from_sensor: *const [f64; 16], params: *const ScanParams, progress: *const Watch, out_image: *mut Handle) -> i32;
     srf_distance_report_init_sized(report: *mut DistanceReport, size: usize) -> i32;

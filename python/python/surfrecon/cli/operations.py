@@ -34,6 +34,7 @@ __all__ = [
     "quads",
     "reconstruct",
     "sculpt",
+    "unwrap",
 ]
 
 
@@ -473,6 +474,36 @@ def _tell_older_parts(work: Work, output: str, written: Sequence[str]) -> None:
     if older:
         names = older[0] if len(older) == 1 else f"{older[0]} to {older[-1]}"
         work.note(f"{names}: of an earlier run with another count of parts: remove what is not to be printed")
+
+
+def unwrap(work: Work) -> Made:
+    """Gives a mesh texture coordinates."""
+    output = work.request.output
+    if output is not None and not output.lower().endswith(_TEXTURED):
+        raise UsageError(
+            f"{output}: files of this format hold no texture coordinates: end its name in .obj, .glb or .ply"
+        )
+    scan, content = contents.one(work)
+    if not isinstance(content, _native.Mesh):
+        raise InputError(f"{scan.name} is a {contents.kind(content)}: give a mesh, such as surfrecon merge makes")
+    mesh = contents.placed(content, scan.world_from_sensor, scan.crs)
+    with work.showing() as shown:
+        found = _native.unwrap(mesh, progress=shown, **work.given("unwrap"))
+    report = found.report
+    said = (
+        f"charts: {report.charts:,}, tiles: {report.tiles}, {report.used:.1%} used, "
+        f"{report.texels_per_unit:.4g} texels per unit"
+    )
+    stretch = f"stretch {report.stretch:.4g}, at most {report.stretch_p95:.4g} on 95 % of the surface"
+    lines = [_counts(found.mesh), said, stretch]
+    if report.collapsed:
+        share = f"{report.collapsed_area:.2%} of the surface"
+        lines.append(f"triangles too thin or too small for an area in the texture: {report.collapsed:,}, {share}")
+    return Made(report, lines, _writer(work, found.mesh), _parts(work, found.mesh))
+
+
+# Endings of files that hold texture coordinates.
+_TEXTURED = (".obj", ".glb", ".ply")
 
 
 def measure(work: Work) -> Made:

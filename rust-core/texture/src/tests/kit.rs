@@ -96,7 +96,7 @@ pub fn around(count: usize, distance: f64) -> Vec<DVec3> {
 
 pub fn unwrapped(mesh: &TriMesh) -> Unwrapped {
     let params = UnwrapParams { size: SIZE, padding: 2, threads: 1, ..UnwrapParams::default() };
-    unwrap::run(mesh, &params, &Progress::none()).unwrap()
+    unwrap::unwrap(mesh, &params, &Progress::none()).unwrap()
 }
 
 pub fn textured(flat: &Unwrapped, detail: &TriMesh, shots: &[Shot], params: &TextureParams) -> Result<Textured> {

@@ -87,7 +87,7 @@ fn several_tiles_are_as_one() {
     let mesh = sphere();
     let params =
         UnwrapParams { size: SIZE, padding: 2, extent: ChartScale::Tiles(3), threads: 1, ..UnwrapParams::default() };
-    let flat = unwrap::run(&mesh, &params, &base::Progress::none()).unwrap();
+    let flat = unwrap::unwrap(&mesh, &params, &base::Progress::none()).unwrap();
     assert!(flat.report.tiles > 1);
     let shots = [shot("one", &mesh, DVec3::X * 4.0, &|_| [1, 200, 100])];
     let done = textured(&flat, &mesh, &shots, &TextureParams { height_map: true, ..PLAIN }).unwrap();

@@ -225,6 +225,19 @@ fn whole_numbers(bytes: &[u8]) -> Vec<u32> {
     bytes.chunks_exact(4).map(|b| u32::from_ne_bytes(b.try_into().unwrap())).collect()
 }
 
+/// The core's own mesh of the same vertices and triangles.
+fn of_core(mesh: Handle) -> surfrecon::TriMesh {
+    let (mut positions, mut triangles) = (Array::EMPTY, Array::EMPTY);
+    // SAFETY: as the header wants it.
+    unsafe {
+        api().ok((api().srf_mesh_positions)(mesh, &mut positions));
+        api().ok((api().srf_mesh_triangles)(mesh, &mut triangles));
+    }
+    let numbers: Vec<f64> = positions.bytes().chunks(8).map(|b| f64::from_ne_bytes(b.try_into().unwrap())).collect();
+    let corners = whole_numbers(&triangles.bytes()).as_chunks::<3>().0.to_vec();
+    surfrecon::TriMesh::new(numbers.chunks(3).map(glam::DVec3::from_slice).collect(), corners)
+}
+
 #[test]
 pub(super) fn a_mesh_is_clustered_and_so_is_a_chain() {
     use cluster_report::*;
@@ -305,19 +318,70 @@ pub(super) fn a_mesh_is_clustered_and_so_is_a_chain() {
 }
 
 #[test]
+pub(super) fn a_mesh_gets_the_texture_coordinates_of_the_core() {
+    use unwrap_report::*;
+    let api = api();
+    let mesh = octahedron();
+    let (mut params, mut report, mut unwrapped) = (UnwrapParams::ZERO, UnwrapReport::ZERO, Handle::NULL);
+    // SAFETY: as the header wants it, or wrong in the ways it names.
+    unsafe {
+        api.ok((api.srf_unwrap_params_init_sized)(&mut params, size_of_val(&params)));
+        api.ok((api.srf_unwrap_report_init_sized)(&mut report, size_of_val(&report)));
+        (params.numbers[0], params.numbers[2], params.numbers[3]) = (2, 256, 2);
+        let mut refused = |change: &dyn Fn(&mut UnwrapParams), status: i32, text: &str| {
+            let mut wrong = params;
+            change(&mut wrong);
+            let none = std::ptr::null_mut();
+            api.refused((api.srf_mesh_unwrap)(mesh, &wrong, std::ptr::null(), &mut unwrapped, none), status, text);
+            assert!(unwrapped == Handle::NULL);
+        };
+        refused(&|p| p.numbers[0] = 101, PARAMETER, "tiles must be >= 1 and <= 100, got 101");
+        refused(
+            &|p| (p.numbers[0], p.numbers[1]) = (0, f64::NAN.to_bits()),
+            PARAMETER,
+            "texels_per_unit must be a finite number > 0, got NaN",
+        );
+        refused(&|p| p.numbers[2] = 8, PARAMETER, "size must be >= 16 and <= 16384, got 8");
+        refused(&|p| p.set_f64(4, 2.0), PARAMETER, "cone must be");
+        refused(&|p| p.numbers[3] = 300, PARAMETER, "padding must be");
+        refused(&|p| p.set_f64(1, 3.0), INPUT, "tiles or texels_per_unit, not both");
+        refused(&|p| p.numbers[3] = 64, INPUT, "use less padding or larger tiles");
+
+        api.ok((api.srf_mesh_unwrap)(mesh, &params, std::ptr::null(), &mut unwrapped, &mut report));
+        let asked = surfrecon::unwrap::UnwrapParams {
+            extent: surfrecon::unwrap::ChartScale::Tiles(2),
+            size: 256,
+            padding: 2,
+            ..Default::default()
+        };
+        let core = surfrecon::unwrap::unwrap(&of_core(mesh), &asked, &surfrecon::Progress::none()).unwrap();
+        let attribute = |domain: u32, name: &CStr| {
+            let mut view = Array::EMPTY;
+            api.ok((api.srf_mesh_attribute)(unwrapped, domain, name.as_ptr(), &mut view));
+            whole_numbers(&view.bytes())
+        };
+        let along = |axis: usize| core.uv.iter().map(|at| (at[axis] as f32).to_bits()).collect::<Vec<u32>>();
+        assert_eq!([attribute(1, c"s"), attribute(1, c"t")], [along(0), along(1)]);
+        assert_eq!(attribute(1, c"source_vertex"), core.source);
+        assert_eq!(attribute(2, c"chart"), core.chart.iter().map(|&chart| chart as u32).collect::<Vec<u32>>());
+        assert_eq!(
+            [CHARTS, TILES].map(|place| report.numbers[place]),
+            [core.report.charts, core.report.tiles].map(|n| n as u64)
+        );
+        assert_eq!([USED, STRETCH].map(|place| report.f64(place)), [core.report.used, core.report.stretch]);
+        api.ok((api.srf_mesh_free)(unwrapped));
+        api.ok((api.srf_mesh_free)(mesh));
+    }
+}
+
+#[test]
 pub(super) fn a_merge_is_that_of_the_core_for_any_number_of_threads() {
-    use glam::{DAffine3, DVec3};
+    use glam::DAffine3;
     let mesh = octahedron();
     let merger = merger_of(mesh);
     let mut params = params(0.07);
     let expected = {
-        let mut view = Array::EMPTY;
-        // SAFETY: as the header wants it.
-        api().ok(unsafe { (api().srf_mesh_positions)(mesh, &mut view) });
-        let numbers: Vec<f64> = view.bytes().chunks(8).map(|b| f64::from_ne_bytes(b.try_into().unwrap())).collect();
-        let positions = numbers.chunks(3).map(DVec3::from_slice).collect();
-        let triangles = vec![[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]];
-        let mesh = surfrecon::TriMesh::new(positions, triangles);
+        let mesh = of_core(mesh);
         let name = "octahedron".to_owned();
         let placed = surfrecon::merge::PlacedMesh { name, mesh: &mesh, world_from_mesh: DAffine3::IDENTITY };
         let params = surfrecon::merge::MergeParams { voxel: Some(0.07), ..Default::default() };
