@@ -27,7 +27,7 @@ const MOST_OVER_BASE: f64 = 16.0;
 const MOST_NODES: f64 = 1e6;
 const LAYERS: f64 = 14.0;
 /// Cosine between up and the normal of a surface that looks up.
-const LOOKS_UP: f64 = 0.5;
+pub const LOOKS_UP: f64 = 0.5;
 
 /// Sizes that fit into the walls around openings whose fills cross something. None if the walls are thick.
 ///

@@ -43,8 +43,6 @@ const RETREATS: usize = 3;
 const MOST_STEPS: f64 = 16.0;
 /// Fills that are stuck are tried anew in finer and in coarser cells: where the level set runs beside the border is another chance.
 const FINENESS: [f64; 3] = [1.0, 1.25, 0.8];
-/// Cosine between up and the normal of a surface that looks up.
-const LOOKS_UP: f64 = 0.5;
 /// More stuck fills than this are of scans that contradict each other, whatever the cells.
 const MOST_STUCK: usize = 8;
 /// At the peak. Measured.
@@ -544,7 +542,7 @@ impl Judge<'_> {
         let down = FILL_CELLS * self.step * up;
         let lies_on_base = |t: usize| {
             let corners = self.surface.mesh.corners(t);
-            floor.is_seen(corners[0] - down) && normal(corners).dot(up) > LOOKS_UP
+            floor.is_seen(corners[0] - down) && normal(corners).dot(up) > cells::LOOKS_UP
         };
         let mut stuck = openings.iter_mut().filter(|opening| opening.left_open == Some(LeftOpen::Crossing)).peekable();
         if stuck.peek().is_some() && (0..self.surface.mesh.triangles.len()).any(lies_on_base) {

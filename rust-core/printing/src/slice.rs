@@ -1,6 +1,7 @@
 //! Closed parts of a closed surface beside a plane: cut, capped and looked at.
 //!
-//! Vertices on edges are rounded to single precision, so that a thin triangle may turn over or edges in the plane may cross. The plane then moves by a hair.
+//! Vertices on edges are rounded to single precision, so that a thin triangle may turn over or edges in the plane may cross. The plane then
+//! moves by a hair.
 
 use base::error::{Error, Result, Shown};
 use base::progress::Progress;
