@@ -252,6 +252,20 @@ class JobOperator:
         return done
 
 
+class MeshOperator(JobOperator):
+    """One that works on the active object, a mesh."""
+
+    @classmethod
+    def poll(cls, context):
+        """There must be a mesh."""
+        if not super().poll(context):
+            return False
+        if context.object is None or context.object.type != "MESH":
+            cls.poll_message_set(told("Make a mesh the active object"))
+            return False
+        return True
+
+
 def refuse_no_numbers(operator):
     """Refuses options that are no numbers: scripts and expressions can give them, past the limits of sliders."""
     for prop in operator.properties.bl_rna.properties:

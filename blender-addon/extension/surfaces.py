@@ -65,6 +65,25 @@ def part_of(evaluated, matrix):
         evaluated.to_mesh_clear()
 
 
+def of_own_faces(obj):
+    """A `surfrecon.Mesh` of an object's own triangles, without modifiers, where they lie in the object."""
+    positions = convert.positions(obj.data)
+    usable.refuse_not_finite(obj, positions)
+    return surfrecon.Mesh(positions, convert.triangles(obj.data))
+
+
+def is_mirrored(matrix):
+    """Whether a matrix turns the outside in."""
+    return np.linalg.det(matrix[:3, :3]) < 0
+
+
+def in_world(mesh, matrix):
+    """A mesh in the world. One that is mirrored there still has its outside outside."""
+    triangles = mesh.triangles[:, ::-1] if is_mirrored(matrix) else mesh.triangles
+    positions = mesh.positions @ matrix[:3, :3].T + matrix[:3, 3]
+    return surfrecon.Mesh(positions, triangles, colour=mesh.vertex_attributes.get("colour"))
+
+
 def union(parts):
     """A `surfrecon.Mesh` of (positions, triangles, colours or `None`)."""
     if not parts:

@@ -14,10 +14,11 @@ import pytest
 import record
 import run
 import scale
+from peers import PEERS, needs_peers
 
 ROOT = Path(__file__).resolve().parents[2]
-# A Python that has the peers, and a folder with our own programs: tools/testing/plan.py names both.
-PEERS, PROGRAMS = os.environ.get("SURFRECON_PEERS"), os.environ.get("SURFRECON_PROGRAMS")
+# A folder with our own programs: tools/testing/plan.py names it.
+PROGRAMS = os.environ.get("SURFRECON_PROGRAMS")
 # The peers that every machine which tests has, by benchmark; that of `blender` is a column.
 WITH = {
     "align": {"open3d-ransac", "open3d-fgr", "kiss-matcher", "small_gicp-rough", "meshlab-rough"}
@@ -69,8 +70,6 @@ NOT_OF_ALL = {
     # Known of points with noise on shapes whose truth is known: see `check_noise`.
     "scattered": {"noise_spacings", "outlier_pct", "to_truth_rms"},
 }
-
-needs_peers = pytest.mark.skipif(not PEERS, reason="SURFRECON_PEERS does not name a Python with the peers")
 
 
 def bench(out, *arguments, **environment):

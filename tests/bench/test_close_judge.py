@@ -1,14 +1,12 @@
 """The judge of closed surfaces: what crosses, what lies in seen space, what moved, and the shapes themselves."""
 
 import json
-import os
-import subprocess
 from pathlib import Path
 
 import pytest
+from peers import lines_of, needs_peers
 
 BENCH = Path(__file__).resolve().parents[2] / "bench"
-PEERS = os.environ.get("SURFRECON_PEERS")
 
 # Every script below begins with this, and prints JSON.
 HEAD = """
@@ -88,13 +86,7 @@ print(json.dumps([float(edges.max()), facing, len(halved), len(short)]))
 
 def run(script):
     """Runs a script with the peers' Python; gives what it printed."""
-    command = [PEERS, "-c", HEAD + script, BENCH]
-    done = subprocess.run(list(map(str, command)), capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout.strip().splitlines()[-1])
-
-
-needs_peers = pytest.mark.skipif(not PEERS, reason="SURFRECON_PEERS does not name a Python with the peers")
+    return json.loads(lines_of(HEAD + script, BENCH)[-1])
 
 
 @needs_peers

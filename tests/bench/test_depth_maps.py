@@ -1,13 +1,10 @@
 """Peers are given their input as they want it: one in the wrong place would make them look bad."""
 
-import os
-import subprocess
 from pathlib import Path
 
-import pytest
+from peers import lines_of, needs_peers
 
 BENCH = Path(__file__).resolve().parents[2] / "bench"
-PEERS = os.environ.get("SURFRECON_PEERS")
 
 # A slanted plane seen by a far pinhole; prints how far the surface of its depth map lies off it on average, in pixels.
 PLANE = """
@@ -35,9 +32,6 @@ print(np.mean((found - [0, 0, distance]) @ normal) * side)
 """
 
 
-@pytest.mark.skipif(not PEERS, reason="SURFRECON_PEERS does not name a Python with the peers")
+@needs_peers
 def test_open3d_merges_a_plane_where_its_depth_map_is(tmp_path):
-    command = [PEERS, "-c", PLANE, tmp_path, BENCH]
-    done = subprocess.run(list(map(str, command)), capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    assert abs(float(done.stdout.split()[-1])) < 0.05
+    assert abs(float(lines_of(PLANE, tmp_path, BENCH)[-1])) < 0.05

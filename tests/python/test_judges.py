@@ -9,10 +9,9 @@ import subprocess
 import numpy as np
 import pytest
 import surfrecon
+from peers import lines_of, needs_peers
 from shapes import torus_scans
 
-PEERS = os.environ.get("SURFRECON_PEERS")
-needs_peers = pytest.mark.skipif(not PEERS, reason="SURFRECON_PEERS does not name a Python with the peers")
 needs_admesh = pytest.mark.skipif(not shutil.which("admesh"), reason="admesh is not installed: make test installs it")
 
 # Of the volume, by which readers may be off.
@@ -105,8 +104,7 @@ def volume_of(mesh):
 
 def told(program, path):
     """The findings of a program of the peers in a file."""
-    run = subprocess.run([PEERS, "-c", program, str(path)], check=True, capture_output=True, text=True, cwd=path.parent)
-    return json.loads(run.stdout.splitlines()[-1])
+    return json.loads(lines_of(program, path, folder=path.parent)[-1])
 
 
 @needs_peers

@@ -1,15 +1,12 @@
 """Programs of others read what we write: Open3D, trimesh, MeshLab and lib3mf, in the environment of the benchmarks."""
 
 import json
-import os
-import subprocess
 
 import numpy as np
 import pytest
 import surfrecon
+from peers import lines_of, needs_peers
 from shapes import torus
-
-PEERS = os.environ.get("SURFRECON_PEERS")
 
 # Prints, for each file, the numbers of vertices and faces, bounds and the mean colour of vertices, if any.
 PROGRAM = """
@@ -73,7 +70,7 @@ FORMATS = {
 OPTIONS = {"text.ply": {"encoding": "ascii"}}
 
 
-@pytest.mark.skipif(not PEERS, reason="SURFRECON_PEERS does not name a Python with the peers")
+@needs_peers
 @pytest.mark.parametrize("tool", FORMATS)
 def test_others_read_our_meshes(tmp_path, tool):
     shape = torus()
@@ -84,8 +81,8 @@ def test_others_read_our_meshes(tmp_path, tool):
     for ending in FORMATS[tool]:
         paths.append(str(tmp_path / f"torus.{ending}"))
         mesh.write(paths[-1], **OPTIONS.get(ending, {}))
-    run = subprocess.run([PEERS, "-c", PROGRAM, tool, *paths], check=True, capture_output=True, text=True, cwd=tmp_path)
-    answers = [json.loads(line) for line in run.stdout.splitlines() if line.startswith("{")]
+    told = lines_of(PROGRAM, tool, *paths, folder=tmp_path)
+    answers = [json.loads(line) for line in told if line.startswith("{")]
     corners = mesh.positions[mesh.triangles]
     area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum() / 2
     for path, answer in zip(paths, answers, strict=True):
@@ -96,7 +93,7 @@ def test_others_read_our_meshes(tmp_path, tool):
             assert np.allclose(answer["colour"], np.array([200, 100, 50]) / 255, atol=0.005), path
 
 
-@pytest.mark.skipif(not PEERS, reason="SURFRECON_PEERS does not name a Python with the peers")
+@needs_peers
 def test_others_read_our_scans(tmp_path):
     points = np.dstack([*np.meshgrid(np.linspace(-1, 1, 5), np.linspace(-1, 1, 4)), np.full((4, 5), 3.0)])
     points[1, 2] = np.nan
@@ -112,10 +109,8 @@ scan = pye57.E57(sys.argv[1]).read_scan(0, intensity=True, row_column=True, igno
 names = ("cartesianX", "cartesianY", "cartesianZ", "rowIndex", "columnIndex", "intensity")
 print(json.dumps([np.asarray(scan[name], float).tolist() for name in names]))
 """
-    run = subprocess.run(
-        [PEERS, "-c", program, str(tmp_path / "scan.e57")], check=True, capture_output=True, text=True, cwd=tmp_path
-    )
-    x, y, z, row, column, intensity = map(np.array, json.loads(run.stdout.splitlines()[-1]))
+    told = lines_of(program, tmp_path / "scan.e57", folder=tmp_path)
+    x, y, z, row, column, intensity = map(np.array, json.loads(told[-1]))
     assert len(x) == 19 and (intensity == 0.25).all()
     expected = image.world_points()[row.astype(int), column.astype(int)]
     assert np.allclose(np.column_stack([x, y, z]), expected, atol=1e-6, rtol=0)

@@ -1,19 +1,15 @@
 """Texture coordinates through Python and on the command line: without flips and overlaps, and as asked for."""
 
 import json
-import os
-import subprocess
 
 import numpy as np
 import pytest
 import surfrecon
 from command_line import run
+from peers import lines_of, needs_peers
 from shapes import torus
 
 SMALL = dict(size=512, padding=2)
-
-PEERS = os.environ.get("SURFRECON_PEERS")
-needs_peers = pytest.mark.skipif(not PEERS, reason="SURFRECON_PEERS does not name a Python with the peers")
 
 # Of each triangle its corners in space, and in the texture.
 TRIMESH = """
@@ -169,7 +165,7 @@ def test_files_keep_the_coordinates_to_the_bit(tmp_path, ring, ending):
 def test_trimesh_reads_the_same_coordinates(tmp_path, unwrapped):
     path, found = tmp_path / "ring.glb", tmp_path / "found.npz"
     unwrapped.mesh.write(path)
-    subprocess.run([PEERS, "-c", TRIMESH, path, found], check=True, timeout=300)
+    lines_of(TRIMESH, path, found, folder=tmp_path)
     mesh, read = unwrapped.mesh, np.load(found)
     assert np.allclose(read["corners"], mesh.positions[mesh.triangles], atol=1e-6)
     assert np.allclose(read["uv"], unwrapped.uv[mesh.triangles], rtol=0, atol=1e-7)

@@ -7,17 +7,18 @@ import surfrecon
 
 from .. import convert, declared, usable
 from ..false_colours import CROSSING, FAULT, OVERHANG, PRINTED, THIN, WALL, show, show_materials, store_faults
-from ..job import JobOperator
+from ..job import MeshOperator
 from ..properties import draw_others, given, option
 from ..running import Handle, Refused, still_there
-from ..telling import tell, told
+from ..surfaces import in_world, of_own_faces
+from ..telling import tell
 from ..words import sentence
 
 PARAMETERS = {p.name: p for p in surfrecon.parameters("check_print")}
 
 
 @declared.operator("check_print")
-class SURFRECON_OT_check_print(JobOperator, bpy.types.Operator):
+class SURFRECON_OT_check_print(MeshOperator, bpy.types.Operator):
     """Runs the operation `check_print`."""
 
     bl_options = {"REGISTER", "UNDO", "PRESET"}
@@ -27,16 +28,6 @@ class SURFRECON_OT_check_print(JobOperator, bpy.types.Operator):
             name="Show faults", description="Colour the faces by their faults", default=True
         )
     }
-
-    @classmethod
-    def poll(cls, context):
-        """There must be a mesh."""
-        if not super().poll(context):
-            return False
-        if context.object is None or context.object.type != "MESH":
-            cls.poll_message_set(told("Make a mesh the active object"))
-            return False
-        return True
 
     def draw(self, context):
         """Sidebar of the last operation."""
@@ -49,22 +40,16 @@ class SURFRECON_OT_check_print(JobOperator, bpy.types.Operator):
         """Gathers the mesh in the world."""
         checked = usable.active(context)
         usable.writable(checked)
-        mesh, matrix = checked.data, np.array(checked.matrix_world, np.float64)
-        if len(mesh.polygons) == 0:
+        matrix = np.array(checked.matrix_world, np.float64)
+        if len(checked.data.polygons) == 0:
             raise Refused(f'"{checked.name}" has no faces: choose the mesh that is to be printed')
         if len(checked.modifiers) > 0:
             # The faults are stored in the object's own faces.
             tell(self, {"WARNING"}, f'"{checked.name}" is checked without its modifiers: apply them first')
         usable.refuse_unusable(checked, matrix)
-        positions = convert.positions(mesh)
-        usable.refuse_not_finite(checked, positions)
-        positions = positions @ matrix[:3, :3].T + matrix[:3, 3]
-        triangles = convert.triangles(mesh).astype(np.int64)
-        if np.linalg.det(matrix[:3, :3]) < 0:
-            triangles = triangles[:, ::-1]
-        self.checked, self.count = Handle(checked), len(mesh.polygons)
-        self.faces = convert.faces_of_triangles(mesh)
-        return surfrecon.Job.check_print(surfrecon.Mesh(positions, triangles), **given(self, PARAMETERS))
+        self.checked, self.count = Handle(checked), len(checked.data.polygons)
+        self.faces = convert.faces_of_triangles(checked.data)
+        return surfrecon.Job.check_print(in_world(of_own_faces(checked), matrix), **given(self, PARAMETERS))
 
     def finish(self, context, result):
         """Stores the faults of the faces and shows them."""

@@ -7,12 +7,13 @@ import surfrecon
 from mathutils import Matrix
 
 from .. import convert, declared, recording, scan_objects, usable
-from ..job import JobOperator
+from ..job import MeshOperator
 from ..properties import draw_others, given, option
 from ..running import Handle, Refused, gathered
 from ..scene import dress, group_filled, link, put_forward
 from ..sources import all_sources_of, note, what_is_gone
-from ..telling import tell, told
+from ..surfaces import in_world, is_mirrored
+from ..telling import tell
 from ..words import sentence
 
 REPORT = "surfrecon_close"
@@ -21,22 +22,12 @@ PARAMETERS = {p.name: p for p in surfrecon.parameters("close")}
 
 
 @declared.operator("close")
-class SURFRECON_OT_close_surface(JobOperator, bpy.types.Operator):
+class SURFRECON_OT_close_surface(MeshOperator, bpy.types.Operator):
     """Runs the operation `close`."""
 
     bl_options = {"REGISTER", "UNDO", "PRESET"}
 
     __annotations__ = {name: option(parameter) for name, parameter in PARAMETERS.items()}
-
-    @classmethod
-    def poll(cls, context):
-        """There must be a mesh."""
-        if not super().poll(context):
-            return False
-        if context.object is None or context.object.type != "MESH":
-            cls.poll_message_set(told("Make a surface the active object"))
-            return False
-        return True
 
     def draw(self, context):
         """Sidebar of the last operation."""
@@ -71,7 +62,7 @@ class SURFRECON_OT_close_surface(JobOperator, bpy.types.Operator):
         self.positions = mesh.positions
         read = yield from gathered(context, scans, recording.scan_or_frames)
         options = given(self, PARAMETERS) | dict.fromkeys(self.idle())
-        return surfrecon.Job.close(placed(mesh, self.matrix), recording.of_all(read), **options)
+        return surfrecon.Job.close(in_world(mesh, self.matrix), recording.of_all(read), **options)
 
     def finish(self, context, result):
         """Puts the closed surface beside the open one."""
@@ -105,18 +96,6 @@ class SURFRECON_OT_close_surface(JobOperator, bpy.types.Operator):
 def says_what_it_saw(obj):
     """Whether an object is a scan whose rays may be known: a range image, or frames of a recording."""
     return scan_objects.is_range_image(obj) or recording.is_recording(obj)
-
-
-def is_mirrored(matrix):
-    """Whether a matrix turns the outside in."""
-    return np.linalg.det(matrix[:3, :3]) < 0
-
-
-def placed(mesh, matrix):
-    """A mesh in the world. One that is mirrored there still has its outside outside."""
-    triangles = mesh.triangles[:, ::-1] if is_mirrored(matrix) else mesh.triangles
-    positions = mesh.positions @ matrix[:3, :3].T + matrix[:3, 3]
-    return surfrecon.Mesh(positions, triangles, colour=mesh.vertex_attributes.get("colour"))
 
 
 # A sentence a line is easier to translate than one in pieces.

@@ -8,15 +8,15 @@ import surfrecon
 from .. import convert, recording, usable
 from ..chosen import Chosen
 from ..false_colours import FIGURES, show, show_materials, store_distances
-from ..job import JobOperator
+from ..job import MeshOperator
 from ..measured import distances_of
 from ..running import Handle, Known, Refused, gathered, still_there
 from ..sources import sources_of, what_is_gone
-from ..telling import tell, told
+from ..telling import tell
 from ..words import length
 
 
-class SURFRECON_OT_error_map(JobOperator, bpy.types.Operator):
+class SURFRECON_OT_error_map(MeshOperator, bpy.types.Operator):
     """Colour the active surface by its distance to the other selected objects, or to its sources"""
 
     bl_idname = "surfrecon.error_map"
@@ -33,16 +33,6 @@ class SURFRECON_OT_error_map(JobOperator, bpy.types.Operator):
         # Another surface has other distances.
         options={"SKIP_SAVE"},
     )
-
-    @classmethod
-    def poll(cls, context):
-        """There must be a surface."""
-        if not super().poll(context):
-            return False
-        if context.object is None or context.object.type != "MESH":
-            cls.poll_message_set(told("Make a mesh the active object"))
-            return False
-        return True
 
     def launch(self, context):
         """Gathers the vertices and what they are measured against."""

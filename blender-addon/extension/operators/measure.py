@@ -8,10 +8,10 @@ from bpy.props import BoolProperty
 from .. import convert, recording, surfaces, usable
 from ..chosen import Chosen
 from ..false_colours import show, store_distances
-from ..job import JobOperator
+from ..job import MeshOperator
 from ..running import Handle, Refused, still_there
 from ..sources import sources_of, what_is_gone
-from ..telling import tell, told
+from ..telling import tell
 from ..words import length
 from .error_map import round_up
 
@@ -20,7 +20,7 @@ REPORT = "surfrecon_measure"
 BACK = "back_"
 
 
-class SURFRECON_OT_measure(JobOperator, bpy.types.Operator):
+class SURFRECON_OT_measure(MeshOperator, bpy.types.Operator):
     """Measure how far the active surface is from the others selected, or its sources, with a limit no point exceeds"""
 
     bl_idname = "surfrecon.measure"
@@ -36,16 +36,6 @@ class SURFRECON_OT_measure(JobOperator, bpy.types.Operator):
     show_error: BoolProperty(
         name="Show error", description="Colour the active surface by the distances of its vertices", default=True
     )
-
-    @classmethod
-    def poll(cls, context):
-        """There must be two surfaces."""
-        if not super().poll(context):
-            return False
-        if context.object is None or context.object.type != "MESH":
-            cls.poll_message_set(told("Make the mesh that is to be measured the active object"))
-            return False
-        return True
 
     def launch(self, context):
         """Gathers both surfaces in the world."""

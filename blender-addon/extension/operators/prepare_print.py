@@ -7,14 +7,14 @@ import surfrecon
 from mathutils import Matrix
 
 from .. import convert, declared, scan_objects, usable
-from ..job import JobOperator
+from ..job import MeshOperator
 from ..properties import draw_others, given, option
 from ..running import Handle, Refused, gathered
 from ..scene import dress, link, put_forward
 from ..sources import note
-from ..telling import tell, told
+from ..surfaces import in_world
+from ..telling import tell
 from ..words import sentence
-from .close import placed
 
 REPORT = "surfrecon_prepare_print"
 
@@ -33,22 +33,12 @@ STEPS = (
 
 
 @declared.operator("prepare_print")
-class SURFRECON_OT_prepare_print(JobOperator, bpy.types.Operator):
+class SURFRECON_OT_prepare_print(MeshOperator, bpy.types.Operator):
     """Runs the operation `prepare_print`."""
 
     bl_options = {"REGISTER", "UNDO", "PRESET"}
 
     __annotations__ = {name: option(parameter) for name, parameter in PARAMETERS.items()}
-
-    @classmethod
-    def poll(cls, context):
-        """There must be a mesh."""
-        if not super().poll(context):
-            return False
-        if context.object is None or context.object.type != "MESH":
-            cls.poll_message_set(told("Make a mesh the active object"))
-            return False
-        return True
 
     def draw(self, context):
         """Sidebar of the last operation: a step, then what belongs to it."""
@@ -84,7 +74,7 @@ class SURFRECON_OT_prepare_print(JobOperator, bpy.types.Operator):
         ((mesh, matrix, _),) = yield from gathered(context, [source], scan_objects.scan_of_object)
         # Greyed out.
         options = given(self, PARAMETERS) | dict.fromkeys(self.idle())
-        return surfrecon.Job.prepare_print(placed(mesh, matrix), **options)
+        return surfrecon.Job.prepare_print(in_world(mesh, matrix), **options)
 
     def finish(self, context, result):
         """Puts what is to be printed beside the mesh: an object for each part."""

@@ -6,10 +6,11 @@ import numpy as np
 import surfrecon
 
 from .. import convert, declared, usable
-from ..job import JobOperator
+from ..job import MeshOperator
 from ..properties import draw_others, given, option
 from ..running import Handle, Refused, still_there
-from ..telling import tell, told
+from ..surfaces import in_world, is_mirrored, of_own_faces
+from ..telling import tell
 
 REPORT = "surfrecon_unwrap"
 
@@ -17,22 +18,12 @@ PARAMETERS = {p.name: p for p in surfrecon.parameters("unwrap")}
 
 
 @declared.operator("unwrap")
-class SURFRECON_OT_unwrap(JobOperator, bpy.types.Operator):
+class SURFRECON_OT_unwrap(MeshOperator, bpy.types.Operator):
     """Runs the operation `unwrap`."""
 
     bl_options = {"REGISTER", "UNDO", "PRESET"}
 
     __annotations__ = {name: option(parameter) for name, parameter in PARAMETERS.items()}
-
-    @classmethod
-    def poll(cls, context):
-        """There must be a mesh."""
-        if not super().poll(context):
-            return False
-        if context.object is None or context.object.type != "MESH":
-            cls.poll_message_set(told("Make a mesh the active object"))
-            return False
-        return True
 
     def draw(self, context):
         """Sidebar of the last operation: a density takes as many tiles as it needs."""
@@ -58,18 +49,15 @@ class SURFRECON_OT_unwrap(JobOperator, bpy.types.Operator):
             )
         usable.refuse_unusable(unwrapped, matrix)
         usable.refuse_flattened(unwrapped, matrix)
-        positions = convert.positions(mesh)
-        usable.refuse_not_finite(unwrapped, positions)
-        triangles = convert.triangles(mesh)
+        own = of_own_faces(unwrapped)
         # Seen from outside, the image must not be mirrored.
-        self.order = [0, 2, 1] if np.linalg.det(matrix[:3, :3]) < 0 else [0, 1, 2]
-        self.unwrapped, self.triangles = Handle(unwrapped), triangles
-        placed = positions @ matrix[:3, :3].T + matrix[:3, 3]
+        self.order = [2, 1, 0] if is_mirrored(matrix) else [0, 1, 2]
+        self.unwrapped, self.triangles = Handle(unwrapped), own.triangles
         options = given(self, PARAMETERS)
         if self.texels_per_unit > 0:
             # Greyed out.
             options["tiles"] = None
-        return surfrecon.Job.unwrap(surfrecon.Mesh(placed, triangles[:, self.order]), **options)
+        return surfrecon.Job.unwrap(in_world(own, matrix), **options)
 
     def finish(self, context, result):
         """Writes the active UV map, or the first one."""
