@@ -3,6 +3,7 @@
 //! | file | what |
 //! |---|---|
 //! | `tri_mesh` | triangle meshes and their attributes |
+//! | `connected` | parts of meshes |
 //! | `crs` | coordinate reference systems of surveys, by name |
 //! | `check` | manifold, oriented, finite, no degenerate or duplicate triangle; components, boundary loops, genus |
 //! | `holes/` | boundary loops closed |
@@ -19,6 +20,7 @@
 
 pub mod certify;
 pub mod check;
+pub mod connected;
 pub mod crs;
 pub mod dump;
 pub mod extent;

@@ -12,7 +12,6 @@ use crate::crossings::lattice::Lattice;
 use crate::params::MergeParams;
 use crate::report::MergeReport;
 use crate::stages::CLOSING;
-use crate::surface::connected::parts;
 use crate::surface::extract::{self, Row, Surface};
 use crate::surface::numbering::{GONE, NONE};
 use crate::surface::tile::{Part, Tiles};
@@ -22,6 +21,7 @@ use ::close::Openings;
 use base::error::Result;
 use base::progress::Progress;
 use glam::DVec3;
+use mesh::connected::parts;
 use mesh::holes::{self, Bounds, HoleReason, successors, walk};
 
 /// By default holes are closed up to a boundary of this many voxels ...

@@ -12,11 +12,11 @@ use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::crossings::lattice::Lattice;
-use crate::surface::connected::parts;
 use crate::surface::extract::{self, Surface};
 use crate::surface::pinches;
 use base::error::Result;
 use base::progress::Progress;
+use mesh::connected::parts;
 use mesh::holes::{self, Bounds, HoleReason, successors, walk};
 
 /// Rings peeled at most.

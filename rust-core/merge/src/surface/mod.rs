@@ -2,7 +2,6 @@
 
 pub mod anomalies;
 pub mod artificial;
-pub mod connected;
 pub mod extract;
 pub mod numbering;
 pub mod parts;

@@ -3,11 +3,11 @@
 
 use glam::DVec3;
 
-use super::connected::parts;
 use super::passes;
 use super::tile::{Part, Tile, Tiles, VertexKey};
 use base::error::Result;
 use base::progress::Progress;
+use mesh::connected::parts;
 
 /// The parts of a surface.
 pub struct Parts {
