@@ -10,8 +10,12 @@
 //! | 4 | `level`, `table` | field -> its level set, closed. \[LC87\] |
 //! | 5 | `cut`, `retreat` | level set -> what of it lies beyond the borders, out of seen space |
 //! | 6 | `bridge`, `stitch`, `fan`, `clear` | fill, border -> one surface |
-//! | 7 | `openings` | surface -> the openings that are asked for |
+//! | 7 | `openings`, `judge`, `turned` | surface -> the fills that stay, and openings with the reason why they are left |
+//! | | `foot` | the foot over a flat base lies in its plane |
 //! | 8 | `attributes` | the filled part is marked |
+//! | | `attempt` | the stages in their order, in cells of one size |
+//! | | `attempts`, `cells` | attempts in other cells, for as long as fills are stuck |
+//! | | `driver` | what is handed in is checked |
 //! | | `print`, `crossing`, `bodies` | checks before printing |
 
 mod operation;
@@ -34,7 +38,6 @@ mod conjugate;
 mod multigrid;
 mod poisson;
 mod thickness;
-mod turned;
 
 // 3. the field
 mod distance;
@@ -52,7 +55,6 @@ mod retreat;
 
 // 6. joined to the border
 mod bridge;
-mod cells;
 mod clear;
 #[doc(hidden)]
 pub mod crossing;
@@ -61,7 +63,9 @@ mod foot;
 mod stitch;
 
 // 7. which openings
+mod judge;
 mod openings;
+mod turned;
 
 // what seems wrong with what was handed in
 mod doubts;
@@ -69,8 +73,12 @@ mod doubts;
 // 8. marked
 mod attributes;
 
-// the stages in their order
+// the stages in their order, in cells of one size or several
+mod attempt;
+mod attempts;
+mod cells;
 mod driver;
+mod stages;
 
 // checks before printing
 #[doc(hidden)]

@@ -518,7 +518,7 @@ fn fills_that_are_stuck_are_tried_in_other_cells() {
         (0..12).map(|_| (lo + (hi - lo) * DVec3::new(next(), next(), next()), 10.0 + 20.0 * next())).collect();
     let open = part(&shape, |p| p.z > lo.z + 6.0 && balls.iter().all(|(centre, r)| p.distance(*centre) > *r));
     let params = CloseParams { flat_base: true, ..params() };
-    let once = driver::run_in_cells(&open, &Blind, &params, &[1.0], &Progress::none()).unwrap();
+    let once = attempts::run(&open, &Blind, &params, &[1.0], &Progress::none()).unwrap();
     let more = closed(&open, &Blind, &params);
     assert!(more.report.open_edges < once.report.open_edges, "{:?}", [more.report.open_edges, once.report.open_edges]);
     assert_eq!(more.report.closed + more.report.left.iter().sum::<usize>(), more.report.openings.len());

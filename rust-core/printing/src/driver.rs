@@ -10,7 +10,7 @@ use mesh::{AttributeData, Crs, TriMesh, try_check};
 
 use super::drain::{drain, shut_cavities};
 use super::flat_base::flat_base;
-use super::hollow::{expect, hollow};
+use super::hollow::{hollow, refuse_large_grid};
 use super::made::{ADDED, mark};
 use super::params::PrepareParams;
 use super::report::{PrepareProblem, PrepareReport, PreparedPrint};
@@ -77,7 +77,7 @@ pub fn prepare_print(mesh: &TriMesh, params: &PrepareParams, progress: &Progress
     base::magnitude::points("vertex", &mesh.positions)?;
     Crs::lengths(mesh.crs.as_ref())?;
     memory::expect_each(mesh.triangles.len(), BYTES_A_TRIANGLE, 0.0, "preparing the print of", "triangles")?;
-    expect(mesh, params)?;
+    refuse_large_grid(mesh, params)?;
     progress.plan(PLAN);
     let pool = base::threads::pool(params.threads)?;
     progress.run(&pool, || steps(mesh, params, progress))

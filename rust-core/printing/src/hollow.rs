@@ -119,7 +119,7 @@ fn cell(size: DVec3, wall: f64, params: &PrepareParams) -> f64 {
 ///
 /// # Errors
 /// [`Error::OutOfMemory`].
-pub fn expect(mesh: &TriMesh, params: &PrepareParams) -> Result<()> {
+pub fn refuse_large_grid(mesh: &TriMesh, params: &PrepareParams) -> Result<()> {
     let (lo, hi) = bounds(&mesh.positions).unwrap_or_default();
     match params.hollow.filter(|_| params.scale_to.is_none() && !params.flat_base) {
         Some(wall) if (hi - lo).min_element() > 2.0 * wall => foresee(hi - lo, cell(hi - lo, wall, params)),

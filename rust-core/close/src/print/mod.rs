@@ -93,7 +93,8 @@ fn run(mesh: &TriMesh, params: &PrintParams, progress: &Progress<'_>) -> Result<
     report.wall_spacing = (0..mesh.triangles.len()).map(|t| reach(mesh.corners(t))).fold(0.0, f64::max);
     let overhangs = overhangs(mesh, params);
     report.overhang_faces = overhangs.iter().filter(|overhang| **overhang).count();
-    report.overhang_area = (0..overhangs.len()).filter(|&t| overhangs[t]).map(|t| area(mesh.corners(t))).sum();
+    report.overhang_area =
+        (0..overhangs.len()).filter(|&t| overhangs[t]).fold(0.0, |sum, t| sum + area(mesh.corners(t)));
     let mut crossing = vec![false; mesh.triangles.len()];
     report.crossings.iter().flatten().for_each(|&t| crossing[t as usize] = true);
     report.crossing_faces = crossing.iter().filter(|crossing| **crossing).count();

@@ -104,6 +104,7 @@ fn overhangs_are_told_by_their_angle() {
     let params = PrintParams { print_up: UpAxis::MinusZ, threads: 1, ..PrintParams::default() };
     let turned = check_print(&cuboid(DVec3::ONE, 1), &params, &Progress::none()).unwrap();
     assert_eq!((turned.report.overhang_area, turned.report.overhang_faces), (0.0, 0));
+    assert!(turned.report.overhang_area.is_sign_positive(), "-0 reads like an error");
     // A roof of 40 degrees to the vertical is no overhang of more than 45.
     let lean = |angle: f64| {
         let mut leaning = cuboid(DVec3::ONE, 1);
