@@ -58,6 +58,13 @@ def shape(cell=2.0):
     return surfrecon.sculpture(cell=min(cell * (4 if small else 1), 20.0))
 
 
+def half(cell):
+    """The upper half of one."""
+    whole = shape(cell)
+    middle = (whole.positions.min(axis=0) + whole.positions.max(axis=0))[2] / 2
+    return surfrecon.Mesh(whole.positions, whole.triangles[(whole.positions[whole.triangles, 2] > middle).all(axis=1)])
+
+
 def dense(side):
     """A mesh of two triangles a pixel."""
     return orthographic(side, noise=0).triangulate()
@@ -67,6 +74,12 @@ def scans(count=6, pixels=500):
     """Scans of the shape."""
     mesh = shape()
     return surfrecon.virtual_scan(mesh, surfrecon.turntable(mesh, around=count, above=0, below=0, pixels=size(pixels)))
+
+
+def merged():
+    """The surface of scans of one side, with the scans."""
+    some = scans()[:3]
+    return surfrecon.merge(some, voxel=1.0).mesh, some
 
 
 def sphere(count, noise=0.0):
@@ -218,6 +231,17 @@ def cases():
         "merge: one relief": (on(lambda: orthographic(500), lambda i: s.merge([i], voxel=1.0)), 0),
         "merge: isolated triangles": (on(lambda: isolated(4000), lambda m: s.merge([m], voxel=0.5)), 1),
         "merge: measured": (on(lambda: scans(), lambda i: s.merge(i, voxel=1.0, measure=True)), 0),
+        "close: half a shape": (on(lambda: half(2.0), lambda m: s.close(m)), 0),
+        "close: scans": (on(lambda: merged(), lambda m, i: s.close(m, i)), 0),
+        "check_print: shape": (on(lambda: shape(2.0), lambda m: s.check_print(m)), 0),
+        "check_print: fan": (on(lambda: fan(30_000), lambda m: s.check_print(m)), 1),
+        "prepare_print: hollow": (
+            on(lambda: shape(2.0), lambda m: s.prepare_print(m, flat_base=True, hollow=4.0, drain=6.0)),
+            0,
+        ),
+        "prepare_print: thick": (on(lambda: shape(3.0), lambda m: s.prepare_print(m, min_wall=4.0)), 0),
+        "unwrap: shape": (on(lambda: shape(3.0), lambda m: s.unwrap(m)), 0),
+        "unwrap: isolated triangles": (on(lambda: isolated(1500), lambda m: s.unwrap(m)), 1),
         "reconstruct: sphere": (on(lambda: sphere(50_000), lambda p: s.reconstruct(p)), 1),
         "reconstruct: noisy sphere": (on(lambda: sphere(40_000, 0.004), lambda p: s.reconstruct(p)), 1),
         "reconstruct: scan": (on(lambda: points(scans(1, 600)[0]), lambda p: s.reconstruct(p)), 0),

@@ -85,17 +85,12 @@ class MergeOptions:
             column.prop(self, name)
         column = layout.column(align=True)
         column.prop(self, "close")
-        is_filled = self.close in {"all", "seen"}
-        for name, is_used in {
-            "max_hole_length": self.close == "holes",
-            "flat_base": is_filled,
-            "base_up": is_filled and self.flat_base,
-        }.items():
+        closing = ("max_hole_length", "flat_base", "base_up")
+        for name in closing:
             row = column.row()
-            row.active = is_used
+            row.active = name not in idle(self)
             row.prop(self, name)
-        closing = ("close", "max_hole_length", "flat_base", "base_up")
-        draw_others(layout, self, PARAMETERS, {*distances, *closing, *limits})
+        draw_others(layout, self, PARAMETERS, {*distances, "close", *closing, *limits})
         column = layout.column(align=True)
         for name in limits:
             column.prop(self, name)
@@ -125,7 +120,18 @@ def threads(options):
 
 def arguments(options):
     """Keyword arguments of `surfrecon.merge` from a `MergeOptions`. Lengths are in Blender's unit."""
-    return given(options, {name: p for name, p in PARAMETERS.items() if name != "threads"})
+    used = {name: p for name, p in PARAMETERS.items() if name != "threads"}
+    return given(options, used) | dict.fromkeys(idle(options) - {"max_hole_length"})
+
+
+def idle(options):
+    """The options of closing that have no use with the others: they are greyed out."""
+    found = {"max_hole_length"} if options.close != "holes" else set()
+    if options.close not in {"all", "seen"}:
+        found |= {"flat_base", "base_up"}
+    elif not options.flat_base:
+        found.add("base_up")
+    return found
 
 
 class SurfreconSettings(MergeOptions, bpy.types.PropertyGroup):

@@ -1716,8 +1716,8 @@ typedef struct {
   // Worker threads, at most 1024. 0, the default, for the number of srf_set_threads(). Results are the same for any
   // number.
   uint32_t threads;
-  // Length of the side of the result: 0.1 for a print of 10 cm, if the unit is a metre. All sides are scaled alike. > 0.
-  // SRF_FROM_DATA, the default: the size stays.
+  // Length of the side of the result: 0.1 for a print of 10 cm, if the unit is a metre. All sides are scaled alike. > 0,
+  // at most 1e30. SRF_FROM_DATA, the default: the size stays.
   double scale_to;
   // The side that gets this length. A value of srf_scale_side, default SRF_SCALE_SIDE_LONGEST.
   uint64_t scale_side;

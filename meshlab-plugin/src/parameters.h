@@ -332,7 +332,7 @@ inline const Parameters check_print_parameters = {
 inline const Parameters prepare_print_parameters = {
     {Kind::length, "scale_to", "Scale to",
      "Length of the side of the result: 0.1 for a print of 10 cm, if the unit is a metre. All sides are scaled alike.<br>0: the size stays.",
-     true, 0, 0, unbounded, false, offsetof(srf_prepare_print_params, scale_to), {}},
+     true, 0, 0, 1e30, false, offsetof(srf_prepare_print_params, scale_to), {}},
     {Kind::choice, "scale_side", "Scaled side",
      "The side that gets this length.<br>Longest side: The longest of the sides along x, y and z.<br>Height: The side along up.",
      false, 0, 0, 1, true, offsetof(srf_prepare_print_params, scale_side), {"Longest side", "Height"}},

@@ -31,6 +31,7 @@ pub struct TaskFolder<'a> {
 impl<'a> TaskFolder<'a> {
     fn together(self, params: &MergeParams, versions: &'a [u64]) -> Result<Together<'a>> {
         params.validate()?;
+        params.go_together()?;
         if !self.folder.is_dir() {
             return Err(Error::input(format!("{}: tasks need a folder that exists", self.folder.display())));
         }

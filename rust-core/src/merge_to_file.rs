@@ -42,6 +42,7 @@ pub fn merge_to_file(
     progress: &Progress<'_>,
 ) -> Result<MergeReport> {
     params.validate()?;
+    params.go_together()?;
     check_file_in_pieces(path, &into.write)?;
     refuse_what_is_read(sources, path)?;
     if into.keep && into.workspace.is_none() {

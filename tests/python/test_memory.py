@@ -45,6 +45,10 @@ def test_the_limit_holds_until_it_is_lifted(limit):
     limit(40_000_000)
     with pytest.raises(surfrecon.OutOfMemoryError, match="are allowed: choose a voxel of .*, which fits"):
         surfrecon.merge([mesh], voxel=1e-4)
+    half = surfrecon.Mesh(mesh.positions, mesh.triangles[mesh.positions[mesh.triangles, 0].max(axis=1) < 0])
+    limit(surfrecon.memory_in_use() + 60_000_000)
+    with pytest.raises(surfrecon.OutOfMemoryError, match="closing on a grid of .* nodes .*: give a larger cell"):
+        surfrecon.close(half, cell=1.0)
     limit(None)
     assert surfrecon.memory_limit() is None
     surfrecon.reconstruct(points)

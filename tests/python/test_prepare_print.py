@@ -29,8 +29,8 @@ def sphere(count):
         for ring in range(count - 2):
             a, b = 2 + ring * n + k, 2 + ring * n + (k + 1) % n
             faces += [(a, b, a + n), (b, b + n, a + n)]
-    # Numbers of single precision are not rounded.
-    return np.array(poles + rings, np.float32).astype(float), np.array(faces)
+    # Multiples of the smallest step below 1 of single precision are not rounded.
+    return np.round(np.array(poles + rings) * 2**24) / 2**24, np.array(faces)
 
 
 def printable(mesh):

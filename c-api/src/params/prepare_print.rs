@@ -29,8 +29,8 @@ pub struct srf_prepare_print_params {
     /// Worker threads, at most 1024. 0, the default, for the number of srf_set_threads(). Results are the same for any
     /// number.
     pub threads: u32,
-    /// Length of the side of the result: 0.1 for a print of 10 cm, if the unit is a metre. All sides are scaled alike. > 0.
-    /// SRF_FROM_DATA, the default: the size stays.
+    /// Length of the side of the result: 0.1 for a print of 10 cm, if the unit is a metre. All sides are scaled alike. > 0,
+    /// at most 1e30. SRF_FROM_DATA, the default: the size stays.
     pub scale_to: f64,
     /// The side that gets this length. A value of srf_scale_side, default SRF_SCALE_SIDE_LONGEST.
     pub scale_side: u64,

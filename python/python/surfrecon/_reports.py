@@ -545,6 +545,9 @@ class CloseReport(Report):
             ``seen_through``: A scan saw through where it would be closed. ``crossing``: Any fill would cross the
             surface. ``base``: The flat base cuts through where it would be closed. ``inside_out``: The surface is so
             thin there that its fill would turn it inside out.
+        warnings: Doubts about the surface and its scans: a surface that seems to be inside out, scans that do not
+            meet it. A kind and a sentence each: ``elsewhere``: A scan does not meet the surface. ``inside_out``: Scans
+            saw through behind the surface. ``looks_inward``: Without scans: the surface looks toward its own middle.
         largest_opening: Length of the longest boundary of an opening that was closed. In the unit of the scans.
         added: Vertices and triangles that were added.
         filled_area: Area of the triangles that were added, in the square of the unit of the surface.
@@ -564,6 +567,7 @@ class CloseReport(Report):
     closed: int
     left: tuple[int, int, int, int, int, int, int]
     open: list[tuple[str, str]]
+    warnings: list[tuple[str, str]]
     largest_opening: float
     added: tuple[int, int]
     filled_area: float

@@ -45,6 +45,10 @@ pub fn run(
     if params.flat_base && fineness.len() > 1 {
         fineness.splice(0..0, cells::over_base(mesh, up, height, FILL_CELLS * report.cell));
     }
+    if params.flat_base {
+        let room = cells::depth_needed(mesh, up, height, FILL_CELLS * report.cell);
+        report.base_room = Some(room).filter(|room| *room > params.base_depth);
+    }
     let (mut turn, mut is_for_walls) = (0, false);
     while let Some(&finer) = fineness.get(turn) {
         let surface = Surface::new(&state.mesh, params.threads, progress)?;

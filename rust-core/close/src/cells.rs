@@ -21,9 +21,10 @@ const IN_WALL: f64 = 2.0;
 /// The second size by the first: where the level set runs beside the border is another chance.
 const STILL_FINER: f64 = 1.4;
 /// The finest size.
-const MOST: f64 = 4.0;
-/// The finest size over a base, if the grid has no more nodes than these there, in so many layers.
+const MOST: f64 = 6.0;
+/// The finest size over a base, if the grid has no more nodes than these there, in so many layers. It is at least the other.
 const MOST_OVER_BASE: f64 = 16.0;
+const LEAST_OVER_BASE: f64 = 4.0;
 const MOST_NODES: f64 = 1e6;
 const LAYERS: f64 = 14.0;
 /// Cosine between up and the normal of a surface that looks up.
@@ -57,13 +58,24 @@ pub fn for_walls(
 /// Sizes that fit between the parts of a surface that look up and the base below. None if there is room for the usual ones, or none for
 /// the finest.
 pub fn over_base(mesh: &TriMesh, up: DVec3, height: f64, fill_cell: f64) -> Vec<f64> {
+    let (room, finest) = room_over_base(mesh, up, height, fill_cell);
+    let finer = OVER_BASE * fill_cell / room;
+    if finer > 1.0 && finer <= finest { vec![finer] } else { Vec::new() }
+}
+
+/// Depth of a base from which on fills have room in the finest cells.
+pub fn depth_needed(mesh: &TriMesh, up: DVec3, height: f64, fill_cell: f64) -> f64 {
+    OVER_BASE * fill_cell / room_over_base(mesh, up, height, fill_cell).1
+}
+
+/// Height above the base at which a surface looks up, and the finest size there.
+fn room_over_base(mesh: &TriMesh, up: DVec3, height: f64, fill_cell: f64) -> (f64, f64) {
     let all = (0..mesh.triangles.len()).map(|t| mesh.corners(t));
     let (mut room, mut over) = (f64::INFINITY, 0.0);
     for corners in all.filter(|corners| normal(*corners).dot(up) > LOOKS_UP) {
         over += area(corners);
         room = corners.iter().map(|corner| corner.dot(up) - height).fold(room, f64::min);
     }
-    let finer = OVER_BASE * fill_cell / room;
-    let most = fill_cell * (MOST_NODES / (LAYERS * over)).sqrt();
-    if finer > 1.0 && finer <= most.clamp(MOST, MOST_OVER_BASE) { vec![finer] } else { Vec::new() }
+    let finest = fill_cell * (MOST_NODES / (LAYERS * over)).sqrt();
+    (room, finest.clamp(LEAST_OVER_BASE, MOST_OVER_BASE))
 }

@@ -53,9 +53,11 @@ pub fn close(
         progress.stage(READING, scans.len() as u64);
         let visibility = Scans::of_sources(scans, progress)?;
         refuse_blind_force(&visibility, params)?;
-        doubts::tell_elsewhere(mesh, &visibility, measures(mesh, true, params).merge_distance)?;
+        let elsewhere = doubts::elsewhere(mesh, &visibility, measures(mesh, true, params).merge_distance)?;
         progress.lap(PLAN[READING].0);
-        run(mesh, &visibility, params, progress)
+        let mut closed = run(mesh, &visibility, params, progress)?;
+        closed.report.warnings.extend(elsewhere);
+        Ok(closed)
     })
 }
 
@@ -121,8 +123,8 @@ fn in_one_world(mesh: &TriMesh, scans: &[&dyn ScanSource]) -> Result<()> {
 }
 
 fn run(mesh: &TriMesh, visibility: &dyn Visibility, params: &CloseParams, progress: &Progress<'_>) -> Result<Closed> {
-    let closed = attempts::run(mesh, visibility, params, &FINENESS, progress)?;
-    doubts::tell_turned(mesh, visibility, &closed, progress)?;
+    let mut closed = attempts::run(mesh, visibility, params, &FINENESS, progress)?;
+    closed.report.warnings.extend(doubts::turned(mesh, visibility, &closed.report, progress)?);
     Ok(closed)
 }
 
@@ -155,7 +157,7 @@ fn refuse_deep_base(mesh: &TriMesh, params: &CloseParams) -> Result<()> {
     if params.flat_base && params.base_depth > longest {
         return Err(Error::input(format!(
             "base_depth is {}, but the longest side of the surface is {}: give at most that",
-            Shown::digits(params.base_depth, 4),
+            Shown(params.base_depth),
             Shown::digits(longest, 4)
         )));
     }

@@ -22,8 +22,12 @@ use super::{bridge, clear};
 
 /// Loops of more edges are cut first: one vertex is no shape for them.
 const MOST_EDGES: usize = 64;
-/// Places at which the vertex is tried, in cells along the normal from the loop's middle: outwards last.
-const TRIED: [f64; 10] = [0.0, -0.25, -0.5, -1.0, -1.5, -2.0, -3.0, 0.25, 0.5, 1.0];
+/// Places at which the vertex is tried, in cells along the normal from the loop's middle.
+const TRIED: [f64; 7] = [0.0, -0.25, -0.5, -1.0, -1.5, -2.0, -3.0];
+/// After these, as shares of the loop's radius: behind a crumb that lies just before the rest.
+const SHALLOW: [f64; 3] = [-0.4, -0.2, -0.1];
+/// Outwards, in cells.
+const OUTWARDS: [f64; 3] = [0.25, 0.5, 1.0];
 /// After these, places all around the middle, the nearest first: their pitch as a share of the loop's radius, and how many there are on
 /// each side of it.
 const PITCH: f64 = 0.25;
@@ -161,8 +165,11 @@ impl Patches<'_, '_> {
         }
         let middle = places.iter().sum::<DVec3>() / n as f64;
         let up = self.up(vertices);
-        for offset in TRIED {
-            if self.fan(vertices, &places, middle + offset * self.cell * up)? {
+        let radius = places.iter().map(|place| place.distance(middle)).fold(0.0, f64::max);
+        let [tried, outwards] = [&TRIED[..], &OUTWARDS].map(|offsets| offsets.iter().map(|cells| cells * self.cell));
+        let offsets: Vec<f64> = tried.chain(SHALLOW.map(|share| share * radius)).chain(outwards).collect();
+        for offset in offsets {
+            if self.fan(vertices, &places, middle + offset * up)? {
                 return Ok(true);
             }
         }
@@ -175,7 +182,6 @@ impl Patches<'_, '_> {
         if self.flat(vertices, &places)? {
             return Ok(true);
         }
-        let radius = places.iter().map(|place| place.distance(middle)).fold(0.0, f64::max);
         for i in 0..self.around.len() {
             let offset = DVec3::from(self.around[i].map(f64::from)) + BESIDE;
             if self.fan(vertices, &places, middle + PITCH * radius * offset)? {

@@ -66,7 +66,10 @@ impl Judge<'_> {
 
     /// Takes fills away that are not asked for, or lie in seen space.
     pub fn settle(&self, growing: &mut Growing, progress: &Progress<'_>) -> Result<Settled> {
-        let seen = retreat::in_seen_space(growing, self.strict, self.step, progress)?;
+        let seen = match self.params.force {
+            true => retreat::in_seen_space_anywhere(growing, self.strict, self.step, progress)?,
+            false => retreat::in_seen_space(growing, self.strict, self.step, progress)?,
+        };
         let below = match self.floor {
             Some(floor) => retreat::in_seen_space(growing, floor, self.step, progress)?,
             None => vec![false; growing.triangles.len()],

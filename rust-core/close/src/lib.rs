@@ -91,7 +91,9 @@ pub use driver::close_on_this_pool;
 pub use driver::{close, close_seen_by};
 pub use operation::OPERATION;
 pub use params::{CloseParams, Openings, SCHEMA, UpAxis};
-pub use report::{CloseReport, Closed, LeftOpen, OpenPlace, OpeningReport};
+pub use report::{CloseReport, CloseWarning, Closed, Doubt, LeftOpen, OpenPlace, OpeningReport};
+#[doc(hidden)]
+pub use stages::PLAN;
 pub use visibility::{Blind, Scans, Visibility};
 
 #[cfg(test)]

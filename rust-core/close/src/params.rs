@@ -86,7 +86,9 @@ impl CloseParams {
     /// # Errors
     /// [`Error::Input`] says which parameter to give, too.
     pub(super) fn go_together(&self) -> Result<()> {
-        let problem = if self.max_hole_length.is_some() && self.openings != Openings::Holes {
+        let problem = if self.openings == Openings::None && (self.flat_base || self.force) {
+            "flat_base and force have no use unless openings are closed: choose all, seen or holes, or leave them out"
+        } else if self.max_hole_length.is_some() && self.openings != Openings::Holes {
             "max_hole_length is given, but has no use unless openings are holes: choose holes, or leave it out"
         } else if self.base_up != UpAxis::Z && !self.flat_base {
             "base_up is given without flat_base, but has no use then: give flat_base, too"

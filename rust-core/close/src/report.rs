@@ -5,8 +5,6 @@ use base::progress::Seconds;
 use base::report::{FigureValue, Found};
 use mesh::TriMesh;
 
-use super::params::{FILL_CELLS, OVER_BASE};
-
 base::choices! {
     /// Reasons why an opening was left open.
     pub enum LeftOpen {
@@ -37,10 +35,39 @@ impl LeftOpen {
             LeftOpen::SeenThrough => {
                 "a scan saw through where it would be closed: closing with force fills it, and marks that"
             }
-            LeftOpen::Crossing => "each fill crosses the surface: give another cell, or edit the surface there",
-            LeftOpen::Base => "the flat base leaves its fill no room: close without it, or with a larger base_depth",
+            LeftOpen::Crossing => {
+                "each fill crosses the surface: give the cell of the merge or a smaller one, or edit the surface there"
+            }
+            LeftOpen::Base => "the flat base leaves its fill no room: close without it",
             LeftOpen::InsideOut => "its fill would turn the surface inside out: close with a smaller cell",
         }
+    }
+}
+
+base::choices! {
+    /// Doubts about a surface and its scans.
+    pub enum Doubt {
+        /// A scan does not meet the surface.
+        Elsewhere = "elsewhere" "A scan elsewhere",
+        /// Scans saw through behind the surface.
+        InsideOut = "inside_out" "Seems inside out",
+        /// Without scans: the surface looks toward its own middle.
+        LooksInward = "looks_inward" "Looks inward",
+    }
+}
+
+/// A doubt, for a person.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct CloseWarning {
+    /// Its kind.
+    pub kind: Doubt,
+    /// The reason, and what to do.
+    pub text: String,
+}
+
+impl FigureValue for CloseWarning {
+    fn found(&self) -> Found<'_> {
+        Found::Array(vec![self.kind.found(), self.text.found()])
     }
 }
 
@@ -104,6 +131,8 @@ base::report! {
         ]).since("0.2"),
         /// The openings left open, each with its place, its reason and what to do.
         open: Vec<OpenPlace> = warning("Left open", LeftOpen::CHOICES).since("0.2"),
+        /// Doubts about the surface and its scans: a surface that seems to be inside out, scans that do not meet it.
+        warnings: Vec<CloseWarning> = warning("Warnings", Doubt::CHOICES).since("0.2"),
         /// Length of the longest boundary of an opening that was closed.
         largest_opening: f64 = length("Largest opening closed").since("0.2"),
         /// Vertices and triangles that were added.
@@ -127,6 +156,8 @@ base::report! {
     besides {
         /// All openings, in the order of their smallest vertices.
         openings: Vec<OpeningReport>,
+        /// Depth of the base from which on fills have room, if it was less.
+        base_room: Option<f64>,
     }
 }
 
@@ -156,11 +187,11 @@ impl CloseReport {
         let [x, y, z] = mesh.positions[vertex as usize].to_array().map(|x| Shown::digits(x, 4));
         let length = Shown::digits(opening.length, 3);
         let open = if opening.area > 0.0 { "partly open" } else { "open" };
-        let words = match reason {
-            LeftOpen::Base => {
-                let depth = Shown::digits(OVER_BASE * FILL_CELLS * self.cell, 2);
-                format!("{}, from {depth} on", reason.words())
-            }
+        let words = match (reason, self.base_room) {
+            (LeftOpen::Base, Some(room)) => format!(
+                "the flat base leaves its fill no room: close without it, or with a larger base_depth, from {} on",
+                Shown::digits(room, 2)
+            ),
             _ => reason.words().to_owned(),
         };
         format!("The opening at vertex {vertex}, at ({x}, {y}, {z}), {length} around, is {open}: {words}.")

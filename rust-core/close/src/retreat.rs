@@ -34,6 +34,24 @@ pub fn in_seen_space(
     Ok(seen)
 }
 
+/// The same with the places beside measured corners: scans that contradict each other saw through there, too.
+///
+/// # Errors
+/// [`base::Error::Cancelled`].
+pub fn in_seen_space_anywhere(
+    surface: &Growing,
+    envelope: Envelope<'_>,
+    cell: f64,
+    progress: &Progress<'_>,
+) -> Result<Vec<bool>> {
+    let mut seen = vec![false; surface.triangles.len()];
+    for t in surface.measured[1]..seen.len() {
+        progress.check()?;
+        seen[t] = is_in_seen_space(surface.corners(t), [false; 3], envelope, cell);
+    }
+    Ok(seen)
+}
+
 /// Answers for the filled triangles that `is_new` says.
 fn ask(
     surface: &Growing,

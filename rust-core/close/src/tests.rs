@@ -404,6 +404,9 @@ fn what_was_seen_through_is_not_closed_but_by_force() {
     let marked = flags.iter().filter(|flag| **flag).count();
     assert!(marked > 0 && sees(&forced) > 0 && flags[..first].iter().all(|flag| !flag));
     assert_eq!(forced.report.openings[0].forced_faces, marked);
+    let tolerance = forced.report.merge_distance + 0.5 * forced.report.cell;
+    let is_seen = |t: usize| forced.mesh.corners(t).iter().any(|place| Contradicting.is_empty_at(*place, tolerance));
+    assert!((first..forced.mesh.triangles.len()).all(|t| flags[t] || !is_seen(t)), "each face in seen space is marked");
 }
 
 #[test]
@@ -671,17 +674,17 @@ fn a_cell_of_another_unit_is_refused() {
     assert!(error.to_string().starts_with("cell is 1e-9, but the median edge of the surface is "), "{error}");
 }
 
-/// Crumbs of a few triangles beside a ball: bodies of some volume, not folded sheets.
+/// Crumbs of a few triangles beside a ball, also right before it: bodies of some volume, not folded sheets.
 #[test]
 fn crumbs_become_bodies() {
     let open = part(&ball(8), |p| p.z < 0.6);
-    for count in [1, 2, 4] {
+    for (count, distance) in [(1, 3.0), (2, 3.0), (4, 3.0), (1, 1.01), (2, 1.01)] {
         let mut mesh = TriMesh::new(open.positions.clone(), open.triangles.clone());
         let crumb = relief(3, |_, _| 0.0);
         let kept = TriMesh::new(crumb.positions, crumb.triangles[..count].to_vec());
         let kept = part(&kept, |_| true);
         let first = mesh.positions.len() as u32;
-        mesh.positions.extend(kept.positions.iter().map(|p| 0.1 * *p + 3.0 * DVec3::X));
+        mesh.positions.extend(kept.positions.iter().map(|p| DVec3::new(distance, 0.1 * p.x, 0.1 * p.y)));
         mesh.triangles.extend(kept.triangles.iter().map(|t| t.map(|v| v + first)));
         let params = CloseParams { cell: Some(0.1), ..params() };
         for params in [params, CloseParams { flat_base: true, ..params }] {

@@ -1,5 +1,6 @@
 //! The parameters of a merge.
 
+use base::error::{Error, Result};
 use base::params::{choice, flag, length, ratio};
 use close::{Openings, UpAxis};
 use image::triangulate::TriangulateParams;
@@ -35,5 +36,22 @@ base::params! {
         base_up: UpAxis = choice("Up of the base", UpAxis::CHOICES).since("0.2"),
         /// How range images are triangulated.
         triangulation: TriangulateParams,
+    }
+}
+
+impl MergeParams {
+    /// Refuses options that have no use with the others.
+    ///
+    /// # Errors
+    /// [`Error::Input`] says which option to give, too.
+    pub fn go_together(&self) -> Result<()> {
+        let problem = if self.flat_base && !matches!(self.close, Openings::All | Openings::Seen) {
+            "flat_base is given, but has no use unless more than holes is closed: give close = all or seen, too"
+        } else if self.base_up != UpAxis::Z && !self.flat_base {
+            "base_up is given without flat_base, but has no use then: give flat_base, too"
+        } else {
+            return Ok(());
+        };
+        Err(Error::input(problem))
     }
 }

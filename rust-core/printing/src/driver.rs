@@ -58,8 +58,8 @@ const NEAR: f64 = 1e-4;
 /// * No body jumps into another, whatever walls move.
 /// * Vertices keep their bits, but for scaling, thin walls and single precision. No wall moves inward, or farther than the one that is asked
 ///   for. The report says by how much any moved.
-/// * All coordinates are numbers of single precision, as STL and 3MF hold them. If faces would cross in it, all stay in double precision, and
-///   a note says so.
+/// * All coordinates are numbers of single precision, as STL and 3MF hold them, and multiples of the smallest step that it knows at the
+///   largest of them. If faces would cross in it, all stay in double precision, and a note says so.
 /// * Faces that were made up have the face attribute `added`. Vertices on cuts have the means of their edges' ends.
 /// * The same result for any number of threads.
 ///

@@ -23,7 +23,7 @@ base::params! {
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct PrepareParams of "prepare_print" with threads {
         /// Length of the side of the result: 0.1 for a print of 10 cm, if the unit is a metre. All sides are scaled alike.
-        scale_to: Option<f64> = length("Scale to").from_data("the size stays").above(0.0).since("0.2"),
+        scale_to: Option<f64> = length("Scale to").from_data("the size stays").above(0.0).at_most(1e30).since("0.2"),
         /// The side that gets this length.
         scale_side: ScaleSide = choice("Scaled side", ScaleSide::CHOICES).since("0.2"),
         /// Stands the mesh on a flat face: the part below the height of the base is cut off.

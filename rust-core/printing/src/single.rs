@@ -1,7 +1,9 @@
 //! Coordinates in single precision, as STL and 3MF hold them.
 //!
 //! A mesh whose coordinates single precision holds keeps that: each step rounds its vertices before it looks for crossings. So files hold
-//! what was looked at. Vertices too close together for it, and far from the origin, stay in double precision.
+//! what was looked at. They are multiples of one step, the smallest that single precision knows at the largest coordinate: two vertices that
+//! differ are at least that far apart, also near the origin, where single precision is finer than any tool for printing. Vertices too close
+//! together for it, and far from the origin, stay in double precision.
 
 use glam::DVec3;
 
@@ -14,22 +16,36 @@ use super::made::PART;
 use super::report::{PrepareProblem, PrepareReport};
 
 /// Numbers that coordinates are.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Precision {
-    Single,
+    /// Multiples of a step.
+    Single {
+        step: f64,
+    },
     Double,
 }
 
 impl Precision {
     /// That of a mesh.
     pub fn of(mesh: &TriMesh) -> Self {
-        let is_single = mesh.positions.iter().all(|&place| Precision::Single.place(place) == place);
-        if is_single { Precision::Single } else { Precision::Double }
+        let is_single = mesh.positions.iter().all(|place| place.as_vec3().as_dvec3() == *place);
+        if is_single { Precision::single(mesh) } else { Precision::Double }
+    }
+
+    /// Single precision, whether the mesh has it or not.
+    pub fn single(mesh: &TriMesh) -> Self {
+        let largest = mesh.positions.iter().fold(0.0_f64, |most, place| most.max(place.abs().max_element()));
+        let largest = (largest as f32).max(f32::MIN_POSITIVE);
+        Precision::Single { step: f64::from(largest) - f64::from(largest.next_down()) }
     }
 
     /// The nearest number.
     pub fn number(self, x: f64) -> f64 {
-        if self == Precision::Single { f64::from(x as f32) } else { x }
+        match self {
+            // Beyond the largest coordinate single precision is coarser.
+            Precision::Single { step } => f64::from(((x / step).round() * step) as f32),
+            Precision::Double => x,
+        }
     }
 
     /// The nearest place.
@@ -43,10 +59,10 @@ impl Precision {
 /// # Errors
 /// [`base::Error::Cancelled`].
 pub fn round(mesh: &mut TriMesh, progress: &Progress<'_>) -> Result<()> {
-    if Precision::of(mesh) == Precision::Single {
+    let rounded = rounded(mesh);
+    if rounded == mesh.positions {
         return Ok(());
     }
-    let rounded = rounded(mesh);
     if shared(&rounded, mesh, progress)?.len() > shared(&mesh.positions, mesh, progress)?.len() {
         return Ok(());
     }
@@ -58,7 +74,8 @@ pub fn round(mesh: &mut TriMesh, progress: &Progress<'_>) -> Result<()> {
 }
 
 fn rounded(mesh: &TriMesh) -> Vec<DVec3> {
-    mesh.positions.iter().map(|&place| Precision::Single.place(place)).collect()
+    let precision = Precision::single(mesh);
+    mesh.positions.iter().map(|&place| precision.place(place)).collect()
 }
 
 /// The vertices that lie where another one of the same part does, by their places.

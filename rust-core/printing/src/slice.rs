@@ -19,7 +19,7 @@ const TRIES: i32 = 12;
 /// Distance of the first of them, as a share of the size of the mesh, and by how much farther each of the others lies.
 const fn hair(precision: Precision) -> (f64, f64) {
     match precision {
-        Precision::Single => (1e-7, 2.0),
+        Precision::Single { .. } => (1e-7, 2.0),
         Precision::Double => (1e-12, 4.0),
     }
 }

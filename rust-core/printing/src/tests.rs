@@ -86,6 +86,7 @@ fn what_encloses_nothing_is_refused_with_the_remedy() {
     assert!(refused(&TriMesh::default(), &params()).contains("no triangles"));
     for (name, given) in [
         ("scale_to", PrepareParams { scale_to: Some(0.0), ..params() }),
+        ("scale_to", PrepareParams { scale_to: Some(1e39), ..params() }),
         ("base_height", PrepareParams { flat_base: true, base_height: Some(-0.1), ..params() }),
         ("base_height", PrepareParams { flat_base: true, base_height: Some(f64::NAN), ..params() }),
         ("base_height", PrepareParams { flat_base: true, base_height: Some(2.5), ..params() }),
@@ -194,6 +195,28 @@ fn single_precision_tells_all_vertices_apart() {
             let mut places: Vec<_> = part.positions.iter().map(|p| (*p + 0.0).to_array().map(f64::to_bits)).collect();
             places.sort_unstable();
             assert!(places.windows(2).all(|pair| pair[0] != pair[1]));
+        }
+    }
+}
+
+/// Cosines of right angles are 6e-17. A cut there would leave edges as long, which programs for printing take for points.
+#[test]
+fn cuts_along_vertices_that_are_nearly_in_a_plane_leave_no_tiny_edges() {
+    let mut post = solids::mapped(&bumpy(8), |p| DVec3::new(p.x * 30.0, p.y * 30.0, p.z * 30.0));
+    post.positions.iter_mut().for_each(|place| place.x = if place.x.abs() < 4.0 { 1e-15 * place.y } else { place.x });
+    assert!(post.positions.iter().filter(|place| place.x.abs() < 1e-13).count() > 4);
+    for given in [
+        PrepareParams { printer_width: Some(40.0), ..params() },
+        PrepareParams { flat_base: true, base_height: Some(1e-9), ..params() },
+        PrepareParams { print_up: UpAxis::X, flat_base: true, base_height: Some(30.0), ..params() },
+    ] {
+        let result = prepared(&post, &given);
+        for part in result.parts() {
+            assert!(check(&part).is_closed());
+            let sides = part.triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
+            let shortest = sides.map(|[a, b]| part.positions[a as usize].distance(part.positions[b as usize]));
+            let shortest = shortest.fold(f64::INFINITY, f64::min);
+            assert!(shortest > 1e-6, "{shortest} with {given:?}");
         }
     }
 }

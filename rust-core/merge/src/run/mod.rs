@@ -136,6 +136,7 @@ fn in_files(
     progress: &Progress<'_>,
 ) -> Result<Merged> {
     params.validate()?;
+    params.go_together()?;
     let temporary = std::env::temp_dir();
     let folder = out_of_core::existing(workspace.unwrap_or(&temporary))?;
     let memory = out_of_core::memory(memory, 1, "in files")?;

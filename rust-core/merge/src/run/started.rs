@@ -39,6 +39,7 @@ pub fn started<T: Send>(
     work: impl FnOnce() -> Result<T> + Send,
 ) -> Result<T> {
     params.validate()?;
+    params.go_together()?;
     if scans.is_empty() {
         return Err(Error::input("no scan to merge: give at least one"));
     }

@@ -79,7 +79,7 @@ fn rings_and_shells_get_bases_with_holes() {
     // A ball in a shell in a shell: a hole with an island that has a hole.
     let at = |radius: f64| single(&Shape::Sphere { radius }.mesh(12));
     let onion = beside(&beside(&at(3.0), &reversed(&at(2.5))), &beside(&at(2.0), &reversed(&at(1.5))));
-    let onion = beside(&onion, &at(1.0));
+    let onion = single(&beside(&onion, &at(1.0)));
     let result = cut_at(&onion, 3.0, UpAxis::Y);
     assert!(is_near(2.0 * result.report.volume, result.report.volume_before, 1e-6), "{:?}", result.report);
     assert_eq!(check(&result.mesh).components, 3);

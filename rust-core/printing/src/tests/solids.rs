@@ -7,9 +7,12 @@ use glam::{DVec3, I64Vec3};
 use mesh::TriMesh;
 use mesh::shapes::Shape;
 
-/// The mesh in single precision.
+use crate::single::Precision;
+
+/// The mesh in single precision, as steps leave it.
 pub fn single(mesh: &TriMesh) -> TriMesh {
-    mapped(mesh, |p| p.as_vec3().as_dvec3())
+    let precision = Precision::single(mesh);
+    mapped(mesh, |p| precision.place(p))
 }
 
 /// A ball with bumps.
