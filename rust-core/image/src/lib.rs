@@ -1,7 +1,8 @@
-//! Range images, their triangulation, the scans that a merge reads, and the frames that cameras record.
+//! Range images, their triangulation, the scans that a merge reads, the frames that cameras record, and photos.
 
 pub mod frame;
 pub mod oriented;
+pub mod photo;
 pub mod places;
 pub mod range_image;
 pub mod rigid;

@@ -14,9 +14,10 @@ use base::{Progress, Result};
 use cluster::{ClusterParams, Resolution};
 use geom::bvh::{Bvh, Ray};
 use image::frame::Camera;
+use image::photo::{Photo, Pixels};
 use mesh::{Attribute, TriMesh, srgb};
 use scan::sculpture::sculpture;
-use surfrecon_texture::{Photo, Pixels, TextureParams, TextureTarget, Textured, run};
+use surfrecon_texture::{TextureParams, TextureTarget, Textured, run};
 use unwrap::UnwrapParams;
 
 const PIXELS: usize = 800;

@@ -5,10 +5,10 @@ use rayon::prelude::*;
 
 use base::error::Result;
 use base::progress::Progress;
+use image::photo::Pixels;
 
 use super::behind::{Detail, Place};
 use super::light;
-use super::photo::Pixels;
 use super::view::View;
 
 /// Places between two checks.

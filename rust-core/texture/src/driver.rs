@@ -7,13 +7,13 @@ use base::magnitude;
 use base::memory;
 use base::progress::Progress;
 use geom::bvh::Bvh;
+use image::photo::{self, Photo, Pixels};
 use mesh::{Crs, TriMesh, measure};
 
 use super::atlas::{self, NONE, Texel};
 use super::behind::{self, Detail, Place};
 use super::blend::{self, Sum};
 use super::params::TextureParams;
-use super::photo::{self, Photo, Pixels};
 use super::poses::{self, Grey, Posed};
 use super::report::{PhotoReport, Textured, Tile};
 use super::target::{self, TextureTarget};

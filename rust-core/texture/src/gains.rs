@@ -8,11 +8,11 @@ use glam::DVec3;
 
 use base::error::Result;
 use base::progress::Progress;
+use image::photo::Pixels;
 use mesh::srgb;
 
 use super::behind::{Detail, Place};
 use super::light::is_clipped;
-use super::photo::Pixels;
 use super::view::View;
 
 /// Pixels around one that are averaged: poses are not exact yet.

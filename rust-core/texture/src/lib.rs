@@ -2,7 +2,7 @@
 //!
 //! | stage | file | in -> out |
 //! |---|---|---|
-//! | 1 | `photo`, `target` | photos, mesh -> both checked, photos in the order of their names |
+//! | 1 | `image::photo`, `target` | photos, mesh -> both checked, photos in the order of their names |
 //! | 2 | `samples` | mesh -> places all over the surface, to compare photos at |
 //! | 3 | `gains` | photos -> what each one's light is multiplied by |
 //! | 4 | `poses` | cameras -> cameras under which the photos agree |
@@ -22,7 +22,6 @@ mod report;
 pub mod mask;
 
 // 1. the input
-mod photo;
 mod target;
 
 // 2. to 4. photos that agree
@@ -49,7 +48,6 @@ mod driver;
 
 pub use driver::run;
 pub use params::{SCHEMA, TextureParams};
-pub use photo::{Depths, Photo, Pixels};
 pub use report::{PhotoReport, TextureReport, Textured, Tile};
 pub use target::TextureTarget;
 

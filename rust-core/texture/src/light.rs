@@ -2,9 +2,8 @@
 
 use glam::DVec2;
 
+use image::photo::Pixels;
 use mesh::srgb;
-
-use super::photo::Pixels;
 
 /// Of a photo with more than this share of black or overexposed pixels nothing is taken.
 pub const MOST_CLIPPED: f64 = 0.99;

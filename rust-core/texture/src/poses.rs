@@ -10,9 +10,9 @@ use base::error::Result;
 use base::progress::Progress;
 use geom::linear;
 use image::frame::Camera;
+use image::photo::{self, Photo, Pixels};
 
 use super::behind::{Detail, Place};
-use super::photo::{self, Photo, Pixels};
 use super::view::View;
 
 /// Radii of the blur, in pixels of the photo ...

@@ -8,9 +8,9 @@ use base::error::Result;
 use base::progress::{Pace, Progress};
 use geom::bvh::Ray;
 use image::frame::Camera;
+use image::photo::Depths;
 
 use super::behind::Detail;
-use super::photo::Depths;
 
 /// Longest side of the buffer of depths.
 const LONGEST: usize = 1024;

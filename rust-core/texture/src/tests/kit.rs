@@ -7,11 +7,12 @@ use glam::{DAffine3, DMat3, DVec2, DVec3};
 use base::{Progress, Result};
 use geom::bvh::{Bvh, Ray};
 use image::frame::Camera;
+use image::photo::{Photo, Pixels};
 use mesh::shapes::Shape;
 use mesh::{TriMesh, srgb};
 use unwrap::{UnwrapParams, Unwrapped};
 
-use crate::{Photo, Pixels, TextureParams, TextureTarget, Textured, run};
+use crate::{TextureParams, TextureTarget, Textured, run};
 
 /// Texels of a side.
 pub const SIZE: u32 = 96;

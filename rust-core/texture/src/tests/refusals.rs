@@ -6,10 +6,11 @@ use glam::{DAffine3, DVec2, DVec3};
 
 use base::{Error, Progress, Result};
 use image::frame::Camera;
+use image::photo::{Photo, Pixels};
 use mesh::TriMesh;
 
 use super::kit::{PLAIN, Shot, around, covered, shot, sphere, textured, unwrapped, waves};
-use crate::{Photo, Pixels, TextureParams, TextureTarget, run};
+use crate::{TextureParams, TextureTarget, run};
 
 fn told(shots: &[Shot]) -> String {
     let mesh = sphere();

@@ -2,9 +2,9 @@
 
 use glam::DAffine3;
 
+use crate::frame::Camera;
 use base::error::{Error, Result};
 use base::magnitude;
-use image::frame::Camera;
 
 /// A photo whose camera is known. Its pixels are asked for when they are needed, several times if need be: they are not kept.
 pub trait Photo: Sync {
