@@ -11,11 +11,13 @@
 //! | `sink` | meshes that are handed over piece by piece |
 //! | `extent` | extent of coordinates, and their precision |
 //! | `certify` | a bound that holds everywhere between two surfaces |
+//! | `normals` | normals of triangles and vertices |
 //! | `point_cloud` | points without connectivity |
 //! | `shapes` | meshes of analytic shapes |
 //! | `measure/` | exact distances of points to a mesh; areas, angles, volume |
 //! | `srgb` | colours as light, and means of them |
 //! | `texture` | texture coordinates of vertices |
+//! | `images` | images on a mesh with texture coordinates |
 //! | `dump` | stages of operations as files, for those who work on them |
 
 pub mod certify;
@@ -26,7 +28,9 @@ pub mod dump;
 pub mod extent;
 #[doc(hidden)]
 pub mod holes;
+pub mod images;
 pub mod measure;
+pub mod normals;
 pub mod point_cloud;
 pub mod quads;
 pub mod shapes;
@@ -40,6 +44,7 @@ pub use check::{
 };
 pub use crs::Crs;
 pub use extent::Extent;
+pub use images::{Tile, TileImages};
 pub use point_cloud::PointCloud;
 pub use quads::QuadMesh;
 pub use tri_mesh::{Attribute, AttributeData, TriMesh};

@@ -303,9 +303,13 @@ fn true_colours(target: &TextureTarget<'_>, size: u32, bvh: &Bvh<'_>) -> Vec<Opt
 fn psnr(done: &Textured, known: &[Option<[u8; 3]>], seen_only: bool) -> f64 {
     let (mut squares, mut count) = (0.0, 0.0);
     for (i, known) in known.iter().enumerate() {
-        let Some(known) = known.filter(|_| !seen_only || done.tiles[0].mask[i] == 255) else { continue };
+        let Some(known) =
+            known.filter(|_| !seen_only || done.images.tiles[0].mask.as_ref().is_some_and(|mask| mask[i] == 255))
+        else {
+            continue;
+        };
         for k in 0..3 {
-            squares += (f64::from(known[k]) - f64::from(done.tiles[0].colour[i][k])).powi(2);
+            squares += (f64::from(known[k]) - f64::from(done.images.tiles[0].colour[i][k])).powi(2);
             count += 1.0;
         }
     }

@@ -5,8 +5,9 @@ use rayon::prelude::*;
 
 use base::error::Result;
 use base::progress::Progress;
+use mesh::images;
 
-use super::target::{ROW, TextureTarget};
+use super::target::TextureTarget;
 
 /// No triangle.
 pub const NONE: u32 = u32::MAX;
@@ -28,7 +29,7 @@ pub struct Texel {
 /// [`base::Error::Cancelled`].
 pub fn texels(target: &TextureTarget<'_>, tile: u32, size: u32, progress: &Progress<'_>) -> Result<Vec<Texel>> {
     let mut triangles = vec![NONE; (size as usize).pow(2)];
-    let low = DVec2::new(f64::from(tile % ROW), f64::from(tile / ROW));
+    let low = images::corner(tile);
     let in_texels = |t: usize| target.triangle(t).map(|at| centred(at - low, size));
     for block in progress.ranges(target.mesh.triangles.len()) {
         for t in block?.filter(|&t| target.tile(t) == tile) {

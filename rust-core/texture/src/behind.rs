@@ -6,10 +6,10 @@ use rayon::prelude::*;
 use base::error::Result;
 use base::progress::Progress;
 use geom::bvh::{Bvh, Closest, Ray};
-use mesh::TriMesh;
+use mesh::{TriMesh, normals};
 
 use super::atlas::Texel;
-use super::target::{TextureTarget, face_normal};
+use super::target::TextureTarget;
 
 /// Texels between two checks.
 const BLOCK: usize = 1024;
@@ -74,7 +74,7 @@ pub fn on_target(texel: &Texel, target: &TextureTarget<'_>, normals: &[DVec3]) -
     let mix = |[p, q, r]: [DVec3; 3]| p + (q - p) * b + (r - p) * c;
     let corners = target.mesh.corners(t);
     let smooth = mix(target.mesh.triangles[t].map(|v| normals[v as usize])).normalize_or_zero();
-    let flat = face_normal(corners);
+    let flat = normals::of_triangle(corners);
     (mix(corners), if smooth.dot(flat) > 0.0 { smooth } else { flat })
 }
 
@@ -116,12 +116,12 @@ impl Detail<'_> {
     }
 
     fn faces(&self, triangle: u32, normal: DVec3) -> bool {
-        face_normal(self.mesh.corners(triangle as usize)).dot(normal) > 0.0
+        normals::of_triangle(self.mesh.corners(triangle as usize)).dot(normal) > 0.0
     }
 
     fn place(&self, triangle: u32, [a, b, c]: [f64; 3]) -> Place {
         let corners = self.mesh.corners(triangle as usize);
-        let flat = face_normal(corners);
+        let flat = normals::of_triangle(corners);
         let [p, q, r] = self.mesh.triangles[triangle as usize].map(|v| self.normals[v as usize]);
         let smooth = (p * a + q * b + r * c).normalize_or_zero();
         let normal = if smooth.dot(flat) > 0.0 { smooth } else { flat };

@@ -8,15 +8,15 @@ use base::memory;
 use base::progress::Progress;
 use geom::bvh::Bvh;
 use image::photo::{self, Photo, Pixels};
-use mesh::{Crs, TriMesh, measure};
+use mesh::{Crs, Tile, TileImages, TriMesh, measure, normals};
 
 use super::atlas::{self, NONE, Texel};
 use super::behind::{self, Detail, Place};
 use super::blend::{self, Sum};
 use super::params::TextureParams;
 use super::poses::{self, Grey, Posed};
-use super::report::{PhotoReport, Textured, Tile};
-use super::target::{self, TextureTarget};
+use super::report::{PhotoReport, Textured};
+use super::target::TextureTarget;
 use super::view::View;
 use super::{fill, gains, light, mask, occlusion, relief, samples};
 
@@ -83,9 +83,9 @@ pub fn run(
     progress.run(&pool, || {
         let bvh = Bvh::build_with(&detail.positions, &detail.triangles, params.threads, progress)?;
         let (lo, hi) = measure::bounds(&detail.positions).unwrap_or_default();
-        let detail_normals = target::normals(detail, progress)?;
+        let detail_normals = normals::smooth(detail, progress)?;
         let detail = Detail { mesh: detail, bvh: &bvh, normals: &detail_normals, origin: (lo + hi) / 2.0 };
-        let normals = target::normals(target.mesh, progress)?;
+        let normals = normals::smooth(target.mesh, progress)?;
         progress.lap("surface");
         Job { target, normals, detail, photos, order, params, progress }.all_tiles(tiles)
     })
@@ -111,7 +111,8 @@ struct Chosen {
 
 impl Job<'_, '_> {
     fn all_tiles(&self, tiles: u32) -> Result<Textured> {
-        let mut done = Textured { size: self.params.size, ..Textured::default() };
+        let images = TileImages { size: self.params.size, ..TileImages::default() };
+        let mut done = Textured { images, ..Textured::default() };
         let chosen = self.agree(&mut done)?;
         let tangents = self.params.normal_map.then(|| relief::tangents(self.target, &self.normals));
         let mut heights = Vec::new();
@@ -139,17 +140,17 @@ impl Job<'_, '_> {
                 tile.occlusion = Some(spread(&map, &sources, u8::MAX));
             }
             self.progress.lap("shape");
-            done.tiles.push(tile);
+            done.images.tiles.push(tile);
         }
         if self.params.height_map {
             let all = || heights.iter().flatten().map(|&height| f64::from(height));
             let range = [all().fold(0.0, f64::min), all().fold(0.0, f64::max)];
-            for (tile, heights) in done.tiles.iter_mut().zip(&heights) {
+            for (tile, heights) in done.images.tiles.iter_mut().zip(&heights) {
                 tile.height = Some(relief::in_steps(heights, range));
             }
-            done.report.heights = Some(range);
+            done.images.heights = Some(range);
         }
-        done.tangents = tangents;
+        done.images.tangents = tangents;
         done.report.seconds = self.progress.seconds();
         Ok(done)
     }
@@ -300,7 +301,8 @@ impl Job<'_, '_> {
             sums.iter().map(|sum| sum.mean(drop_highlights).map(light::bytes)).collect();
         let is_clear: Vec<bool> = sums.iter().map(|sum| sum.is_clear).collect();
         drop(sums);
-        let mask = colours.iter().map(|colour| if colour.is_some() { mask::SEEN } else { mask::FILLED }).collect();
+        let source = |colour: &Option<_>| if colour.is_some() { mask::SEEN } else { mask::FILLED };
+        let mask = Some(colours.iter().map(source).collect());
         done.report.texels += texels.len() as u64;
         done.report.seen += colours.iter().flatten().count() as u64;
         if let Some(of) = fill::vertex_colours(self.detail.mesh) {
@@ -317,8 +319,8 @@ impl Job<'_, '_> {
     fn spread(&self, tile: &mut Tile, texels: &[Texel], sources: &[u32]) {
         tile.colour = spread(&tile.colour, sources, [0; 3]);
         let mut mask = vec![mask::BACKGROUND; sources.len()];
-        texels.iter().zip(&tile.mask).for_each(|(texel, &of)| mask[texel.place as usize] = of);
-        tile.mask = mask;
+        texels.iter().zip(tile.mask.iter().flatten()).for_each(|(texel, &of)| mask[texel.place as usize] = of);
+        tile.mask = Some(mask);
     }
 }
 

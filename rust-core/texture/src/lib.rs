@@ -48,7 +48,7 @@ mod driver;
 
 pub use driver::run;
 pub use params::{SCHEMA, TextureParams};
-pub use report::{PhotoReport, TextureReport, Textured, Tile};
+pub use report::{PhotoReport, TextureReport, Textured};
 pub use target::TextureTarget;
 
 #[cfg(test)]

@@ -5,6 +5,7 @@ use uvunwrap::{Density, Options};
 use base::error::{Error, Result, Shown};
 use base::progress::Progress;
 use glam::DVec2;
+use mesh::images;
 
 use super::charts::{Charts, NONE, on_grid};
 use super::flatten::{Generated, Known, generated};
@@ -12,8 +13,6 @@ use super::join::area_vector;
 use super::params::{ChartScale, UnwrapParams};
 use super::surface::Surface;
 
-/// Tiles in a row of the plane.
-const ROW: u32 = 10;
 /// Densities that are tried to fill several tiles, each halving the range.
 const TRIALS: usize = 7;
 
@@ -39,7 +38,7 @@ pub fn pack(charts: &Charts, surface: &Surface, params: &UnwrapParams, progress:
         ChartScale::Tiles(tiles) => tiles,
         ChartScale::TexelsPerUnit(density) => {
             let generated = packer.at(density * surface.unit)?;
-            if generated.pages > ROW * ROW {
+            if generated.pages > images::MOST_TILES {
                 return Err(Error::input(format!(
                     "{} texels per unit need {} tiles of {} texels, but 100 are the most: use fewer texels per unit or larger \
                      tiles",
@@ -155,8 +154,7 @@ impl<'a, 'p> Packer<'a, 'p> {
             corners.iter().for_each(|&place| tile[place as usize] = page);
         }
         for (at, tile) in charts.uv.iter_mut().zip(tile) {
-            let corner = DVec2::new(f64::from(tile % ROW), f64::from(tile / ROW));
-            *at = (*at * scale).clamp(DVec2::ZERO, DVec2::ONE) + corner;
+            *at = (*at * scale).clamp(DVec2::ZERO, DVec2::ONE) + images::corner(tile);
             *at = on_grid(*at);
         }
         // It was given places, not vertices.

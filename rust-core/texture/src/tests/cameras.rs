@@ -28,7 +28,8 @@ fn error(params: &TextureParams, shots: &[Shot]) -> f64 {
     let flat = unwrapped(&mesh);
     let done = textured(&flat, &mesh, shots, params).unwrap();
     let texels = covered(&flat);
-    let of = |&(place, point): &(usize, DVec3)| f64::from(apart(done.tiles[0].colour[place], spots(point))).powi(2);
+    let of =
+        |&(place, point): &(usize, DVec3)| f64::from(apart(done.images.tiles[0].colour[place], spots(point))).powi(2);
     (texels.iter().map(of).sum::<f64>() / texels.len() as f64).sqrt()
 }
 
@@ -111,7 +112,7 @@ fn no_order_and_no_number_of_threads_matters() {
     shots.reverse();
     shots.swap(1, 5);
     let many = textured(&flat, &mesh, &shots, &TextureParams { threads: 6, ..all }).unwrap();
-    assert!(one.tiles == many.tiles && one.tangents == many.tangents);
+    assert!(one.images.tiles == many.images.tiles && one.images.tangents == many.images.tangents);
     let mut names: Vec<(String, DAffine3)> =
         shots.iter().map(|shot| shot.name.clone()).zip(many.world_from_camera).collect();
     names.sort_by(|a, b| a.0.cmp(&b.0));

@@ -9,7 +9,7 @@ use geom::bvh::{Bvh, Ray};
 use image::frame::Camera;
 use image::photo::{Photo, Pixels};
 use mesh::shapes::Shape;
-use mesh::{TriMesh, srgb};
+use mesh::{Tile, TriMesh, srgb};
 use unwrap::{UnwrapParams, Unwrapped};
 
 use crate::{TextureParams, TextureTarget, Textured, run};
@@ -151,6 +151,11 @@ pub fn pebble() -> TriMesh {
     let bump = |p: DVec3| 1.0 + 0.12 * (4.0 * p.x).sin() * (5.0 * p.y + 1.0).sin() + 0.1 * (4.0 * p.z).cos();
     mesh.positions.iter_mut().for_each(|p| *p = *p * DVec3::new(0.9, 0.6, 1.1) * bump(*p));
     mesh
+}
+
+/// Entry of the mask.
+pub fn source(tile: &Tile, place: usize) -> u8 {
+    tile.mask.as_ref().unwrap()[place]
 }
 
 /// Largest difference of a channel.

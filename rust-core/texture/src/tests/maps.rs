@@ -28,8 +28,8 @@ fn normals_and_heights_of_a_ridge() {
     let shots = [shot("above", &detail, DVec3::Z * 4.0, &waves)];
     let params = TextureParams { normal_map: true, height_map: true, ..PLAIN };
     let done = textured(&flat, &detail, &shots, &params).unwrap();
-    let (tile, tangents) = (&done.tiles[0], done.tangents.as_ref().unwrap());
-    let [low, high] = done.report.heights.unwrap();
+    let (tile, tangents) = (&done.images.tiles[0], done.images.tangents.as_ref().unwrap());
+    let [low, high] = done.images.heights.unwrap();
     assert!(low > -1e-6 && (0.08..0.101).contains(&high), "{low} {high}");
     let tangent = DVec3::from(std::array::from_fn(|k| f64::from(tangents[0][0][k])));
     for (place, point) in covered(&flat) {
@@ -57,7 +57,7 @@ fn flat_is_flat_and_open() {
     let shots = [shot("one", &mesh, DVec3::X * 4.0, &waves)];
     let params = TextureParams { normal_map: true, occlusion_rays: 16, ..PLAIN };
     let done = textured(&flat, &mesh, &shots, &params).unwrap();
-    let tile = &done.tiles[0];
+    let tile = &done.images.tiles[0];
     for (place, _) in covered(&flat) {
         let [x, y, z] = tile.normal.as_ref().unwrap()[place];
         assert!(x.abs_diff(128) < 4 && y.abs_diff(128) < 4 && z > 250, "{x} {y} {z}");
@@ -73,7 +73,7 @@ fn the_inside_of_a_pit_is_dark() {
     let flat = unwrapped(&mesh);
     let shots = [shot("one", &mesh, DVec3::X * 4.0, &waves)];
     let done = textured(&flat, &mesh, &shots, &TextureParams { occlusion_rays: 32, ..PLAIN }).unwrap();
-    let open = done.tiles[0].occlusion.as_ref().unwrap();
+    let open = done.images.tiles[0].occlusion.as_ref().unwrap();
     let mean = |is: &dyn Fn(DVec3) -> bool| {
         let there: Vec<f64> = covered(&flat).iter().filter(|(_, p)| is(*p)).map(|(i, _)| f64::from(open[*i])).collect();
         there.iter().sum::<f64>() / there.len() as f64
@@ -91,8 +91,8 @@ fn several_tiles_are_as_one() {
     assert!(flat.report.tiles > 1);
     let shots = [shot("one", &mesh, DVec3::X * 4.0, &|_| [1, 200, 100])];
     let done = textured(&flat, &mesh, &shots, &TextureParams { height_map: true, ..PLAIN }).unwrap();
-    assert_eq!(done.tiles.len(), flat.report.tiles);
-    let covered = |tile: &crate::Tile| tile.mask.iter().filter(|&&of| of > 0).count();
-    assert!(done.tiles.iter().all(|tile| covered(tile) > 100 && tile.height.is_some()));
-    assert_eq!(done.tiles.iter().map(covered).sum::<usize>() as u64, done.report.texels);
+    assert_eq!(done.images.tiles.len(), flat.report.tiles);
+    let covered = |tile: &mesh::Tile| tile.mask.iter().flatten().filter(|&&of| of > 0).count();
+    assert!(done.images.tiles.iter().all(|tile| covered(tile) > 100 && tile.height.is_some()));
+    assert_eq!(done.images.tiles.iter().map(covered).sum::<usize>() as u64, done.report.texels);
 }

@@ -52,7 +52,7 @@ fn black_and_overexposed_photos_say_nothing() {
         shots.push(useless);
     }
     let done = textured(&flat, &mesh, &shots, &PLAIN).unwrap();
-    assert!(done.tiles == clean.tiles);
+    assert!(done.images.tiles == clean.images.tiles);
     let said: Vec<&str> = done.report.photos.iter().filter_map(|photo| photo.left_out.as_deref()).collect();
     assert_eq!(said, ["100 % of its pixels are black or overexposed"; 2]);
 }
@@ -94,9 +94,10 @@ fn photos_are_asked_for_once_per_purpose_and_not_kept() {
     let done = run(&target, &mesh, &photos, &PLAIN, &Progress::none()).unwrap();
     assert_eq!(asked.load(Ordering::Relaxed), 2 * count);
     let one = textured(&flat, &mesh, std::slice::from_ref(&shot), &PLAIN).unwrap();
-    let same =
-        covered(&flat).iter().all(|&(i, _)| super::kit::apart(one.tiles[0].colour[i], done.tiles[0].colour[i]) < 2);
-    assert!(same && done.tiles[0].mask == one.tiles[0].mask);
+    let same = covered(&flat)
+        .iter()
+        .all(|&(i, _)| super::kit::apart(one.images.tiles[0].colour[i], done.images.tiles[0].colour[i]) < 2);
+    assert!(same && done.images.tiles[0].mask == one.images.tiles[0].mask);
 }
 
 /// A photo that is gone.

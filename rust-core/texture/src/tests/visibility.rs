@@ -6,7 +6,7 @@ use geom::bvh::{Bvh, Ray};
 use mesh::shapes::Shape;
 use mesh::{Attribute, TriMesh, srgb};
 
-use super::kit::{PLAIN, SIZE, apart, around, covered, light_at, shot, sphere, textured, unwrapped, waves};
+use super::kit::{PLAIN, SIZE, apart, around, covered, light_at, shot, source, sphere, textured, unwrapped, waves};
 use crate::mask;
 
 /// A ball with a smaller one before it, which hides part of it.
@@ -28,7 +28,7 @@ fn texels_are_what_a_naive_twin_makes_of_each_photo_and_each_ray() {
         around(7, 4.0).iter().enumerate().map(|(i, &eye)| shot(&format!("{i}"), &mesh, eye, &colour)).collect();
     let done = textured(&flat, &mesh, &shots, &PLAIN).unwrap();
     let bvh = Bvh::build(&mesh.positions, &mesh.triangles, 1).unwrap();
-    let normals = crate::target::normals(&mesh, &base::Progress::none()).unwrap();
+    let normals = mesh::normals::smooth(&mesh, &base::Progress::none()).unwrap();
     let (mut wrong, mut unseen, mut differ) = (0, 0, 0);
     let texels = covered(&flat);
     for &(place, point) in &texels {
@@ -49,14 +49,14 @@ fn texels_are_what_a_naive_twin_makes_of_each_photo_and_each_ray() {
                 weights += weight;
             }
         }
-        let is_seen = done.tiles[0].mask[place] == mask::SEEN;
+        let is_seen = source(&done.images.tiles[0], place) == mask::SEEN;
         differ += usize::from(is_seen != (weights > 0.0));
         if weights == 0.0 || !is_seen {
             unseen += 1;
             continue;
         }
         let expected = light.map(|sum| srgb::byte((sum / weights) as u16));
-        wrong += usize::from(apart(expected, done.tiles[0].colour[place]) > 6);
+        wrong += usize::from(apart(expected, done.images.tiles[0].colour[place]) > 6);
     }
     // Weights at edges and the image's border differ from the twin's.
     let count = texels.len();
@@ -76,8 +76,8 @@ fn what_hides_a_place_does_not_colour_it() {
     let done = textured(&flat, &mesh, &shots, &PLAIN).unwrap();
     let mut red = 0;
     for (place, point) in covered(&flat) {
-        let [r, _, b] = done.tiles[0].colour[place];
-        if done.tiles[0].mask[place] == mask::SEEN && !small(point) {
+        let [r, _, b] = done.images.tiles[0].colour[place];
+        if source(&done.images.tiles[0], place) == mask::SEEN && !small(point) {
             red += usize::from(r > b);
         }
     }
@@ -99,7 +99,7 @@ fn a_thin_sheet_has_its_own_colour_on_either_side() {
         let done = textured(&flat, &detail, shots, &PLAIN).unwrap();
         let (mut front, mut back) = (0, 0);
         for (place, point) in covered(&flat).into_iter().filter(|(_, p)| p.x.abs() < 0.9 && p.z.abs() < 0.9) {
-            let (colour, of) = (done.tiles[0].colour[place], done.tiles[0].mask[place]);
+            let (colour, of) = (done.images.tiles[0].colour[place], source(&done.images.tiles[0], place));
             if point.y > 0.003 {
                 front += 1;
                 assert_eq!((of, colour), (mask::SEEN, [250, 250, 10]));
@@ -120,16 +120,16 @@ fn what_no_photo_sees_is_filled_and_marked() {
     let flat = unwrapped(&detail);
     let one = [shot("one", &detail, DVec3::X * 4.0, &|_| [200, 100, 50])];
     let done = textured(&flat, &detail, &one, &PLAIN).unwrap();
-    let tile = &done.tiles[0];
+    let tile = &done.images.tiles[0];
     for (place, point) in covered(&flat) {
         // At the rim a pixel shows the background, too.
         let is_at_rim = (0.0..0.5).contains(&point.x);
         let apart = apart(tile.colour[place], [200, 100, 50]);
         assert!(apart < if is_at_rim { 90 } else { 2 }, "{point}: {:?}", tile.colour[place]);
         if point.x < 0.0 {
-            assert_eq!(tile.mask[place], mask::FILLED);
+            assert_eq!(source(tile, place), mask::FILLED);
         } else if point.x > 0.5 {
-            assert_eq!(tile.mask[place], mask::SEEN);
+            assert_eq!(source(tile, place), mask::SEEN);
         }
     }
     assert!(done.report.seen > 0 && done.report.seen < done.report.texels);
@@ -138,12 +138,15 @@ fn what_no_photo_sees_is_filled_and_marked() {
     let with = textured(&flat, &detail, &one, &PLAIN).unwrap();
     let bare = textured(&flat, &detail, &[], &PLAIN).unwrap();
     for (place, point) in covered(&flat) {
-        assert!(point.x > -0.1 || with.tiles[0].colour[place] == [10, 20, 30]);
-        assert_eq!((bare.tiles[0].colour[place], bare.tiles[0].mask[place]), ([10, 20, 30], mask::FILLED));
+        assert!(point.x > -0.1 || with.images.tiles[0].colour[place] == [10, 20, 30]);
+        assert_eq!(
+            (bare.images.tiles[0].colour[place], source(&bare.images.tiles[0], place)),
+            ([10, 20, 30], mask::FILLED)
+        );
     }
     // Nothing is black between the charts.
-    assert!(done.tiles[0].colour.iter().all(|&colour| apart(colour, [200, 100, 50]) < 90));
-    assert_eq!(tile.mask.iter().filter(|&&of| of != mask::BACKGROUND).count() as u64, done.report.texels);
+    assert!(done.images.tiles[0].colour.iter().all(|&colour| apart(colour, [200, 100, 50]) < 90));
+    assert_eq!(tile.mask.iter().flatten().filter(|&&of| of != mask::BACKGROUND).count() as u64, done.report.texels);
 }
 
 #[test]
@@ -160,8 +163,8 @@ fn a_mirrored_object_has_its_colours_mirrored() {
     let shots: Vec<_> = eyes.iter().enumerate().map(|(i, &eye)| shot(&i.to_string(), &mirrored, eye, &seen)).collect();
     let done = textured(&flat, &mirrored, &shots, &PLAIN).unwrap();
     let texels = covered(&flat);
-    let wrong = |(place, point): &&(usize, DVec3)| apart(done.tiles[0].colour[*place], seen(*point)) > 12;
+    let wrong = |(place, point): &&(usize, DVec3)| apart(done.images.tiles[0].colour[*place], seen(*point)) > 12;
     let wrong = texels.iter().filter(wrong).count();
     assert!(wrong * 20 < texels.len(), "{wrong} of {}", texels.len());
-    assert_eq!(done.size, SIZE);
+    assert_eq!(done.images.size, SIZE);
 }
