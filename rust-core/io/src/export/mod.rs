@@ -26,6 +26,7 @@ mod crs;
 #[cfg(test)]
 pub(crate) mod faults;
 mod glb;
+mod jpeg;
 mod names;
 mod obj;
 mod operation;
