@@ -41,6 +41,7 @@ LIBRARY = {
     "surface through the points": "Fläche durch die Punkte",
     "scanning": "scannen",
     "writing": "schreiben",
+    "packing images": "Bilder packen",
     "opening": "öffnen",
     # Amounts of memory
     "the samples of {}": "die Messpunkte von {}",

@@ -160,7 +160,7 @@ fn write_glb(
     let Some((mesh, coarser)) = levels.split_first() else {
         return Err(Failure::new(SRF_ERR_PARAMETER, "there is no mesh to write: count is 0"));
     };
-    let node = GlbNode { name, mesh, world_from_mesh: glam::DAffine3::IDENTITY, coarser };
+    let node = GlbNode { name, mesh, world_from_mesh: glam::DAffine3::IDENTITY, coarser, images: None };
     let options = GlbOptions { up, metres_per_unit, ..GlbOptions::default() };
     watched(progress, |progress| Ok(export::write_glb(path, &[node], &options, progress)?))
 }

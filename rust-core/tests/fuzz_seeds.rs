@@ -109,7 +109,8 @@ fn scan_seeds() -> BTreeMap<String, Vec<u8>> {
     export::write_3mf(&path, "a", &mesh, &export::GlbOptions::default(), &none).unwrap();
     keep("mesh.3mf", std::fs::read(&path).unwrap());
     keep("objects.3mf", stored_3mf());
-    let node = export::GlbNode { name: "a", mesh: &mesh, world_from_mesh: DAffine3::IDENTITY, coarser: &[] };
+    let node =
+        export::GlbNode { name: "a", mesh: &mesh, world_from_mesh: DAffine3::IDENTITY, coarser: &[], images: None };
     export::write_glb(&path, &[node], &export::GlbOptions::default(), &none).unwrap();
     keep("mesh.glb", std::fs::read(&path).unwrap());
     let facet = "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n";

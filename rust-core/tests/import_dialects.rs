@@ -411,7 +411,7 @@ fn empty_meshes_are_refused() {
         ("a.obj", |path, mesh, progress| export::write_obj(path, mesh, None, progress)),
         ("a.stl", |path, mesh, progress| export::write_stl(path, mesh, 1.0, progress)),
         ("a.glb", |path, mesh, progress| {
-            let node = GlbNode { name: "a", mesh, world_from_mesh: DAffine3::IDENTITY, coarser: &[] };
+            let node = GlbNode { name: "a", mesh, world_from_mesh: DAffine3::IDENTITY, coarser: &[], images: None };
             export::write_glb(path, &[node], &GlbOptions::default(), progress)
         }),
     ];

@@ -247,7 +247,8 @@ fn writers(folder: &Path) {
     let mut seen = scan::scan(&sphere, &bvh, &camera, &ScanParams::default(), &progress).unwrap();
     seen.name = "seen".to_owned();
     let path = folder.join("written");
-    let node = GlbNode { name: "sphere", mesh: &sphere, world_from_mesh: DAffine3::IDENTITY, coarser: &[] };
+    let node =
+        GlbNode { name: "sphere", mesh: &sphere, world_from_mesh: DAffine3::IDENTITY, coarser: &[], images: None };
     let cloud = PointCloud { positions: sphere.positions.clone(), ..Default::default() };
     let written: [(&str, Write<'_>); 9] = [
         ("write_ply", Box::new(|| export::write_ply(&path, &sphere, export::PlyOptions::default(), &progress))),
@@ -296,7 +297,8 @@ fn seeds(written: &Path) -> Vec<PathBuf> {
     export::write_obj(&written.join("large.obj"), &sphere, None, &progress).unwrap();
     export::write_stl(&written.join("large.stl"), &sphere, 1.0, &progress).unwrap();
     export::write_3mf(&written.join("large.3mf"), "sphere", &sphere, &GlbOptions::default(), &progress).unwrap();
-    let node = GlbNode { name: "sphere", mesh: &sphere, world_from_mesh: DAffine3::IDENTITY, coarser: &[] };
+    let node =
+        GlbNode { name: "sphere", mesh: &sphere, world_from_mesh: DAffine3::IDENTITY, coarser: &[], images: None };
     export::write_glb(&written.join("large.glb"), &[node], &GlbOptions::default(), &progress).unwrap();
     let kinds = ["import_ply", "import_points", "import_scan"];
     let kinds = kinds.map(|kind| Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/seeds").join(kind));

@@ -18,6 +18,7 @@
 //! | `srgb` | colours as light, and means of them |
 //! | `texture` | texture coordinates of vertices |
 //! | `images` | images on a mesh with texture coordinates |
+//! | `tangents` | tangents of corners, for normal maps |
 //! | `dump` | stages of operations as files, for those who work on them |
 
 pub mod certify;
@@ -36,6 +37,7 @@ pub mod quads;
 pub mod shapes;
 pub mod sink;
 pub mod srgb;
+pub mod tangents;
 pub mod texture;
 mod tri_mesh;
 

@@ -1,58 +1,17 @@
 //! Normal map and height map: the shape of the detailed surface over the mesh.
 
 use glam::{DMat3, DVec2, DVec3};
-use mikktspace::Geometry;
 use rayon::prelude::*;
+
+use mesh::tangents;
 
 use super::atlas::Texel;
 use super::behind::{Place, on_target};
 use super::target::TextureTarget;
 
-/// Tangents of the corners, by MikkTSpace.
+/// Tangents of the corners.
 pub fn tangents(target: &TextureTarget<'_>, normals: &[DVec3]) -> Vec<[[f32; 4]; 3]> {
-    let mut corners =
-        Corners { target, normals, tangents: vec![[[1.0, 0.0, 0.0, 1.0]; 3]; target.mesh.triangles.len()] };
-    // It answers that there is no triangle.
-    let _ = mikktspace::generate_tangents(&mut corners);
-    corners.tangents
-}
-
-struct Corners<'a> {
-    target: &'a TextureTarget<'a>,
-    normals: &'a [DVec3],
-    tangents: Vec<[[f32; 4]; 3]>,
-}
-
-impl Corners<'_> {
-    fn vertex(&self, face: usize, corner: usize) -> usize {
-        self.target.mesh.triangles[face][corner] as usize
-    }
-}
-
-impl Geometry for Corners<'_> {
-    fn num_faces(&self) -> usize {
-        self.target.mesh.triangles.len()
-    }
-
-    fn num_vertices_of_face(&self, _face: usize) -> usize {
-        3
-    }
-
-    fn position(&self, face: usize, corner: usize) -> [f32; 3] {
-        self.target.mesh.positions[self.vertex(face, corner)].as_vec3().to_array()
-    }
-
-    fn normal(&self, face: usize, corner: usize) -> [f32; 3] {
-        self.normals[self.vertex(face, corner)].as_vec3().to_array()
-    }
-
-    fn tex_coord(&self, face: usize, corner: usize) -> [f32; 2] {
-        self.target.uv[self.vertex(face, corner)].as_vec2().to_array()
-    }
-
-    fn set_tangent_encoded(&mut self, tangent: [f32; 4], face: usize, corner: usize) {
-        self.tangents[face][corner] = tangent;
-    }
+    tangents::of_corners(target.mesh, normals, &|v| target.uv[v].as_vec2().to_array())
 }
 
 /// Normals of the places in the tangent space of their texels, as renderers take them apart: tangent and normal are mixed from

@@ -115,6 +115,26 @@ impl Staged {
     }
 }
 
+/// Files of a set that are kept open until all are written, which leaves nothing of them if the writer is killed: many
+/// fewer than a process may have open.
+const OPEN: usize = 100;
+
+/// Files that get their names together.
+#[derive(Default)]
+pub(crate) struct StagedSet(Vec<Staged>);
+
+impl StagedSet {
+    pub(crate) fn add(&mut self, file: Staged) -> Result<()> {
+        self.0.push(if self.0.len() < OPEN { file } else { file.closed()? });
+        Ok(())
+    }
+
+    /// Gives the files their names, in the order in which they were added.
+    pub(crate) fn keep(self) -> Result<()> {
+        self.0.into_iter().try_for_each(Staged::keep)
+    }
+}
+
 /// On Windows a file that a program has open can't be replaced, and the system does not say why.
 fn open_elsewhere(error: std::io::Error) -> std::io::Error {
     if cfg!(windows) && error.kind() == ErrorKind::PermissionDenied {

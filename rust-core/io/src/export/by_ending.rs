@@ -5,14 +5,14 @@ use std::path::Path;
 use glam::DAffine3;
 
 use super::{
-    GlbNode, GlbOptions, Holding, PlyEncoding, PlyOptions, PositionType, Provenance, Up, ending_for, write_3mf,
-    write_glb, write_obj, write_ply, write_ply_in_pieces, write_stl,
+    GlbNode, GlbOptions, Holding, ImageOptions, PlyEncoding, PlyOptions, PositionType, Provenance, Up, ending_for,
+    write_3mf, write_glb, write_obj, write_ply, write_ply_in_pieces, write_stl, write_textured_obj,
 };
 use base::error::{Error, Result, known_as};
 use base::params::{choice, count, ratio};
 use base::progress::Progress;
-use mesh::TriMesh;
 use mesh::sink::MeshSink;
+use mesh::{TileImages, TriMesh};
 
 base::choices! {
     /// Form of the numbers in PLY files.
@@ -107,7 +107,26 @@ pub fn write_mesh(
     options: &WriteOptions,
     progress: &Progress<'_>,
 ) -> Result<()> {
+    write_textured_mesh(path, mesh, coarser, None, options, progress)
+}
+
+/// As [`write_mesh`], with images that the mesh and the coarser ones show, and their form: packed into glTF
+/// ([`GlbNode::images`]), beside an OBJ file ([`write_textured_obj`]).
+///
+/// # Errors
+/// As [`write_mesh`]. [`Error::Input`] for images and an ending that holds none.
+pub fn write_textured_mesh(
+    path: &Path,
+    mesh: &TriMesh,
+    coarser: &[&TriMesh],
+    images: Option<(&TileImages, &ImageOptions)>,
+    options: &WriteOptions,
+    progress: &Progress<'_>,
+) -> Result<()> {
     let ending = check_mesh_file(path, options)?;
+    if images.is_some() && !matches!(ending, "glb" | "obj") {
+        return Err(Error::input(format!("{}: only .glb and .obj hold images: choose such a name", known_as(path))));
+    }
     if !coarser.is_empty() && ending != "glb" {
         return Err(Error::input(format!("{}: only .glb holds coarser levels", known_as(path))));
     }
@@ -115,16 +134,21 @@ pub fn write_mesh(
         "ply" => write_ply(path, mesh, options.ply(), progress),
         "glb" => {
             let name = path.file_stem().unwrap_or_default().to_string_lossy();
-            let node = GlbNode { name: &name, mesh, world_from_mesh: DAffine3::IDENTITY, coarser };
+            let (images, form) = images.unzip();
+            let node = GlbNode { name: &name, mesh, world_from_mesh: DAffine3::IDENTITY, coarser, images };
             let WriteOptions { up, metres_per_unit, provenance, .. } = options.clone();
-            write_glb(path, &[node], &GlbOptions { up, metres_per_unit, provenance }, progress)
+            let images = form.copied().unwrap_or_default();
+            write_glb(path, &[node], &GlbOptions { up, metres_per_unit, provenance, images }, progress)
         }
         "3mf" => {
             let name = path.file_stem().unwrap_or_default().to_string_lossy();
             let WriteOptions { up, metres_per_unit, .. } = *options;
-            write_3mf(path, &name, mesh, &GlbOptions { up, metres_per_unit, provenance: None }, progress)
+            write_3mf(path, &name, mesh, &GlbOptions { up, metres_per_unit, ..GlbOptions::default() }, progress)
         }
-        "obj" => write_obj(path, mesh, options.provenance.as_ref(), progress),
+        "obj" => match images {
+            Some((images, form)) => write_textured_obj(path, mesh, images, form, options.provenance.as_ref(), progress),
+            None => write_obj(path, mesh, options.provenance.as_ref(), progress),
+        },
         "stl" => write_stl(path, mesh, options.metres_per_unit, progress),
         other => unreachable!("{other} holds no mesh"),
     }
@@ -162,4 +186,32 @@ pub fn write_mesh_in_pieces<R: Send>(
 ) -> Result<R> {
     check_file_in_pieces(path, options)?;
     write_ply_in_pieces(path, options.ply(), make, progress)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::export::ImageFormat;
+    use crate::export::sheet;
+
+    #[test]
+    fn the_ending_decides_where_images_go() {
+        let folder = tempfile::tempdir().unwrap();
+        let (mesh, images) = (sheet::mesh(), sheet::images());
+        let form = ImageOptions { image_format: ImageFormat::Jpeg, ..ImageOptions::default() };
+        let write = |name: &str| {
+            let (path, options) = (folder.path().join(name), WriteOptions::default());
+            write_textured_mesh(&path, &mesh, &[], Some((&images, &form)), &options, &Progress::none())
+        };
+        write("a.glb").unwrap();
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+        let bytes = std::fs::read(folder.path().join("a.glb")).unwrap();
+        assert_eq!(memchr::memmem::find_iter(&bytes, "image/jpeg").count(), 2);
+        write("a.obj").unwrap();
+        assert!(folder.path().join("a_colour.1003.jpg").exists());
+        let count = std::fs::read_dir(folder.path()).unwrap().count();
+        let error = write("a.ply").unwrap_err().to_string();
+        assert!(error.ends_with("only .glb and .obj hold images: choose such a name"), "{error}");
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), count);
+    }
 }

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use glam::{DAffine3, DMat3, DQuat};
 
-use super::atomic::{Staged, stage};
+use super::atomic::{Staged, StagedSet, stage};
 use super::ply::{self, PlyOptions, range_grid_frame};
 use super::{Holding, ending_for};
 use crate::import::conf::SENSE;
@@ -17,10 +17,6 @@ use image::range_image::RangeImage;
 
 /// Largest difference of a pose from a rigid one.
 const RIGID: f64 = 1e-6;
-
-/// Files of a set that are kept open until all are written, which leaves nothing of them if the writer is killed: many
-/// fewer than a process may have open.
-const OPEN: usize = 100;
 
 /// A scan file and its place, for [`write_conf`].
 #[derive(Clone, Debug, PartialEq)]
@@ -59,16 +55,15 @@ pub fn write_scan_list(
     let folder = path.parent().unwrap_or(Path::new(""));
     ply::begin(progress, images.iter().map(|image| ply::elements_of(image)).sum());
     let mut placed = Vec::with_capacity(images.len());
-    let mut written = Vec::with_capacity(images.len() + 1);
+    let mut written = StagedSet::default();
     for image in images {
         let file = format!("{}.ply", image.name);
         let world_from_file = image.world_from_sensor * range_grid_frame(image)?;
-        let grid = ply::stage_grid(&folder.join(&file), image, &options, progress)?;
-        written.push(if written.len() < OPEN { grid } else { grid.closed()? });
+        written.add(ply::stage_grid(&folder.join(&file), image, &options, progress)?)?;
         placed.push(PlacedFile { file, world_from_file });
     }
-    written.push(stage_conf(path, &placed)?);
-    written.into_iter().try_for_each(Staged::keep)
+    written.add(stage_conf(path, &placed)?)?;
+    written.keep()
 }
 
 /// Whether a name is that of a file in the same folder, on any system.

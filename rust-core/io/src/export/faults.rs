@@ -107,8 +107,30 @@ pub(crate) fn writers() -> Vec<(&'static str, Write)> {
     writers.push((
         "mesh.glb",
         Box::new(move |path, progress| {
-            let node = GlbNode { name: "a", mesh: &mesh, world_from_mesh: DAffine3::IDENTITY, coarser: &[&mesh] };
+            let node = GlbNode {
+                name: "a",
+                mesh: &mesh,
+                world_from_mesh: DAffine3::IDENTITY,
+                coarser: &[&mesh],
+                images: None,
+            };
             write_glb(path, &[node], &GlbOptions::default(), progress)
+        }),
+    ));
+    writers.push((
+        "textured.glb",
+        Box::new(move |path, progress| {
+            let (mesh, images) = (sheet::mesh(), sheet::images());
+            let place = DAffine3::IDENTITY;
+            let node = GlbNode { name: "a", mesh: &mesh, world_from_mesh: place, coarser: &[], images: Some(&images) };
+            write_glb(path, &[node], &GlbOptions::default(), progress)
+        }),
+    ));
+    writers.push((
+        "textured.obj",
+        Box::new(move |path, progress| {
+            let form = ImageOptions { image_format: ImageFormat::Jpeg, ..ImageOptions::default() };
+            write_textured_obj(path, &sheet::mesh(), &sheet::images(), &form, None, progress)
         }),
     ));
     let both = images();

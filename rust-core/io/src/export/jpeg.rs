@@ -57,7 +57,7 @@ const OTHERS: ([u8; 16], &[u8]) = (
 ///
 /// # Errors
 /// [`Error::Input`] for more columns or rows than [`MOST`]. [`Error::Cancelled`].
-pub(super) fn encoded(
+pub(crate) fn encoded(
     [columns, rows]: [u32; 2],
     channels: usize,
     pixels: &[u8],

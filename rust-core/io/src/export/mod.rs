@@ -6,8 +6,11 @@
 //! | `conf` | VRIP's lists of placed scans |
 //! | `poses` | MeshLab's and TUM's |
 //! | `glb` | binary glTF: meshes with colours and custom attributes |
+//! | `images`, `jpeg` | images of a mesh as PNG and JPEG files |
+//! | `tiles` | a mesh by the tiles of its images |
 //! | `three_mf` | 3MF: meshes with their unit and colours, for printing |
 //! | `obj`, `stl` | meshes for programs that read nothing else |
+//! | `mtl` | OBJ with materials and images beside it |
 //! | `by_ending` | any of these by the ending of the file's name |
 //! | `scans` | PTX and E57: range images seen from a point |
 //! | `import::registry` | content of formats, and their endings |
@@ -26,7 +29,9 @@ mod crs;
 #[cfg(test)]
 pub(crate) mod faults;
 mod glb;
-mod jpeg;
+mod images;
+pub(crate) mod jpeg;
+mod mtl;
 mod names;
 mod obj;
 mod operation;
@@ -34,17 +39,23 @@ mod ply;
 mod poses;
 mod provenance;
 mod scans;
+#[cfg(test)]
+mod sheet;
 mod stl;
 mod temporary;
 mod three_mf;
+mod tiles;
 
 pub use crate::import::registry::{Holding, ending_for, written_endings};
 pub use by_ending::{
     Encoding, SCHEMA, WriteOptions, check_file_in_pieces, check_mesh_file, write_mesh, write_mesh_in_pieces,
+    write_textured_mesh,
 };
 pub use conf::{PlacedFile, write_conf, write_scan_list};
 pub use crs::{crs_note, tell_left_out};
 pub use glb::{GlbNode, GlbOptions, Up, write_glb};
+pub use images::{ImageFormat, ImageOptions};
+pub use mtl::write_textured_obj;
 pub use obj::{Polygons, write_obj, write_obj_polygons};
 pub use operation::OPERATION;
 pub use ply::{

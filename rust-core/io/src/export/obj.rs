@@ -6,7 +6,7 @@ use std::path::Path;
 use glam::DVec3;
 
 use super::Provenance;
-use super::atomic::write_atomically;
+use super::atomic::{Staged, stage};
 use super::provenance::comments;
 use base::error::{Error, Result};
 use base::progress::Progress;
@@ -51,7 +51,7 @@ pub fn write_obj(path: &Path, mesh: &TriMesh, provenance: Option<&Provenance>, p
             return Err(Error::input(format!("attribute {name} of vertex {v} is {}, but must be finite", along[v])));
         }
     }
-    write(path, &polygons, texture, progress)
+    write(path, &polygons, &Besides { texture, ..Besides::default() }, progress)
 }
 
 /// Writes polygons: vertices with the fewest digits that read back as the same number, then quads, then triangles.
@@ -61,11 +61,40 @@ pub fn write_obj(path: &Path, mesh: &TriMesh, provenance: Option<&Provenance>, p
 /// A coordinate that isn't finite, an index out of range, colours of another number than vertices. [`Error::Io`]. [`Error::Cancelled`].
 /// Then no file is left, and one that was there is untouched.
 pub fn write_obj_polygons(path: &Path, polygons: &Polygons<'_>, progress: &Progress<'_>) -> Result<()> {
-    write(path, polygons, None, progress)
+    write(path, polygons, &Besides::default(), progress)
 }
 
-/// As [`write_obj_polygons`], with the texture coordinates of the vertices.
-fn write(path: &Path, polygons: &Polygons<'_>, texture: Option<[&[f32]; 2]>, progress: &Progress<'_>) -> Result<()> {
+/// Content beside [`Polygons`]. Any of it may be missing.
+#[derive(Default)]
+pub(super) struct Besides<'a> {
+    /// Texture coordinates of the vertices.
+    pub texture: Option<[&'a [f32]; 2]>,
+    /// Normals of the vertices.
+    pub normals: Option<&'a [DVec3]>,
+    /// Name of the file with the materials.
+    pub library: Option<&'a str>,
+    /// Names of the materials with their triangles: all that there are. Without a material triangles come in their order.
+    pub materials: &'a [(String, Vec<usize>)],
+}
+
+fn write(path: &Path, polygons: &Polygons<'_>, besides: &Besides<'_>, progress: &Progress<'_>) -> Result<()> {
+    progress.plan(&[("writing", 1.0)]);
+    progress.stage(0, elements(polygons));
+    staged(path, polygons, besides, progress)?.keep()
+}
+
+/// Number of elements that [`staged`] counts.
+pub(super) fn elements(polygons: &Polygons<'_>) -> u64 {
+    (polygons.positions.len() + polygons.quads.len() + polygons.triangles.len()) as u64
+}
+
+/// As [`write_obj_polygons`], up to the file's name.
+pub(super) fn staged(
+    path: &Path,
+    polygons: &Polygons<'_>,
+    besides: &Besides<'_>,
+    progress: &Progress<'_>,
+) -> Result<Staged> {
     let count = polygons.positions.len();
     if let Some(v) = polygons.positions.iter().position(|p| !p.is_finite()) {
         return Err(Error::input(format!("vertex {v} has a coordinate that is not finite: {}", polygons.positions[v])));
@@ -78,12 +107,13 @@ fn write(path: &Path, polygons: &Polygons<'_>, texture: Option<[&[f32]; 2]>, pro
         return Err(Error::input(format!("a face names vertex {v}, but there are only {count} vertices")));
     }
     let said = comments("#", polygons.provenance, polygons.crs)?;
-    progress.plan(&[("writing", 1.0)]);
-    progress.stage(0, (count + polygons.quads.len() + polygons.triangles.len()) as u64);
-    write_atomically(path, progress, |file| {
+    stage(path, progress, |file| {
         let mut out = BufWriter::with_capacity(1 << 18, file);
         let io = |e| Error::io(path, e);
         out.write_all(said.as_bytes()).map_err(io)?;
+        if let Some(library) = besides.library {
+            writeln!(out, "mtllib {library}").map_err(io)?;
+        }
         if polygons.positions.is_empty() {
             // A file without any statement would look like one that was cut off.
             out.write_all(b"o empty\n").map_err(io)?;
@@ -99,33 +129,53 @@ fn write(path: &Path, polygons: &Polygons<'_>, texture: Option<[&[f32]; 2]>, pro
             }
             progress.advance(positions.len() as u64)?;
         }
-        let [s, t] = texture.unwrap_or_default();
+        let [s, t] = besides.texture.unwrap_or_default();
         for (s, t) in s.chunks(CHUNK).zip(t.chunks(CHUNK)) {
             for (s, t) in s.iter().zip(t) {
                 writeln!(out, "vt {s} {t}").map_err(io)?;
             }
             progress.check()?;
         }
-        let mut faces = Faces { out, path, is_textured: texture.is_some(), progress };
-        faces.write(polygons.quads)?;
-        faces.write(polygons.triangles)?;
+        for normals in besides.normals.unwrap_or_default().chunks(CHUNK) {
+            for n in normals {
+                writeln!(out, "vn {:.5} {:.5} {:.5}", n.x, n.y, n.z).map_err(io)?;
+            }
+            progress.check()?;
+        }
+        // Text after each vertex' number, before that number anew.
+        let again: &[&str] = match (besides.texture.is_some(), besides.normals.is_some()) {
+            (false, false) => &[],
+            (true, false) => &["/"],
+            (false, true) => &["//"],
+            (true, true) => &["/", "/"],
+        };
+        let mut faces = Faces { out, path, again, progress };
+        faces.write(polygons.quads.iter())?;
+        if besides.materials.is_empty() {
+            faces.write(polygons.triangles.iter())?;
+        }
+        for (name, triangles) in besides.materials {
+            writeln!(faces.out, "usemtl {name}").map_err(io)?;
+            faces.write(triangles.iter().map(|&t| &polygons.triangles[t]))?;
+        }
         faces.out.flush().map_err(io)
     })
 }
 
-/// Writes faces. Corners of textured ones name the coordinates of their vertices.
+/// Writes faces. Their corners name the coordinates and normals of their vertices.
 struct Faces<'a, 'p, W> {
     out: W,
     path: &'a Path,
-    is_textured: bool,
+    again: &'a [&'a str],
     progress: &'a Progress<'p>,
 }
 
 impl<W: Write> Faces<'_, '_, W> {
-    fn write<const N: usize>(&mut self, faces: &[[u32; N]]) -> Result<()> {
-        for faces in faces.chunks(CHUNK) {
-            faces.iter().try_for_each(|face| self.put(face)).map_err(|e| Error::io(self.path, e))?;
-            self.progress.advance(faces.len() as u64)?;
+    fn write<'f, const N: usize>(&mut self, mut faces: impl ExactSizeIterator<Item = &'f [u32; N]>) -> Result<()> {
+        while faces.len() > 0 {
+            let count = faces.len().min(CHUNK);
+            faces.by_ref().take(count).try_for_each(|face| self.put(face)).map_err(|e| Error::io(self.path, e))?;
+            self.progress.advance(count as u64)?;
         }
         Ok(())
     }
@@ -134,8 +184,8 @@ impl<W: Write> Faces<'_, '_, W> {
         self.out.write_all(b"f")?;
         for vertex in face.iter().map(|&v| u64::from(v) + 1) {
             write!(self.out, " {vertex}")?;
-            if self.is_textured {
-                write!(self.out, "/{vertex}")?;
+            for before in self.again {
+                write!(self.out, "{before}{vertex}")?;
             }
         }
         self.out.write_all(b"\n")

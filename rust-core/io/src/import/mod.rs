@@ -43,7 +43,7 @@ mod editing;
 mod edits;
 mod file;
 mod folder;
-mod frames;
+pub(crate) mod frames;
 mod geo_keys;
 mod gltf;
 mod grid;

@@ -180,7 +180,7 @@ fn scans_keep_place_and_system() -> Result<()> {
 fn a_gltf_of_nodes_in_two_systems_is_refused() {
     let path = std::env::temp_dir().join("never.glb");
     let meshes = [square(Some(utm())), square(Some(Crs::new("EPSG:25833").unwrap()))];
-    let node = |mesh, world_from_mesh| GlbNode { name: "square", mesh, world_from_mesh, coarser: &[] };
+    let node = |mesh, world_from_mesh| GlbNode { name: "square", mesh, world_from_mesh, coarser: &[], images: None };
     let nodes = meshes.each_ref().map(|mesh| node(mesh, DAffine3::IDENTITY));
     let error = write_glb(&path, &nodes, &GlbOptions::default(), &Progress::none()).unwrap_err().to_string();
     let expected = "square is in ETRS89 / Gauß, zone 32 (EPSG:25832), square in EPSG:25833: transform one";

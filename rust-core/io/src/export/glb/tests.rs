@@ -1,9 +1,13 @@
 use glam::DVec4;
 use gltf::Semantic;
 
+use glam::{DMat3, Vec3};
+
 use super::*;
-use mesh::Attribute;
+use crate::export::images::ImageFormat;
+use crate::export::sheet;
 use mesh::shapes::Shape;
+use mesh::{Attribute, TileImages, TriMesh};
 
 fn written(nodes: &[GlbNode<'_>], options: &GlbOptions) -> Vec<u8> {
     let folder = tempfile::tempdir().unwrap();
@@ -13,7 +17,11 @@ fn written(nodes: &[GlbNode<'_>], options: &GlbOptions) -> Vec<u8> {
 }
 
 fn still(name: &'static str, mesh: &'static TriMesh) -> GlbNode<'static> {
-    GlbNode { name, mesh, world_from_mesh: DAffine3::IDENTITY, coarser: &[] }
+    GlbNode { name, mesh, world_from_mesh: DAffine3::IDENTITY, coarser: &[], images: None }
+}
+
+fn textured<'a>(name: &'a str, mesh: &'a TriMesh, images: &'a TileImages) -> GlbNode<'a> {
+    GlbNode { name, mesh, world_from_mesh: DAffine3::IDENTITY, coarser: &[], images: Some(images) }
 }
 
 fn leaked(mesh: TriMesh) -> &'static TriMesh {
@@ -130,7 +138,8 @@ fn every_node_has_its_place_even_far_from_the_origin() {
     far.positions.iter_mut().for_each(|p| *p += DVec3::new(5e6, -4.5e6, 120.0));
     let far = leaked(far);
     let turn = DAffine3::from_rotation_translation(DQuat::from_rotation_z(0.7), DVec3::new(1.0, 2.0, 3.0));
-    let nodes = [still("near", near), GlbNode { name: "far", mesh: far, world_from_mesh: turn, coarser: &[] }];
+    let nodes =
+        [still("near", near), GlbNode { name: "far", mesh: far, world_from_mesh: turn, coarser: &[], images: None }];
     for (options, world) in [
         (GlbOptions::default(), DAffine3::IDENTITY),
         (
@@ -195,7 +204,7 @@ fn what_can_not_be_written_is_named_and_leaves_no_file() {
     let n = sphere.positions.len();
     let with = |attributes: Vec<Attribute>| {
         let mesh = TriMesh { vertex_attributes: attributes, ..sphere.clone() };
-        let node = GlbNode { name: "it", mesh: &mesh, world_from_mesh: DAffine3::IDENTITY, coarser: &[] };
+        let node = GlbNode { name: "it", mesh: &mesh, world_from_mesh: DAffine3::IDENTITY, coarser: &[], images: None };
         write_glb(&path, &[node], &GlbOptions::default(), &Progress::none()).unwrap_err().to_string()
     };
     assert!(with(vec![Attribute::f32("error", vec![f32::NAN; n])]).contains("attribute error of vertex 0 is NaN"));
@@ -205,7 +214,7 @@ fn what_can_not_be_written_is_named_and_leaves_no_file() {
     assert!(with(twice.to_vec()).contains("_A"));
 
     let mesh = TriMesh { positions: vec![DVec3::ZERO, DVec3::X * 1e200, DVec3::Y], ..TriMesh::default() };
-    let node = |mesh, world_from_mesh| GlbNode { name: "it", mesh, world_from_mesh, coarser: &[] };
+    let node = |mesh, world_from_mesh| GlbNode { name: "it", mesh, world_from_mesh, coarser: &[], images: None };
     let fails = |node: GlbNode<'_>, options: GlbOptions, words: &str| {
         let text = write_glb(&path, &[node], &options, &Progress::none()).unwrap_err().to_string();
         assert!(text.contains(words), "{text}");
@@ -300,8 +309,17 @@ fn the_khronos_validator_finds_nothing_wrong() {
     ];
     let folder = tempfile::tempdir().unwrap();
     let provenance = Some(Provenance::from_json("{\"command\": \"merge\", \"inputs\": [{\"name\": \"ä\"}]}").unwrap());
-    let up = GlbOptions { up: Up::Z, metres_per_unit: 0.001, provenance };
+    let up = GlbOptions { up: Up::Z, metres_per_unit: 0.001, provenance, ..GlbOptions::default() };
     let mut files = Vec::new();
+    let (sheet, images) = (sheet::mesh(), sheet::images());
+    let jpeg = ImageOptions { image_format: ImageFormat::Jpeg, ..ImageOptions::default() };
+    for (file, form) in [("png.glb", ImageOptions::default()), ("jpeg.glb", jpeg)] {
+        files.push(folder.path().join(file));
+        let coarse = leaked(TriMesh { triangles: sheet.triangles[2..].to_vec(), ..sheet.clone() });
+        let both = [still("plain", decorated()), GlbNode { coarser: &[coarse], ..textured("sheet", &sheet, &images) }];
+        let options = GlbOptions { images: form, ..GlbOptions::default() };
+        write_glb(&files[files.len() - 1], &both, &options, &Progress::none()).unwrap();
+    }
     for (file, nodes, options) in [
         ("plain.glb", &nodes[..], GlbOptions::default()),
         ("turned.glb", &nodes[..], up.clone()),
@@ -338,7 +356,8 @@ fn origins_round_no_further_than_single_precision() {
         let single = positions.iter().map(|p| p.as_vec3().as_dvec3());
         for positions in [single.collect(), positions.clone()] {
             let mesh = TriMesh::new(positions, (0..100).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect());
-            let nodes = [GlbNode { name: "a", mesh: &mesh, world_from_mesh: DAffine3::IDENTITY, coarser: &[] }];
+            let nodes =
+                [GlbNode { name: "a", mesh: &mesh, world_from_mesh: DAffine3::IDENTITY, coarser: &[], images: None }];
             write_glb(&path, &nodes, &GlbOptions::default(), &Progress::none()).unwrap();
             let read = crate::import::open(&path).unwrap().scans[0].read().unwrap();
             let crate::import::Content::Mesh(read) = read else { panic!("no mesh") };
@@ -385,4 +404,124 @@ fn texture_coordinates_count_from_the_top_and_come_back() {
     }
     let both = read(&written(&[still("a", textured), still("b", textured)], &GlbOptions::default()));
     assert_eq!(both.vertex_attributes[0], Attribute::f32(texture::S, [0.0, 1.0, 0.25, cell].repeat(2)));
+}
+
+/// Pixels of an image of a file, by the decoders that read photos.
+fn pixels(gltf: &gltf::Gltf, image: &gltf::Image<'_>) -> (String, Vec<[u8; 3]>) {
+    let gltf::image::Source::View { view, mime_type } = image.source() else { panic!("not in the file") };
+    let bytes = &gltf.blob.as_deref().unwrap()[view.offset()..view.offset() + view.length()];
+    let colours = crate::import::frames::colours_of(bytes).unwrap();
+    assert_eq!(colours.0, [sheet::SIZE as usize; 2]);
+    (mime_type.to_owned(), colours.1)
+}
+
+#[test]
+fn each_tile_has_a_material_with_its_images() {
+    let (mesh, images) = (sheet::mesh(), sheet::images());
+    let bytes = written(&[still("ring", decorated()), textured("sheet", &mesh, &images)], &GlbOptions::default());
+    let gltf = gltf::Gltf::from_slice(&bytes).unwrap();
+    assert_eq!((gltf.meshes().count(), gltf.materials().count(), gltf.images().count()), (2, 3, 6));
+    let primitives: Vec<_> = gltf.meshes().nth(1).unwrap().primitives().collect();
+    for (primitive, (tile, name)) in primitives.iter().zip([(0, "sheet 1001"), (2, "sheet 1003")]) {
+        let (material, tile) = (primitive.material(), &images.tiles[tile]);
+        let pbr = material.pbr_metallic_roughness();
+        assert_eq!((material.name(), pbr.metallic_factor(), pbr.roughness_factor()), (Some(name), 0.0, 1.0));
+        let base = pbr.base_color_texture().unwrap().texture();
+        assert_eq!(pixels(&gltf, &base.source()), ("image/png".into(), tile.colour.clone()));
+        let sampler = base.sampler();
+        assert_eq!(sampler.min_filter(), Some(gltf::texture::MinFilter::LinearMipmapLinear));
+        let normal = material.normal_texture().unwrap().texture().source();
+        assert_eq!(pixels(&gltf, &normal).1, tile.normal.clone().unwrap());
+        let occlusion = pixels(&gltf, &material.occlusion_texture().unwrap().texture().source()).1;
+        assert!(occlusion.iter().zip(tile.occlusion.as_ref().unwrap()).all(|(found, &was)| *found == [was; 3]));
+    }
+    assert_eq!(primitives.len(), 2);
+}
+
+#[test]
+fn a_tile_has_its_own_coordinates_and_tangents() {
+    let (mesh, images) = (sheet::mesh(), sheet::images());
+    let [right, up] = texture::coordinates(&mesh).unwrap();
+    let bytes = written(&[textured("sheet", &mesh, &images)], &GlbOptions::default());
+    let gltf = gltf::Gltf::from_slice(&bytes).unwrap();
+    let blob = gltf.blob.as_deref().unwrap();
+    let primitives: Vec<_> = gltf.meshes().next().unwrap().primitives().collect();
+    let mut corners = images.tangents.as_ref().unwrap().as_flattened().iter().zip(mesh.triangles.as_flattened());
+    for (primitive, (corner, vertices)) in primitives.iter().zip([(0.0, 6), (2.0, 4)]) {
+        let reader = primitive.reader(|_| Some(blob));
+        let positions: Vec<[f32; 3]> = reader.read_positions().unwrap().collect();
+        let uv: Vec<[f32; 2]> = reader.read_tex_coords(0).unwrap().into_f32().collect();
+        let tangents: Vec<[f32; 4]> = reader.read_tangents().unwrap().collect();
+        assert!(reader.read_normals().unwrap().all(|n| n == [0.0, 0.0, 1.0]));
+        // Glossy colours of vertices would be multiplied.
+        assert!(reader.read_colors(0).is_none() && primitive.get(&Semantic::Extras("ID".into())).is_some());
+        assert_eq!(positions.len(), vertices);
+        for index in reader.read_indices().unwrap().into_u32() {
+            let ((tangent, &vertex), index) = (corners.next().unwrap(), index as usize);
+            let vertex = vertex as usize;
+            assert_eq!(Vec3::from(positions[index]).as_dvec3(), mesh.positions[vertex]);
+            assert_eq!(tangents[index], *tangent);
+            assert_eq!(uv[index], [right[vertex] - corner, 1.0 - up[vertex]]);
+        }
+    }
+    assert!(corners.next().is_none());
+}
+
+#[test]
+fn jpeg_holds_colours_alone_and_levels_share_images() {
+    let (mesh, images) = (sheet::mesh(), sheet::images());
+    let coarse = TriMesh { triangles: mesh.triangles[2..].to_vec(), ..mesh.clone() };
+    let node = GlbNode { coarser: &[&coarse], ..textured("sheet", &mesh, &images) };
+    let form = ImageOptions { image_format: ImageFormat::Jpeg, jpeg_quality: 100 };
+    let bytes = written(&[node], &GlbOptions { images: form, ..GlbOptions::default() });
+    let gltf = gltf::Gltf::from_slice(&bytes).unwrap();
+    assert_eq!((gltf.meshes().count(), gltf.materials().count(), gltf.images().count()), (2, 2, 6));
+    let found: Vec<_> = gltf.images().map(|image| pixels(&gltf, &image)).collect();
+    assert_eq!(found[0].0, "image/jpeg");
+    let worst =
+        found[0].1.as_flattened().iter().zip(images.tiles[0].colour.as_flattened()).map(|(a, b)| a.abs_diff(*b));
+    assert!(worst.max().unwrap() < 8);
+    assert_eq!(found[1], ("image/png".to_owned(), images.tiles[0].normal.clone().unwrap()));
+    let coarse = gltf.meshes().nth(1).unwrap().primitives().next().unwrap();
+    assert_eq!(coarse.material().name(), Some("sheet 1003"));
+    // The tangents of the images are of the finest level. A coarser one gets its own.
+    let reader = coarse.reader(|_| gltf.blob.as_deref());
+    assert!(reader.read_tangents().unwrap().all(|tangent| tangent == [1.0, 0.0, 0.0, 1.0]));
+}
+
+#[test]
+fn images_that_do_not_fit_the_mesh_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.glb");
+    let told = |mesh: &TriMesh, images: &TileImages| {
+        let nodes = [textured("sheet", mesh, images)];
+        write_glb(&path, &nodes, &GlbOptions::default(), &Progress::none()).unwrap_err().to_string()
+    };
+    let (mesh, images) = (sheet::mesh(), sheet::images());
+    let bare = TriMesh { vertex_attributes: Vec::new(), ..mesh.clone() };
+    let expected =
+        "sheet: there are images, but no texture coordinates: unwrap the mesh first, or give it the attributes s and t";
+    assert_eq!(told(&bare, &images), expected);
+    let few = TileImages { tiles: images.tiles[..2].to_vec(), ..images.clone() };
+    let expected =
+        "sheet: triangle 2 lies in tile 2, counted from 0, but there are images of 2: give images of all tiles";
+    assert_eq!(told(&mesh, &few), expected);
+    let points = TriMesh { triangles: Vec::new(), ..mesh.clone() };
+    assert!(told(&points, &images).contains("no triangles that show them"));
+    assert!(told(&mesh, &TileImages { size: 0, ..images.clone() }).contains("give tiles of at least 1 texel"));
+    let short = TileImages { tangents: Some(vec![[[0.0; 4]; 3]; 3]), ..images.clone() };
+    assert!(
+        told(&mesh, &short).ends_with("tangents of 3 triangles, but the mesh has 4: make the images for this mesh")
+    );
+    let mut across = mesh;
+    across.vertex_attributes[1] = Attribute::f32(texture::S, vec![0.5; 8]);
+    across.vertex_attributes[2] = Attribute::f32(texture::T, [0.5, 1.5].repeat(4));
+    assert!(told(&across, &images).contains("sheet: the texture coordinates of triangle 0 lie in no one tile"));
+    let many =
+        GlbOptions { images: ImageOptions { jpeg_quality: 101, ..ImageOptions::default() }, ..GlbOptions::default() };
+    let good = sheet::mesh();
+    let nodes = [textured("sheet", &good, &images)];
+    let error = write_glb(&path, &nodes, &many, &Progress::none()).unwrap_err().to_string();
+    assert!(error.contains("jpeg_quality"), "{error}");
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
 }

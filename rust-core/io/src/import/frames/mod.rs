@@ -286,3 +286,9 @@ pub(super) fn examine(bytes: &[u8], folder: &Path) {
         assert_eq!(pixels.len(), size[0] * size[1]);
     }
 }
+
+/// Columns, rows and colours of a JPEG or PNG file, for tests of what is written.
+#[cfg(test)]
+pub(crate) fn colours_of(bytes: &[u8]) -> Result<([usize; 2], Vec<[u8; 3]>)> {
+    decode::colours(bytes, Path::new("image"), &ReadOptions::default())
+}

@@ -18,6 +18,7 @@ fn glb() -> Vec<u8> {
         mesh: &mesh,
         world_from_mesh,
         coarser: &[],
+        images: None,
     });
     write_glb(&path, &nodes, &GlbOptions::default(), &Progress::none()).unwrap();
     std::fs::read(&path).unwrap()
@@ -161,7 +162,8 @@ fn points_are_a_cloud() {
     let mut points = TriMesh::new(vec![DVec3::ZERO, DVec3::X], Vec::new());
     points.vertex_attributes.push(Attribute::colour("colour", vec![[255, 0, 0, 255], [0, 255, 0, 128]]));
     let place = |x: f64| glam::DAffine3::from_translation(DVec3::new(x, 0.0, 0.0));
-    let nodes = [0.0, 7.0].map(|x| GlbNode { name: "a", mesh: &points, world_from_mesh: place(x), coarser: &[] });
+    let nodes =
+        [0.0, 7.0].map(|x| GlbNode { name: "a", mesh: &points, world_from_mesh: place(x), coarser: &[], images: None });
     write_glb(&path, &nodes, &GlbOptions::default(), &Progress::none()).unwrap();
     let Content::Points(cloud) = crate::import::open(&path).unwrap().scans[0].read().unwrap() else { panic!("none") };
     assert_eq!(cloud.positions, [0.0, 1.0, 7.0, 8.0].map(|x| DVec3::new(x, 0.0, 0.0)));
