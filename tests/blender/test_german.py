@@ -67,6 +67,8 @@ NOT_GIVEN = {
     "io/src/export/ply/pieces.rs",
     "io/src/export/provenance.rs",
     "io/src/export/tiles.rs",
+    "io/src/import/frames/lens.rs",
+    "io/src/import/frames/photos.rs",
     "io/src/memory_folder.rs",
     "merge/src/run/out_of_core/stages.rs",
     "mesh/src/images.rs",

@@ -16,6 +16,7 @@ mod rim;
 
 pub use camera::Camera;
 pub use colour_image::ColourImage;
+pub use rim::without_rim;
 
 use glam::{DAffine3, DMat3, DVec3};
 

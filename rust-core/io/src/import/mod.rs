@@ -93,6 +93,7 @@ pub mod fuzzing;
 mod matrices_tests;
 
 pub use crs::provenance;
+pub use frames::{PhotoOptions, PhotoSet, RecordedPhoto, photos};
 pub use image::frame::Camera;
 pub use kept::Kept;
 pub use opening::{Taking, open, open_as, open_many, open_with, recording_of};

@@ -13,6 +13,8 @@ use image::frame::Camera;
 pub(super) struct Asked<'a, 'p> {
     pub(super) options: &'a Arc<ReadOptions>,
     pub(super) progress: &'a Progress<'p>,
+    /// Whether photos are asked for, which need no depths, and not scans.
+    pub(super) photos: bool,
 }
 
 impl Asked<'_, '_> {

@@ -79,6 +79,9 @@ fn convention(recording: &mut Recording, options: &ReadOptions, pairs: &Pairs) -
             for entry in &mut recording.entries {
                 entry.world_from_sensor = read(entry.world_from_sensor, given, way);
             }
+            for photo in &mut recording.photos {
+                photo.world_from_camera = read(photo.world_from_camera, given, way);
+            }
         }
     };
     let first = ways[0];

@@ -2,6 +2,8 @@
 //! image (geometric, else photometric), `images/` with the undistorted images. Lengths are the model's own.
 //!
 //! Pixel centres lie at halves there. Maps may be smaller than the images. 0 and less is no depth.
+//!
+//! Photos are also taken of a model without maps: `sparse/` or `sparse/0/` and `images/`. The distortion of their lenses is undone.
 
 use std::collections::HashMap;
 
@@ -9,7 +11,8 @@ use glam::DAffine3;
 
 use super::asked::{Asked, counted};
 use super::decode::Coding;
-use super::recording::{Convention, Entry, Recording, in_order, pose_of};
+use super::lens::Lens;
+use super::recording::{Convention, Entry, Lone, Recording, in_order, pose_of};
 use super::store::{Place, Store};
 use crate::import::text::lines_of;
 use base::error::{Error, Result};
@@ -20,12 +23,30 @@ const ENDINGS: [&str; 2] = [".geometric.bin", ".photometric.bin"];
 /// Depths beyond are none that any reconstruction has: what was not written at all.
 const FURTHEST: f64 = 1e9;
 
+/// Folder of the maps of depth.
+const MAPS: &str = "stereo/depth_maps";
+
 fn within(store: &Store, name: &str) -> String {
-    if store.has("stereo") { name.to_owned() } else { format!("dense/{name}") }
+    if store.has("stereo") || !recognize(store) { name.to_owned() } else { format!("dense/{name}") }
+}
+
+/// The folder that has the model.
+fn sparse(store: &Store) -> String {
+    let inner = within(store, "sparse/0");
+    if has_cameras(store, &inner) { inner } else { within(store, "sparse") }
+}
+
+fn has_cameras(store: &Store, folder: &str) -> bool {
+    ["bin", "txt"].iter().any(|ending| store.has(&format!("{folder}/cameras.{ending}")))
+}
+
+/// Whether there is a model, with or without maps.
+pub(super) fn has_model(store: &Store) -> bool {
+    has_cameras(store, &sparse(store)) && store.has(&within(store, "images"))
 }
 
 pub(super) fn recognize(store: &Store) -> bool {
-    store.has(&within(store, "stereo/depth_maps"))
+    store.has(MAPS) || store.has(&format!("dense/{MAPS}"))
 }
 
 /// An image of the model.
@@ -36,23 +57,35 @@ struct Posed {
 }
 
 pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) -> Result<Recording> {
-    let folder = within(&store, "stereo/depth_maps");
+    let folder = within(&store, MAPS);
     let cameras = cameras(&store, asked)?;
     let posed = images(&store, asked)?;
     let maps = store.list(&folder, asked.progress)?;
     let mut by_name: HashMap<&str, &Posed> = posed.iter().map(|image| (image.name.as_str(), image)).collect();
-    let mut entries = Vec::new();
+    let (mut entries, mut photos, mut missing) = (Vec::new(), Vec::new(), Vec::new());
     for name in in_order(posed.iter().map(|image| image.name.clone())) {
         let Some(image) = by_name.remove(name.as_str()) else { continue };
         let map = ENDINGS.iter().map(|ending| format!("{name}{ending}"));
         let in_folders = name.contains('/');
         let there = |map: &String| if in_folders { store.has(&format!("{folder}/{map}")) } else { maps.contains(map) };
-        let Some(map) = map.into_iter().find(there) else { continue };
-        let camera = *cameras.get(&image.camera).ok_or_else(|| {
+        let map = map.into_iter().find(there);
+        if map.is_none() && !asked.photos {
+            continue;
+        }
+        let (camera, lens) = *cameras.get(&image.camera).ok_or_else(|| {
             let problem = format!("{name} names the camera {}, which is missing in the model", image.camera);
-            Error::format(&store.path_of(&within(&store, "sparse")), "images", problem)
+            Error::format(&store.path_of(&sparse(&store)), "images", problem)
         })?;
         let colour = within(&store, &format!("images/{name}"));
+        if asked.photos && !store.has(&colour) {
+            missing.push(colour);
+            continue;
+        }
+        let Some(map) = map.filter(|_| lens.is_none()) else {
+            let (place, world_from_camera) = (Place::Named(colour.into()), image.world_from_camera);
+            photos.push(Lone { place, camera, lens, world_from_camera });
+            continue;
+        };
         entries.push(Entry {
             name: super::recording::stem(&name).into(),
             depth: Place::Named(format!("{folder}/{map}").into()),
@@ -63,7 +96,8 @@ pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) ->
             world_from_sensor: image.world_from_camera,
         });
     }
-    let lost = counted(posed.len() - entries.len(), posed.len(), "have no depth map and are passed over");
+    let without = if asked.photos { 0 } else { posed.len() - entries.len() };
+    let lost = counted(without, posed.len(), "have no depth map and are passed over");
     let mut recording = Recording::new(store, layout);
     // Photos by name, taken one by one from anywhere.
     recording.is_in_time = false;
@@ -73,7 +107,7 @@ pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) ->
     recording.convention = Convention { world_to_camera: true, ..Convention::FORWARD };
     recording.notes.extend(lost);
     recording.notes.push("lengths are those of the reconstruction, which has no scale of its own".to_owned());
-    Ok(Recording { entries, ..recording })
+    Ok(Recording { entries, photos, missing, ..recording })
 }
 
 /// Text or bytes of one of the model's files.
@@ -83,7 +117,7 @@ enum Model {
 }
 
 fn model(store: &Store, what: &str, asked: &Asked<'_, '_>) -> Result<(String, Model)> {
-    let [binary, text] = ["bin", "txt"].map(|ending| within(store, &format!("sparse/{what}.{ending}")));
+    let [binary, text] = ["bin", "txt"].map(|ending| format!("{}/{what}.{ending}", sparse(store)));
     if store.has(&binary) {
         let bytes =
             store.bytes(&Place::Named(binary.as_str().into()), asked.options.max_decoded_bytes(), asked.progress)?;
@@ -97,8 +131,11 @@ fn model(store: &Store, what: &str, asked: &Asked<'_, '_>) -> Result<(String, Mo
     Err(Error::format(&store.path_of(&binary), "whole file", problem))
 }
 
+/// A camera with its lens.
+type WithLens = (Camera, Option<Lens>);
+
 /// Cameras by their number.
-fn cameras(store: &Store, asked: &Asked<'_, '_>) -> Result<HashMap<u32, Camera>> {
+fn cameras(store: &Store, asked: &Asked<'_, '_>) -> Result<HashMap<u32, WithLens>> {
     let (name, model) = model(store, "cameras", asked)?;
     let fail = |at: String, problem: String| Error::format(&store.path_of(&name), at, problem);
     let mut cameras = HashMap::new();
@@ -113,7 +150,7 @@ fn cameras(store: &Store, asked: &Asked<'_, '_>) -> Result<HashMap<u32, Camera>>
                 let at = format!("line {number}");
                 let (id, kind, size, params) =
                     found.ok_or_else(|| fail(at.clone(), "expected id, model, size and parameters".to_owned()))?;
-                cameras.insert(id, pinhole(kind, size, &params).map_err(|problem| fail(at, problem))?);
+                cameras.insert(id, camera(kind, size, &params, asked.photos).map_err(|problem| fail(at, problem))?);
             }
         }
         Model::Binary(bytes) => {
@@ -124,14 +161,12 @@ fn cameras(store: &Store, asked: &Asked<'_, '_>) -> Result<HashMap<u32, Camera>>
                 asked.progress.check()?;
                 let (id, kind) = bytes.u32().zip(bytes.u32()).ok_or_else(ends)?;
                 let size = bytes.u64().zip(bytes.u64()).ok_or_else(ends)?;
-                let kind = match kind {
-                    0 => "SIMPLE_PINHOLE",
-                    1 => "PINHOLE",
-                    _ => "of a lens that distorts",
-                };
-                let params: Option<Vec<f64>> =
-                    (0..if kind == "PINHOLE" { 4 } else { 3 }).map(|_| bytes.f64()).collect();
-                let camera = pinhole(kind, [size.0 as usize, size.1 as usize], &params.ok_or_else(ends)?);
+                let &(kind, parameters) = MODELS.get(kind as usize).ok_or_else(|| {
+                    fail(format!("camera {id}"), format!("the camera model {kind} is none of COLMAP's: the file must be written by COLMAP, or be converted by it"))
+                })?;
+                let params: Option<Vec<f64>> = (0..parameters).map(|_| bytes.f64()).collect();
+                let size = [size.0 as usize, size.1 as usize];
+                let camera = camera(kind, size, &params.ok_or_else(ends)?, asked.photos);
                 cameras.insert(id, camera.map_err(|problem| fail(format!("camera {id}"), problem))?);
             }
         }
@@ -139,10 +174,30 @@ fn cameras(store: &Store, asked: &Asked<'_, '_>) -> Result<HashMap<u32, Camera>>
     Ok(cameras)
 }
 
-fn pinhole(kind: &str, size: [usize; 2], params: &[f64]) -> Result<Camera, String> {
-    let (focal, centre) = match (kind, params) {
-        ("SIMPLE_PINHOLE", &[f, cx, cy]) => ([f, f], [cx, cy]),
-        ("PINHOLE", &[fx, fy, cx, cy]) => ([fx, fy], [cx, cy]),
+/// COLMAP's models of cameras by their number, with their parameters.
+const MODELS: [(&str, usize); 11] = [
+    ("SIMPLE_PINHOLE", 3),
+    ("PINHOLE", 4),
+    ("SIMPLE_RADIAL", 4),
+    ("RADIAL", 5),
+    ("OPENCV", 8),
+    ("OPENCV_FISHEYE", 8),
+    ("FULL_OPENCV", 12),
+    ("FOV", 5),
+    ("SIMPLE_RADIAL_FISHEYE", 4),
+    ("RADIAL_FISHEYE", 5),
+    ("THIN_PRISM_FISHEYE", 12),
+];
+
+/// A camera and its lens, which is taken with distortion for photos alone.
+fn camera(kind: &str, size: [usize; 2], params: &[f64], photos: bool) -> Result<WithLens, String> {
+    let none = ([0.0; 4], [0.0; 2]);
+    let (focal, centre, (radial, tangential)) = match (kind, params) {
+        ("SIMPLE_PINHOLE", &[f, cx, cy]) => ([f, f], [cx, cy], none),
+        ("PINHOLE", &[fx, fy, cx, cy]) => ([fx, fy], [cx, cy], none),
+        ("SIMPLE_RADIAL", &[f, cx, cy, k]) if photos => ([f, f], [cx, cy], ([k, 0.0, 0.0, 0.0], [0.0; 2])),
+        ("RADIAL", &[f, cx, cy, k1, k2]) if photos => ([f, f], [cx, cy], ([k1, k2, 0.0, 0.0], [0.0; 2])),
+        ("OPENCV", &[fx, fy, cx, cy, k1, k2, p1, p2]) if photos => ([fx, fy], [cx, cy], ([k1, k2, 0.0, 0.0], [p1, p2])),
         _ => {
             return Err(format!(
                 "the camera model {kind} with {} parameters is no pinhole camera: undistort the images first \
@@ -156,7 +211,7 @@ fn pinhole(kind: &str, size: [usize; 2], params: &[f64]) -> Result<Camera, Strin
     }
     let camera = Camera::sized(focal, centre.map(|c| c - 0.5), size);
     camera.validate().map_err(|error| error.to_string())?;
-    Ok(camera)
+    Ok((camera, Lens { radial, tangential }.if_any()))
 }
 
 /// Lines with content and their words.

@@ -203,7 +203,7 @@ pub(super) fn colours(bytes: &[u8], path: &Path, options: &ReadOptions) -> Resul
         return raster::png::colours(bytes, path, most);
     }
     if !is_jpeg(bytes) {
-        return Err(Error::format(path, "start of file", "a colour image must be a JPEG or PNG file"));
+        return Err(no_image(bytes, path));
     }
     let mut decoder = jpeg(bytes);
     let size = jpeg_size(&mut decoder, path)?;
@@ -228,6 +228,77 @@ pub(super) fn colours(bytes: &[u8], path: &Path, options: &ReadOptions) -> Resul
 /// Columns and rows of a JPEG or PNG file.
 pub(super) fn size(bytes: &[u8], path: &Path) -> Result<[usize; 2]> {
     if is_jpeg(bytes) { jpeg_size(&mut jpeg(bytes), path) } else { raster::png::size(bytes, path) }
+}
+
+/// Way in which EXIF says that an image is to be turned before it is looked at.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum Turn {
+    #[default]
+    None,
+    /// EXIF's number of it, 2 to 8.
+    Exif(u16),
+}
+
+impl Turn {
+    /// Columns and rows after it.
+    pub(super) fn size(self, [cols, rows]: [usize; 2]) -> [usize; 2] {
+        if matches!(self, Turn::Exif(5..)) { [rows, cols] } else { [cols, rows] }
+    }
+
+    /// An image after it.
+    pub(super) fn of(self, size: [usize; 2], pixels: Vec<[u8; 3]>) -> Colours {
+        let Turn::Exif(number) = self else { return (size, pixels) };
+        let ([cols, rows], turned) = (size, self.size(size));
+        let places = (0..turned[1]).flat_map(|row| (0..turned[0]).map(move |col| [col, row]));
+        let from = |[x, y]: [usize; 2]| match number {
+            2 => [cols - 1 - x, y],
+            3 => [cols - 1 - x, rows - 1 - y],
+            4 => [x, rows - 1 - y],
+            5 => [y, x],
+            6 => [y, rows - 1 - x],
+            7 => [cols - 1 - y, rows - 1 - x],
+            _ => [cols - 1 - y, x],
+        };
+        (turned, places.map(from).map(|[col, row]| pixels[row * cols + col]).collect())
+    }
+}
+
+/// Columns and rows of a JPEG or PNG file as they are stored, and how they are to be turned. Its head is enough.
+pub(super) fn size_and_turn(bytes: &[u8], path: &Path) -> Result<([usize; 2], Turn)> {
+    if !is_jpeg(bytes) {
+        return if raster::png::sniff(bytes) {
+            Ok((size(bytes, path)?, Turn::None))
+        } else {
+            Err(no_image(bytes, path))
+        };
+    }
+    let mut decoder = jpeg(bytes);
+    let size = jpeg_size(&mut decoder, path)?;
+    let number = decoder.exif().and_then(|exif| orientation(exif));
+    Ok((size, number.filter(|number| (2..=8).contains(number)).map_or(Turn::None, Turn::Exif)))
+}
+
+/// The orientation that EXIF says.
+fn orientation(exif: &[u8]) -> Option<u16> {
+    const ORIENTATION: u16 = 0x0112;
+    let is_little = exif.starts_with(b"II");
+    let short = |at: usize| {
+        let bytes = *exif.get(at..)?.first_chunk::<2>()?;
+        Some(if is_little { u16::from_le_bytes(bytes) } else { u16::from_be_bytes(bytes) })
+    };
+    let [a, b] = if is_little { [short(6)?, short(4)?] } else { [short(4)?, short(6)?] };
+    let list = (usize::from(a) << 16) | usize::from(b);
+    let entries = (0..usize::from(short(list)?)).map(|k| list + 2 + 12 * k);
+    entries.filter(|&at| short(at) == Some(ORIENTATION)).find_map(|at| short(at + 8))
+}
+
+/// The error for a file that is no image that is read.
+fn no_image(bytes: &[u8], path: &Path) -> Error {
+    let problem = match bytes.get(4..8) {
+        Some(b"ftyp") => "HEIC images and videos are not read: convert it to JPEG or PNG",
+        _ => "a colour image must be a JPEG or PNG file",
+    };
+    Error::format(path, "start of file", problem)
 }
 
 fn is_jpeg(bytes: &[u8]) -> bool {

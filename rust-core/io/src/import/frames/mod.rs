@@ -10,6 +10,7 @@
 //! | `recording` | a recording: its frames listed, each read as its layout says |
 //! | `store` | storage of its files: a folder, a zip archive, one file |
 //! | `decode` | images to numbers and colours |
+//! | `photos`, `lens` | photos at their full size, and distortion undone |
 //! | `poses` | lists of poses, and a pose a file |
 //! | `whole` | depth images that are gone or damaged |
 //! | `pairs` | frames that surely overlap, and how far apart they lie |
@@ -27,8 +28,10 @@ mod colmap;
 mod decode;
 mod folders;
 mod icl_nuim;
+mod lens;
 mod nerfstudio;
 mod pairs;
+mod photos;
 mod polycam;
 mod poses;
 mod record3d;
@@ -50,15 +53,16 @@ mod tests;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::file;
 use super::options::ReadOptions;
 use super::scan::FileScan;
 use super::set::{OpenNamed, ScanSet};
+use super::{archive, file};
 use asked::Asked;
 use base::error::{Error, Result};
 use base::log::{self, Level};
 use base::progress::Progress;
 use image::range_image::DepthKind;
+pub use photos::{PhotoOptions, PhotoSet, RecordedPhoto};
 use recording::Recording;
 use store::Store;
 
@@ -71,6 +75,9 @@ struct Layout {
     /// Lists the frames.
     list: fn(Store, &'static str, &Asked<'_, '_>) -> Result<Recording>,
 }
+
+/// Bytes of a file that it is recognized by: the keys of JSON come in any order.
+const SNIFFED: usize = 1 << 20;
 
 /// The layouts. If files fit several, the stricter comes first.
 static LAYOUTS: &[Layout] = &[
@@ -120,20 +127,73 @@ impl Found {
 
     /// Lists the frames.
     pub(super) fn open(&self, options: &Arc<ReadOptions>, progress: &Progress<'_>) -> Result<ScanSet> {
-        open(self.layout, Store::folder(&self.path, progress)?, &Asked { options, progress })
+        open(self.layout, Store::folder(&self.path, progress)?, &Asked { options, progress, photos: false })
     }
 }
 
 /// Opens an archive as a recording.
 pub(super) fn open_archive(path: &Path, options: &Arc<ReadOptions>, progress: &Progress<'_>) -> Result<ScanSet> {
     match recognized(Store::archive(path, progress)?, progress)? {
-        Ok((layout, store)) => open(layout, store, &Asked { options, progress }),
-        Err(store) => {
-            let known: Vec<&str> = LAYOUTS.iter().map(|layout| layout.name).collect();
-            let hidden = store.hidden().map(|hidden| format!(": {hidden}")).unwrap_or_default();
-            let problem = format!("this archive is no recording that is known: {}{hidden}", known.join(", "));
-            Err(Error::format(path, "list of files", problem))
-        }
+        Ok((layout, store)) => open(layout, store, &Asked { options, progress, photos: false }),
+        Err(store) => Err(unknown(&store, path, "this archive is no recording that is known")),
+    }
+}
+
+fn unknown(store: &Store, path: &Path, what: &str) -> Error {
+    let known: Vec<&str> = LAYOUTS.iter().map(|layout| layout.name).collect();
+    let hidden = store.hidden().map(|hidden| format!(": {hidden}")).unwrap_or_default();
+    let problem = format!("{what}: {}{hidden}", known.join(", "));
+    Error::format(path, "list of files", problem)
+}
+
+/// The photos of a recording: its colour images at their full size, with cameras and poses. A recording is a folder, an archive, a
+/// `transforms.json` or a `.sens` file. Poses are in the frame of the scans that [`open_with`](super::open_with) gives of it.
+///
+/// Photos need no depths: those of a `transforms.json` without depth images are taken, and those of a model of COLMAP without depth maps. The
+/// distortion of their lenses is undone, which cuts the image to the part that all of its rows and columns have. Where depths were measured
+/// beside a photo, they come with it. Photos of another size than their camera have it scaled. Pixels are taken as they are stored. Only
+/// where they fit the camera after the rotation of EXIF alone, they are turned. The black rim of images that were undistorted is cut off.
+///
+/// Photos that are missing or damaged, or have another shape than their camera, are left out, and a note names them. HEIC images and videos
+/// are not read.
+///
+/// # Cost
+/// Memory holds names, cameras and poses. The head of each file is read, and of an archive's all.
+///
+/// # Errors
+/// [`Error::Parameter`]. A path that is no recording. A recording that can't be read, or has no photo. A camera that is no pinhole's.
+/// [`Error::Cancelled`].
+pub fn photos(path: &Path, wanted: &PhotoOptions, options: &ReadOptions, progress: &Progress<'_>) -> Result<PhotoSet> {
+    options.validate()?;
+    wanted.validate()?;
+    let options = Arc::new(options.clone());
+    progress.watch(|| {
+        let asked = Asked { options: &options, progress, photos: true };
+        let (recording, notes) = prepared(listed(path, &asked)?, &asked)?;
+        photos::of(recording, notes, wanted, &options, progress)
+    })
+}
+
+/// The recording of a path.
+fn listed(path: &Path, asked: &Asked<'_, '_>) -> Result<Recording> {
+    let of_files = |store: Store, unlike: &str| match recognized(store, asked.progress)? {
+        Ok((layout, store)) => (layout.list)(store, layout.name, asked),
+        Err(store) if colmap::has_model(&store) => colmap::list(store, "COLMAP", asked),
+        Err(store) => Err(unknown(&store, path, unlike)),
+    };
+    if file::is_dir(path) {
+        return of_files(Store::folder(path, asked.progress)?, "this folder is no recording that is known");
+    }
+    let (start, _) = file::read_start(path, SNIFFED)?;
+    if archive::sniff(&start) {
+        of_files(Store::archive(path, asked.progress)?, "this archive is no recording that is known")
+    } else if sniff_transforms(&start) {
+        transforms(path, asked)
+    } else if sens::sniff(&start) {
+        sens::list(path, asked)
+    } else {
+        let problem = "it is no recording: give its folder, its archive, its transforms.json or its .sens file";
+        Err(Error::format(path, "start of file", problem))
     }
 }
 
@@ -148,11 +208,15 @@ pub(super) fn open_transforms(
 }
 
 fn frames_of_transforms(path: &Path, options: &Arc<ReadOptions>, progress: &Progress<'_>) -> Result<ScanSet> {
-    let asked = Asked { options, progress };
+    let asked = Asked { options, progress, photos: false };
+    scans(transforms(path, &asked)?, &asked)
+}
+
+/// The recording that a file of frames lists.
+fn transforms(path: &Path, asked: &Asked<'_, '_>) -> Result<Recording> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let name = file::name(path);
-    let recording = nerfstudio::listed(Store::folder(folder, progress)?, &name, "nerfstudio", &asked)?;
-    scans(recording, &asked)
+    nerfstudio::listed(Store::folder(folder, asked.progress)?, &name, "nerfstudio", asked)
 }
 
 /// Whether a file that starts like this lists frames.
@@ -163,7 +227,7 @@ pub(super) fn sniff_transforms(start: &[u8]) -> bool {
 
 /// Opens a file of ScanNet's.
 pub(super) fn open_sens(path: &Path, options: &Arc<ReadOptions>, progress: &Progress<'_>) -> Result<ScanSet> {
-    let asked = Asked { options, progress };
+    let asked = Asked { options, progress, photos: false };
     scans(sens::list(path, &asked)?, &asked)
 }
 
@@ -174,9 +238,10 @@ fn open(layout: &Layout, store: Store, asked: &Asked<'_, '_>) -> Result<ScanSet>
 /// The end of the note on a recording without poses.
 pub(super) const WITHOUT_POSES: &str = "the frames have no poses: align them before they are merged";
 
-/// The frames of a recording as scans.
-fn scans(mut recording: Recording, asked: &Asked<'_, '_>) -> Result<ScanSet> {
-    let &Asked { options, progress } = asked;
+/// A recording whose frames are there and are placed as their poses are meant, with notes on that.
+fn prepared(mut recording: Recording, asked: &Asked<'_, '_>) -> Result<(Recording, Vec<String>)> {
+    let &Asked { options, progress, photos } = asked;
+    recording.keeps_photos = photos;
     let mut doubts: Vec<String> = recording.skip_damaged(options, progress)?.into_iter().collect();
     refuse_empty(&recording, &doubts)?;
     if let Some(camera) = options.camera {
@@ -202,20 +267,28 @@ fn scans(mut recording: Recording, asked: &Asked<'_, '_>) -> Result<ScanSet> {
     doubts.extend(found.doubts);
     refuse_empty(&recording, &doubts)?;
     let name = file::name(&recording.store.path);
+    for doubt in &doubts {
+        log::tell(Level::Warning, &format!("{name}: {doubt}"));
+    }
+    let mut notes = doubts;
+    // Not told the log: a list that is opened with the recording may have them.
+    notes.extend(without_poses);
+    notes.append(&mut recording.notes);
+    notes.extend(found.notes);
+    Ok((recording, notes))
+}
+
+/// The frames of a recording as scans.
+fn scans(recording: Recording, asked: &Asked<'_, '_>) -> Result<ScanSet> {
+    let (recording, others) = prepared(recording, asked)?;
+    let name = file::name(&recording.store.path);
     let coloured = recording.entries.iter().filter(|entry| entry.colour.is_some()).count();
     let count = recording.entries.len();
     let mut notes = vec![match count {
         1 => format!("1 frame of {}, {coloured} with colour", recording.layout),
         _ => format!("{count} frames of {}, {coloured} with colour", recording.layout),
     }];
-    for doubt in doubts {
-        log::tell(Level::Warning, &format!("{name}: {doubt}"));
-        notes.push(doubt);
-    }
-    // Not told the log: a list that is opened with the recording may have them.
-    notes.extend(without_poses);
-    notes.append(&mut recording.notes);
-    notes.extend(found.notes);
+    notes.extend(others);
     let recording = Arc::new(recording);
     let scan = |part: usize| {
         let entry = &recording.entries[part];
@@ -223,7 +296,7 @@ fn scans(mut recording: Recording, asked: &Asked<'_, '_>) -> Result<ScanSet> {
             name: entry.name.to_string(),
             part,
             world_from_sensor: entry.world_from_sensor,
-            options: options.clone(),
+            options: asked.options.clone(),
             recording: Some(recording.clone()),
             ..FileScan::new(&recording.path_of(part))
         }
@@ -233,7 +306,7 @@ fn scans(mut recording: Recording, asked: &Asked<'_, '_>) -> Result<ScanSet> {
 }
 
 fn refuse_empty(recording: &Recording, doubts: &[String]) -> Result<()> {
-    if !recording.entries.is_empty() {
+    if !recording.entries.is_empty() || !recording.photos.is_empty() {
         return Ok(());
     }
     let notes: Vec<String> = recording.notes.iter().chain(doubts).map(|note| format!(": {note}")).collect();
@@ -255,6 +328,9 @@ pub(super) fn examine(bytes: &[u8], folder: &Path) {
     for (name, open) in opens {
         let path = folder.join(name);
         std::fs::write(&path, bytes).expect("a scratch folder");
+        if let Ok(set) = photos(&path, &PhotoOptions::default(), &options, &none) {
+            set.photos.iter().take(3).for_each(RecordedPhoto::examine);
+        }
         let Ok(set) = open(&path, &options, &none) else { continue };
         for scan in set.scans.iter().take(3) {
             assert!(scan.world_from_sensor.is_finite());

@@ -2,12 +2,14 @@
 //! each. Depth images, also as arrays of NumPy, are where `depth_file_path` or `depth_path` names them. Their unit is
 //! `depth_unit_scale_factor` or `integer_depth_scale` (0.001).
 //!
-//! Pixel centres lie at halves there. Lenses that distort are refused by name: the images must be undistorted first.
+//! Pixel centres lie at halves there. Lenses that distort are refused by name: the images must be undistorted first. Of photos alone the
+//! distortion is undone.
 
 use serde_json::Value;
 
 use super::asked::Asked;
-use super::recording::{Convention, Entry, Recording, flat, json, number, pose, stem, text};
+use super::lens::Lens;
+use super::recording::{Convention, Entry, Lone, Recording, flat, json, number, pose, stem, text};
 use super::store::{Place, Store};
 use crate::import::trajectory;
 use base::error::{Error, Result};
@@ -18,9 +20,6 @@ const NAME: &str = "transforms.json";
 /// Keys of a frame's depth image, and of what its numbers are multiplied with: nerfstudio's, then instant-ngp's.
 const DEPTHS: [&str; 2] = ["depth_file_path", "depth_path"];
 const UNITS: [&str; 2] = ["depth_unit_scale_factor", "integer_depth_scale"];
-
-/// A distortion below this moves no pixel of any image by a tenth.
-const NO_DISTORTION: f64 = 1e-6;
 
 pub(super) fn recognize(store: &Store) -> bool {
     store.has(NAME)
@@ -36,7 +35,8 @@ pub(super) fn listed(store: Store, name: &str, layout: &'static str, asked: &Ask
     let path = store.path_of(name);
     let frames = file.get("frames").and_then(Value::as_array);
     let frames = frames.ok_or_else(|| Error::format(&path, "whole file", "the list `frames` is missing"))?;
-    let (mut entries, mut without, mut lost) = (Vec::new(), 0, 0);
+    let (mut entries, mut photos, mut missing) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut without, mut lost) = (0, 0);
     for (k, frame) in frames.iter().enumerate() {
         asked.progress.check()?;
         let fail = |problem: String| Error::format(&path, format!("frame {k}"), problem);
@@ -49,18 +49,34 @@ pub(super) fn listed(store: Store, name: &str, layout: &'static str, asked: &Ask
             None => named(DEPTHS[1])?,
             depth => depth,
         };
-        let Some(depth) = depth else {
-            without += 1;
+        without += usize::from(depth.is_none());
+        if depth.is_none() && !asked.photos {
             continue;
-        };
+        }
         let rows = frame.get("transform_matrix").and_then(flat).and_then(|all| trajectory::matrix(&all));
         let rows = rows.ok_or_else(|| fail("`transform_matrix` must be a 4 x 4 matrix".to_owned()))?;
         let Some(pose) = pose(&rows).map_err(fail)? else {
             lost += 1;
             continue;
         };
-        let colour = named("file_path")?.and_then(|place| there(&store, &place));
-        let camera = camera(frame, &file).map_err(fail)?;
+        let given = named("file_path")?;
+        let colour = given.as_ref().and_then(|place| there(&store, place));
+        if let (Some(Place::Named(name)), None) = (given, &colour) {
+            missing.push(name.into());
+        }
+        let (camera, lens) = camera(frame, &file).map_err(fail)?;
+        if let Some(lens) = lens.filter(|_| !asked.photos) {
+            return Err(fail(format!(
+                "the lens distorts ({}), which is not undone: undistort the images first",
+                lens.shown()
+            )));
+        }
+        let world_from_camera = pose * TURNED;
+        // Depths of a lens that distorts are no depths of the photo without distortion.
+        let Some(depth) = depth.filter(|_| lens.is_none()) else {
+            photos.extend(colour.map(|place| Lone { place, camera, lens, world_from_camera }));
+            continue;
+        };
         let Place::Named(depth_name) = &depth else { continue };
         entries.push(Entry {
             name: frame.get("file_path").and_then(Value::as_str).map_or(stem(depth_name), stem).into(),
@@ -69,10 +85,10 @@ pub(super) fn listed(store: Store, name: &str, layout: &'static str, asked: &Ask
             confidence: None,
             depth_camera: camera,
             colour_camera: camera,
-            world_from_sensor: pose * TURNED,
+            world_from_sensor: world_from_camera,
         });
     }
-    if without == frames.len() {
+    if without == frames.len() && !asked.photos {
         let problem = format!(
             "none of its {} frames has a `depth_file_path` or a `depth_path`. Colour images alone give no surface: export it with depth.",
             frames.len()
@@ -83,9 +99,11 @@ pub(super) fn listed(store: Store, name: &str, layout: &'static str, asked: &Ask
     recording.depth.unit = unit(&file).map_err(|problem| Error::format(&path, "unit of depths", problem))?;
     recording.depth.unit_of_floats = recording.depth.unit;
     recording.convention = Convention::BACKWARD;
-    recording.notes.extend(super::asked::counted(without, frames.len(), "have no depth and are passed over"));
+    if !asked.photos {
+        recording.notes.extend(super::asked::counted(without, frames.len(), "have no depth and are passed over"));
+    }
     recording.notes.extend(super::asked::counted(lost, frames.len(), "have no pose and are passed over"));
-    Ok(Recording { entries, ..recording })
+    Ok(Recording { entries, photos, missing, ..recording })
 }
 
 /// The file of an image, which some name without its ending.
@@ -101,18 +119,16 @@ fn unit(file: &Value) -> Result<f64, String> {
     if unit > 0.0 { Ok(unit) } else { Err(format!("depths are multiplied by {unit}, which must be > 0")) }
 }
 
-/// The camera of a frame: what it says itself, else what the file says for all.
-fn camera(frame: &Value, file: &Value) -> Result<Camera, String> {
+/// The camera of a frame and its lens: what it says itself, else what the file says for all.
+fn camera(frame: &Value, file: &Value) -> Result<(Camera, Option<Lens>), String> {
     let number = |key: &str| Ok::<_, String>(number(frame, key)?.or(number(file, key)?));
     let model = text(frame, "camera_model")?.or(text(file, "camera_model")?).unwrap_or("OPENCV");
     if !matches!(model, "OPENCV" | "PINHOLE" | "SIMPLE_PINHOLE" | "PERSPECTIVE") {
         return Err(format!("the camera model {model} is no pinhole camera: undistort the images first"));
     }
-    for key in ["k1", "k2", "k3", "k4", "p1", "p2"] {
-        if let Some(k) = number(key)?.filter(|k| k.abs() > NO_DISTORTION) {
-            return Err(format!("the lens distorts ({key} = {k}), which is not undone: undistort the images first"));
-        }
-    }
+    let of = |key: &str| number(key).map(Option::unwrap_or_default);
+    let radial = [of("k1")?, of("k2")?, of("k3")?, of("k4")?];
+    let lens = Lens { radial, tangential: [of("p1")?, of("p2")?] };
     let need = |key: &str| number(key)?.ok_or_else(|| format!("`{key}` is missing, for the frame and for all frames"));
     let (width, height) = (need("w")?, need("h")?);
     if !((1.0..1e9).contains(&width) && (1.0..1e9).contains(&height)) {
@@ -130,5 +146,5 @@ fn camera(frame: &Value, file: &Value) -> Result<Camera, String> {
     let centre = [number("cx")?.unwrap_or(width / 2.0) - 0.5, number("cy")?.unwrap_or(height / 2.0) - 0.5];
     let camera = Camera::sized([fx, fy], centre, [width as usize, height as usize]);
     camera.validate().map_err(|error| error.to_string())?;
-    Ok(camera)
+    Ok((camera, lens.if_any()))
 }

@@ -3,10 +3,12 @@
 //! around the images. Long sessions have none, or some alone. Corrected poses are of another frame of reference than the others, so that
 //! all are taken from one of them.
 
+use std::collections::BTreeMap;
+
 use serde_json::Value;
 
 use super::asked::{Asked, counted};
-use super::recording::{self, Entry, Recording, json, photo_of, pose, stem};
+use super::recording::{self, Entry, Lone, Recording, json, photo_of, pose, stem};
 use super::store::{Place, Store};
 use base::error::{Error, Result};
 use image::frame::{Camera, TURNED};
@@ -33,24 +35,32 @@ pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) ->
     let [depth, confidence, corrected_images, corrected_cameras, images, cameras] =
         kinds.map(|folder| within(&store, folder));
     let depths = store.list(&depth, asked.progress)?;
+    // Photos need no depth.
+    let mut frames: BTreeMap<String, Option<&str>> = BTreeMap::new();
+    for folder in [&images, &corrected_images].into_iter().filter(|_| asked.photos) {
+        frames.extend(store.list(folder, asked.progress)?.iter().map(|name| (stem(name).to_owned(), None)));
+    }
+    frames.extend(depths.iter().map(|name| (stem(name).to_owned(), Some(name.as_str()))));
     let having = |cameras: &str| -> Result<usize> {
         let listed = store.list(cameras, asked.progress)?;
-        Ok(depths.iter().filter(|name| listed.contains(&format!("{}.json", stem(name)))).count())
+        // Photos are in the frame of reference that the scans have, which those with depth decide.
+        let deciding = frames.iter().filter(|(_, depth)| depth.is_some() || depths.is_empty());
+        Ok(deciding.filter(|(stem, _)| listed.contains(&format!("{stem}.json"))).count())
     };
     let (of_corrected, of_all) = (having(&corrected_cameras)?, having(&cameras)?);
     let is_corrected = store.has(&corrected_images) && of_corrected > 0 && of_corrected as f64 >= MOST * of_all as f64;
     let (images, cameras) = if is_corrected { (corrected_images, corrected_cameras) } else { (images, cameras) };
-    if depths.is_empty() {
+    if frames.is_empty() {
         let problem = "there are no depth images: only sessions of LiDAR or room mode have them, exported as raw data \
             with developer mode on before scanning";
         return Err(Error::format(&store.path_of(&depth), "whole folder", problem));
     }
     let colours = store.list(&images, asked.progress)?;
     let confidences = store.list(&confidence, asked.progress)?;
-    let (mut entries, mut lost) = (Vec::new(), 0);
-    for name in recording::in_order(depths.iter().cloned()) {
+    let (mut entries, mut photos, mut lost) = (Vec::new(), Vec::new(), 0);
+    for stem in recording::in_order(frames.keys().cloned()) {
         asked.progress.check()?;
-        let camera_name = format!("{cameras}/{}.json", stem(&name));
+        let camera_name = format!("{cameras}/{stem}.json");
         if !store.has(&camera_name) {
             lost += 1;
             continue;
@@ -62,12 +72,18 @@ pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) ->
             continue;
         };
         let camera = camera(&file).map_err(fail)?;
-        let colour = photo_of(stem(&name), |name| colours.contains(name));
+        let colour = photo_of(&stem, |name| colours.contains(name));
+        let colour = colour.map(|name| Place::Named(format!("{images}/{name}").into()));
+        let Some(name) = frames[&stem] else {
+            let world_from_camera = pose * TURNED;
+            photos.extend(colour.map(|place| Lone { place, camera, lens: None, world_from_camera }));
+            continue;
+        };
         entries.push(Entry {
-            name: stem(&name).into(),
+            name: stem.as_str().into(),
             depth: Place::Named(format!("{depth}/{name}").into()),
-            colour: colour.map(|name| Place::Named(format!("{images}/{name}").into())),
-            confidence: confidences.contains(&name).then(|| Place::Named(format!("{confidence}/{name}").into())),
+            colour,
+            confidence: confidences.contains(name).then(|| Place::Named(format!("{confidence}/{name}").into())),
             depth_camera: camera,
             colour_camera: camera,
             world_from_sensor: pose * TURNED,
@@ -75,7 +91,7 @@ pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) ->
     }
     let mut recording = Recording::of_phone(store, layout);
     recording.black_rim = is_corrected;
-    let count = depths.len();
+    let count = frames.len();
     if is_corrected {
         let why = "have no corrected pose and are passed over: others are of another frame of reference";
         recording.notes.extend(counted(lost, count, if of_all > of_corrected { why } else { LOST }));
@@ -89,7 +105,7 @@ pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) ->
             ),
         });
     }
-    Ok(Recording { entries, ..recording })
+    Ok(Recording { entries, photos, ..recording })
 }
 
 fn number(file: &Value, key: &str) -> Result<f64, String> {

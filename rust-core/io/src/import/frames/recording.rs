@@ -13,6 +13,7 @@ use super::super::raster::{Numbers, Raster};
 use super::super::scan::Frames;
 use super::super::trajectory::Trajectory;
 use super::decode::{self, Coding, is_damage};
+use super::lens::Lens;
 use super::store::{Place, Store};
 use base::error::{Error, Result};
 use base::progress::Progress;
@@ -36,6 +37,12 @@ pub(super) struct Recording {
     /// The programs that write such recordings, for people.
     pub(super) layout: &'static str,
     pub(super) entries: Vec<Entry>,
+    /// Photos with cameras and poses, but without depths. Only if photos were asked for.
+    pub(super) photos: Vec<Lone>,
+    /// Whether frames without depths leave their photos.
+    pub(super) keeps_photos: bool,
+    /// Names of photos that lists name but that are not there.
+    pub(super) missing: Vec<String>,
     /// Whether the entries are in the order in which they were taken.
     pub(super) is_in_time: bool,
     pub(super) depth: DepthForm,
@@ -72,6 +79,17 @@ pub(super) struct Entry {
     /// Of the colour image, at any size.
     pub(super) colour_camera: Camera,
     pub(super) world_from_sensor: DAffine3,
+}
+
+/// A photo without depths.
+#[derive(Clone, Debug)]
+pub(super) struct Lone {
+    pub(super) place: Place,
+    /// Of the photo, at any size.
+    pub(super) camera: Camera,
+    /// Distortion of its lens.
+    pub(super) lens: Option<Lens>,
+    pub(super) world_from_camera: DAffine3,
 }
 
 /// Form of stored depths.
@@ -120,6 +138,9 @@ impl Recording {
             store,
             layout,
             entries: Vec::new(),
+            photos: Vec::new(),
+            keeps_photos: false,
+            missing: Vec::new(),
             is_in_time: true,
             depth: DepthForm { coding: Coding::Image, unit: 1e-3, unit_of_floats: 1.0, kind: DepthKind::Planar },
             confidence: ConfidenceForm { coding: Coding::Image, least: 1 },
@@ -311,7 +332,7 @@ impl Frames for Recording {
 }
 
 /// The camera of an image, whose size it may not have been given for, but whose shape.
-fn camera_for(camera: &Camera, size: [usize; 2], path: &Path) -> Result<Camera> {
+pub(super) fn camera_for(camera: &Camera, size: [usize; 2], path: &Path) -> Result<Camera> {
     if let Some(of) = camera.size {
         let factor = [0, 1].map(|axis| size[axis] as f64 / of[axis] as f64);
         if !(factor[0].max(factor[1]) <= SAME_SHAPE * factor[0].min(factor[1])) {

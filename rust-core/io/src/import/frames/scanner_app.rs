@@ -1,11 +1,13 @@
 //! 3D Scanner App's export of all data: `frame_00000.json` (camera, pose camera to world), `depth_00000.png`
 //! (millimetres), `conf_00000.png` (0, 1, 2), and `frame_00000.jpg` for some frames only.
 
+use std::collections::BTreeSet;
+
 use serde_json::Value;
 
 use super::asked::{Asked, counted};
 use super::decode;
-use super::recording::{Entry, Recording, flat, json, photo_of, pose};
+use super::recording::{Entry, Lone, Recording, flat, json, photo_of, pose};
 use super::store::{Place, Store};
 use base::error::{Error, Result};
 use image::frame::{Camera, TURNED};
@@ -18,6 +20,11 @@ fn number(name: &str) -> Option<&str> {
     name.strip_prefix("depth_")?.strip_suffix(".png")
 }
 
+/// The number of a frame out of the name of its photo.
+fn number_of_photo(name: &str) -> Option<&str> {
+    name.strip_prefix("frame_")?.strip_suffix(".jpg")
+}
+
 pub(super) fn recognize(store: &Store) -> bool {
     let mut numbers = store.top().filter_map(number);
     numbers.any(|number| store.has(&format!("frame_{number}.json")))
@@ -25,8 +32,12 @@ pub(super) fn recognize(store: &Store) -> bool {
 
 pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) -> Result<Recording> {
     let size = photo_size(&store, asked)?;
-    let numbers: Vec<String> = store.top().filter_map(number).map(str::to_owned).collect();
-    let (mut entries, mut lost) = (Vec::new(), 0);
+    let mut numbers: BTreeSet<String> = store.top().filter_map(number).map(str::to_owned).collect();
+    if asked.photos {
+        // They need no depth.
+        numbers.extend(store.top().filter_map(number_of_photo).map(str::to_owned));
+    }
+    let (mut entries, mut photos, mut lost) = (Vec::new(), Vec::new(), 0);
     for number in &numbers {
         asked.progress.check()?;
         let name = format!("frame_{number}.json");
@@ -49,19 +60,25 @@ pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) ->
         let camera = Camera::sized([fx, fy], [cx, cy], size);
         camera.validate().map_err(|error| fail(error.to_string()))?;
         let place = |name: String| store.has(&name).then(|| Place::Named(name.into()));
+        let colour = photo_of(&format!("frame_{number}"), |name| store.has(name)).map(|name| Place::Named(name.into()));
+        let world_from_sensor = pose * TURNED;
+        let Some(depth) = place(format!("depth_{number}.png")) else {
+            photos.extend(colour.map(|place| Lone { place, camera, lens: None, world_from_camera: world_from_sensor }));
+            continue;
+        };
         entries.push(Entry {
             name: format!("frame_{number}").into(),
-            depth: Place::Named(format!("depth_{number}.png").into()),
-            colour: photo_of(&format!("frame_{number}"), |name| store.has(name)).map(|name| Place::Named(name.into())),
+            depth,
+            colour,
             confidence: place(format!("conf_{number}.png")),
             depth_camera: camera,
             colour_camera: camera,
-            world_from_sensor: pose * TURNED,
+            world_from_sensor,
         });
     }
     let mut recording = Recording::of_phone(store, layout);
     recording.notes.extend(counted(lost, numbers.len(), "have no pose and are passed over"));
-    Ok(Recording { entries, ..recording })
+    Ok(Recording { entries, photos, ..recording })
 }
 
 /// The size of the colour images, which the cameras are given for.

@@ -176,6 +176,21 @@ impl Store {
         }
     }
 
+    /// The first bytes of a place, at most `count`. Of an archive's file all: its sum is checked when it is unpacked.
+    pub(super) fn start_of(&self, place: &Place, count: u64, most: u64, progress: &Progress<'_>) -> Result<Vec<u8>> {
+        match (place, &self.archive) {
+            (Place::Named(name), None) => {
+                let path = self.path_of(name);
+                let (file, length) = file::open_bytes(&path)?;
+                file::taken(file, 0, length.min(count), &path, progress)
+            }
+            (&Place::Span { at, bytes }, None) => {
+                self.bytes(&Place::Span { at, bytes: bytes.min(count) }, most, progress)
+            }
+            _ => self.bytes(place, most, progress),
+        }
+    }
+
     /// The text of a file.
     pub(super) fn text(&self, name: &str, progress: &Progress<'_>) -> Result<String> {
         let bytes = self.bytes(&Place::Named(name.into()), LONGEST_TEXT, progress)?;

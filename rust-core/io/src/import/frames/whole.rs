@@ -10,7 +10,7 @@ use glam::DAffine3;
 use super::super::options::ReadOptions;
 use super::super::scan::Frames as _;
 use super::decode::{Coding, is_damage};
-use super::recording::Recording;
+use super::recording::{Lone, Recording};
 use super::store::Place;
 use base::error::{Error, Result};
 use base::log::{self, Level};
@@ -112,18 +112,30 @@ impl Recording {
             }
             Err(error) => return Err(error),
         };
+        self.tell_damage(index, lacks, &why);
+        frame.depth.world_from_sensor = world_from_sensor;
+        Ok(frame)
+    }
+
+    /// Tells the log, once per frame, what damage has led to.
+    pub(super) fn tell_damage(&self, index: usize, lacks: &str, why: &Error) {
         let damage = format!("{lacks}: {why}");
-        let text = format!("{} {damage}", entry.name);
+        let text = format!("{} {damage}", self.entries[index].name);
         if self.damages.lock().unwrap_or_else(PoisonError::into_inner).insert(index, damage).is_none() {
             log::tell(Level::Warning, &text);
         }
-        frame.depth.world_from_sensor = world_from_sensor;
-        Ok(frame)
     }
 
     /// Damage of a frame that reading it has met.
     pub(super) fn damage(&self, index: usize) -> Option<String> {
         self.damages.lock().unwrap_or_else(PoisonError::into_inner).get(&index).cloned()
+    }
+
+    /// The photo of a frame, without its depths. `None` for poses that may still move with the clock.
+    fn photo_alone(&self, index: usize) -> Option<Lone> {
+        let entry = self.entries.get(index).filter(|_| self.timed.is_none())?;
+        let world_from_camera = entry.world_from_sensor * self.colour_from_depth.inverse();
+        Some(Lone { place: entry.colour.clone()?, camera: entry.colour_camera, lens: None, world_from_camera })
     }
 
     /// Takes frames out. Says which and why.
@@ -134,6 +146,10 @@ impl Recording {
         let count = self.entries.len();
         let mut is_kept = vec![true; count];
         frames.iter().for_each(|(k, _)| is_kept[*k] = false);
+        if self.keeps_photos {
+            let without_depths = frames.iter().filter_map(|(k, _)| self.photo_alone(*k));
+            self.photos.extend(without_depths.collect::<Vec<_>>());
+        }
         let mut kept = is_kept.iter();
         self.entries.retain(|_| kept.next().copied().unwrap_or(true));
         if let Some(timed) = &mut self.timed {

@@ -3,9 +3,9 @@
 mod damaged;
 mod data_sets;
 mod dialects;
-mod jpeg;
 mod layouts;
 mod more_layouts;
+mod photos;
 mod real;
 mod rooms;
 mod twin;

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use crate::import::overlap::Overlap;
-use crate::import::{Content, ReadOptions, ScanSet, open, open_with};
+use crate::import::{Content, PhotoOptions, ReadOptions, ScanSet, open, open_with};
 use base::progress::Progress;
 use glam::DVec3;
 use image::frame::Camera;
@@ -128,4 +128,25 @@ fn what_samples_lack_is_said() {
         let error = open(&path).unwrap_err().to_string();
         assert!(error.contains(part), "{error}");
     }
+}
+
+/// The photos are at their full size, and beside each lie the depths of its frame.
+#[test]
+fn photos_of_the_chair() {
+    use image::photo::Photo as _;
+    let Some(path) = data("frames/scannerapp_chair_full") else { return };
+    let (scans, none) = (open(&path).unwrap(), Progress::none());
+    let found = crate::import::photos(&path, &PhotoOptions::default(), &ReadOptions::default(), &none).unwrap();
+    assert_eq!(found.photos.len(), 21, "{:?}", found.notes);
+    for photo in &found.photos {
+        let frame = photo.name().strip_suffix(".jpg").unwrap();
+        let scan = scans.scans.iter().find(|scan| scan.name == frame).unwrap();
+        assert_eq!(photo.world_from_camera(), scan.world_from_sensor);
+        assert_eq!(photo.camera().size, Some([1920, 1440]));
+    }
+    let [pixels, last] = [0, 20].map(|i| found.photos[i].pixels().unwrap());
+    assert!(pixels.colours.len() == 1920 * 1440 && pixels.colours != last.colours);
+    let depths = found.photos[0].depths().unwrap().unwrap();
+    let measured = depths.values.iter().filter(|depth| **depth > 0.0).count();
+    assert!(depths.size == [256, 192] && measured * 2 > depths.values.len(), "{measured}");
 }

@@ -12,8 +12,6 @@ use mesh::shapes::Shape;
 use mesh::{Attribute, TriMesh};
 use scan::ScanParams;
 
-use super::jpeg;
-
 /// Frames of a recording.
 pub(super) const FRAMES: usize = 6;
 
@@ -128,7 +126,7 @@ impl Twin {
 
     /// The colour image as JPEG.
     pub(super) fn jpeg(&self, k: usize) -> Vec<u8> {
-        jpeg::written(self.photo.size.unwrap(), &self.colours[k])
+        jpeg(self.photo.size.unwrap(), &self.colours[k])
     }
 
     /// The colour image as PNG.
@@ -140,6 +138,12 @@ impl Twin {
     pub(super) fn depth_png(&self, k: usize, per_metre: f64) -> Vec<u8> {
         grey16(self.size(), &self.whole(k, per_metre))
     }
+}
+
+/// A JPEG file.
+pub(super) fn jpeg(size: [usize; 2], pixels: &[[u8; 3]]) -> Vec<u8> {
+    let none = Progress::none();
+    crate::export::jpeg::encoded(size.map(|side| side as u32), 3, pixels.as_flattened(), 95, &none).unwrap()
 }
 
 /// A PNG file.

@@ -2,17 +2,18 @@
 //! disks that fail.
 
 use std::io::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
 use super::twin::{FRAMES, Files, Twin, grey16};
 use super::writers;
-use crate::import::{Content, FileScan, faults_tests, open};
+use crate::import::{Content, FileScan, PhotoOptions, ReadOptions, faults_tests, open, photos};
 use base::context::{Context, choose};
 use base::error::Result;
 use base::log::Log;
 use base::progress::Progress;
 use image::frame::Camera;
+use image::photo::Photo as _;
 use image::range_image::RangeImage;
 use image::source::ScanSource as _;
 
@@ -39,6 +40,31 @@ fn layouts() -> Vec<(&'static str, Files)> {
 /// Whether a file is an image of a frame, not a list.
 fn is_image(name: &str) -> bool {
     [".png", ".jpg", ".depth", ".conf", ".exr", "geometric.bin"].iter().any(|ending| name.ends_with(ending))
+}
+
+/// The photos of a recording with one damaged file are those of the others, with all their depths but one.
+fn photos_withstand(path: &Path, layout: &str, file: &str, about: &str) {
+    let set = photos(path, &PhotoOptions::default(), &ReadOptions::default(), &Progress::none());
+    let set = match set {
+        Err(error) => {
+            assert!(layout == "Stray Scanner" && error.to_string().contains("no photo"), "{about}: {error}");
+            return;
+        }
+        Ok(set) => set,
+    };
+    // 3D Scanner App's twin has two photos alone.
+    let count = if layout == "3D Scanner App" { 2 } else { FRAMES };
+    let whole = set.photos.iter().filter(|photo| match photo.pixels() {
+        Ok(_) => true,
+        Err(error) => {
+            assert!(error.to_string().contains(file), "{about}: {error}");
+            false
+        }
+    });
+    let with_depths = whole.filter(|photo| photo.depths().unwrap().is_some()).count();
+    assert!(with_depths + 1 >= count, "{about}: {with_depths}");
+    let kept = set.photos.len();
+    assert!(kept + 1 >= count, "{about}: {kept} photos, {:?}", set.notes);
 }
 
 /// Theorem: of any layout, any image may be missing, empty or cut off: the recording opens, the frame is passed over or its error names the
@@ -74,6 +100,7 @@ fn any_image_may_be_missing_or_cut_off() {
                     }
                     Err(error) => panic!("{about}: {error}"),
                     Ok(set) => {
+                        photos_withstand(&path, layout, file, &about);
                         let mut same = 0;
                         for scan in &set.scans {
                             match scan.read() {

@@ -4,7 +4,7 @@ use glam::{DAffine3, DQuat, DVec3};
 use image::frame::Camera;
 use std::fmt::Write as _;
 
-use super::twin::{FRAMES, Files, Twin, grey8, grey16, rows};
+use super::twin::{FRAMES, Files, Twin, grey8, grey16, jpeg, rows};
 
 /// Columns of low confidence.
 pub(super) const LOW: std::ops::Range<usize> = 28..30;
@@ -181,7 +181,7 @@ pub(super) fn polycam(twin: &Twin, corrected: bool) -> Files {
                     *pixel = [0; 3];
                 }
             }
-            put(&mut files, "corrected_", pose, super::jpeg::written([w, h], &colours));
+            put(&mut files, "corrected_", pose, jpeg([w, h], &colours));
             put(&mut files, "", DAffine3::from_translation(DVec3::Y) * pose, twin.jpeg(k));
         } else {
             put(&mut files, "", pose, twin.jpeg(k));
