@@ -31,7 +31,7 @@ use buffer::{Buffer, pad, quoted};
 use material::Materials;
 use mesh::{Crs, texture};
 use part::Part;
-use sink::Sink;
+use sink::GlbSink;
 
 pub use part::GlbNode;
 pub(super) use part::origin;
@@ -146,7 +146,7 @@ pub fn write_glb(path: &Path, nodes: &[GlbNode<'_>], options: &GlbOptions, progr
     };
     progress.stage(WRITING, binary);
     write_atomically(path, progress, |file| {
-        let mut sink = Sink { out: BufWriter::with_capacity(1 << 18, file), path, progress };
+        let mut sink = GlbSink { out: BufWriter::with_capacity(1 << 18, file), path, progress };
         let header = [0x4654_6c67, 2, length, json.len() as u32, 0x4e4f_534a];
         sink.put(bytemuck::cast_slice(&header.map(u32::to_le)))?;
         sink.put(&json)?;

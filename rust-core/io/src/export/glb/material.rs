@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::buffer::{Buffer, pad, quoted};
 use super::part::Part;
-use super::sink::Sink;
+use super::sink::GlbSink;
 use crate::export::images::{self, ImageFile, ImageOptions, Map};
 use base::error::{Error, Result};
 use base::progress::Progress;
@@ -131,7 +131,7 @@ impl<'a> Materials<'a> {
     }
 
     /// Writes the images in the order of [`Materials::json`].
-    pub fn write(self, sink: &mut Sink<'_, '_, '_>) -> Result<()> {
+    pub fn write(self, sink: &mut GlbSink<'_, '_, '_>) -> Result<()> {
         for file in self.shown.into_iter().flat_map(|shown| shown.files) {
             sink.all(&pad(file.bytes, 0), |&byte| [byte])?;
         }

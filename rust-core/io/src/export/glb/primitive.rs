@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use glam::{DVec3, Vec3};
 
 use super::buffer::{Buffer, FLOAT, UNSIGNED_BYTE, UNSIGNED_INT, UNSIGNED_SHORT, quoted};
-use super::sink::{CHUNK, Sink};
+use super::sink::{CHUNK, GlbSink};
 use base::error::Result;
 use mesh::{Attribute, AttributeData, TriMesh, texture};
 
@@ -81,7 +81,7 @@ impl Primitive<'_> {
     }
 
     /// Writes what [`Primitive::json`] has announced, in the same order.
-    pub fn write(&self, sink: &mut Sink<'_, '_, '_>) -> Result<()> {
+    pub fn write(&self, sink: &mut GlbSink<'_, '_, '_>) -> Result<()> {
         let mesh = &self.mesh;
         let single = |v: Vec3| v.to_array().map(|x| x.to_bits().to_le());
         sink.all(&mesh.triangles, |t| t.map(u32::to_le))?;

@@ -11,13 +11,13 @@ use base::progress::Progress;
 pub const CHUNK: usize = 1 << 14;
 
 /// Writes to the file and counts.
-pub struct Sink<'a, 'o, 'p> {
+pub struct GlbSink<'a, 'o, 'p> {
     pub out: BufWriter<&'a mut Output<'o>>,
     pub path: &'a Path,
     pub progress: &'a Progress<'p>,
 }
 
-impl Sink<'_, '_, '_> {
+impl GlbSink<'_, '_, '_> {
     pub fn put(&mut self, bytes: &[u8]) -> Result<()> {
         self.out.write_all(bytes).map_err(|e| Error::io(self.path, e))
     }
