@@ -31,8 +31,9 @@
  *   14. Checks before printing                          srf_mesh_check_print()
  *   15. Preparing a print                               srf_mesh_prepare_print()
  *   16. Texture coordinates                             srf_mesh_unwrap()
- *   17. The virtual scanner                             srf_scan_mesh()
- *   18. Measuring                                       srf_mesh_distances()
+ *   17. Textures from photos                            srf_photo_create()
+ *   18. The virtual scanner                             srf_scan_mesh()
+ *   19. Measuring                                       srf_mesh_distances()
  *
  * Conventions
  *   Names begin with srf_. A call that can fail returns srf_status; srf_last_error_message() then has the text.
@@ -136,7 +137,7 @@ typedef enum {
   SRF_TYPE_U32 = 4,
   // uint8_t
   SRF_TYPE_U8 = 5,
-  // uint16_t, of the depths of frames
+  // uint16_t, of the depths of frames and of height maps
   SRF_TYPE_U16 = 6,
 } srf_type;
 
@@ -435,6 +436,21 @@ typedef enum {
   SRF_SCALE_SIDE_HEIGHT = 2,
 } srf_scale_side;
 
+// An image of a tile.
+typedef enum {
+  // Base colour: 3 SRF_TYPE_U8, sRGB.
+  SRF_TEXTURE_MAP_COLOUR = 1,
+  // Source of the colour: one SRF_TYPE_U8. 255 where a photo sees the place, 128 where none does and the colour is that of the detailed
+  // surface's vertices or of the nearest place that is seen, 0 where no triangle is.
+  SRF_TEXTURE_MAP_MASK = 2,
+  // Normals in the tangent space of MikkTSpace, y up: 3 SRF_TYPE_U8, of which 128 is 0.
+  SRF_TEXTURE_MAP_NORMAL = 3,
+  // Heights of the detailed surface over the mesh: one SRF_TYPE_U16, from lowest to highest of the report.
+  SRF_TEXTURE_MAP_HEIGHT = 4,
+  // Ambient occlusion: one SRF_TYPE_U8, as light. 255 where all directions are open.
+  SRF_TEXTURE_MAP_OCCLUSION = 5,
+} srf_texture_map;
+
 // An alignment being put together: scans are added, known facts about them are said, then it is run, as often as wanted. Scans are
 // numbered from 0 in the order of adding. They are read when srf_aligner_run(), srf_aligner_snap() or srf_aligner_misfit() first needs
 // them. What these compare is kept, 1 to 2.5 MB per scan, until scans are added. Released with srf_aligner_free().
@@ -469,6 +485,9 @@ typedef struct srf_merger srf_merger;
 // srf_mesh_free().
 typedef struct srf_mesh srf_mesh;
 
+// A photo whose camera is known. Released with srf_photo_free().
+typedef struct srf_photo srf_photo;
+
 // A regular grid of quads over a range image, dense where the surface bends. Released with srf_quads_free().
 typedef struct srf_quads srf_quads;
 
@@ -489,6 +508,9 @@ typedef struct srf_sculptor srf_sculptor;
 // A tensor-product B-spline surface over 0..1 x 0..1: u runs along columns, v down rows. Knots are uniform and clamped. Released with
 // srf_spline_free().
 typedef struct srf_spline srf_spline;
+
+// The images of a mesh, in square tiles of one size. Released with srf_textures_free().
+typedef struct srf_textures srf_textures;
 
 // Gets the messages of the log. level: a value of srf_log_level. text: UTF-8, valid during the call. user: the pointer given to
 // srf_set_log. Runs on the thread of the call that has something to tell. Must not unwind.
@@ -1867,6 +1889,74 @@ typedef struct {
   // Vertices that were moved as single precision turned one of their triangles. Since 0.2.
   uint64_t moved;
 } srf_unwrap_report;
+
+// How a mesh gets its textures. Starts with its size. Set to the defaults by srf_texture_params_init().
+typedef struct {
+  // Bytes of this struct.
+  uint32_t struct_size;
+  // Worker threads, at most 1024. 0, the default, for the number of srf_set_threads(). Results are the same for any
+  // number.
+  uint32_t threads;
+  // Columns and rows of a tile, in texels. 16 to 16384, default 2048.
+  uint64_t size;
+  // Poses of the cameras are moved a little until the photos agree with each other on the surface. Off: cameras stay
+  // where they are. 1 or 0, default 1.
+  uint64_t refine_cameras;
+  // Photos are made equally bright, channel by channel: exposure and white balance differ from photo to photo. Off:
+  // colours are taken as they are. 1 or 0, default 1.
+  uint64_t match_exposure;
+  // Of three photos and more that see a place the brightest is left out where it is brighter than the others:
+  // reflections of lamps only add light. Off: highlights are averaged with the rest. 1 or 0, default 1.
+  uint64_t drop_highlights;
+  // A normal map is made, in the tangent space of MikkTSpace, y up. Off: none is made. 1 or 0, default 0.
+  uint64_t normal_map;
+  // A map of the height of the detailed surface over the mesh is made. Off: none is made. 1 or 0, default 0.
+  uint64_t height_map;
+  // Rays per place of the map of ambient occlusion. 16 suffice for most. 0: none is made. 0 to 4096, default 0.
+  uint64_t occlusion_rays;
+} srf_texture_params;
+
+// A photo, and how it was used. Starts with its size. Prepared by srf_textured_photo_init().
+typedef struct {
+  // Bytes of this struct.
+  uint32_t struct_size;
+  // 0.
+  uint32_t reserved;
+  // Texels that it sees. Since 0.2.
+  uint64_t texels;
+  // Factors of its light: red, green, blue. Since 0.2.
+  double gain[3];
+  // Distance by which its camera was moved: pixels, in the root mean square over the surface. Since 0.2.
+  double moved;
+} srf_textured_photo;
+
+// The figures of texturing. Starts with its size. Prepared by srf_texture_report_init().
+typedef struct {
+  // Bytes of this struct.
+  uint32_t struct_size;
+  // 0.
+  uint32_t reserved;
+  // Tiles. Since 0.2.
+  uint64_t tiles;
+  // Texels that triangles cover. Since 0.2.
+  uint64_t texels;
+  // Texels that a photo sees. Since 0.2.
+  uint64_t seen;
+  // Number of photos. The photos, in the order in which they were given. Since 0.2.
+  uint64_t photos_count;
+  // Grey by which the photos differed before cameras were moved. There is none if no camera could be moved. Then it is
+  // SRF_FROM_DATA. Since 0.2.
+  double difference_before;
+  // Grey by which the photos differ after that. There is none if no camera could be moved. Then it is SRF_FROM_DATA.
+  // Since 0.2.
+  double difference_after;
+  // Height that 0 of the height map stands for. There is none without a height map. Then it is SRF_FROM_DATA. In the
+  // unit of the scans. Since 0.2.
+  double lowest;
+  // Height that 65,535 of the height map stands for. There is none without a height map. Then it is SRF_FROM_DATA. In
+  // the unit of the scans. Since 0.2.
+  double highest;
+} srf_texture_report;
 
 // Errors that a virtual scanner adds to the truth. The defaults add nothing. Starts with its size. Set to the defaults by
 // srf_scan_params_init().
@@ -5313,7 +5403,187 @@ srf_status srf_mesh_unwrap(const srf_mesh *mesh,
                            srf_mesh **out_mesh,
                            srf_unwrap_report *out_report);
 
-// ==== 17. The virtual scanner ==============================================================================
+// ==== 17. Textures from photos =============================================================================
+// A mesh with texture coordinates gets images: colours from photos, normals, heights and occlusion from the
+// detailed surface that it stands for.
+//
+//     /* A photo of 4000 x 3000 pixels of three bytes each, by a camera without distortion. */
+//     static srf_status photographed(const char *name, const uint8_t *pixels, const srf_pose *world_from_camera, srf_photo **out_photo)
+//     {
+//         srf_projection camera;
+//         srf_array colours = {0};
+//         srf_status status = srf_projection_pinhole(3100, 3100, 1999.5, 1499.5, 0, &camera);
+//         if (status != SRF_OK) return status;
+//         colours.data = pixels;
+//         colours.count = (size_t)3000 * 4000;
+//         colours.type = SRF_TYPE_U8;
+//         colours.components = 3;
+//         return srf_photo_create(3000, 4000, &camera, &colours, world_from_camera, name, 0, 0, NULL, out_photo);
+//     }
+//
+//     /* Images of 2048 texels for a light mesh that stands for a detailed one. Takes hold of the colours of the first tile, and prints what was
+//      * taken of each photo. */
+//     static srf_status textured(const srf_mesh *light, const srf_mesh *detail, const srf_photo *const *photos, size_t count,
+//                                srf_textures **out_textures, srf_array *colours)
+//     {
+//         srf_texture_params params;
+//         srf_texture_report report;
+//         srf_mesh *unwrapped = NULL;
+//         srf_status status;
+//         size_t i, size, tiles;
+//         srf_texture_params_init(&params);
+//         srf_texture_report_init(&report);
+//         params.normal_map = 1;
+//         status = srf_mesh_unwrap(light, NULL, NULL, &unwrapped, NULL);
+//         if (status == SRF_OK) status = srf_mesh_texture(unwrapped, detail, photos, count, &params, NULL, out_textures, &report);
+//         srf_mesh_free(unwrapped);
+//         if (status != SRF_OK) return status;
+//         printf("photos see %.0f %% of the texels\n", 100.0 * (double)report.seen / (double)report.texels);
+//         for (i = 0; i < count && status == SRF_OK; ++i) {
+//             srf_textured_photo photo;
+//             srf_pose camera;
+//             const char *reason = "";
+//             srf_textured_photo_init(&photo);
+//             status = srf_textures_photo(*out_textures, i, &photo);
+//             if (status == SRF_OK) status = srf_textures_reason(*out_textures, i, &reason);
+//             if (status == SRF_OK) status = srf_textures_pose(*out_textures, i, &camera);
+//             if (status == SRF_OK) printf("photo %u: moved by %g pixels to %g %s\n", (unsigned)i, photo.moved, camera.matrix[12], reason);
+//         }
+//         if (status == SRF_OK) status = srf_textures_size(*out_textures, &size, &tiles);
+//         if (status == SRF_OK) status = srf_textures_image(*out_textures, 0, SRF_TEXTURE_MAP_COLOUR, colours);
+//         return status;
+//     }
+//
+//     /* Releases both. */
+//     static void release(srf_textures *textures, srf_photo *photo)
+//     {
+//         srf_textures_free(textures);
+//         srf_photo_free(photo);
+//     }
+
+// Makes a photo of pixels in memory, which are copied.
+// rows, cols         size of the photo
+// projection         its camera, without distortion, of SRF_PROJECTION_PINHOLE_DEPTH: see srf_projection_pinhole(). Not NULL
+// pixels             3 or 4 SRF_TYPE_U8 a pixel, sRGB, row after row from the upper left. Of 4 the last is passed over. Not NULL
+// world_from_camera  places the camera, which looks along z, with x to the right and y down: a rotation and a translation. NULL for the
+//                    identity
+// name               for reports, UTF-8. Photos that are used together have different names. Not NULL
+// depth_rows         rows of the depths. 0 without depths
+// depth_cols         their columns. 0 without depths
+// depths             one SRF_TYPE_F32 or SRF_TYPE_F64 a pixel of an image of the same view: what the camera measured along z, in the unit of
+//                    the mesh. 0 or NaN where nothing was measured. NULL for none
+// out_photo          receives a new handle on SRF_OK only. Not NULL
+// returns            SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY. Since 0.2.
+srf_status srf_photo_create(size_t rows,
+                            size_t cols,
+                            const srf_projection *projection,
+                            const srf_array *pixels,
+                            const srf_pose *world_from_camera,
+                            const char *name,
+                            size_t depth_rows,
+                            size_t depth_cols,
+                            const srf_array *depths,
+                            srf_photo **out_photo);
+
+// Releases a photo. A call that works with it on another thread goes on.
+// photo      NULL does nothing
+// returns    SRF_OK, SRF_ERR_HANDLE. Since 0.2.
+srf_status srf_photo_free(srf_photo *photo);
+
+// Sets the defaults. Call srf_texture_params_init(params), which adds the size that this header knows.
+// params   not NULL
+// size     sizeof(srf_texture_params): what of the struct this library does not know becomes 0
+// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_texture_params_init_sized(srf_texture_params *params, size_t size);
+#define srf_texture_params_init(params) srf_texture_params_init_sized((params), sizeof(srf_texture_params))
+
+// Prepares a struct of figures. Call srf_textured_photo_init(report), which adds the size that this header knows.
+// report   not NULL
+// size     sizeof(srf_textured_photo): what of the struct this library does not know becomes 0
+// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_textured_photo_init_sized(srf_textured_photo *report,
+                                         size_t size);
+#define srf_textured_photo_init(report) srf_textured_photo_init_sized((report), sizeof(srf_textured_photo))
+
+// Prepares a struct of figures. Call srf_texture_report_init(report), which adds the size that this header knows.
+// report   not NULL
+// size     sizeof(srf_texture_report): what of the struct this library does not know becomes 0
+// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_texture_report_init_sized(srf_texture_report *report,
+                                         size_t size);
+#define srf_texture_report_init(report) srf_texture_report_init_sized((report), sizeof(srf_texture_report))
+
+// Makes the images of a mesh. A texel shows the place of the detailed surface behind it. Its colour is the mean, as light, of all photos
+// that see this place. Places that no photo sees take the colour of the detailed surface's vertices, or else of the nearest place seen.
+// The images are the same for any order of the photos.
+// mesh          has texture coordinates, as srf_mesh_unwrap() gives them: attributes s and t of its vertices. Not NULL
+// detail        the detailed surface that it stands for, in the same frame. Its attribute colour is used where no photo sees. May be the
+//               mesh itself. Not NULL
+// photos        count handles. NULL if count is 0
+// count         number of photos. 0 takes all colours of the detailed surface's vertices
+// params        NULL for the defaults
+// progress      NULL for none
+// out_textures  receives a new handle on SRF_OK only. Not NULL
+// out_report    initialized by srf_texture_report_init(). NULL if not wanted
+// returns       SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT for a mesh without texture coordinates, photos that can't be used, or neither photos
+//               nor colours, SRF_ERR_OUT_OF_MEMORY, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.2.
+srf_status srf_mesh_texture(const srf_mesh *mesh,
+                            const srf_mesh *detail,
+                            const srf_photo *const *photos,
+                            size_t count,
+                            const srf_texture_params *params,
+                            const srf_progress *progress,
+                            srf_textures **out_textures,
+                            srf_texture_report *out_report);
+
+// Releases images. Views of them are gone.
+// textures   NULL does nothing
+// returns    SRF_OK, SRF_ERR_HANDLE. Since 0.2.
+srf_status srf_textures_free(srf_textures *textures);
+
+// The size of images.
+// textures   not NULL
+// out_size   receives columns and rows of a tile, which are the same. Not NULL
+// out_tiles  receives the number of tiles. Not NULL
+// returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
+srf_status srf_textures_size(const srf_textures *textures, size_t *out_size, size_t *out_tiles);
+
+// A view of an image of a tile, row after row. The first row is at the top, where t is largest. Tile k fills the unit square at
+// (k % 10, k / 10).
+// textures   not NULL
+// tile       less than the number of tiles
+// map        a value of srf_texture_map
+// out_image  receives the view, which is empty for a map that was not asked for. Not NULL
+// returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
+srf_status srf_textures_image(const srf_textures *textures,
+                              size_t tile,
+                              uint32_t map,
+                              srf_array *out_image);
+
+// The pose of a photo's camera as it was used.
+// textures  not NULL
+// index     number of the photo, in the order in which they were given
+// out_pose  receives world_from_camera on SRF_OK only. Not NULL
+// returns   SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
+srf_status srf_textures_pose(const srf_textures *textures, size_t index, srf_pose *out_pose);
+
+// The figures of a photo.
+// textures   not NULL
+// index      number of the photo, in the order in which they were given
+// out_photo  initialized by srf_textured_photo_init(). Not NULL
+// returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.2.
+srf_status srf_textures_photo(const srf_textures *textures, size_t index, srf_textured_photo *out_photo);
+
+// Why nothing was taken of a photo.
+// textures    not NULL
+// index       number of the photo, in the order in which they were given
+// out_reason  receives a text that stays until the images are freed, empty for a photo that was used. Not NULL
+// returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
+srf_status srf_textures_reason(const srf_textures *textures,
+                               size_t index,
+                               const char **out_reason);
+
+// ==== 18. The virtual scanner ==============================================================================
 // Range images of any mesh, with the errors that a scanner makes: for tests that know the truth.
 //
 //     /* Scans a mesh from where the sensor stands. */
@@ -5363,7 +5633,7 @@ srf_status srf_scan_mesh(const srf_mesh *mesh,
                          const srf_progress *progress,
                          srf_image **out_image);
 
-// ==== 18. Measuring ========================================================================================
+// ==== 19. Measuring ========================================================================================
 // How far points or a surface lie from a mesh.
 //
 //     /* Prints the largest distance of a surface from a reference. */

@@ -569,6 +569,11 @@ struct UnwrapParams : srf_unwrap_params {
     UnwrapParams() { check(srf_unwrap_params_init(this)); }
 };
 
+// The parameters of `texture`, with their defaults.
+struct TextureParams : srf_texture_params {
+    TextureParams() { check(srf_texture_params_init(this)); }
+};
+
 // The parameters of `scan`, with their defaults.
 struct ScanParams : srf_scan_params {
     ScanParams() { check(srf_scan_params_init(this)); }
@@ -624,6 +629,11 @@ struct UnwrapReport : srf_unwrap_report {
     UnwrapReport() { check(srf_unwrap_report_init(this)); }
 };
 
+// The figures of texturing.
+struct TextureReport : srf_texture_report {
+    TextureReport() { check(srf_texture_report_init(this)); }
+};
+
 // A mesh as a surface: counts, and what follows from them. Triangles that name a vertex out of range or a vertex twice are counted, then left out of all that follows. So are vertices without a triangle.
 struct CheckReport : srf_check_report {
     CheckReport() { check(srf_check_report_init(this)); }
@@ -673,6 +683,11 @@ struct Snap : srf_snap_report {
     std::vector<std::size_t> touched;
     // Ways that it may turn or slide.
     std::vector<srf_freedom> ways() const { return {freedoms, freedoms + freedoms_count}; }
+};
+
+// The figures of a photo.
+struct TexturedPhoto : srf_textured_photo {
+    TexturedPhoto() { check(srf_textured_photo_init(this)); }
 };
 
 // The axis of a turntable, in the frame that scans were taken in.
@@ -764,6 +779,9 @@ inline Pose ground(const srf_plane &plane, const std::array<double, 3> &up = {0,
     check(srf_ground(&plane, up.data(), &similarity));
     return similarity;
 }
+
+class Photo;
+class Textures;
 
 // A triangle mesh.
 class Mesh : public detail::Handle<srf_mesh, srf_mesh_free> {
@@ -945,6 +963,11 @@ public:
         return Mesh(mesh);
     }
 
+    // Images of it, which has texture coordinates, from photos and from the detailed surface that it stands for. The figures go to
+    // `report`, if given.
+    Textures textured(const Mesh &detail, const std::vector<const Photo *> &photos = {}, const TextureParams &params = {},
+                      TextureReport *report = nullptr, const Progress &progress = {}) const;
+
     // By the ending of the name: .ply, .glb, .obj, .stl.
     void write(const std::string &path, const WriteOptions &options = {}, const Progress &progress = {}) const
     {
@@ -1017,6 +1040,102 @@ private:
         return removed;
     }
 };
+
+// A photo whose camera is known.
+class Photo : public detail::Handle<srf_photo, srf_photo_free> {
+public:
+    using Handle::Handle;
+
+    // Three numbers a pixel, or four of which the last is passed over, row after row. The pixels are copied.
+    template <std::size_t N>
+    static Photo create(std::size_t rows, std::size_t cols, const srf_projection &camera, View<std::uint8_t, N> pixels,
+                        const Pose &world_from_camera, const std::string &name)
+    {
+        return make(rows, cols, camera, pixels.array(), world_from_camera, name, 0, 0, nullptr);
+    }
+
+    // With depths along the axis of the camera, of an image of its own size.
+    template <std::size_t N, typename Real>
+    static Photo create(std::size_t rows, std::size_t cols, const srf_projection &camera, View<std::uint8_t, N> pixels,
+                        const Pose &world_from_camera, const std::string &name, std::size_t depth_rows, std::size_t depth_cols,
+                        View<Real> depths)
+    {
+        const srf_array array = depths.array();
+        return make(rows, cols, camera, pixels.array(), world_from_camera, name, depth_rows, depth_cols, &array);
+    }
+
+private:
+    static Photo make(std::size_t rows, std::size_t cols, const srf_projection &camera, const srf_array &pixels,
+                      const Pose &world_from_camera, const std::string &name, std::size_t depth_rows, std::size_t depth_cols,
+                      const srf_array *depths)
+    {
+        srf_photo *photo = nullptr;
+        check(srf_photo_create(rows, cols, &camera, &pixels, &world_from_camera, name.c_str(), depth_rows, depth_cols, depths, &photo));
+        return Photo(photo);
+    }
+};
+
+// The images of a mesh, in square tiles of one size.
+class Textures : public detail::Handle<srf_textures, srf_textures_free> {
+public:
+    using Handle::Handle;
+
+    // Columns and rows of a tile, and the number of tiles.
+    std::pair<std::size_t, std::size_t> size() const
+    {
+        std::pair<std::size_t, std::size_t> found;
+        check(srf_textures_size(get(), &found.first, &found.second));
+        return found;
+    }
+
+    // Images of a tile, row after row from the top. Those that were not asked for are empty.
+    View<std::uint8_t, 3> colour(std::size_t tile = 0) const { return view<std::uint8_t, 3>(tile, SRF_TEXTURE_MAP_COLOUR); }
+    View<std::uint8_t> mask(std::size_t tile = 0) const { return view<std::uint8_t, 1>(tile, SRF_TEXTURE_MAP_MASK); }
+    View<std::uint8_t, 3> normal(std::size_t tile = 0) const { return view<std::uint8_t, 3>(tile, SRF_TEXTURE_MAP_NORMAL); }
+    View<std::uint16_t> height(std::size_t tile = 0) const { return view<std::uint16_t, 1>(tile, SRF_TEXTURE_MAP_HEIGHT); }
+    View<std::uint8_t> occlusion(std::size_t tile = 0) const { return view<std::uint8_t, 1>(tile, SRF_TEXTURE_MAP_OCCLUSION); }
+
+    // Of a photo, in the order in which they were given: the pose of its camera as it was used, its figures, and why nothing was taken
+    // of it, which is empty if it was used.
+    Pose pose(std::size_t photo) const
+    {
+        Pose pose;
+        check(srf_textures_pose(get(), photo, &pose));
+        return pose;
+    }
+    TexturedPhoto photo(std::size_t photo) const
+    {
+        TexturedPhoto found;
+        check(srf_textures_photo(get(), photo, &found));
+        return found;
+    }
+    std::string reason(std::size_t photo) const
+    {
+        const char *reason = nullptr;
+        check(srf_textures_reason(get(), photo, &reason));
+        return reason;
+    }
+
+private:
+    template <typename T, std::size_t N>
+    View<T, N> view(std::size_t tile, srf_texture_map map) const
+    {
+        srf_array image{};
+        check(srf_textures_image(get(), tile, map, &image));
+        return View<T, N>(image);
+    }
+};
+
+inline Textures Mesh::textured(const Mesh &detail, const std::vector<const Photo *> &photos, const TextureParams &params,
+                               TextureReport *report, const Progress &progress) const
+{
+    std::vector<const srf_photo *> handles;
+    for (const Photo *photo : photos) handles.push_back(photo->get());
+    srf_textures *textures = nullptr;
+    detail::Watcher watcher(progress);
+    watcher.check(srf_mesh_texture(get(), detail.get(), handles.data(), handles.size(), &params, watcher.get(), &textures, report));
+    return Textures(textures);
+}
 
 // Refuses, before the work that a mesh takes, a file's name or options that Mesh::write() will refuse. No file is looked at.
 inline void check_mesh_file(const std::string &path, const WriteOptions &options = {})

@@ -24,7 +24,7 @@ pub enum srf_type {
     SRF_TYPE_U32 = 4,
     /// uint8_t
     SRF_TYPE_U8 = 5,
-    /// uint16_t, of the depths of frames
+    /// uint16_t, of the depths of frames and of height maps
     SRF_TYPE_U16 = 6,
 }
 
@@ -285,8 +285,17 @@ impl<'a> Borrowed<'a> {
         }
     }
 
+    /// The colours of an image of 3 or 4 numbers a pixel. Of 4 the last is passed over.
+    pub fn opaque_image(name: &'a str, array: *const srf_array, rows: Rows) -> Result<Vec<[u8; 3]>, Failure> {
+        match pointer::read_struct(array).map_or(3, |array| array.components) {
+            3 => Self::image(name, array, 3, rows)?.opaque::<3>(),
+            4 => Self::image(name, array, 4, rows)?.opaque::<4>(),
+            other => Err(Failure::new(SRF_ERR_PARAMETER, format!("{name}: components must be 3 or 4, got {other}"))),
+        }
+    }
+
     /// The first three of the `N` numbers of a colour.
-    pub fn opaque<const N: usize>(&self) -> Result<Vec<[u8; 3]>, Failure>
+    fn opaque<const N: usize>(&self) -> Result<Vec<[u8; 3]>, Failure>
     where
         [u8; N]: AnyBitPattern,
     {
@@ -391,6 +400,21 @@ pub fn flags(values: &[bool]) -> srf_array {
 /// A view of colours.
 pub fn colours(values: &[[u8; 4]]) -> srf_array {
     view(values, SRF_TYPE_U8, 4)
+}
+
+/// A view of colours without alpha, or of normals in bytes.
+pub fn opaque(values: &[[u8; 3]]) -> srf_array {
+    view(values, SRF_TYPE_U8, 3)
+}
+
+/// A view of bytes.
+pub fn bytes(values: &[u8]) -> srf_array {
+    view(values, SRF_TYPE_U8, 1)
+}
+
+/// A view of whole numbers of 16 bits.
+pub fn words(values: &[u16]) -> srf_array {
+    view(values, SRF_TYPE_U16, 1)
 }
 
 /// A view of an attribute.

@@ -255,17 +255,10 @@ impl Form {
     }
 
     fn colour(&self, colours: *const srf_array) -> Result<Option<ColourImage>, Failure> {
-        let Some(given) = pointer::read_struct(colours) else { return Ok(None) };
-        let pixels = match given.components {
-            4 => Borrowed::image("colours", colours, 4, self.colours)?.opaque::<4>()?,
-            3 => Borrowed::image("colours", colours, 3, self.colours)?.opaque::<3>()?,
-            other => {
-                return Err(Failure::new(
-                    SRF_ERR_PARAMETER,
-                    format!("colours: components must be 3 or 4, got {other}"),
-                ));
-            }
-        };
+        if colours.is_null() {
+            return Ok(None);
+        }
+        let pixels = Borrowed::opaque_image("colours", colours, self.colours)?;
         Ok(Some(ColourImage {
             camera: self.colour_camera,
             pixels,

@@ -30,6 +30,7 @@
 //! | `merger` | The scans of a merge: added, replaced, removed, and what is kept of them from run to run |
 //! | `mesh` | Meshes |
 //! | `params` | Structs of parameters, a file an operation, and how what is in them becomes the core's parameters |
+//! | `photo` | Photos whose cameras are known |
 //! | `pointer` | Pointers of the caller, checked and used in one place |
 //! | `pose` | Poses across the border |
 //! | `prepare_print` | Preparing a print |
@@ -51,6 +52,7 @@
 //! | `spline` | B-spline surfaces through quad grids |
 //! | `status` | The outcome of a call, and what is kept of the last failure |
 //! | `text` | Texts as C wants them |
+//! | `texture` | The images of a mesh, made of photos and of the detailed surface that it stands for |
 //! | `unwrap` | Texture coordinates |
 //! | `version` | Version of this library |
 //! | `vertices` | Range images as hosts keep them: a mesh of a vertex a valid pixel, whatever its user does with it |
@@ -96,6 +98,7 @@ mod merge;
 mod merger;
 mod mesh;
 mod params;
+mod photo;
 mod pointer;
 mod pose;
 mod prepare_print;
@@ -117,6 +120,7 @@ mod sources;
 mod spline;
 mod status;
 mod text;
+mod texture;
 mod unwrap;
 mod version;
 mod vertices;

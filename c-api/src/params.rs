@@ -15,6 +15,7 @@ pub mod reconstruct;
 pub mod scan;
 pub mod sculpt;
 pub mod spline;
+pub mod texture;
 pub mod triangulate;
 pub mod unwrap;
 pub mod write;

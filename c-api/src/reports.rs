@@ -13,4 +13,5 @@ pub mod quads;
 pub mod reconstruct;
 pub mod sculpt;
 pub mod snap;
+pub mod texture;
 pub mod unwrap;

@@ -392,6 +392,30 @@ inline const Parameters unwrap_parameters = {
      false, 4, 1.1, 1000, false, offsetof(srf_unwrap_params, max_stretch), {}},
 };
 
+inline const Parameters texture_parameters = {
+    {Kind::count, "size", "Size",
+     "Columns and rows of a tile, in texels. 16 to 16384.",
+     false, 2048, 16, 16384, true, offsetof(srf_texture_params, size), {}},
+    {Kind::flag, "refine_cameras", "Refine cameras",
+     "Poses of the cameras are moved a little until the photos agree with each other on the surface. Off: cameras stay where they are.",
+     false, 1, 0, 1, true, offsetof(srf_texture_params, refine_cameras), {}},
+    {Kind::flag, "match_exposure", "Match exposure",
+     "Photos are made equally bright, channel by channel: exposure and white balance differ from photo to photo. Off: colours are taken as they are.",
+     false, 1, 0, 1, true, offsetof(srf_texture_params, match_exposure), {}},
+    {Kind::flag, "drop_highlights", "Drop highlights",
+     "Of three photos and more that see a place the brightest is left out where it is brighter than the others: reflections of lamps only add light. Off: highlights are averaged with the rest.",
+     false, 1, 0, 1, true, offsetof(srf_texture_params, drop_highlights), {}},
+    {Kind::flag, "normal_map", "Normal map",
+     "A normal map is made, in the tangent space of MikkTSpace, y up. Off: none is made.",
+     false, 0, 0, 1, true, offsetof(srf_texture_params, normal_map), {}},
+    {Kind::flag, "height_map", "Height map",
+     "A map of the height of the detailed surface over the mesh is made. Off: none is made.",
+     false, 0, 0, 1, true, offsetof(srf_texture_params, height_map), {}},
+    {Kind::count, "occlusion_rays", "Occlusion rays",
+     "Rays per place of the map of ambient occlusion. 16 suffice for most. 0: none is made. 0 to 4096.",
+     false, 0, 0, 4096, true, offsetof(srf_texture_params, occlusion_rays), {}},
+};
+
 inline const Parameters scan_parameters = {
     {Kind::length, "noise", "Noise",
      "Standard deviation of the Gaussian noise along each ray. >= 0.",

@@ -164,6 +164,17 @@ pub fn colours(value: &Bound<'_, PyAny>, what: &str, elements: &[Extent]) -> PyR
     Ok(bytes.chunks_exact(channels).map(|c| [c[0], c[1], c[2], if channels == 4 { c[3] } else { 255 }]).collect())
 }
 
+/// An image of shape (rows, cols, 3) or (rows, cols, 4) as [`colours`] takes them, without alpha: columns and rows, and the pixels.
+///
+/// # Errors
+/// As [`colours`].
+pub fn image(value: &Bound<'_, PyAny>, what: &str) -> PyResult<([usize; 2], Vec<[u8; 3]>)> {
+    let array = value.py().import("numpy")?.call_method1("asarray", (value,))?;
+    let pixels = colours(&array, what, &[None, None])?;
+    let shape = untyped_shape(&array)?;
+    Ok(([shape[1], shape[0]], pixels.into_iter().map(|[red, green, blue, _]| [red, green, blue]).collect()))
+}
+
 /// Colours of shape (n, 4), uint8, looked up in a table of 256 values a channel, all channels in one flat array.
 ///
 /// # Errors

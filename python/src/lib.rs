@@ -30,6 +30,7 @@
 //! | `operations` | The core's operations: what each takes and gives, and what it is called where |
 //! | `params` | The core's parameter table, and parameters from keyword arguments |
 //! | `paths` | Paths as Python has them: texts, bytes of the system's own coding, and objects that say one of these |
+//! | `photo` | `Photo`: a photo whose camera is known |
 //! | `pickling` | Objects as pickle takes them: a kind and the parts of that, from which `_again` makes the object in another process, to the bit |
 //! | `point_cloud` | `PointCloud`: what a file of points without a grid reads as |
 //! | `prepare_print` | Closed meshes made ready for printing |
@@ -48,6 +49,7 @@
 //! | `settings` | Settings of the whole library in this process |
 //! | `similarity` | True size and ground: one similarity for all scans |
 //! | `sources` | Scans as Python hands them over |
+//! | `texture` | Images of meshes, made of photos |
 //! | `unpickling` | Objects made again of what `crate::pickling` gave pickle, to the bit |
 //! | `unwrap` | Meshes with texture coordinates |
 //! | `vertices` | `GridCamera`, and images of the vertices that a host keeps |
@@ -86,6 +88,7 @@ mod mesh;
 mod operations;
 mod params;
 mod paths;
+mod photo;
 mod pickling;
 mod point_cloud;
 mod prepare_print;
@@ -104,6 +107,7 @@ mod select;
 mod settings;
 mod similarity;
 mod sources;
+mod texture;
 mod unpickling;
 mod unwrap;
 mod vertices;
@@ -153,6 +157,8 @@ mod _native {
     #[pymodule_export]
     use crate::params::{_nearest, Parameter, parameters};
     #[pymodule_export]
+    use crate::photo::Photo;
+    #[pymodule_export]
     use crate::point_cloud::PointCloud;
     #[pymodule_export]
     use crate::prepare_print::{Prepared, prepare_print};
@@ -180,6 +186,8 @@ mod _native {
     use crate::settings::{memory_limit, set_memory_limit};
     #[pymodule_export]
     use crate::similarity::{Similarity, ground, true_size};
+    #[pymodule_export]
+    use crate::texture::{TextureTile, Textured, texture};
     #[pymodule_export]
     use crate::unpickling::_again;
     #[pymodule_export]

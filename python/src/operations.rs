@@ -81,7 +81,7 @@ impl Operation {
 /// Every operation of the library, in the order of the work.
 ///
 /// >>> [one.name for one in surfrecon.operations() if one.takes == ["a mesh"]]
-/// ['write', 'check_print', 'prepare_print', 'unwrap', 'check', 'scan']
+/// ['write', 'check_print', 'prepare_print', 'unwrap', 'texture', 'check', 'scan']
 #[pyfunction]
 #[pyo3(name = "operations")]
 pub fn all() -> Vec<Operation> {

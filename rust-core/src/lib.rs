@@ -21,7 +21,7 @@ pub mod reports;
 #[doc(inline)]
 pub use geom;
 #[doc(inline)]
-pub use image::{frame, range_image, rigid, select, source, triangulate, vertices};
+pub use image::{frame, photo, range_image, rigid, select, source, triangulate, vertices};
 #[doc(inline)]
 pub use io::{export, import, memory_folder};
 #[doc(inline)]
@@ -48,6 +48,8 @@ pub use reconstruct;
 pub use scan;
 #[doc(inline)]
 pub use sculpt;
+#[doc(inline)]
+pub use texture;
 #[doc(inline)]
 pub use unwrap;
 // end

@@ -22,6 +22,7 @@ pub const OPERATIONS: &[Operation] = &[
     close::print::OPERATION,
     printing::OPERATION,
     unwrap::OPERATION,
+    texture::OPERATION,
     mesh::CHECK_OPERATION,
     scan::OPERATION,
 ];

@@ -121,6 +121,7 @@ mod tests {
         try_all::<reconstruct::ReconstructParams>();
         try_all::<scan::ScanParams>();
         try_all::<sculpt::SculptParams>();
+        try_all::<texture::TextureParams>();
         try_all::<unwrap::UnwrapParams>();
         // end
     }

@@ -262,6 +262,8 @@ mod tests {
         look_at::<quads::QuadReport>();
         look_at::<reconstruct::ReconstructReport>();
         look_at::<sculpt::SculptReport>();
+        look_at::<texture::TexturedPhoto>();
+        look_at::<texture::TextureReport>();
         look_at::<unwrap::UnwrapReport>();
         // end
         for reported in reports() {

@@ -5,19 +5,25 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
+use glam::{DAffine3, DMat3, DVec3};
 use surfrecon::close::print::{PrintParams, check_print};
 use surfrecon::cluster::ClusterParams;
+use surfrecon::frame::Camera;
 use surfrecon::geom::bvh::Bvh;
 use surfrecon::geom::delaunay3::Delaunay3;
+use surfrecon::photo::{Photo, PhotoInMemory, Pixels};
 use surfrecon::printing::{PrepareParams, prepare_print};
 use surfrecon::quads::QuadParams;
 use surfrecon::range_image::Projection;
 use surfrecon::reconstruct::ReconstructParams;
 use surfrecon::scan::shapes::Shape;
 use surfrecon::sculpt::{SculptParams, Tolerance};
+use surfrecon::texture::TextureParams;
 use surfrecon::triangulate::TriangulateParams;
 use surfrecon::unwrap::{UnwrapParams, unwrap};
-use surfrecon::{Error, PointCloud, Progress, RangeImage, Result, cluster, memory, quads, reconstruct, sculpt};
+use surfrecon::{
+    Error, PointCloud, Progress, RangeImage, Result, cluster, memory, quads, reconstruct, sculpt, texture,
+};
 
 struct Counting;
 
@@ -49,6 +55,23 @@ fn image(side: usize) -> RangeImage {
     });
     let projection = Projection::Orthographic { first: [0.0; 2], step: [1.0; 2] };
     RangeImage::from_values(side, side, values.collect(), projection).unwrap()
+}
+
+/// Photos of so many rows and columns of a sphere of radius 10, from all sides.
+fn photos_of(pixels: usize, count: usize) -> Vec<PhotoInMemory> {
+    let camera = Camera::sized([1.2 * pixels as f64; 2], [pixels as f64 / 2.0; 2], [pixels; 2]);
+    let of = |i: usize| {
+        let turn = DMat3::from_rotation_y(std::f64::consts::TAU * i as f64 / count as f64);
+        let grey = |k: usize| [(60 + (k * 7 + i) % 90) as u8; 3];
+        PhotoInMemory {
+            name: format!("photo {i:02}"),
+            camera,
+            world_from_camera: DAffine3 { matrix3: turn, translation: turn * DVec3::new(0.0, 0.0, -30.0) },
+            pixels: Pixels { size: [pixels; 2], colours: (0..pixels * pixels).map(grey).collect() },
+            depths: None,
+        }
+    };
+    (0..count).map(of).collect()
 }
 
 /// Theorem: with half of what the work took at its peak allowed it is refused before it takes a tenth of that. With three times the peak it
@@ -100,6 +123,13 @@ fn work_that_does_not_fit_is_refused() {
     foreseen("unwrap", || unwrap(&light, &small_tile, &progress).map(drop));
     let large_tile = UnwrapParams { size: 8192, ..UnwrapParams::default() };
     foreseen("unwrap in a large tile", || unwrap(&light, &large_tile, &progress).map(drop));
+    let flat = unwrap(&light, &small_tile, &progress).unwrap().mesh;
+    for (name, size, photos) in [("texture", 512, photos_of(80, 2)), ("texture of many photos", 64, photos_of(700, 12))]
+    {
+        let params = TextureParams { size, ..TextureParams::default() };
+        let photos: Vec<&dyn Photo> = photos.iter().map(|photo| photo as &dyn Photo).collect();
+        foreseen(name, || texture::run(&flat, &light, &photos, &params, &progress).map(drop));
+    }
     foreseen("check print", || check_print(&sphere, &PrintParams::default(), &progress).map(drop));
     let print = PrepareParams { flat_base: true, ..PrepareParams::default() };
     foreseen("prepare print", || prepare_print(&sphere, &print, &progress).map(drop));

@@ -248,6 +248,28 @@ try {
     UnwrapReport atlas;
     const Mesh flat = mesh.unwrapped({}, &atlas);
     must(atlas.charts > 0 && flat.attribute<float>(SRF_DOMAIN_VERTICES, "s").size() == flat.positions().size(), "unwrapped");
+    Pose camera_below;
+    camera_below.matrix[14] = -3;
+    const std::vector<std::uint8_t> red = [] {
+        std::vector<std::uint8_t> pixels;
+        for (int i = 0; i < 40 * 50; ++i) pixels.insert(pixels.end(), {200, 20, 10});
+        return pixels;
+    }();
+    const Projection lens = Projection::pinhole(60, 60, 24.5, 19.5);
+    const std::vector<float> far_off(4 * 5, 9.0F);
+    const Photo photo = Photo::create(40, 50, lens, View<std::uint8_t, 3>(red), camera_below, "below");
+    const Photo deep = Photo::create(40, 50, lens, View<std::uint8_t, 3>(red), camera_below, "deep", 4, 5, View<float>(far_off));
+    TextureParams maps;
+    maps.size = 64;
+    maps.height_map = 1;
+    TextureReport baked;
+    const Textures textures = flat.textured(mesh, {&photo, &deep}, maps, &baked);
+    must(textures.size() == std::pair<std::size_t, std::size_t>(64, 1) && baked.seen > 0 && baked.seen <= baked.texels, "textured");
+    must(textures.colour().size() == 64 * 64 && textures.mask().size() == 64 * 64 && textures.height().size() == 64 * 64, "images");
+    must(textures.normal().empty() && textures.occlusion().empty() && textures.colour()[0][0] > 150, "colours");
+    must(textures.photo(0).texels > 0 && textures.reason(1).empty() && textures.pose(1).matrix[14] == -3, "photos");
+    text_of<Error>([&] { textures.colour(1); });
+    must(text_of<Error>([&] { mesh.textured(mesh, {&photo}); }).find("unwrap it first") != std::string::npos, "no coordinates");
     mesh.write_obj("exercise.obj");
     for (const std::string &name : {std::string(), std::string("statue")}) {
         const std::string expected = "\"name\":\"" + (name.empty() ? "mesh" : name) + "\"";

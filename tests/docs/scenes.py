@@ -5,6 +5,7 @@ import shutil
 
 import made_scans
 import numpy as np
+import photos
 import recordings
 import surfrecon
 from heaps import look, pushed
@@ -117,6 +118,11 @@ class Scenes:
     def table(self, folder):
         """Scans of something that stands on a floor."""
         return {"scans": surfrecon.open(self.phone)}
+
+    def photographed(self, folder):
+        """A light mesh, the detailed surface that it stands for, and photos of that."""
+        detail = torus(24)
+        return {"light": torus(8), "detail": detail, "photos": photos.around(detail, count=3)}
 
     def nothing(self, folder):
         """Examples that make all they need."""

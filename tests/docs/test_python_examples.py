@@ -41,7 +41,12 @@ FOUND = {
 DOCSTRINGS_FOUND = {
     "Frame": "table",
     "LeftOutReport": "table",
+    "Photo": "table",
     "Pick": "points_picked",
+    "TextureReport": "photographed",
+    "TextureTile": "photographed",
+    "Textured": "photographed",
+    "TexturedPhoto": "photographed",
     "distributed.Plan": "planned",
     "distributed.Plan.make": "planned",
     "distributed.Plan.read": "planned",
@@ -49,6 +54,7 @@ DOCSTRINGS_FOUND = {
     "dominant_plane": "table",
     "recording_of": "recording",
     "remove": "table",
+    "texture": "photographed",
 }
 # Those that need MeshLab or a cluster, whose tests run them.
 ELSEWHERE = {

@@ -147,6 +147,8 @@ class Library:
             return (self.structs["srf_pose"] * len(columns)).from_buffer_copy(np.ascontiguousarray(columns))
         if kind == "const srf_projection *":
             return self.projection(value)
+        if kind.endswith("*const *") and isinstance(value, list):
+            return (ctypes.c_void_p * len(value))(*(handle.value for handle in value))
         if kind.startswith("const ") and kind.endswith(" *") and kind[6:-2] in SCALARS:
             return (SCALARS[kind[6:-2]] * np.size(value))(*np.ravel(value))
         return value

@@ -9,6 +9,7 @@ import os
 
 import c_library
 import numpy as np
+import photos
 import pytest
 import shapes
 import surfrecon
@@ -341,6 +342,35 @@ def test_texture_coordinates(c):
     same(c.attributes(found, 1)["t"], unwrapped.uv[:, 1])
     same(c.attributes(found, 1)["source_vertex"], unwrapped.source.view(np.int32))
     same(c.attributes(found, 2)["chart"], unwrapped.chart)
+
+
+def test_textures(c):
+    ring, fine = shapes.torus(detail=8), photos.coloured(shapes.torus(detail=16))
+    flat = surfrecon.unwrap(ring, size=128, padding=2).mesh
+    taken = photos.around(fine, count=3)
+    taken.append(photos.photo_of(fine, "deep", (0, 0, 6), depths=np.full((10, 12), 6.0, np.float32)))
+    options = dict(size=128, normal_map=True, height_map=True, occlusion_rays=2)
+    handles = []
+    for photo in taken:
+        rows, cols = photo.shape
+        projection = dict(kind="pinhole", focal=photo.focal, centre=photo.centre, depth="planar")
+        pixels, depths = photo.read().reshape(-1, 3), photo.read_depths()
+        size = (0, 0) if depths is None else depths.shape
+        measured = None if depths is None else depths.reshape(-1)
+        pose, name = photo.world_from_camera, photo.name
+        handles.append(c.photo_create(rows, cols, projection, pixels, pose, name, *size, measured))
+    params = c.struct("texture_params", **options)
+    found, report = c.mesh_texture(c.mesh(flat), c.mesh(fine), handles, len(handles), params)
+    textured = surfrecon.texture(flat, fine, taken, **options)
+    same_report(report, textured.report, 3)
+    assert c.textures_size(found) == [128, 1]
+    (tile,) = textured.tiles
+    for number, image in enumerate((tile.colour, tile.mask, tile.normal, tile.height, tile.occlusion), 1):
+        same(c.textures_image(found, 0, number).reshape(image.shape), image)
+    for k, (photo, pose) in enumerate(zip(textured.report.photos, textured.world_from_camera, strict=True)):
+        same(c.textures_pose(found, k), pose)
+        same_report(c.textures_photo(found, k), photo, 3)
+        assert c.textures_reason(found, k) == photo.reason
 
 
 def test_an_alignment_and_one_scan_drawn_to_the_others(c, truth, heap, aligned, in_place):

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import surfrecon
 from heaps import look
+from photos import photo_of
 from shapes import torus, torus_scans
 
 KINDS = [
@@ -30,6 +31,9 @@ def same(a, b):
 # Those of a phone's recording and of a scan that slides, which other tests have.
 ELSEWHERE = {surfrecon.LeftOutReport, surfrecon.Freedom}
 
+# Operations whose reports are made one by one.
+ONE_BY_ONE = {"align", "merge", "sculpt", "reconstruct", "cluster", "texture", "write"}
+
 
 @pytest.fixture(scope="module")
 def reports(tmp_path_factory):
@@ -39,6 +43,8 @@ def reports(tmp_path_factory):
     clustered = surfrecon.cluster(mesh, vertices=60).report
     aligner = surfrecon.Aligner(look())
     aligned = aligner.align(turntable="equal").report
+    photos = [photo_of(mesh, "one", (0, 0, 6))]
+    textured = surfrecon.texture(surfrecon.unwrap(torus(8)).mesh, torus(8), photos, size=64).report
     found = [
         surfrecon.merge(scans, voxel=0.1).report,
         surfrecon.sculpt(scans[0]).report,
@@ -53,12 +59,14 @@ def reports(tmp_path_factory):
         aligned.pairs[0],
         aligned.turntable,
         aligner.snap(1, np.eye(4)),
+        textured,
+        textured.photos[0],
     ]
     # Operations that nothing above runs.
     content = {"a mesh": torus(), "points": mesh.positions, "a range image": scans[0], "scans": scans}
     for operation in surfrecon.operations():
         run = getattr(surfrecon, operation.name, None)
-        if run is not None and operation.name not in {"align", "merge", "sculpt", "reconstruct", "cluster", "write"}:
+        if run is not None and operation.name not in ONE_BY_ONE:
             made = next((run(content[kind]) for kind in operation.takes if kind in content), None)
             found += [made.report] if hasattr(made, "report") else []
     return {type(report): report for report in found}

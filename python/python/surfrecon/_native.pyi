@@ -23,6 +23,7 @@ from ._reports import (
     ReconstructReport,
     SculptReport,
     Snap,
+    TextureReport,
     UnwrapReport,
 )
 
@@ -46,6 +47,7 @@ __all__ = [
     "Mesh",
     "Operation",
     "Parameter",
+    "Photo",
     "Pick",
     "Plane",
     "PointCloud",
@@ -60,6 +62,8 @@ __all__ = [
     "Sculptor",
     "Similarity",
     "Spline",
+    "TextureTile",
+    "Textured",
     "Unwrapped",
     "__version__",
     "_again",
@@ -105,6 +109,7 @@ __all__ = [
     "sculpture",
     "set_memory_limit",
     "surface_distance",
+    "texture",
     "transformed",
     "true_size",
     "turntable",
@@ -958,6 +963,23 @@ class Job:
         # end
     ) -> Job: ...
     @staticmethod
+    def texture(
+        mesh: Mesh,
+        detail: Mesh,
+        photos: Iterable[Photo] | None = None,
+        *,
+        # options: texture
+        size: int | None = 2048,
+        refine_cameras: bool | None = True,
+        match_exposure: bool | None = True,
+        drop_highlights: bool | None = True,
+        normal_map: bool | None = False,
+        height_map: bool | None = False,
+        occlusion_rays: int | None = 0,
+        threads: int | None = 0,
+        # end
+    ) -> Job: ...
+    @staticmethod
     def unwrap(
         mesh: Mesh,
         *,
@@ -1610,6 +1632,32 @@ def close(
 ) -> Closed: ...
 
 @final
+class Photo:
+    def __new__(
+        cls,
+        name: str,
+        pixels: ArrayLike | Callable[[], ArrayLike],
+        focal: tuple[float, float],
+        centre: tuple[float, float],
+        world_from_camera: ArrayLike,
+        depths: ArrayLike | None = None,
+        *,
+        shape: tuple[int, int] | None = None,
+    ) -> Photo: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def shape(self) -> tuple[int, int]: ...
+    @property
+    def focal(self) -> tuple[float, float]: ...
+    @property
+    def centre(self) -> tuple[float, float]: ...
+    @property
+    def world_from_camera(self) -> _Matrix: ...
+    def read(self) -> NDArray[np.uint8]: ...
+    def read_depths(self) -> NDArray[np.float32] | None: ...
+
+@final
 class Prepared:
     @property
     def mesh(self) -> Mesh: ...
@@ -1639,6 +1687,48 @@ def prepare_print(
     # end
     progress: _Progress | None = None,
 ) -> Prepared: ...
+
+@final
+class Textured:
+    @property
+    def size(self) -> int: ...
+    @property
+    def tiles(self) -> list[TextureTile]: ...
+    @property
+    def world_from_camera(self) -> NDArray[np.float64]: ...
+    @property
+    def report(self) -> TextureReport: ...
+
+@final
+class TextureTile:
+    @property
+    def colour(self) -> NDArray[np.uint8]: ...
+    @property
+    def mask(self) -> NDArray[np.uint8]: ...
+    @property
+    def normal(self) -> NDArray[np.uint8] | None: ...
+    @property
+    def height(self) -> NDArray[np.uint16] | None: ...
+    @property
+    def occlusion(self) -> NDArray[np.uint8] | None: ...
+
+def texture(
+    mesh: Mesh,
+    detail: Mesh,
+    photos: Iterable[Photo] | None = None,
+    *,
+    # options: texture
+    size: int | None = 2048,
+    refine_cameras: bool | None = True,
+    match_exposure: bool | None = True,
+    drop_highlights: bool | None = True,
+    normal_map: bool | None = False,
+    height_map: bool | None = False,
+    occlusion_rays: int | None = 0,
+    threads: int | None = 0,
+    # end
+    progress: _Progress | None = None,
+) -> Textured: ...
 
 @final
 class Unwrapped:

@@ -28,6 +28,8 @@ __all__ = [
     "Report",
     "SculptReport",
     "Snap",
+    "TextureReport",
+    "TexturedPhoto",
     "TriangleShapes",
     "TurntableFound",
     "UnwrapReport",
@@ -756,6 +758,60 @@ class UnwrapReport(Report):
     collapsed: int
     collapsed_area: float
     moved: int
+    seconds: dict[str, float]
+
+
+class TexturedPhoto(Report):
+    """A photo, and how it was used.
+
+    >>> flat = surfrecon.unwrap(light, size=128).mesh
+    >>> report = surfrecon.texture(flat, detail, photos, size=128).report
+    >>> [photo.name for photo in report.photos] == [photo.name for photo in photos]
+    True
+
+    Attributes:
+        name: Its name.
+        reason: Reason why nothing was taken of it. Empty for a photo that was used.
+        texels: Texels that it sees.
+        gain: Factors of its light: red, green, blue.
+        moved: Distance by which its camera was moved: pixels, in the root mean square over the surface.
+    """
+
+    __slots__ = ()
+    name: str
+    reason: str
+    texels: int
+    gain: tuple[float, float, float]
+    moved: float
+
+
+class TextureReport(Report):
+    """The figures of texturing.
+
+    >>> flat = surfrecon.unwrap(light, size=128).mesh
+    >>> report = surfrecon.texture(flat, detail, photos, size=128).report
+    >>> 0 < report.seen <= report.texels < 128**2
+    True
+
+    Attributes:
+        tiles: Tiles.
+        texels: Texels that triangles cover.
+        seen: Texels that a photo sees.
+        photos: The photos, in the order in which they were given.
+        differences: Grey by which the photos differ from their mean, of 255, in the root mean square: before and
+            after cameras were moved. There is none if no camera could be moved. Then it is ``None``.
+        heights: Heights that 0 and 65,535 of the height map stand for. There are none without a height map. Then it
+            is ``None``. In the unit of the scans.
+        seconds: Wall-clock seconds by the name of the stage.
+    """
+
+    __slots__ = ()
+    tiles: int
+    texels: int
+    seen: int
+    photos: list[TexturedPhoto]
+    differences: tuple[float, float] | None
+    heights: tuple[float, float] | None
     seconds: dict[str, float]
 
 

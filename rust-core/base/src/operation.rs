@@ -27,6 +27,8 @@ pub enum DataKind {
     Spline,
     /// A plane.
     Plane,
+    /// Images of a mesh.
+    Textures,
 }
 
 impl DataKind {
@@ -42,6 +44,7 @@ impl DataKind {
             DataKind::Poses => "poses",
             DataKind::Spline => "a spline surface",
             DataKind::Plane => "a plane",
+            DataKind::Textures => "textures",
         }
     }
 }

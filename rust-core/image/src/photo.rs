@@ -50,6 +50,43 @@ pub struct Depths {
     pub values: Vec<f32>,
 }
 
+/// A photo whose pixels lie in memory.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PhotoInMemory {
+    /// Its name.
+    pub name: String,
+    /// Its camera, with a size.
+    pub camera: Camera,
+    /// Pose of the camera.
+    pub world_from_camera: DAffine3,
+    /// The pixels.
+    pub pixels: Pixels,
+    /// Depths beside it.
+    pub depths: Option<Depths>,
+}
+
+impl Photo for PhotoInMemory {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn camera(&self) -> Camera {
+        self.camera
+    }
+
+    fn world_from_camera(&self) -> DAffine3 {
+        self.world_from_camera
+    }
+
+    fn pixels(&self) -> Result<Pixels> {
+        Ok(self.pixels.clone())
+    }
+
+    fn depths(&self) -> Result<Option<Depths>> {
+        Ok(self.depths.clone())
+    }
+}
+
 /// Places of the photos in the order of their names.
 ///
 /// # Errors
@@ -63,25 +100,30 @@ pub fn in_order(photos: &[&dyn Photo]) -> Result<Vec<usize>> {
             return Err(Error::input(format!("two photos are called {name}: names must differ")));
         }
     }
-    for &i in &order {
-        let (name, camera) = (photos[i].name(), photos[i].camera());
-        camera.validate().map_err(|error| Error::input(format!("{name}: {error}")))?;
-        if camera.size.is_none_or(|size| size.contains(&0)) {
-            return Err(Error::input(format!(
-                "{name}: the camera has no size, but needs columns and rows of its photo"
-            )));
-        }
-        let pose = photos[i].world_from_camera();
-        magnitude::place(&format!("{name}: the position of the camera"), pose.translation)?;
-        let turn = pose.matrix3;
-        let is_rigid = (turn * turn.transpose() - glam::DMat3::IDENTITY).to_cols_array().iter().all(|x| x.abs() < 1e-4);
-        if !is_rigid || turn.determinant() < 0.0 {
-            return Err(Error::input(format!(
-                "{name}: the pose of the camera must be a rotation and a translation. Take scale and mirroring out of it."
-            )));
-        }
-    }
+    order.iter().try_for_each(|&i| check(photos[i]))?;
     Ok(order)
+}
+
+/// Checks the camera of a photo and its pose. Reads no pixels.
+///
+/// # Errors
+/// [`Error::Input`] for a camera that is not usable or without a size, and for a pose that is not rigid.
+pub fn check(photo: &dyn Photo) -> Result<()> {
+    let (name, camera) = (photo.name(), photo.camera());
+    camera.validate().map_err(|error| Error::input(format!("{name}: {error}")))?;
+    if camera.size.is_none_or(|size| size.contains(&0)) {
+        return Err(Error::input(format!("{name}: the camera has no size, but needs columns and rows of its photo")));
+    }
+    let pose = photo.world_from_camera();
+    magnitude::place(&format!("{name}: the position of the camera"), pose.translation)?;
+    let turn = pose.matrix3;
+    let is_rigid = (turn * turn.transpose() - glam::DMat3::IDENTITY).to_cols_array().iter().all(|x| x.abs() < 1e-4);
+    if !is_rigid || turn.determinant() < 0.0 {
+        return Err(Error::input(format!(
+            "{name}: the pose of the camera must be a rotation and a translation. Take scale and mirroring out of it."
+        )));
+    }
+    Ok(())
 }
 
 /// The pixels of a photo, if they are as its camera says.
@@ -100,7 +142,7 @@ pub fn pixels(photo: &dyn Photo) -> Result<Pixels> {
             camera[1]
         )));
     }
-    if columns * rows != pixels.colours.len() {
+    if columns.checked_mul(rows) != Some(pixels.colours.len()) {
         return Err(Error::input(format!(
             "{}: the photo of {columns} x {rows} pixels must have as many, got {}",
             photo.name(),
@@ -117,7 +159,7 @@ pub fn pixels(photo: &dyn Photo) -> Result<Pixels> {
 pub fn depths(photo: &dyn Photo) -> Result<Option<Depths>> {
     let Some(depths) = photo.depths()? else { return Ok(None) };
     let [columns, rows] = depths.size;
-    if columns == 0 || rows == 0 || columns * rows != depths.values.len() {
+    if depths.values.is_empty() || columns.checked_mul(rows) != Some(depths.values.len()) {
         return Err(Error::input(format!(
             "{}: depths of {columns} x {rows} pixels must be as many values, got {}",
             photo.name(),

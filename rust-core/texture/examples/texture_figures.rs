@@ -14,37 +14,14 @@ use base::{Progress, Result};
 use cluster::{ClusterParams, Resolution};
 use geom::bvh::{Bvh, Ray};
 use image::frame::Camera;
-use image::photo::{Photo, Pixels};
+use image::photo::{Photo, PhotoInMemory, Pixels};
 use mesh::{Attribute, TriMesh, srgb};
 use scan::sculpture::sculpture;
-use surfrecon_texture::{TextureParams, TextureTarget, Textured, run};
-use unwrap::UnwrapParams;
+use surfrecon_texture::{TextureParams, Textured, run};
+use unwrap::{UnwrapParams, Unwrapped};
 
 const PIXELS: usize = 800;
 const FOCAL: f64 = 1150.0;
-
-/// A photo in memory.
-struct Shot {
-    name: String,
-    camera: Camera,
-    pose: DAffine3,
-    pixels: Pixels,
-}
-
-impl Photo for Shot {
-    fn name(&self) -> &str {
-        &self.name
-    }
-    fn camera(&self) -> Camera {
-        self.camera
-    }
-    fn world_from_camera(&self) -> DAffine3 {
-        self.pose
-    }
-    fn pixels(&self) -> Result<Pixels> {
-        Ok(self.pixels.clone())
-    }
-}
 
 /// Errors of the photos.
 #[derive(Clone, Copy)]
@@ -86,7 +63,6 @@ fn main() -> Result<()> {
     let coarse = ClusterParams { resolution: Resolution::Vertices(4000), iterations: 10, ..ClusterParams::default() };
     let light = cluster::run(&detail, &coarse, &none)?.mesh;
     let flat = unwrap::unwrap(&light, &UnwrapParams { size, ..UnwrapParams::default() }, &none)?;
-    let target = TextureTarget { mesh: &flat.mesh, uv: &flat.uv };
     println!(
         "truth {} triangles, detailed {}, light {}, {} charts, {:.3} used, {:.2} texels per mm",
         truth.triangles.len(),
@@ -97,8 +73,8 @@ fn main() -> Result<()> {
         flat.report.texels_per_unit
     );
     let params = TextureParams { size, threads: 1, ..TextureParams::default() };
-    let of_vertices = run(&target, &detail, &[], &params, &none)?;
-    let known = true_colours(&target, size, &truth_bvh);
+    let of_vertices = run(&flat.mesh, &detail, &[], &params, &none)?;
+    let known = true_colours(&flat, size, &truth_bvh);
     let (middle, all) = (true_middle(&truth), psnr(&of_vertices, &known, false));
     println!("vertex colours: {all:.2} dB");
     println!(
@@ -110,10 +86,10 @@ fn main() -> Result<()> {
         let plain = TextureParams { refine_cameras: false, match_exposure: false, drop_highlights: false, ..params };
         for (options, params) in [("plain", plain), ("default", params)] {
             let start = Instant::now();
-            let done = run(&target, &detail, &photos, &params, &none)?;
+            let done = run(&flat.mesh, &detail, &photos, &params, &none)?;
             let seconds = start.elapsed().as_secs_f64();
             let lap = |name: &str| done.report.seconds.iter().find(|lap| lap.0 == name).map_or(0.0, |lap| lap.1);
-            let given: Vec<DAffine3> = shots.iter().map(|shot| shot.pose).collect();
+            let given: Vec<DAffine3> = shots.iter().map(|shot| shot.world_from_camera).collect();
             let [grey_before, grey_after] = done.report.differences.unwrap_or_default();
             let said = done.report.photos.iter().map(|photo| photo.moved).sum::<f64>() / shots.len() as f64;
             println!(
@@ -192,7 +168,7 @@ fn photographed(
     bvh: &Bvh<'_>,
     (middle, radius): (DVec3, f64),
     case: Errors,
-) -> (Vec<Shot>, Vec<DAffine3>) {
+) -> (Vec<PhotoInMemory>, Vec<DAffine3>) {
     let centre = (PIXELS as f64 - 1.0) / 2.0;
     let camera = Camera::sized([FOCAL; 2], [centre; 2], [PIXELS; 2]);
     let mut seed = 5;
@@ -240,11 +216,12 @@ fn photographed(
             given.translation += DVec3::new(shift(), shift(), shift());
             given.matrix3 *= DMat3::from_quat(DQuat::from_scaled_axis(turn));
         }
-        shots.push(Shot {
+        shots.push(PhotoInMemory {
             name: format!("shot {i:02}"),
             camera,
-            pose: given,
+            world_from_camera: given,
             pixels: Pixels { size: [PIXELS; 2], colours },
+            depths: None,
         });
     }
     (shots, poses)
@@ -275,11 +252,11 @@ fn gain_residual(done: &Textured, case: Errors) -> f64 {
 }
 
 /// True colours of the covered texels: at the true point nearest to the texel's on the light mesh.
-fn true_colours(target: &TextureTarget<'_>, size: u32, bvh: &Bvh<'_>) -> Vec<Option<[u8; 3]>> {
+fn true_colours(flat: &Unwrapped, size: u32, bvh: &Bvh<'_>) -> Vec<Option<[u8; 3]>> {
     let mut known = vec![None; (size * size) as usize];
-    for (t, corners) in target.mesh.triangles.iter().enumerate() {
+    for (t, corners) in flat.mesh.triangles.iter().enumerate() {
         let [a, b, c] = corners.map(|v| {
-            let uv = target.uv[v as usize];
+            let uv = flat.uv[v as usize];
             glam::DVec2::new(uv.x, 1.0 - uv.y) * f64::from(size) - 0.5
         });
         let (lo, hi) = (a.min(b).min(c).ceil(), a.max(b).max(c).floor());
@@ -290,7 +267,7 @@ fn true_colours(target: &TextureTarget<'_>, size: u32, bvh: &Bvh<'_>) -> Vec<Opt
                 let shares =
                     [(b - p).perp_dot(c - p), (c - p).perp_dot(a - p), (a - p).perp_dot(b - p)].map(|x| x / whole);
                 if row < size && column < size && shares.iter().all(|&share| share >= 0.0) {
-                    let at = target.mesh.corners(t);
+                    let at = flat.mesh.corners(t);
                     let at = at[0] * shares[0] + at[1] * shares[1] + at[2] * shares[2];
                     known[(row * size + column) as usize] = Some(nearest_colour(bvh, at));
                 }

@@ -15,7 +15,7 @@ use super::behind::{self, Detail, Place};
 use super::blend::{self, Sum};
 use super::params::TextureParams;
 use super::poses::{self, Grey, Posed};
-use super::report::{PhotoReport, Textured};
+use super::report::{Textured, TexturedPhoto};
 use super::target::TextureTarget;
 use super::view::View;
 use super::{fill, gains, light, mask, occlusion, relief, samples};
@@ -24,6 +24,12 @@ use super::{fill, gains, light, mask, occlusion, relief, samples};
 const BYTES_A_TEXEL: f64 = 110.0;
 /// Of all tiles that are done: colour, mask, normal, height, occlusion.
 const BYTES_DONE: f64 = 10.0;
+/// Of the detailed surface: normals, and its vertices as a camera sees them.
+const BYTES_A_VERTEX: f64 = 100.0;
+/// Of all photos while cameras are refined, per grey pixel that is held: itself and blurred.
+const BYTES_A_SMOOTH_PIXEL: f64 = 6.0;
+/// Per sample and photo. Measured.
+const BYTES_A_SAMPLE: f64 = 30.0;
 
 base::stages! {
     /// Stages with their shares of the time.
@@ -35,7 +41,7 @@ base::stages! {
     SHAPING = "mapping the shape", 0.1;
 }
 
-/// Makes the images of a mesh.
+/// Makes the images of a mesh, whose texture coordinates are its attributes `s` and `t` ([`mesh::texture`]).
 ///
 /// A texel shows the place of the detailed surface behind it. Its colour is the mean, as light, of all photos that see this place, by
 /// angle, resolution and distance from the image's border. Places that no photo sees take the colour of the detailed surface's vertices, or
@@ -54,18 +60,19 @@ base::stages! {
 /// Parameters out of range. A mesh, texture coordinates, a surface, a photo or a camera that can't be used. Neither photos nor colours of
 /// vertices. [`Error::OutOfMemory`]. [`Error::Cancelled`].
 pub fn run(
-    target: &TextureTarget<'_>,
+    mesh: &TriMesh,
     detail: &TriMesh,
     photos: &[&dyn Photo],
     params: &TextureParams,
     progress: &Progress<'_>,
 ) -> Result<Textured> {
     params.validate()?;
+    let target = TextureTarget::new(mesh)?;
     let tiles = target.tiles()?;
-    magnitude::points("vertex", &target.mesh.positions)?;
-    Crs::lengths(target.mesh.crs.as_ref())?;
+    magnitude::points("vertex", &mesh.positions)?;
+    Crs::lengths(mesh.crs.as_ref())?;
     detail.validate().map_err(|error| Error::input(format!("the detailed surface: {error}")))?;
-    if detail.triangles.is_empty() || target.mesh.triangles.is_empty() {
+    if detail.triangles.is_empty() || mesh.triangles.is_empty() {
         let which = if detail.triangles.is_empty() { "detailed surface" } else { "mesh" };
         return Err(Error::input(format!("the {which} has no triangles, but texturing needs some")));
     }
@@ -77,7 +84,9 @@ pub fn run(
     }
     let texels = f64::from(params.size).powi(2);
     let bytes = texels * (BYTES_A_TEXEL + BYTES_DONE * f64::from(tiles - 1));
-    memory::expect(bytes, || format!("texturing {tiles} tiles of {} texels", params.size), "use smaller tiles")?;
+    let bytes = bytes.max(bytes_comparing(photos, params)) + BYTES_A_VERTEX * detail.positions.len() as f64;
+    let work = || format!("texturing {tiles} tiles of {} texels from {} photos", params.size, photos.len());
+    memory::expect(bytes, work, "use smaller tiles or photos")?;
     progress.plan(PLAN);
     let pool = base::threads::pool(params.threads)?;
     progress.run(&pool, || {
@@ -85,10 +94,26 @@ pub fn run(
         let (lo, hi) = measure::bounds(&detail.positions).unwrap_or_default();
         let detail_normals = normals::smooth(detail, progress)?;
         let detail = Detail { mesh: detail, bvh: &bvh, normals: &detail_normals, origin: (lo + hi) / 2.0 };
-        let normals = normals::smooth(target.mesh, progress)?;
+        let normals = normals::smooth(mesh, progress)?;
         progress.lap("surface");
-        Job { target, normals, detail, photos, order, params, progress }.all_tiles(tiles)
+        Job { target: &target, normals, detail, photos, order, params, progress }.all_tiles(tiles)
     })
+}
+
+/// Bytes that comparing photos takes, and one of them as a host holds it and as we do.
+fn bytes_comparing(photos: &[&dyn Photo], params: &TextureParams) -> f64 {
+    let largest = largest(photos);
+    let pixels_of_greys =
+        photos.len() as f64 * (largest as f64 / (poses::factor(photos.len(), largest) as f64).powi(2));
+    let a_grey_pixel = if params.refine_cameras { BYTES_A_SMOOTH_PIXEL } else { 1.0 };
+    let samples = photos.len() as f64 * samples::count(photos.len()) as f64;
+    6.0 * largest as f64 + a_grey_pixel * pixels_of_greys + BYTES_A_SAMPLE * samples
+}
+
+/// Pixels of the largest photo.
+fn largest(photos: &[&dyn Photo]) -> usize {
+    let pixels = |photo: &&dyn Photo| photo.camera().size.map_or(0, |[columns, rows]| columns.saturating_mul(rows));
+    photos.iter().map(pixels).max().unwrap_or(0)
 }
 
 struct Job<'a, 'p> {
@@ -150,7 +175,9 @@ impl Job<'_, '_> {
             }
             done.images.heights = Some(range);
         }
+        done.report.heights = done.images.heights;
         done.images.tangents = tangents;
+        done.report.tiles = done.images.tiles.len();
         done.report.seconds = self.progress.seconds();
         Ok(done)
     }
@@ -162,9 +189,12 @@ impl Job<'_, '_> {
     /// Gains and poses under which the photos agree. `None` for a photo that is left out.
     fn agree(&self, done: &mut Textured) -> Result<Vec<Option<Chosen>>> {
         let count = self.photos.len();
-        let report =
-            |i: usize| PhotoReport { name: self.photo(i).name().to_owned(), gain: [1.0; 3], ..Default::default() };
-        done.report.photos = (0..count).map(report).collect();
+        let of = |photo: &&dyn Photo| TexturedPhoto {
+            name: photo.name().to_owned(),
+            gain: [1.0; 3],
+            ..TexturedPhoto::default()
+        };
+        done.report.photos = self.photos.iter().map(of).collect();
         let given: Vec<DAffine3> = (0..count)
             .map(|i| DAffine3::from_translation(-self.detail.origin) * self.photo(i).world_from_camera())
             .collect();
@@ -172,14 +202,13 @@ impl Job<'_, '_> {
             given.iter().map(|pose| Some(Chosen { origin_from_camera: *pose, gain: [1.0; 3], trust: 1.0 })).collect();
         let samples = samples::spread(self.target, &self.normals, &self.detail, count, self.progress)?;
         self.progress.stage(COMPARING, count as u64);
-        let largest = (0..count).map(|i| self.photo(i).camera().size.unwrap_or_default()).map(|[w, h]| w * h).max();
-        let factor = poses::factor(count, largest.unwrap_or(0));
+        let factor = poses::factor(count, largest(self.photos));
         let mut greys = Vec::new();
         let mut shown = Vec::new();
         for i in 0..count {
             let pixels = photo::pixels(self.photo(i))?;
             if let Some(reason) = useless(&pixels) {
-                done.report.photos[i].left_out = Some(reason);
+                done.report.photos[self.order[i]].reason = reason;
                 chosen[i] = None;
             }
             let is_used = chosen[i].is_some();
@@ -213,7 +242,7 @@ impl Job<'_, '_> {
             let given_pose = self.photo(i).world_from_camera();
             poses[self.order[i]] = given_pose;
             let Some(of) = &chosen[i] else { continue };
-            let photo = &mut done.report.photos[i];
+            let photo = &mut done.report.photos[self.order[i]];
             photo.gain = of.gain;
             if of.origin_from_camera != given[i] {
                 photo.moved = poses::moved(&self.photo(i).camera(), &given[i], &of.origin_from_camera, &samples);
@@ -294,7 +323,7 @@ impl Job<'_, '_> {
             let view = View::new(photo.camera(), of.origin_from_camera, &self.detail, depths.as_ref(), self.progress)?;
             let seen =
                 blend::add(&mut sums, places, (&view, &pixels), (of.gain, of.trust), &self.detail, self.progress)?;
-            done.report.photos[i].texels += seen;
+            done.report.photos[self.order[i]].texels += seen;
         }
         let drop_highlights = self.params.drop_highlights;
         let mut colours: Vec<Option<[u8; 3]>> =

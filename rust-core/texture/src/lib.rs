@@ -15,6 +15,7 @@
 //! No cage is needed: the place behind a texel is the closest point that faces the same way. Photos are not kept: while one is
 //! looked at, memory holds it and the texels of one tile.
 
+mod operation;
 mod params;
 mod report;
 
@@ -47,9 +48,9 @@ mod relief;
 mod driver;
 
 pub use driver::run;
+pub use operation::OPERATION;
 pub use params::{SCHEMA, TextureParams};
-pub use report::{PhotoReport, TextureReport, Textured};
-pub use target::TextureTarget;
+pub use report::{TextureReport, Textured, TexturedPhoto};
 
 #[cfg(test)]
 mod tests;

@@ -2,36 +2,53 @@
 
 use glam::DAffine3;
 
+use base::progress::Seconds;
+use base::report::Report as _;
 use mesh::TileImages;
 
-/// Report of a photo.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct PhotoReport {
-    /// Name of the photo.
-    pub name: String,
-    /// Factors of its light: red, green, blue.
-    pub gain: [f64; 3],
-    /// Distance by which its camera was moved: pixels, in the root mean square over the surface.
-    pub moved: f64,
-    /// Texels that it sees.
-    pub texels: u64,
-    /// Reason why nothing was taken of it. `None` for a photo that was used.
-    pub left_out: Option<String>,
+base::report! {
+    /// A photo, and how it was used.
+    #[derive(Default)]
+    pub struct TexturedPhoto {
+        /// Its name.
+        name: String = text("Photo").since("0.2"),
+        /// Reason why nothing was taken of it. Empty for a photo that was used.
+        reason: String = text("Reason").since("0.2"),
+        /// Texels that it sees.
+        texels: u64 = count("Texels seen").since("0.2"),
+        /// Factors of its light: red, green, blue.
+        gain: [f64; 3] = number("Gain").array(3).since("0.2"),
+        /// Distance by which its camera was moved: pixels, in the root mean square over the surface.
+        moved: f64 = number("Moved").since("0.2"),
+    }
 }
 
-/// The figures of a run.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct TextureReport {
-    /// Texels that triangles cover.
-    pub texels: u64,
-    /// Those that a photo sees.
-    pub seen: u64,
-    /// Photos, in the order of their names.
-    pub photos: Vec<PhotoReport>,
-    /// Grey by which the photos differ from their mean, of 255, in the root mean square: before and after cameras were moved.
-    pub differences: Option<[f64; 2]>,
-    /// Names of the stages with their wall-clock seconds.
-    pub seconds: Vec<(&'static str, f64)>,
+base::report! {
+    /// The figures of texturing.
+    #[derive(Default)]
+    pub struct TextureReport {
+        /// Tiles.
+        tiles: usize = count("Tiles").since("0.2"),
+        /// Texels that triangles cover.
+        texels: u64 = count("Texels").since("0.2"),
+        /// Texels that a photo sees.
+        seen: u64 = count("Texels seen").since("0.2"),
+        /// The photos, in the order in which they were given.
+        photos: Vec<TexturedPhoto> = nested("Photos", &TexturedPhoto::SCHEMA).list().counted().since("0.2"),
+        /// Grey by which the photos differ from their mean, of 255, in the root mean square: before and after cameras were moved. There is
+        /// none if no camera could be moved.
+        differences: Option<[f64; 2]> = number("Difference of the photos").optional().parts(&[
+            ("difference_before", "Grey by which the photos differed before cameras were moved. There is none if no camera could be moved."),
+            ("difference_after", "Grey by which the photos differ after that. There is none if no camera could be moved."),
+        ]).since("0.2"),
+        /// Heights that 0 and 65,535 of the height map stand for. There are none without a height map.
+        heights: Option<[f64; 2]> = length("Heights").optional().parts(&[
+            ("lowest", "Height that 0 of the height map stands for. There is none without a height map."),
+            ("highest", "Height that 65,535 of the height map stands for. There is none without a height map."),
+        ]).since("0.2"),
+        /// Wall-clock seconds by the name of the stage.
+        seconds: Seconds = stages().since("0.2"),
+    }
 }
 
 /// Result of texturing.

@@ -15,6 +15,11 @@ const COUNT: usize = 60_000;
 /// Samples of all photos together.
 const OF_ALL: usize = 16_000_000;
 
+/// Samples to compare so many photos at.
+pub fn count(photos: usize) -> usize {
+    (OF_ALL / photos.max(1)).clamp(1000, COUNT)
+}
+
 /// Places evenly spread over the mesh, on the detailed surface behind it. The same for any photos of that number.
 ///
 /// # Errors
@@ -26,7 +31,7 @@ pub fn spread(
     photos: usize,
     progress: &Progress<'_>,
 ) -> Result<Vec<Place>> {
-    let count = (OF_ALL / photos.max(1)).clamp(1000, COUNT);
+    let count = count(photos);
     let mut area = 0.0;
     let sums: Vec<f64> = (0..target.mesh.triangles.len())
         .map(|t| {

@@ -32,6 +32,8 @@ pub type PreparePrintParams = Sized<13>;
 
 pub type UnwrapParams = Sized<6>;
 
+pub type TextureParams = Sized<7>;
+
 pub type ScanParams = Sized<10>;
 
 pub type AlignedScan = Sized<105>;
@@ -319,6 +321,31 @@ pub mod unwrap_report {
     pub const COLLAPSED: usize = 7;
     pub const COLLAPSED_AREA: usize = 8;
     pub const MOVED: usize = 9;
+}
+
+pub type TexturedPhoto = Sized<5>;
+
+/// Places of the figures of [`TexturedPhoto`].
+#[allow(dead_code, reason = "tests look at some")]
+pub mod textured_photo {
+    pub const TEXELS: usize = 0;
+    pub const GAIN: usize = 1;
+    pub const MOVED: usize = 4;
+}
+
+pub type TextureReport = Sized<8>;
+
+/// Places of the figures of [`TextureReport`].
+#[allow(dead_code, reason = "tests look at some")]
+pub mod texture_report {
+    pub const TILES: usize = 0;
+    pub const TEXELS: usize = 1;
+    pub const SEEN: usize = 2;
+    pub const PHOTOS_COUNT: usize = 3;
+    pub const DIFFERENCE_BEFORE: usize = 4;
+    pub const DIFFERENCE_AFTER: usize = 5;
+    pub const LOWEST: usize = 6;
+    pub const HIGHEST: usize = 7;
 }
 
 pub type CheckReport = Sized<20>;

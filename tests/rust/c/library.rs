@@ -370,6 +370,18 @@ functions! {
     srf_unwrap_params_init_sized(params: *mut UnwrapParams, size: usize) -> i32;
     srf_unwrap_report_init_sized(report: *mut UnwrapReport, size: usize) -> i32;
     srf_mesh_unwrap(mesh: Handle, params: *const UnwrapParams, progress: *const Watch, out_mesh: *mut Handle, out_report: *mut UnwrapReport) -> i32;
+    srf_photo_create(rows: usize, cols: usize, projection: *const Projection, pixels: *const Array, world_from_camera: *const [f64; 16], name: *const c_char, depth_rows: usize, depth_cols: usize, depths: *const Array, out_photo: *mut Handle) -> i32;
+    srf_photo_free(photo: Handle) -> i32;
+    srf_texture_params_init_sized(params: *mut TextureParams, size: usize) -> i32;
+    srf_textured_photo_init_sized(report: *mut TexturedPhoto, size: usize) -> i32;
+    srf_texture_report_init_sized(report: *mut TextureReport, size: usize) -> i32;
+    srf_mesh_texture(mesh: Handle, detail: Handle, photos: *const Handle, count: usize, params: *const TextureParams, progress: *const Watch, out_textures: *mut Handle, out_report: *mut TextureReport) -> i32;
+    srf_textures_free(textures: Handle) -> i32;
+    srf_textures_size(textures: Handle, out_size: *mut usize, out_tiles: *mut usize) -> i32;
+    srf_textures_image(textures: Handle, tile: usize, map: u32, out_image: *mut Array) -> i32;
+    srf_textures_pose(textures: Handle, index: usize, out_pose: *mut [f64; 16]) -> i32;
+    srf_textures_photo(textures: Handle, index: usize, out_photo: *mut TexturedPhoto) -> i32;
+    srf_textures_reason(textures: Handle, index: usize, out_reason: *mut *const c_char) -> i32;
     srf_scan_params_init_sized(params: *mut ScanParams, size: usize) -> i32;
     srf_scan_mesh(mesh: Handle, rows: usize, cols: usize, projection: *const Projection, world_from_sensor: *const [f64; 16], params: *const ScanParams, progress: *const Watch, out_image: *mut Handle) -> i32;
     srf_distance_report_init_sized(report: *mut DistanceReport, size: usize) -> i32;

@@ -126,6 +126,7 @@ fn defaults_are_those_of_the_table() {
         ("check_print", "srf_check_print_params", init!(srf_check_print_params_init_sized)),
         ("prepare_print", "srf_prepare_print_params", init!(srf_prepare_print_params_init_sized)),
         ("unwrap", "srf_unwrap_params", init!(srf_unwrap_params_init_sized)),
+        ("texture", "srf_texture_params", init!(srf_texture_params_init_sized)),
         ("scan", "srf_scan_params", init!(srf_scan_params_init_sized)),
     ];
     let operations: Vec<&str> = structs.iter().map(|(operation, ..)| *operation).collect();

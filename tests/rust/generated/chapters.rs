@@ -150,6 +150,13 @@ const BY_HAND: &[Chapter] = &[
         examples: include_str!("chapters/coarse.c"),
     },
     Chapter {
+        title: "Textures from photos",
+        files: &["photo", "params/texture", "reports/texture", "texture"],
+        text: "A mesh with texture coordinates gets images: colours from photos, normals, heights and occlusion from the detailed surface \
+               that it stands for.",
+        examples: include_str!("chapters/texturing.c"),
+    },
+    Chapter {
         title: "The virtual scanner",
         files: &["params/scan", "scan"],
         text: "Range images of any mesh, with the errors that a scanner makes: for tests that know the truth.",

@@ -129,6 +129,24 @@ const EXAMPLES: &[(&str, &[&str])] = &[
         ],
     ),
     (
+        "TexturedPhoto",
+        &[
+            ">>> flat = surfrecon.unwrap(light, size=128).mesh",
+            ">>> report = surfrecon.texture(flat, detail, photos, size=128).report",
+            ">>> [photo.name for photo in report.photos] == [photo.name for photo in photos]",
+            "True",
+        ],
+    ),
+    (
+        "TextureReport",
+        &[
+            ">>> flat = surfrecon.unwrap(light, size=128).mesh",
+            ">>> report = surfrecon.texture(flat, detail, photos, size=128).report",
+            ">>> 0 < report.seen <= report.texels < 128**2",
+            "True",
+        ],
+    ),
+    (
         "DistanceReport",
         &[
             ">>> coarse = surfrecon.cluster(mesh, vertices=500).mesh",

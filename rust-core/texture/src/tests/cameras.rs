@@ -70,11 +70,11 @@ fn highlights_of_one_photo_are_dropped() {
 #[test]
 fn cameras_find_back_and_say_how_far_they_went() {
     let mut off = shots();
-    let truth: Vec<DAffine3> = off.iter().map(|shot| shot.pose).collect();
+    let truth: Vec<DAffine3> = off.iter().map(|shot| shot.world_from_camera).collect();
     for (i, shot) in off.iter_mut().enumerate() {
         let turn = DVec3::new((i % 3) as f64 - 1.0, (i % 2) as f64 - 0.5, (i % 5) as f64 / 2.0 - 1.0) * 0.005;
-        shot.pose.matrix3 *= DMat3::from_quat(DQuat::from_scaled_axis(turn));
-        shot.pose.translation += DVec3::new(turn.z, turn.x, turn.y);
+        shot.world_from_camera.matrix3 *= DMat3::from_quat(DQuat::from_scaled_axis(turn));
+        shot.world_from_camera.translation += DVec3::new(turn.z, turn.x, turn.y);
     }
     let refined = TextureParams { refine_cameras: true, ..PLAIN };
     let (before, after) = (error(&PLAIN, &off), error(&refined, &off));
@@ -89,7 +89,7 @@ fn cameras_find_back_and_say_how_far_they_went() {
         };
         poses.iter().zip(&truth).map(far).sum::<f64>() / truth.len() as f64
     };
-    let given: Vec<DAffine3> = off.iter().map(|shot| shot.pose).collect();
+    let given: Vec<DAffine3> = off.iter().map(|shot| shot.world_from_camera).collect();
     let [was, is] = [pixels(&given), pixels(&done.world_from_camera)];
     assert!(was > 0.5 && is < 0.4 * was, "{was} -> {is} pixels");
     assert!(done.report.photos.iter().all(|photo| photo.moved > 0.05 && photo.moved < 3.0), "{:?}", done.report.photos);
@@ -105,7 +105,7 @@ fn no_order_and_no_number_of_threads_matters() {
     let mesh = pebble();
     let flat = unwrapped(&mesh);
     let mut shots = shots();
-    shots[2].pose.translation.x += 0.02;
+    shots[2].world_from_camera.translation.x += 0.02;
     let all =
         TextureParams { size: 96, occlusion_rays: 4, normal_map: true, height_map: true, ..TextureParams::default() };
     let one = textured(&flat, &mesh, &shots, &TextureParams { threads: 1, ..all }).unwrap();
@@ -113,6 +113,7 @@ fn no_order_and_no_number_of_threads_matters() {
     shots.swap(1, 5);
     let many = textured(&flat, &mesh, &shots, &TextureParams { threads: 6, ..all }).unwrap();
     assert!(one.images.tiles == many.images.tiles && one.images.tangents == many.images.tangents);
+    assert!(many.report.photos.iter().zip(&shots).all(|(photo, shot)| photo.name == shot.name));
     let mut names: Vec<(String, DAffine3)> =
         shots.iter().map(|shot| shot.name.clone()).zip(many.world_from_camera).collect();
     names.sort_by(|a, b| a.0.cmp(&b.0));

@@ -7,12 +7,13 @@ use glam::{DAffine3, DMat3, DVec2, DVec3};
 use base::{Progress, Result};
 use geom::bvh::{Bvh, Ray};
 use image::frame::Camera;
+pub use image::photo::PhotoInMemory as Shot;
 use image::photo::{Photo, Pixels};
 use mesh::shapes::Shape;
 use mesh::{Tile, TriMesh, srgb};
 use unwrap::{UnwrapParams, Unwrapped};
 
-use crate::{TextureParams, TextureTarget, Textured, run};
+use crate::{TextureParams, Textured, run};
 
 /// Texels of a side.
 pub const SIZE: u32 = 96;
@@ -28,29 +29,6 @@ pub const PLAIN: TextureParams = TextureParams {
     occlusion_rays: 0,
     threads: 1,
 };
-
-#[derive(Clone)]
-pub struct Shot {
-    pub name: String,
-    pub camera: Camera,
-    pub pose: DAffine3,
-    pub pixels: Pixels,
-}
-
-impl Photo for Shot {
-    fn name(&self) -> &str {
-        &self.name
-    }
-    fn camera(&self) -> Camera {
-        self.camera
-    }
-    fn world_from_camera(&self) -> DAffine3 {
-        self.pose
-    }
-    fn pixels(&self) -> Result<Pixels> {
-        Ok(self.pixels.clone())
-    }
-}
 
 /// A camera at a place that looks at another.
 pub fn looking(eye: DVec3, at: DVec3) -> DAffine3 {
@@ -77,7 +55,8 @@ pub fn shot_of(size: [usize; 2], name: &str, mesh: &TriMesh, eye: DVec3, colour:
         let hit = bvh.first_hit(&Ray { origin: eye, direction }, 0.0, f64::INFINITY);
         hit.map_or([90, 90, 90], |hit| colour(eye + direction * hit.t))
     };
-    Shot { name: name.into(), camera, pose, pixels: Pixels { size, colours: (0..size[0] * size[1]).map(of).collect() } }
+    let pixels = Pixels { size, colours: (0..size[0] * size[1]).map(of).collect() };
+    Shot { name: name.into(), camera, world_from_camera: pose, pixels, depths: None }
 }
 
 /// Smooth colours of space.
@@ -102,7 +81,7 @@ pub fn unwrapped(mesh: &TriMesh) -> Unwrapped {
 
 pub fn textured(flat: &Unwrapped, detail: &TriMesh, shots: &[Shot], params: &TextureParams) -> Result<Textured> {
     let photos: Vec<&dyn Photo> = shots.iter().map(|shot| shot as &dyn Photo).collect();
-    run(&TextureTarget { mesh: &flat.mesh, uv: &flat.uv }, detail, &photos, params, &Progress::none())
+    run(&flat.mesh, detail, &photos, params, &Progress::none())
 }
 
 /// Covered texels with their points on the mesh, by a loop over all triangles for each.

@@ -2,15 +2,15 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use glam::{DAffine3, DVec2, DVec3};
+use glam::{DAffine3, DVec3};
 
 use base::{Error, Progress, Result};
 use image::frame::Camera;
 use image::photo::{Photo, Pixels};
-use mesh::TriMesh;
+use mesh::{AttributeData, TriMesh, texture};
 
 use super::kit::{PLAIN, Shot, around, covered, shot, sphere, textured, unwrapped, waves};
-use crate::{TextureParams, TextureTarget, run};
+use crate::{TextureParams, run};
 
 fn told(shots: &[Shot]) -> String {
     let mesh = sphere();
@@ -33,8 +33,8 @@ fn photos_that_cannot_be_used_are_named() {
     assert!(with(&|bad| bad.name = "good".into()).contains("two photos are called good"));
     assert!(with(&|bad| bad.camera.size = None).contains("bad: the camera has no size"));
     assert!(with(&|bad| bad.camera.focal[0] = 0.0).contains("bad: "));
-    assert!(with(&|bad| bad.pose.matrix3 *= 2.0).contains("must be a rotation"));
-    assert!(with(&|bad| bad.pose.translation.x = f64::NAN).contains("bad: the position"));
+    assert!(with(&|bad| bad.world_from_camera.matrix3 *= 2.0).contains("must be a rotation"));
+    assert!(with(&|bad| bad.world_from_camera.translation.x = f64::NAN).contains("bad: the position"));
     assert!(told(&[]).contains("neither photos nor colours"));
 }
 
@@ -53,7 +53,8 @@ fn black_and_overexposed_photos_say_nothing() {
     }
     let done = textured(&flat, &mesh, &shots, &PLAIN).unwrap();
     assert!(done.images.tiles == clean.images.tiles);
-    let said: Vec<&str> = done.report.photos.iter().filter_map(|photo| photo.left_out.as_deref()).collect();
+    let said: Vec<&str> =
+        done.report.photos.iter().map(|photo| photo.reason.as_str()).filter(|reason| !reason.is_empty()).collect();
     assert_eq!(said, ["100 % of its pixels are black or overexposed"; 2]);
 }
 
@@ -72,7 +73,7 @@ impl Photo for Streamed<'_> {
         self.of.camera
     }
     fn world_from_camera(&self) -> DAffine3 {
-        self.of.pose
+        self.of.world_from_camera
     }
     fn pixels(&self) -> Result<Pixels> {
         self.asked.fetch_add(1, Ordering::Relaxed);
@@ -90,8 +91,7 @@ fn photos_are_asked_for_once_per_purpose_and_not_kept() {
     let streamed: Vec<Streamed<'_>> =
         (0..count).map(|i| Streamed { name: format!("{i:04}"), of: &shot, asked: &asked }).collect();
     let photos: Vec<&dyn Photo> = streamed.iter().map(|photo| photo as &dyn Photo).collect();
-    let target = TextureTarget { mesh: &flat.mesh, uv: &flat.uv };
-    let done = run(&target, &mesh, &photos, &PLAIN, &Progress::none()).unwrap();
+    let done = run(&flat.mesh, &mesh, &photos, &PLAIN, &Progress::none()).unwrap();
     assert_eq!(asked.load(Ordering::Relaxed), 2 * count);
     let one = textured(&flat, &mesh, std::slice::from_ref(&shot), &PLAIN).unwrap();
     let same = covered(&flat)
@@ -111,7 +111,7 @@ impl Photo for Missing<'_> {
         self.0.camera
     }
     fn world_from_camera(&self) -> DAffine3 {
-        self.0.pose
+        self.0.world_from_camera
     }
     fn pixels(&self) -> Result<Pixels> {
         Err(Error::io("missing.jpg".as_ref(), std::io::ErrorKind::NotFound.into()))
@@ -124,8 +124,7 @@ fn a_missing_photo_is_named() {
     let flat = unwrapped(&mesh);
     let shot = shot("", &mesh, DVec3::X * 4.0, &waves);
     let missing = Missing(&shot);
-    let target = TextureTarget { mesh: &flat.mesh, uv: &flat.uv };
-    let error = run(&target, &mesh, &[&missing], &PLAIN, &Progress::none()).unwrap_err();
+    let error = run(&flat.mesh, &mesh, &[&missing], &PLAIN, &Progress::none()).unwrap_err();
     assert!(error.to_string().contains("missing.jpg"), "{error}");
 }
 
@@ -134,18 +133,21 @@ fn meshes_and_coordinates_that_cannot_be_used_are_named() {
     let mesh = sphere();
     let flat = unwrapped(&mesh);
     let shot = shot("one", &mesh, DVec3::X * 4.0, &waves);
-    let told = |uv: &[DVec2], detail: &TriMesh, params: &TextureParams| {
-        let target = TextureTarget { mesh: &flat.mesh, uv };
-        run(&target, detail, &[&shot], params, &Progress::none()).unwrap_err().to_string()
+    let told = |textured: &TriMesh, detail: &TriMesh, params: &TextureParams| {
+        run(textured, detail, &[&shot], params, &Progress::none()).unwrap_err().to_string()
     };
-    assert!(told(&flat.uv[1..], &mesh, &PLAIN).contains("give one per vertex"));
-    let mut outside = flat.uv.clone();
-    outside[7].x = -0.5;
-    assert!(told(&outside, &mesh, &PLAIN).contains("lie in no one tile"));
-    outside[7].x = f64::NAN;
-    assert!(told(&outside, &mesh, &PLAIN).contains("lie in no one tile"));
-    assert!(told(&flat.uv, &TriMesh::default(), &PLAIN).contains("the detailed surface has no triangles"));
-    assert!(told(&flat.uv, &mesh, &TextureParams { size: 8, ..PLAIN }).contains("size must be"));
+    assert!(
+        told(&mesh, &mesh, &PLAIN).contains("has no texture coordinates, but texturing needs some: unwrap it first")
+    );
+    for outside in [-0.5, 10.5, f32::NAN] {
+        let mut wrong = flat.mesh.clone();
+        let s = wrong.vertex_attributes.iter_mut().find(|attribute| attribute.name == texture::S).unwrap();
+        let AttributeData::F32(s) = &mut s.data else { panic!("coordinates are floats") };
+        s[7] = outside;
+        assert!(told(&wrong, &mesh, &PLAIN).contains("lie in no one tile"), "{outside}");
+    }
+    assert!(told(&flat.mesh, &TriMesh::default(), &PLAIN).contains("the detailed surface has no triangles"));
+    assert!(told(&flat.mesh, &mesh, &TextureParams { size: 8, ..PLAIN }).contains("size must be"));
 }
 
 #[test]
@@ -155,10 +157,9 @@ fn it_can_be_cancelled_anywhere() {
     let shots: Vec<Shot> =
         around(3, 4.0).iter().enumerate().map(|(i, &eye)| shot(&i.to_string(), &mesh, eye, &waves)).collect();
     let photos: Vec<&dyn Photo> = shots.iter().map(|shot| shot as &dyn Photo).collect();
-    let target = TextureTarget { mesh: &flat.mesh, uv: &flat.uv };
     let params = TextureParams { size: 96, threads: 1, occlusion_rays: 2, ..TextureParams::default() };
     let (mut checks, mut cancelled) = (0, 0);
-    while let Err(error) = run(&target, &mesh, &photos, &params, &Progress::cancel_after(checks)) {
+    while let Err(error) = run(&flat.mesh, &mesh, &photos, &params, &Progress::cancel_after(checks)) {
         assert!(matches!(error, Error::Cancelled), "{error}");
         cancelled += 1;
         checks += 1 + checks / 2;

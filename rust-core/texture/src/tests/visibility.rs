@@ -37,11 +37,11 @@ fn texels_are_what_a_naive_twin_makes_of_each_photo_and_each_ray() {
         let normal: DVec3 = (0..3).map(|k| normals[corners[k] as usize] * closest.barycentric[k]).sum();
         let (mut light, mut weights) = ([0.0; 3], 0.0);
         for shot in &shots {
-            let to_eye = shot.pose.translation - point;
+            let to_eye = shot.world_from_camera.translation - point;
             let cosine = normal.normalize().dot(to_eye.normalize());
-            let p = shot.pose.inverse().transform_point3(point);
+            let p = shot.world_from_camera.inverse().transform_point3(point);
             let at = DVec2::from(shot.camera.focal) * p.truncate() / p.z + DVec2::from(shot.camera.centre);
-            let ray = Ray { origin: shot.pose.translation, direction: -to_eye };
+            let ray = Ray { origin: shot.world_from_camera.translation, direction: -to_eye };
             if cosine > 0.1 && bvh.first_hit(&ray, 0.0, 0.999).is_none() {
                 let weight = cosine * cosine / (p.z * p.z);
                 let of = light_at(shot, at);

@@ -219,6 +219,8 @@ impl Kit {
     pub fn handle(&self, name: &str) -> Handle {
         let name = match (name, self.function()) {
             ("mesh", "srf_mesh_prepare_print" | "srf_mesh_part") if self.fault != Fault::Senseless => "solid",
+            ("mesh", "srf_mesh_texture") if self.fault != Fault::Senseless => "flat",
+            ("detail", _) => "solid",
             _ => name,
         };
         let found = self.handles.borrow().iter().find(|(known, _)| **known == name).map(|(_, handle)| *handle);
@@ -240,6 +242,9 @@ impl Kit {
                 ("mesh", mesh)
             }
             "solid" => ("solid", self.solid()),
+            "flat" => ("flat", self.flat()),
+            "photo" => ("photo", self.photo()),
+            "textures" => ("textures", self.textures()),
             "reference" => {
                 ("reference", made!(srf_image_triangulate(self.handle("image"), std::ptr::null(), std::ptr::null())))
             }
@@ -326,6 +331,49 @@ impl Kit {
         // SAFETY: as the header wants it.
         api().ok(unsafe { (api().srf_mesh_set_attribute)(solid, 2, c"part".as_ptr(), &parts) });
         solid
+    }
+
+    /// The closed mesh with texture coordinates.
+    fn flat(&self) -> Handle {
+        let (solid, mut flat) = (self.handle("solid"), Handle::NULL);
+        let (mut params, none) = (UnwrapParams::ZERO, std::ptr::null_mut());
+        // SAFETY: as the header wants it.
+        unsafe {
+            api().ok((api().srf_unwrap_params_init_sized)(&mut params, size_of_val(&params)));
+            params.numbers[2] = 64;
+            api().ok((api().srf_mesh_unwrap)(solid, &params, std::ptr::null(), &mut flat, none));
+        }
+        flat
+    }
+
+    /// A grey photo of the closed mesh.
+    fn photo(&self) -> Handle {
+        let (pixels, camera) = ([99_u8; 3 * 64], Projection { kind: 2, reserved: 0, numbers: [9.0, 9.0, 3.5, 3.5] });
+        let (pixels, none) = (Array::of(&pixels, U8, 3), std::ptr::null());
+        let mut below: [f64; 16] = std::array::from_fn(|i| if i % 5 == 0 { 1.0 } else { 0.0 });
+        below[14] = -3.0;
+        made!(srf_photo_create(8, 8, &camera, &pixels, &below, self.text("photo"), 0, 0, none))
+    }
+
+    /// The images of the closed mesh.
+    fn textures(&self) -> Handle {
+        let (flat, solid, photo) = (self.handle("flat"), self.handle("solid"), self.handle("photo"));
+        let (mut textures, none) = (Handle::NULL, std::ptr::null_mut());
+        let (params, watch) = (self.small_images(), std::ptr::null());
+        // SAFETY: as the header wants it.
+        api().ok(unsafe { (api().srf_mesh_texture)(flat, solid, &photo, 1, params, watch, &mut textures, none) });
+        textures
+    }
+
+    /// Parameters of images of 64 texels.
+    pub fn small_images(&self) -> *mut TextureParams {
+        let params = self.keep(TextureParams::ZERO);
+        // SAFETY: it is kept.
+        unsafe {
+            api().ok((api().srf_texture_params_init_sized)(params, size_of::<TextureParams>()));
+            (*params).numbers[0] = 64;
+        }
+        params
     }
 
     /// A grid of points of the bent surface, seen from above.
@@ -433,6 +481,12 @@ impl Kit {
             "positions" | "points" => self.points(),
             "samples" | "depths" => numbers(SIDE * SIDE, 1),
             "data" => numbers(SIDE * SIDE, 1),
+            "pixels" => {
+                let grey = vec![99_u8; 3 * SIDE * SIDE];
+                let array = Array::of(&grey, U8, 3);
+                self.keep(grey);
+                array
+            }
             "row" => places(|i| i / SIDE),
             "col" => places(|i| i % SIDE),
             "triangles" => {
@@ -457,7 +511,9 @@ impl Kit {
         }
         if self.is(Fault::Values) {
             match name {
-                "positions" | "points" | "samples" | "depths" | "data" | "row" | "col" | "marks" => array.count -= 1,
+                "positions" | "points" | "samples" | "depths" | "data" | "row" | "col" | "marks" | "pixels" => {
+                    array.count -= 1;
+                }
                 "triangles" => array.data = self.keep([0_u32, 1, u32::MAX]).cast(),
                 "normals" | "sensors" => array = numbers(1, 3),
                 "colours" => array = Array { kind: U8, components: 4, ..array },
@@ -478,7 +534,9 @@ impl Drop for Kit {
             let free = match *kind {
                 "cancel" => api().srf_cancel_free,
                 "context" => api().srf_context_free,
-                "mesh" | "solid" | "reference" => api().srf_mesh_free,
+                "mesh" | "solid" | "flat" | "reference" => api().srf_mesh_free,
+                "photo" => api().srf_photo_free,
+                "textures" => api().srf_textures_free,
                 "image" => api().srf_image_free,
                 "cloud" => api().srf_cloud_free,
                 "region" => api().srf_region_free,

@@ -374,6 +374,149 @@ pub(super) fn a_mesh_gets_the_texture_coordinates_of_the_core() {
     }
 }
 
+/// Photos of what lies around (0, 0, 4), of 40 x 30 pixels, from both sides. The second has depths.
+fn photos() -> [surfrecon::photo::PhotoInMemory; 2] {
+    use glam::{DAffine3, DMat3, DVec3};
+    use surfrecon::photo::{Depths, PhotoInMemory, Pixels};
+    let size = [40, 30];
+    let camera = surfrecon::frame::Camera::sized([50.0, 50.0], [19.5, 14.5], size);
+    let photo = |name: &str, world_from_camera, depths| PhotoInMemory {
+        name: name.to_owned(),
+        camera,
+        world_from_camera,
+        pixels: Pixels { size, colours: (0..1200).map(|i| [60 + (i % 90) as u8, 80, 200 - (i / 12) as u8]).collect() },
+        depths,
+    };
+    let behind = DAffine3 {
+        matrix3: DMat3::from_cols(DVec3::NEG_X, DVec3::Y, DVec3::NEG_Z),
+        translation: DVec3::new(0.0, 0.0, 9.0),
+    };
+    let depths = Depths { size: [4, 3], values: vec![5.0; 12] };
+    [photo("front", DAffine3::IDENTITY, None), photo("behind", behind, Some(depths))]
+}
+
+/// The photo behind a handle of the library.
+fn handed_over(photo: &surfrecon::photo::PhotoInMemory) -> Handle {
+    let api = api();
+    let [a, b, c, d, e, f, g, h, i, x, y, z] = photo.world_from_camera.to_cols_array();
+    let pose = [a, b, c, 0.0, d, e, f, 0.0, g, h, i, 0.0, x, y, z, 1.0];
+    let camera = Projection { kind: 2, reserved: 0, numbers: [50.0, 50.0, 19.5, 14.5] };
+    let pixels = Array::of(&photo.pixels.colours, U8, 3);
+    let name = CString::new(photo.name.as_str()).unwrap();
+    let depths = photo.depths.as_ref().map(|depths| Array::of(&depths.values, F32, 1));
+    let [cols, rows] = photo.depths.as_ref().map_or([0; 2], |depths| depths.size);
+    let depths = depths.as_ref().map_or(std::ptr::null(), std::ptr::from_ref);
+    let mut made = Handle::NULL;
+    let mut create = |of: usize, camera: &Projection| {
+        // SAFETY: as the header wants it, or wrong in the ways it names.
+        unsafe {
+            let (pixels, name) = (&raw const pixels, name.as_ptr());
+            (api.srf_photo_create)(of, 40, camera, pixels, &pose, name, rows, cols, depths, &mut made)
+        }
+    };
+    api.refused(create(29, &camera), INPUT, "pixels: an image of 40 x 29 pixels has not 1200 elements");
+    api.refused(create(30, &Projection { kind: 3, ..camera }), PARAMETER, "fill it by srf_projection_pinhole()");
+    let mirrored = Projection { numbers: [-50.0, 50.0, 19.5, 14.5], ..camera };
+    api.refused(create(30, &mirrored), INPUT, "the camera's focal length fx must be above 0, got -50");
+    api.ok(create(30, &camera));
+    made
+}
+
+/// Looks at all images of a tile, at the cameras and at the figures of the photos.
+fn same_images(textures: Handle, core: &surfrecon::texture::Textured) {
+    let api = api();
+    let tile = &core.images.tiles[0];
+    let bytes = |map: u32| {
+        let mut view = Array::EMPTY;
+        // SAFETY: as the header wants it.
+        api.ok(unsafe { (api.srf_textures_image)(textures, 0, map, &mut view) });
+        view.bytes()
+    };
+    let heights: Vec<u8> = tile.height.iter().flatten().flat_map(|height| height.to_ne_bytes()).collect();
+    assert!(bytes(1) == tile.colour.as_flattened() && bytes(2) == *tile.mask.as_ref().unwrap() && bytes(4) == heights);
+    assert!(bytes(3) == tile.normal.as_ref().unwrap().as_flattened() && bytes(5).is_empty());
+    for (index, (photo, pose)) in core.report.photos.iter().zip(&core.world_from_camera).enumerate() {
+        let (mut figures, mut found, mut reason) = (TexturedPhoto::ZERO, [0.0; 16], std::ptr::null());
+        // SAFETY: as the header wants it.
+        let reason = unsafe {
+            api.ok((api.srf_textured_photo_init_sized)(&mut figures, size_of_val(&figures)));
+            api.ok((api.srf_textures_photo)(textures, index, &mut figures));
+            api.ok((api.srf_textures_pose)(textures, index, &mut found));
+            api.ok((api.srf_textures_reason)(textures, index, &mut reason));
+            CStr::from_ptr(reason)
+        };
+        assert_eq!(figures.numbers[textured_photo::TEXELS], photo.texels);
+        assert_eq!(figures.f64(textured_photo::MOVED), photo.moved);
+        assert_eq!(found[12..15], pose.translation.to_array());
+        assert_eq!(reason.to_str().unwrap(), photo.reason);
+    }
+}
+
+#[test]
+pub(super) fn a_mesh_gets_the_images_of_the_core() {
+    use surfrecon::photo::Photo;
+    use texture_report::*;
+    let api = api();
+    let (mesh, taken) = (octahedron(), photos());
+    let handles = taken.each_ref().map(handed_over);
+    let (mut flat, mut textures) = (Handle::NULL, Handle::NULL);
+    let (mut params, mut report) = (TextureParams::ZERO, TextureReport::ZERO);
+    let (null, none) = (std::ptr::null(), std::ptr::null_mut());
+    // SAFETY: as the header wants it, or wrong in the ways it names.
+    unsafe {
+        api.ok((api.srf_mesh_unwrap)(mesh, std::ptr::null(), null, &mut flat, none));
+        api.ok((api.srf_texture_params_init_sized)(&mut params, size_of_val(&params)));
+        api.ok((api.srf_texture_report_init_sized)(&mut report, size_of_val(&report)));
+        (params.numbers[0], params.numbers[4], params.numbers[5]) = (64, 1, 1);
+        let none = std::ptr::null_mut();
+        let mut refused = |of: Handle, photos: &[Handle], size: u64, status: i32, text: &str| {
+            let (mut wrong, list) = (params, photos.as_ptr());
+            wrong.numbers[0] = size;
+            let made = &mut textures;
+            let call = (api.srf_mesh_texture)(of, mesh, list, photos.len(), &wrong, null, made, none);
+            api.refused(call, status, text);
+            assert!(textures == Handle::NULL);
+        };
+        refused(
+            mesh,
+            &handles,
+            64,
+            INPUT,
+            "the mesh has no texture coordinates, but texturing needs some: unwrap it first",
+        );
+        refused(flat, &[], 64, INPUT, "there are neither photos nor colours");
+        refused(flat, &[handles[0], handles[0]], 64, INPUT, "two photos are called front: names must differ");
+        refused(flat, &[handles[0], mesh], 64, HANDLE, "photos[1] must be a srf_photo, got a srf_mesh");
+        refused(flat, &handles, 8, PARAMETER, "size must be >= 16 and <= 16384, got 8");
+
+        let made = &mut textures;
+        api.ok((api.srf_mesh_texture)(flat, mesh, handles.as_ptr(), 2, &params, null, made, &mut report));
+        let asked =
+            surfrecon::texture::TextureParams { size: 64, normal_map: true, height_map: true, ..Default::default() };
+        let progress = surfrecon::Progress::none();
+        let core_mesh = of_core(mesh);
+        let unwrapped = surfrecon::unwrap::unwrap(&core_mesh, &Default::default(), &progress).unwrap().mesh;
+        let photos = taken.each_ref().map(|photo| photo as &dyn Photo);
+        let core = surfrecon::texture::run(&unwrapped, &core_mesh, &photos, &asked, &progress).unwrap();
+        same_images(textures, &core);
+        let numbers = [TILES, TEXELS, SEEN, PHOTOS_COUNT].map(|place| report.numbers[place]);
+        assert_eq!(numbers, [1, core.report.texels, core.report.seen, 2]);
+        assert!(core.report.seen > 100);
+        assert_eq!([LOWEST, HIGHEST].map(|place| report.f64(place)), core.report.heights.unwrap());
+        let (mut size, mut tiles, mut view) = (0, 0, Array::EMPTY);
+        api.ok((api.srf_textures_size)(textures, &mut size, &mut tiles));
+        assert_eq!([size, tiles], [64, 1]);
+        let call = (api.srf_textures_image)(textures, 1, 1, &mut view);
+        api.refused(call, PARAMETER, "tile must be < 1, the number of tiles, got 1");
+        let call = (api.srf_textures_image)(textures, 0, 6, &mut view);
+        api.refused(call, PARAMETER, "map must be a value of srf_texture_map, 1 to 5, got 6");
+        for end in [(api.srf_textures_free)(textures), (api.srf_mesh_free)(flat), (api.srf_mesh_free)(mesh)] {
+            api.ok(end);
+        }
+        handles.into_iter().for_each(|photo| api.ok((api.srf_photo_free)(photo)));
+    }
+}
+
 #[test]
 pub(super) fn a_merge_is_that_of_the_core_for_any_number_of_threads() {
     use glam::DAffine3;

@@ -56,8 +56,8 @@ impl Right for usize {
     fn right(kit: &Kit, name: &str) -> Self {
         match name {
             "size" => return if kit.is(Fault::Size) { 7 } else { 8 },
-            "rows" | "cols" if kit.is(Fault::Number) => return 1 << 31,
-            "rows" | "cols" => return SIDE,
+            "rows" | "cols" | "depth_rows" | "depth_cols" if kit.is(Fault::Number) => return 1 << 31,
+            "rows" | "cols" | "depth_rows" | "depth_cols" => return SIDE,
             "count" if kit.function() == "srf_folder_put" => return BYTES,
             "count" if ["srf_aligner_snap", "srf_aligner_misfit", "srf_aligner_turn"].contains(&kit.function()) => {
                 return 0;
@@ -180,6 +180,10 @@ impl<T: 'static> Right for *const T {
                 }
                 kit.sized(frame.cast(), size_of::<Frame>())
             }
+            // Others take long.
+            (_, "params") if kit.function() == "srf_mesh_texture" && kit.fault != Fault::Parameters => {
+                kit.sized(kit.small_images().cast(), size_of::<TextureParams>())
+            }
             (_, "params" | "options") => {
                 if !kit.is(Fault::Parameters) && !kit.is(Fault::Size) {
                     return std::ptr::null();
@@ -247,11 +251,11 @@ impl<T: 'static> Right for *const T {
                 () if kit.is(Fault::Values) => c"[]".as_ptr().cast(),
                 () => c"{}".as_ptr().cast(),
             },
-            (_, "images" | "meshes") => {
+            (_, "images" | "meshes" | "photos") => {
                 let one = if kit.is(Fault::Handle) {
                     Handle(std::ptr::without_provenance_mut(0x1234))
                 } else {
-                    kit.handle(&name.replace("images", "image").replace("meshes", "mesh"))
+                    kit.handle(&name.replace("images", "image").replace("meshes", "mesh").replace("photos", "photo"))
                 };
                 kit.keep([one]).cast()
             }

@@ -62,7 +62,7 @@ mod thorough {
 
     #[test]
     fn every_call_from_eight_threads_at_once() {
-        let all: [fn(); 42] = [
+        let all: [fn(); 43] = [
             more_scans_than_memory_holds_are_merged_in_files,
             more_scans_than_memory_holds_go_into_a_file,
             zeros_are_refused_with_a_text_wherever_they_can_do_harm,
@@ -84,6 +84,7 @@ mod thorough {
             an_image_becomes_a_quad_grid_and_a_surface,
             a_mesh_is_clustered_and_so_is_a_chain,
             a_mesh_gets_the_texture_coordinates_of_the_core,
+            a_mesh_gets_the_images_of_the_core,
             what_is_said_of_scans_that_are_not_there_is_refused,
             poses_to_draw_a_scan_from_are_refused_where_they_can_not_be,
             what_is_not_placed_has_a_reason_and_a_cancelled_alignment_leaves_nothing,
