@@ -5411,11 +5411,12 @@ srf_status srf_mesh_unwrap(const srf_mesh *mesh,
 //     static srf_status photographed(const char *name, const uint8_t *pixels, const srf_pose *world_from_camera, srf_photo **out_photo)
 //     {
 //         srf_projection camera;
-//         srf_array colours = {0};
+//         srf_array colours;
 //         srf_status status = srf_projection_pinhole(3100, 3100, 1999.5, 1499.5, 0, &camera);
 //         if (status != SRF_OK) return status;
 //         colours.data = pixels;
 //         colours.count = (size_t)3000 * 4000;
+//         colours.stride = 0;
 //         colours.type = SRF_TYPE_U8;
 //         colours.components = 3;
 //         return srf_photo_create(3000, 4000, &camera, &colours, world_from_camera, name, 0, 0, NULL, out_photo);

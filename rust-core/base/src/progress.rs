@@ -266,6 +266,15 @@ impl<'a> Progress<'a> {
         self.run(&*crate::threads::pool(1)?, work)
     }
 
+    /// Runs `work` that consists of operations with pools of their own while this thread reports to the caller's function. The thread that it
+    /// runs on belongs to no pool that they could wait for.
+    ///
+    /// # Errors
+    /// The result of `work`, or [`Error::OutOfMemory`] if the system refuses a thread.
+    pub fn watch_operations<R: Send>(&self, work: impl FnOnce() -> Result<R> + Send) -> Result<R> {
+        self.run_on(&crate::threads::new(1)?, work)
+    }
+
     /// Runs `work` on `pool` while this thread reports to the caller's function. A caller's function that makes a scan may call us again on
     /// a thread of a pool. The work then runs on as many threads of its own: that thread waits, and might be who is waited for.
     pub fn run<R: Send>(&self, pool: &rayon::ThreadPool, work: impl FnOnce() -> R + Send) -> R {

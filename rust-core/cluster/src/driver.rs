@@ -33,7 +33,7 @@ const BYTES_A_VERTEX: f64 = 105.0;
 
 base::stages! {
     /// Stages with their shares of the time: of a mesh ...
-    PLAN:
+    pub PLAN:
     CLUSTERING = "clustering", 1.0;
 }
 /// ... and of points, which become a mesh first, by the stages of another operation.

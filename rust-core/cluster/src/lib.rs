@@ -64,6 +64,8 @@ mod bounded;
 mod driver;
 mod resolution;
 
+#[doc(hidden)]
+pub use driver::PLAN;
 pub use driver::{levels, levels_of_points, run, run_points};
 pub use operation::OPERATION;
 pub use params::{ClusterParams, Resolution, SCHEMA};

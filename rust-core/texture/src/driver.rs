@@ -33,7 +33,7 @@ const BYTES_A_SAMPLE: f64 = 30.0;
 
 base::stages! {
     /// Stages with their shares of the time.
-    PLAN:
+    pub PLAN:
     COMPARING = "comparing photos", 0.1;
     REFINING = "refining cameras", 0.2;
     PLACING = "searching places", 0.2;
@@ -77,11 +77,7 @@ pub fn run(
         return Err(Error::input(format!("the {which} has no triangles, but texturing needs some")));
     }
     let order = photo::in_order(photos)?;
-    if photos.is_empty() && fill::vertex_colours(detail).is_none() {
-        return Err(Error::input(
-            "there are neither photos nor colours of the detailed surface's vertices: give at least one of the two",
-        ));
-    }
+    refuse_colourless(detail, photos)?;
     let texels = f64::from(params.size).powi(2);
     let bytes = texels * (BYTES_A_TEXEL + BYTES_DONE * f64::from(tiles - 1));
     let bytes = bytes.max(bytes_comparing(photos, params)) + BYTES_A_VERTEX * detail.positions.len() as f64;
@@ -98,6 +94,19 @@ pub fn run(
         progress.lap("surface");
         Job { target: &target, normals, detail, photos, order, params, progress }.all_tiles(tiles)
     })
+}
+
+/// Refuses a surface without colours where there are no photos.
+///
+/// # Errors
+/// [`Error::Input`].
+pub fn refuse_colourless(detail: &TriMesh, photos: &[&dyn Photo]) -> Result<()> {
+    if photos.is_empty() && fill::vertex_colours(detail).is_none() {
+        return Err(Error::input(
+            "there are neither photos nor colours of the detailed surface's vertices: give at least one of the two",
+        ));
+    }
+    Ok(())
 }
 
 /// Bytes that comparing photos takes, and one of them as a host holds it and as we do.

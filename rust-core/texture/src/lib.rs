@@ -48,6 +48,8 @@ mod relief;
 mod driver;
 
 pub use driver::run;
+#[doc(hidden)]
+pub use driver::{PLAN, refuse_colourless};
 pub use operation::OPERATION;
 pub use params::{SCHEMA, TextureParams};
 pub use report::{TextureReport, Textured, TexturedPhoto};

@@ -15,7 +15,7 @@ const BYTES_A_TRIANGLE: f64 = 800.0;
 
 base::stages! {
     /// Stages with their shares of the time.
-    PLAN:
+    pub PLAN:
     FLATTENING = "flattening charts", 0.6;
     JOINING = "joining charts", 0.1;
     PACKING = "packing charts", 0.25;

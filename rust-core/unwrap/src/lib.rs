@@ -43,6 +43,8 @@ mod driver;
 
 pub mod check;
 
+#[doc(hidden)]
+pub use driver::PLAN;
 pub use driver::unwrap;
 pub use operation::OPERATION;
 pub use params::{ChartScale, SCHEMA, UnwrapParams};
