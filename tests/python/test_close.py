@@ -164,3 +164,18 @@ def test_a_merge_leaves_all_open_or_only_what_was_seen_through(scans, merged):
     assert holes.filled_area is None and holes.holes_seen_through <= holes.holes[1] < len(merged.triangles)
     with pytest.raises(ValueError, match='close must be "all", "seen", "holes" or "none"'):
         surfrecon.merge(scans, close="some")
+
+
+def test_a_merge_refuses_options_without_use(scans):
+    with pytest.raises(
+        surfrecon.InputError, match="flat_base is given, but has no use unless more than holes is closed"
+    ):
+        surfrecon.merge(scans, close="holes", flat_base=True)
+    with pytest.raises(surfrecon.InputError, match="base_up is given without flat_base"):
+        surfrecon.merge(scans, close="all", base_up="y")
+
+
+def test_a_surface_that_is_inside_out_is_in_the_report(merged):
+    turned = surfrecon.Mesh(merged.positions, merged.triangles[:, ::-1])
+    assert surfrecon.close(merged).report.warnings == []
+    assert [kind for kind, _ in surfrecon.close(turned).report.warnings] == ["looks_inward"]
