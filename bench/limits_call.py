@@ -95,6 +95,24 @@ def volume(count):
     return np.random.default_rng(3).random((size(count), 3))
 
 
+def ball(side):
+    """A closed surface that is star-shaped, so no faces cross: what prints are made of."""
+    side = size(side)
+    turn, up = np.meshgrid(np.arange(2 * side) * np.pi / side, np.arange(1, side) * np.pi / side)
+    out = np.stack([np.sin(up) * np.cos(turn), np.sin(up) * np.sin(turn), np.cos(up)], -1)
+    out *= (50 + 3 * np.sin(5 * turn) * np.sin(up) ** 2)[..., None]
+    last = (side - 1) * 2 * side
+    row, col = np.arange(side - 2)[:, None], np.arange(2 * side)[None]
+    following = (col + 1) % (2 * side)
+    a, b = row * 2 * side + col, row * 2 * side + following
+    c, d = a + 2 * side, b + 2 * side
+    top = np.stack([np.full(2 * side, last), col[0], following[0]], -1)
+    under = np.stack([np.full(2 * side, last + 1), last - 2 * side + following[0], last - 2 * side + col[0]], -1)
+    triangles = [np.stack([a, c, d], -1).reshape(-1, 3), np.stack([a, d, b], -1).reshape(-1, 3), top, under]
+    poles = [[0, 0, 50], [0, 0, -50]]
+    return surfrecon.Mesh(np.vstack([out.reshape(-1, 3), poles]), np.vstack(triangles).astype(np.uint32))
+
+
 def isolated(count):
     """Triangles far from each other."""
     corners = np.random.default_rng(4).random((size(count), 1, 3)) * 1000 + np.eye(3)[None]
@@ -236,10 +254,10 @@ def cases():
         "check_print: shape": (on(lambda: shape(2.0), lambda m: s.check_print(m)), 0),
         "check_print: fan": (on(lambda: fan(30_000), lambda m: s.check_print(m)), 1),
         "prepare_print: hollow": (
-            on(lambda: shape(2.0), lambda m: s.prepare_print(m, flat_base=True, hollow=4.0, drain=6.0)),
+            on(lambda: ball(280), lambda m: s.prepare_print(m, flat_base=True, hollow=4.0, drain=6.0)),
             0,
         ),
-        "prepare_print: thick": (on(lambda: shape(3.0), lambda m: s.prepare_print(m, min_wall=4.0)), 0),
+        "prepare_print: thick": (on(lambda: ball(180), lambda m: s.prepare_print(m, min_wall=4.0)), 0),
         "unwrap: shape": (on(lambda: shape(3.0), lambda m: s.unwrap(m)), 0),
         "unwrap: isolated triangles": (on(lambda: isolated(1500), lambda m: s.unwrap(m)), 1),
         "reconstruct: sphere": (on(lambda: sphere(50_000), lambda p: s.reconstruct(p)), 1),
