@@ -301,6 +301,12 @@ def rigid(matrix):
 # Custom properties
 
 
+def report_of(operation, report):
+    """A report as custom properties hold it. Of what it tells a person they have the texts, a line each."""
+    told = [row.name for row in surfrecon.figures(operation) if row.kind == "warning"]
+    return plain(report) | {name: "\n".join(text for _, text in report[name]) for name in told}
+
+
 def plain(value):
     """A value as custom properties can hold it: 32-bit integers, floats, strings (lists of them a line each), dicts.
 

@@ -76,6 +76,16 @@ def test_a_moved_and_mirrored_surface_stays_in_its_place(merged):
     assert check["is_manifold"] and check["boundary_loops"] < surface(merged).check()["boundary_loops"]
 
 
+def test_doubts_are_in_the_sidebar_too(extension):
+    whole = torus(24)
+    add_mesh("torus", surfrecon.Mesh(whole.positions, whole.triangles[1:, ::-1]))
+    assert bpy.ops.surfrecon.close_surface() == {"FINISHED"}
+    figures = bpy.context.object["surfrecon_close"]
+    assert figures["warnings"].startswith("the surface looks toward its own middle: flip its faces")
+    lines = extension.reports.LINES["surfrecon_close"](bpy.context, figures)
+    assert "looks toward its own middle" in " ".join(name for name, value in lines if value is None)
+
+
 def test_without_scans_the_shape_alone_decides():
     whole = torus(24)
     open_one = add_mesh("torus", surfrecon.Mesh(whole.positions, whole.triangles[1:]))

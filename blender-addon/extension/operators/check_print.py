@@ -65,8 +65,7 @@ class SURFRECON_OT_check_print(MeshOperator, bpy.types.Operator):
         convert.store(checked.data, WALL, wall, "FACE")
         convert.store(checked.data, "crossing", crossing, "FACE")
         convert.store(checked.data, "overhang", overhang, "FACE")
-        figures = convert.plain(report)
-        figures["findings"] = "\n".join(text for _, text in report.findings)
+        figures = convert.report_of("check_print", report)
         if report.thinnest_face is not None:
             figures["thinnest_face"] = int(self.faces[report.thinnest_face])
         checked[PRINTED] = figures

@@ -78,9 +78,7 @@ class SURFRECON_OT_close_surface(MeshOperator, bpy.types.Operator):
         mesh.update()
         made = bpy.data.objects.new(name, mesh)
         made.matrix_world = Matrix(matrix.tolist())
-        figures = convert.plain(result.report)
-        figures["open"] = "\n".join(text for _, text in result.report.open)
-        made[REPORT] = figures
+        made[REPORT] = convert.report_of("close", result.report)
         link(context, made)
         group_filled(made)
         sources = self.scans or [self.surface]

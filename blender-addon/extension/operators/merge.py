@@ -135,18 +135,17 @@ class SURFRECON_OT_merge(OfSelected, bpy.types.Operator):
         name = f"{common_name(there) if there else self.sources[0].name} merged"
         mesh = convert.mesh_from_result(name, result.mesh)
         merged = bpy.data.objects.new(name, mesh)
-        figures, distances = result.report.as_dict(), result.distances
+        figures, distances = convert.report_of("merge", result.report), result.distances
         figures["coloured"] = self.coloured
         if (colour := result.mesh.vertex_attributes.get("colour")) is not None:
             # A vertex that no scan saw in colour has the nearest colour, and is transparent.
             figures["seen_in_colour"] = float(np.mean(colour[:, 3] > 0))
-        figures["warnings"] = "\n".join(text for _, text in result.report.warnings)
         if (renewed := KeptMerge.renewed()) is not None:
             figures["renewed"] = renewed
         if distances is not None:
             convert.store(mesh, ATTRIBUTE, distances.astype(np.float32))
             figures |= {"rms_error": float(np.sqrt(np.mean(distances**2))), "max_error": float(distances.max())}
-        merged[REPORT] = convert.plain(figures)
+        merged[REPORT] = figures
         note(merged, sources, [source.name for source in self.sources])
         link(context, merged)
         if result.report.filled_area is not None:

@@ -79,8 +79,7 @@ class SURFRECON_OT_prepare_print(MeshOperator, bpy.types.Operator):
     def finish(self, context, result):
         """Puts what is to be printed beside the mesh: an object for each part."""
         source, parts, report = self.source.get(), result.parts, result.report
-        figures = convert.plain(report)
-        figures["notes"] = "\n".join(text for _, text in report.notes)
+        figures = convert.report_of("prepare_print", report)
         made = []
         for number, part in enumerate(parts, 1):
             name = f"{self.source.name} for printing" + (f" {number}" if len(parts) > 1 else "")
