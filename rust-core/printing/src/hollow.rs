@@ -15,8 +15,9 @@ use close::grid::Grid;
 use close::{crossing, level};
 use geom::bvh::{Bvh, Closest, Feature};
 use mesh::TriMesh;
-use mesh::measure::{angles, bounds};
+use mesh::measure::{angles, bounds, total_area};
 
+use super::driver::BYTES_A_TRIANGLE;
 use super::made::{Made, Origin};
 use super::params::{LEAST_CELLS, PrepareParams};
 use super::report::{PrepareProblem, PrepareReport};
@@ -32,8 +33,11 @@ const ALONG: f64 = 256.0;
 const BLOCK: usize = 8;
 /// Times that nodes of crossing faces are given back to the walls.
 const ROUNDS: usize = 20;
-/// A node, and the faces of the level set, which are far fewer.
-const BYTES_A_NODE: f64 = 12.0;
+/// At the peak of sampling: a node of the grid, and a face of the mesh with its boxes.
+const BYTES_A_NODE: f64 = 13.0;
+const BYTES_A_SAMPLED_FACE: f64 = 110.0;
+/// Faces of a level set in an area of one cell squared. It has less area than the mesh.
+const FACES_A_CELL: f64 = 2.0;
 
 /// A cavity.
 pub struct Cavity {
@@ -67,7 +71,7 @@ pub fn hollow(
         nothing(report);
         return Ok(None);
     }
-    foresee(hi - lo, cell)?;
+    foresee(mesh, hi - lo, cell)?;
     let precision = Precision::of(mesh);
     let mut grid = Grid::around(lo + wall, hi - wall, cell, 2.0 * cell);
     let floor_at = base.map(|base| base.moved(if base.is_upward { wall } else { -wall }).rounded(precision));
@@ -122,16 +126,19 @@ fn cell(size: DVec3, wall: f64, params: &PrepareParams) -> f64 {
 pub fn refuse_large_grid(mesh: &TriMesh, params: &PrepareParams) -> Result<()> {
     let (lo, hi) = bounds(&mesh.positions).unwrap_or_default();
     match params.hollow.filter(|_| params.scale_to.is_none() && !params.flat_base) {
-        Some(wall) if (hi - lo).min_element() > 2.0 * wall => foresee(hi - lo, cell(hi - lo, wall, params)),
+        Some(wall) if (hi - lo).min_element() > 2.0 * wall => foresee(mesh, hi - lo, cell(hi - lo, wall, params)),
         _ => Ok(()),
     }
 }
 
 /// Refuses a grid that does not fit, before any of it is made.
-fn foresee(size: DVec3, cell: f64) -> Result<()> {
+fn foresee(mesh: &TriMesh, size: DVec3, cell: f64) -> Result<()> {
     let nodes: f64 = (size / cell + 16.0).to_array().iter().product();
+    let faces = mesh.triangles.len() as f64;
+    let made = faces + FACES_A_CELL * total_area(mesh) / (cell * cell);
+    let bytes = (BYTES_A_NODE * nodes + BYTES_A_SAMPLED_FACE * faces).max(BYTES_A_TRIANGLE * made);
     let remedy = "give a larger hollow_cell or thicker walls";
-    memory::expect(BYTES_A_NODE * nodes, || format!("a cavity on a grid of {nodes:.0} nodes"), remedy)?;
+    memory::expect(bytes, || format!("a cavity on a grid of {nodes:.0} nodes"), remedy)?;
     if nodes >= f64::from(u32::MAX) {
         return Err(Error::OutOfMemory(format!("a cavity on a grid of {nodes:.0} nodes is more than 2^32: {remedy}")));
     }
