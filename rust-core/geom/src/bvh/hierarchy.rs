@@ -64,8 +64,14 @@ impl<'a> Bvh<'a> {
         }
         let bytes = BYTES_A_TRIANGLE * triangles.len() as f64;
         memory::expect(bytes, || format!("searching among {} triangles", triangles.len()), "use fewer")?;
-        let pool = base::threads::pool(threads)?;
-        let (frame, nodes, slots) = progress.watch(|| pool.install(|| build(positions, triangles, progress)))?;
+        // A worker builds in its own pool: all threads of another one may wait for it.
+        let (frame, nodes, slots) = match rayon::current_thread_index() {
+            Some(_) => build(positions, triangles, progress)?,
+            None => {
+                let pool = base::threads::pool(threads)?;
+                progress.watch(|| pool.install(|| build(positions, triangles, progress)))?
+            }
+        };
         Ok(Bvh { positions, nodes, slots, frame })
     }
 
