@@ -3,7 +3,7 @@
 //! C's structs, Python's classes, the values that MeshLab returns, Blender's lines and PARAMETERS.md are made from it. A figure
 //! is declared once, as a row of its operation's `report!`.
 
-pub use base::report::{Figure, FigureKind, FigureShape, FigureValue, Found, Report, ReportSchema, Values};
+pub use base::report::{Figure, FigureKind, FigureShape, FigureValue, Found, Remark, Report, ReportSchema, Values};
 
 use crate::operations::OPERATIONS;
 

@@ -27,6 +27,8 @@ const MOST_OVER_BASE: f64 = 16.0;
 const LEAST_OVER_BASE: f64 = 4.0;
 const MOST_NODES: f64 = 1e6;
 const LAYERS: f64 = 14.0;
+/// By this factor a number is larger than itself rounded to two digits, at most.
+const ROUNDED: f64 = 1.06;
 /// Cosine between up and the normal of a surface that looks up.
 pub const LOOKS_UP: f64 = 0.5;
 
@@ -60,12 +62,12 @@ pub fn for_walls(
 pub fn over_base(mesh: &TriMesh, up: DVec3, height: f64, fill_cell: f64) -> Vec<f64> {
     let (room, finest) = room_over_base(mesh, up, height, fill_cell);
     let finer = OVER_BASE * fill_cell / room;
-    if finer > 1.0 && finer <= finest { vec![finer] } else { Vec::new() }
+    if finer > 1.0 && finer <= finest { vec![finer, (STILL_FINER * finer).min(finest)] } else { Vec::new() }
 }
 
-/// Depth of a base from which on fills have room in the finest cells.
+/// Depth of a base from which on fills have room in the finest cells, also if it is rounded to two digits.
 pub fn depth_needed(mesh: &TriMesh, up: DVec3, height: f64, fill_cell: f64) -> f64 {
-    OVER_BASE * fill_cell / room_over_base(mesh, up, height, fill_cell).1
+    ROUNDED * OVER_BASE * fill_cell / room_over_base(mesh, up, height, fill_cell).1
 }
 
 /// Height above the base at which a surface looks up, and the finest size there.

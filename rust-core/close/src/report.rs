@@ -2,7 +2,7 @@
 
 use base::error::Shown;
 use base::progress::Seconds;
-use base::report::{FigureValue, Found};
+use base::report::Remark;
 use mesh::TriMesh;
 
 base::choices! {
@@ -57,34 +57,10 @@ base::choices! {
 }
 
 /// A doubt, for a person.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct CloseWarning {
-    /// Its kind.
-    pub kind: Doubt,
-    /// The reason, and what to do.
-    pub text: String,
-}
-
-impl FigureValue for CloseWarning {
-    fn found(&self) -> Found<'_> {
-        Found::Array(vec![self.kind.found(), self.text.found()])
-    }
-}
+pub type CloseWarning = Remark<Doubt>;
 
 /// An opening that was left open, for a person.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct OpenPlace {
-    /// The reason.
-    pub kind: LeftOpen,
-    /// Its place and size, the reason, and the remedy.
-    pub text: String,
-}
-
-impl FigureValue for OpenPlace {
-    fn found(&self) -> Found<'_> {
-        Found::Array(vec![self.kind.found(), self.text.found()])
-    }
-}
+pub type OpenPlace = Remark<LeftOpen>;
 
 /// An opening: boundary loops that one fill joins.
 #[derive(Clone, Debug, PartialEq)]

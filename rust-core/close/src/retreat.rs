@@ -18,8 +18,17 @@ const PITCH: f64 = 0.5;
 /// Most places along a side.
 const MOST: usize = 64;
 
-/// Whether any place of each filled triangle was seen through, half a cell or more from measured vertices. False for measured ones. Places
-/// lie half a cell apart or nearer. The tolerance is at least that of [`retreat`], which knows of most triangles already.
+/// Places within half a cell of measured vertices. The surface itself is there.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Beside {
+    /// They are not asked.
+    Passed,
+    /// They are asked, too: scans that contradict each other saw through there.
+    Asked,
+}
+
+/// Whether any place of each filled triangle was seen through. False for measured ones. Places lie half a cell apart or nearer. The tolerance
+/// is at least that of [`retreat`], which knows of most triangles already.
 ///
 /// # Errors
 /// [`base::Error::Cancelled`].
@@ -27,28 +36,12 @@ pub fn in_seen_space(
     surface: &Growing,
     envelope: Envelope<'_>,
     cell: f64,
+    beside: Beside,
     progress: &Progress<'_>,
 ) -> Result<Vec<bool>> {
     let mut seen = vec![false; surface.triangles.len()];
-    ask(surface, envelope, cell, &mut seen, |t| !surface.is_unseen(t), progress)?;
-    Ok(seen)
-}
-
-/// The same with the places beside measured corners: scans that contradict each other saw through there, too.
-///
-/// # Errors
-/// [`base::Error::Cancelled`].
-pub fn in_seen_space_anywhere(
-    surface: &Growing,
-    envelope: Envelope<'_>,
-    cell: f64,
-    progress: &Progress<'_>,
-) -> Result<Vec<bool>> {
-    let mut seen = vec![false; surface.triangles.len()];
-    for t in surface.measured[1]..seen.len() {
-        progress.check()?;
-        seen[t] = is_in_seen_space(surface.corners(t), [false; 3], envelope, cell);
-    }
+    let is_open = |t| beside == Beside::Asked || !surface.is_unseen(t);
+    ask(surface, envelope, cell, beside, &mut seen, is_open, progress)?;
     Ok(seen)
 }
 
@@ -57,6 +50,7 @@ fn ask(
     surface: &Growing,
     envelope: Envelope<'_>,
     cell: f64,
+    beside: Beside,
     seen: &mut [bool],
     is_new: impl Fn(usize) -> bool + Sync,
     progress: &Progress<'_>,
@@ -70,8 +64,8 @@ fn ask(
         for (i, seen) in seen.iter_mut().enumerate() {
             let t = first + 64 * chunk + i;
             if is_new(t) {
-                let is_measured = surface.triangles[t].map(|v| (v as usize) < surface.measured[0]);
-                *seen = is_in_seen_space(surface.corners(t), is_measured, envelope, cell);
+                let is_passed = |v: u32| beside == Beside::Passed && (v as usize) < surface.measured[0];
+                *seen = is_in_seen_space(surface.corners(t), surface.triangles[t].map(is_passed), envelope, cell);
             }
         }
         Ok(())
@@ -103,7 +97,7 @@ pub fn retreat(surface: &mut Growing, envelope: Envelope<'_>, cell: f64, progres
     let mut is_moved = vec![true; surface.positions.len()];
     for _ in 0..ROUNDS {
         let is_new = |t: usize| !surface.is_unseen(t) && surface.triangles[t].iter().any(|&v| is_moved[v as usize]);
-        ask(surface, envelope, cell, &mut seen, is_new, progress)?;
+        ask(surface, envelope, cell, Beside::Passed, &mut seen, is_new, progress)?;
         surface.set_unseen(&seen);
         let filled = surface.measured[1]..surface.triangles.len();
         is_moved.fill(false);

@@ -289,7 +289,11 @@ fn field_and_fill_keep_out_of_seen_space_each() {
     let mut growing = stitch::Growing::new(&surface, &lid);
     let envelope = visibility::Envelope { visibility: &Below(-0.9), tolerance: 0.0 };
     let seen = |growing: &stitch::Growing| {
-        retreat::in_seen_space(growing, envelope, cell, &progress).unwrap().iter().filter(|seen| **seen).count()
+        retreat::in_seen_space(growing, envelope, cell, retreat::Beside::Passed, &progress)
+            .unwrap()
+            .iter()
+            .filter(|seen| **seen)
+            .count()
     };
     assert!(seen(&growing) > 20);
     retreat::retreat(&mut growing, envelope, cell, &progress).unwrap();
@@ -573,6 +577,18 @@ fn surfaces_that_are_inside_out_are_told() {
     }
 }
 
+/// Scans saw through on both sides of thin walls. The few faces beside which they did on one side alone decide nothing.
+#[test]
+fn thin_walls_are_not_said_to_be_inside_out() {
+    for apart in [0.05, 0.1, 0.15, 0.2] {
+        let plate = sheets(24, apart);
+        let eyes = [(1.0, 0.7, 4.0), (-1.0, -0.7, 4.0), (1.0, -0.7, -4.0), (-1.0, 0.7, -4.0)].map(DVec3::from);
+        let scans = Scans::of_images(&images(&plate, &eyes, 120), &Progress::none()).unwrap();
+        let told = heard(|| close_seen_by(&plate, &scans, &params(), &Progress::none())).1;
+        assert_eq!(told, Vec::<String>::new(), "{apart}");
+    }
+}
+
 #[test]
 fn parameters_without_use_are_refused() {
     let open = part(&ball(8), |p| p.z > -0.5);
@@ -608,6 +624,14 @@ fn no_fill_turns_a_surface_inside_out() {
             let left: Vec<LeftOpen> = closed.report.left_open().map(|left| left.1).collect();
             assert!(closed.report.is_closed || left == [LeftOpen::Base], "{side} {height} {base_depth}: {left:?}");
             assert!(closed.report.is_closed || base_depth == 0.0, "{side} {height}");
+            // The depth that the text asks for is enough.
+            if let Some(place) = closed.report.open.first().filter(|_| side == 12 || height == 0.0) {
+                let words: Vec<&str> = place.text.split(' ').collect();
+                let depth = words[words.len() - 2].parse().unwrap();
+                let deep_enough = CloseParams { base_depth: depth, ..params };
+                let report = self::closed(&bumps, &Blind, &deep_enough).report;
+                assert!(report.is_closed, "{side} {height}: {:?}", report.open);
+            }
             // All that looks down lies on the base, as floats say.
             let base = bumps.positions.iter().map(|p| p.z).fold(f64::INFINITY, f64::min) - base_depth;
             let down = (0..closed.mesh.triangles.len()).map(|t| closed.mesh.corners(t)).filter(|corners| {
@@ -645,7 +669,7 @@ fn sheets(side: usize, apart: f64) -> TriMesh {
 #[test]
 fn thin_plates_are_closed() {
     let edge = sheets(40, 1.0).median_edge();
-    for cells in [0.6, 0.8, 1.0, 1.5, 2.0] {
+    for cells in [0.35, 0.6, 0.8, 1.0, 1.5, 2.0] {
         let plate = sheets(40, cells * 2.0 * edge);
         let closed = closed(&plate, &Blind, &CloseParams { cell: Some(edge), ..params() });
         let volume = mesh::measure::enclosed_volume(&closed.mesh);

@@ -3,7 +3,7 @@
 use base::error::counted;
 use base::log::{self, Level};
 use base::progress::Seconds;
-use base::report::{FigureValue, Found};
+use base::report::Remark;
 use mesh::TriMesh;
 
 base::choices! {
@@ -38,19 +38,7 @@ base::choices! {
 }
 
 /// Something that a person should look at before the surface is used.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Warning {
-    /// Its subject.
-    pub kind: WarningKind,
-    /// The finding, and what to do.
-    pub text: String,
-}
-
-impl FigureValue for Warning {
-    fn found(&self) -> Found<'_> {
-        Found::Array(vec![self.kind.found(), self.text.found()])
-    }
-}
+pub type Warning = Remark<WarningKind>;
 
 base::report! {
     /// The figures of a merge, among them those of the paper's tables.

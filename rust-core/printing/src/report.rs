@@ -1,7 +1,7 @@
 //! The result of preparing a print, and its figures.
 
 use base::progress::Seconds;
-use base::report::{FigureValue, Found};
+use base::report::Remark;
 use mesh::{AttributeData, TriMesh};
 
 use super::made::{Made, PART};
@@ -31,19 +31,7 @@ base::choices! {
 }
 
 /// A step that was not done as it was asked for, for a person.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct PrepareNote {
-    /// Its kind.
-    pub kind: PrepareProblem,
-    /// The reason, with its figures.
-    pub text: String,
-}
-
-impl FigureValue for PrepareNote {
-    fn found(&self) -> Found<'_> {
-        Found::Array(vec![self.kind.found(), self.text.found()])
-    }
-}
+pub type PrepareNote = Remark<PrepareProblem>;
 
 base::report! {
     /// The figures of preparing a print. Lengths are in the unit of the result.

@@ -42,6 +42,21 @@ pub trait FigureValue {
     fn found(&self) -> Found<'_>;
 }
 
+/// A finding for a person.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Remark<K> {
+    /// Its kind.
+    pub kind: K,
+    /// The finding with its figures, and the remedy.
+    pub text: String,
+}
+
+impl<K: FigureValue> FigureValue for Remark<K> {
+    fn found(&self) -> Found<'_> {
+        Found::Array(vec![self.kind.found(), self.text.found()])
+    }
+}
+
 impl FigureValue for bool {
     fn found(&self) -> Found<'_> {
         Found::Flag(*self)

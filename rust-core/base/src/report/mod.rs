@@ -11,4 +11,4 @@ pub mod rows;
 
 pub use declare::Report;
 pub use figure::{Figure, FigureKind, FigureShape, ReportSchema};
-pub use found::{FigureValue, Found, Plain, Values};
+pub use found::{FigureValue, Found, Plain, Remark, Values};

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use base::error::Shown;
 use base::progress::Seconds;
-use base::report::{FigureValue, Found};
+use base::report::Remark;
 use mesh::{CheckReport, TriMesh};
 
 use super::params::{PrintParams, TooShort};
@@ -56,19 +56,7 @@ impl Fault {
 }
 
 /// A fault that was found, for a person.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Finding {
-    /// Its kind.
-    pub kind: Fault,
-    /// The fault in figures, and the remedy.
-    pub text: String,
-}
-
-impl FigureValue for Finding {
-    fn found(&self) -> Found<'_> {
-        Found::Array(vec![self.kind.found(), self.text.found()])
-    }
-}
+pub type Finding = Remark<Fault>;
 
 base::report! {
     /// The figures of the checks for printing.
