@@ -12,7 +12,7 @@ use super::judge::{Judge, Settled};
 use super::openings::Border;
 use super::params::{CloseParams, FILL_CELLS};
 use super::report::{CloseReport, LeftOpen, OpeningReport};
-use super::retreat::Beside;
+use super::retreat::NearMeasured;
 use super::stages::{JOINING, JUDGING, PLAN, SOLVING};
 use super::stitch::Growing;
 use super::surface::Surface;
@@ -94,7 +94,7 @@ impl Attempt<'_> {
         for _ in 0..RETREATS {
             retreat::retreat(&mut growing, envelope, step, progress)?;
             growing.repair(progress)?;
-            let seen = retreat::in_seen_space(&growing, strict, step, Beside::Passed, progress)?;
+            let seen = retreat::in_seen_space(&growing, strict, step, NearMeasured::Passed, progress)?;
             if params.force || !seen.contains(&true) {
                 break;
             }

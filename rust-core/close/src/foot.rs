@@ -8,7 +8,7 @@ use base::error::Result;
 use base::progress::Progress;
 
 use super::crossing;
-use super::retreat::{self, Beside};
+use super::retreat::{self, NearMeasured};
 use super::stitch::Growing;
 use super::surface::normal;
 use super::visibility::Envelope;
@@ -42,7 +42,8 @@ pub fn flatten(
         }
     }
     let before = surface.positions.clone();
-    let known = seen.map(|seen| retreat::in_seen_space(surface, seen, step, Beside::Passed, progress)).transpose()?;
+    let known =
+        seen.map(|seen| retreat::in_seen_space(surface, seen, step, NearMeasured::Passed, progress)).transpose()?;
     for _ in 0..LOOKS {
         if !is_moved.contains(&true) {
             break;
@@ -66,7 +67,7 @@ pub fn flatten(
         }
         if let (true, Some(seen), Some(known)) = (stuck.is_empty(), seen, &known) {
             surface.forget_around(&is_moved);
-            let now = retreat::in_seen_space(surface, seen, step, Beside::Passed, progress)?;
+            let now = retreat::in_seen_space(surface, seen, step, NearMeasured::Passed, progress)?;
             stuck = filled.clone().filter(|&t| now[t] && !known[t]).collect();
         }
         if stuck.is_empty() {

@@ -9,7 +9,7 @@ use mesh::measure::area;
 use super::openings::{self, Border, Opening};
 use super::params::{CloseParams, FILL_CELLS, Openings};
 use super::report::{LeftOpen, OpeningReport};
-use super::retreat::Beside;
+use super::retreat::NearMeasured;
 use super::stitch::Growing;
 use super::surface::{Surface, normal};
 use super::visibility::Envelope;
@@ -53,7 +53,7 @@ impl Judge<'_> {
         if self.params.force {
             return fan::close_loops(growing, self.floor, self.step, progress);
         }
-        let seen = retreat::in_seen_space(growing, self.strict, self.step, Beside::Passed, progress)?;
+        let seen = retreat::in_seen_space(growing, self.strict, self.step, NearMeasured::Passed, progress)?;
         let mut goes = vec![false; growing.triangles.len()];
         for opening in openings::find(growing, self.border, progress)? {
             let [all, in_seen] = areas(growing, &opening, &seen);
@@ -67,10 +67,10 @@ impl Judge<'_> {
 
     /// Takes fills away that are not asked for, or lie in seen space.
     pub fn settle(&self, growing: &mut Growing, progress: &Progress<'_>) -> Result<Settled> {
-        let beside = if self.params.force { Beside::Asked } else { Beside::Passed };
+        let beside = if self.params.force { NearMeasured::Asked } else { NearMeasured::Passed };
         let seen = retreat::in_seen_space(growing, self.strict, self.step, beside, progress)?;
         let below = match self.floor {
-            Some(floor) => retreat::in_seen_space(growing, floor, self.step, Beside::Passed, progress)?,
+            Some(floor) => retreat::in_seen_space(growing, floor, self.step, NearMeasured::Passed, progress)?,
             None => vec![false; growing.triangles.len()],
         };
         let found = openings::find(growing, self.border, progress)?;

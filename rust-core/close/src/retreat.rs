@@ -20,7 +20,7 @@ const MOST: usize = 64;
 
 /// Places within half a cell of measured vertices. The surface itself is there.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub enum Beside {
+pub enum NearMeasured {
     /// They are not asked.
     Passed,
     /// They are asked, too: scans that contradict each other saw through there.
@@ -36,11 +36,11 @@ pub fn in_seen_space(
     surface: &Growing,
     envelope: Envelope<'_>,
     cell: f64,
-    beside: Beside,
+    beside: NearMeasured,
     progress: &Progress<'_>,
 ) -> Result<Vec<bool>> {
     let mut seen = vec![false; surface.triangles.len()];
-    let is_open = |t| beside == Beside::Asked || !surface.is_unseen(t);
+    let is_open = |t| beside == NearMeasured::Asked || !surface.is_unseen(t);
     ask(surface, envelope, cell, beside, &mut seen, is_open, progress)?;
     Ok(seen)
 }
@@ -50,7 +50,7 @@ fn ask(
     surface: &Growing,
     envelope: Envelope<'_>,
     cell: f64,
-    beside: Beside,
+    beside: NearMeasured,
     seen: &mut [bool],
     is_new: impl Fn(usize) -> bool + Sync,
     progress: &Progress<'_>,
@@ -64,7 +64,7 @@ fn ask(
         for (i, seen) in seen.iter_mut().enumerate() {
             let t = first + 64 * chunk + i;
             if is_new(t) {
-                let is_passed = |v: u32| beside == Beside::Passed && (v as usize) < surface.measured[0];
+                let is_passed = |v: u32| beside == NearMeasured::Passed && (v as usize) < surface.measured[0];
                 *seen = is_in_seen_space(surface.corners(t), surface.triangles[t].map(is_passed), envelope, cell);
             }
         }
@@ -97,7 +97,7 @@ pub fn retreat(surface: &mut Growing, envelope: Envelope<'_>, cell: f64, progres
     let mut is_moved = vec![true; surface.positions.len()];
     for _ in 0..ROUNDS {
         let is_new = |t: usize| !surface.is_unseen(t) && surface.triangles[t].iter().any(|&v| is_moved[v as usize]);
-        ask(surface, envelope, cell, Beside::Passed, &mut seen, is_new, progress)?;
+        ask(surface, envelope, cell, NearMeasured::Passed, &mut seen, is_new, progress)?;
         surface.set_unseen(&seen);
         let filled = surface.measured[1]..surface.triangles.len();
         is_moved.fill(false);

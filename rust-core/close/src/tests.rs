@@ -289,7 +289,7 @@ fn field_and_fill_keep_out_of_seen_space_each() {
     let mut growing = stitch::Growing::new(&surface, &lid);
     let envelope = visibility::Envelope { visibility: &Below(-0.9), tolerance: 0.0 };
     let seen = |growing: &stitch::Growing| {
-        retreat::in_seen_space(growing, envelope, cell, retreat::Beside::Passed, &progress)
+        retreat::in_seen_space(growing, envelope, cell, retreat::NearMeasured::Passed, &progress)
             .unwrap()
             .iter()
             .filter(|seen| **seen)
