@@ -11,7 +11,7 @@ use mesh::{AttributeData, Crs, TriMesh, try_check};
 use super::drain::{drain, shut_cavities};
 use super::flat_base::flat_base;
 use super::hollow::{hollow, refuse_large_grid};
-use super::made::{ADDED, mark};
+use super::made::{ADDED, BYTES_A_TRIANGLE, mark};
 use super::params::PrepareParams;
 use super::report::{PrepareProblem, PrepareReport, PreparedPrint};
 use super::scale_to::{extent, scale_to, side};
@@ -31,8 +31,6 @@ base::stages! {
     PARTS = "cutting into parts", 0.15;
 }
 
-/// At the peak: the mesh twice, its edges and its boxes.
-pub const BYTES_A_TRIANGLE: f64 = 210.0;
 /// Times that size, base and walls are made, so that the side has its length with thicker walls.
 const TURNS: usize = 4;
 /// Relative error of that length which is near enough. Walls jump by more when the size changes a little.

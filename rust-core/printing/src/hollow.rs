@@ -17,8 +17,7 @@ use geom::bvh::{Bvh, Closest, Feature};
 use mesh::TriMesh;
 use mesh::measure::{angles, bounds, total_area};
 
-use super::driver::BYTES_A_TRIANGLE;
-use super::made::{Made, Origin};
+use super::made::{BYTES_A_TRIANGLE, Made, Origin};
 use super::params::{LEAST_CELLS, PrepareParams};
 use super::report::{PrepareProblem, PrepareReport};
 use super::section::Section;

@@ -9,6 +9,8 @@ use mesh::{Attribute, AttributeData, TriMesh};
 pub const ADDED: &str = "added";
 /// Name of the attribute of faces that has the number of their part.
 pub const PART: &str = "part";
+/// At the peak of the steps: the mesh twice, its edges and its boxes.
+pub const BYTES_A_TRIANGLE: f64 = 210.0;
 
 /// Source of a vertex, by the numbers of the mesh before.
 #[derive(Clone, Copy, Debug, PartialEq)]
