@@ -35,7 +35,7 @@ const ROUNDS: usize = 20;
 /// At the peak of sampling: a node of the grid, and a face of the mesh with its boxes.
 const BYTES_A_NODE: f64 = 13.0;
 const BYTES_A_SAMPLED_FACE: f64 = 110.0;
-/// Faces of a level set in an area of one cell squared. It has less area than the mesh.
+/// Faces of a level set in an area of one cell squared. Its area is taken to be the mesh's.
 const FACES_A_CELL: f64 = 2.0;
 
 /// A cavity.

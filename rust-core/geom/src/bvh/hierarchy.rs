@@ -40,7 +40,7 @@ impl<'a> Bvh<'a> {
         Self::build_with(positions, triangles, threads, &Progress::none())
     }
 
-    /// [`Bvh::build`] that stops when it is cancelled. It counts nothing.
+    /// [`Bvh::build`] that stops when it is cancelled. It counts nothing. On a worker of any pool it works in that pool, whatever `threads` says.
     ///
     /// # Errors
     /// As [`Bvh::build`]. [`Error::Cancelled`].

@@ -307,3 +307,21 @@ fn a_far_sensor_sees_as_well_as_a_near_one() {
         }
     }
 }
+
+/// A scan that is made while its merge waits may come from a worker of another pool.
+#[test]
+fn a_worker_does_not_wait_for_another_pool() {
+    let positions = [DVec3::ZERO, DVec3::X, DVec3::Y];
+    let (end, wait) = std::sync::mpsc::channel::<()>();
+    let busy = base::threads::pool(1).unwrap();
+    busy.spawn(move || _ = wait.recv());
+    let other = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    let (done, made) = std::sync::mpsc::channel();
+    other.spawn(move || {
+        let bvh = Bvh::build(&positions, &[[0, 1, 2]], 1).unwrap();
+        done.send(bvh.len()).unwrap();
+    });
+    let found = made.recv_timeout(std::time::Duration::from_secs(20));
+    end.send(()).unwrap();
+    assert_eq!(found, Ok(1));
+}
